@@ -1,17 +1,14 @@
-"""Commands add, list, show, export, remove and fetch: captures in and out."""
+"""Commands add, show, export and fetch: captures in and out."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from motiondb.cli import options, printing
-
-if TYPE_CHECKING:
-    from motiondb import Relation
 
 Unit = Annotated[
     str | None, typer.Option("--unit", help="Length unit: m, cm, mm, inch or a number.")
@@ -21,10 +18,8 @@ Unit = Annotated[
 def register(app: typer.Typer) -> None:
     """Add the commands to the app."""
     app.command()(add)
-    app.command("list")(list_captures)
     app.command()(show)
     app.command()(export)
-    app.command()(remove)
     fetching = options.Commands(
         help="Download captures from public databases.", no_args_is_help=True
     )
@@ -34,7 +29,10 @@ def register(app: typer.Typer) -> None:
 
 def add(
     shared: options.Shared,
-    folder: Annotated[Path, typer.Argument(help="A folder with captures, or one capture file.")],
+    folders: Annotated[
+        list[Path],
+        typer.Argument(metavar="FOLDER...", help="Folders with captures, or capture files."),
+    ],
     words: Annotated[
         Path | None, typer.Option("--words", help="A sheet of captions and tags (TSV or CSV).")
     ] = None,
@@ -88,6 +86,24 @@ def add(
     jobs: Annotated[
         int, typer.Option("--jobs", min=1, max=1024, help="Processes that read files.")
     ] = 2,
+    prefix: Annotated[
+        str, typer.Option("--prefix", help="Put this before every name, such as studio2/.")
+    ] = "",
+    replacing: Annotated[
+        bool,
+        typer.Option(
+            "--replace",
+            help="Replace captures of the same names; words, tags and events that no sheet gives "
+            "are kept.",
+        ),
+    ] = False,
+    no_originals: Annotated[
+        bool,
+        typer.Option(
+            "--no-originals",
+            help="Keep the motions without the files, which then cannot be exported as they were.",
+        ),
+    ] = False,
 ) -> None:
     """Add captures, with captions and events of sheets; files with faults are left out (exit 1)."""
     from motiondb import (
@@ -100,7 +116,8 @@ def add(
     from motiondb.answers.catalogue import AddAnswer
     from motiondb.answers.plain import extended
 
-    check_captures(folder)
+    for folder in folders:
+        check_captures(folder)
     settings = AddSettings(
         unit=unit_from_name(unit) if unit else None,
         fps=fps,
@@ -110,12 +127,15 @@ def add(
         limits=ReadLimits(seconds=time_limit, memory=int(memory_limit * 1e9)),
         keep_implausible=keep_implausible,
         outside_skeletons=outside_skeletons,
+        prefix=prefix,
+        replace=replacing,
+        originals=not no_originals,
     )
     with (
         shared.database(writing=True, create=True) as base,
         printing.progress(shared) as tell,
     ):
-        report = base.add(folder, words, settings, tell, events)
+        report = base.add(folders, words, settings, tell, events)
         total, drift = len(base.captures()), base.drift()
         wordless = bool(total) and not base.all_captions() and base.start_facts() is None
     if not printing.as_json(shared, extended(AddAnswer, report, captures=total, drift=drift)):
@@ -127,11 +147,13 @@ def add(
         )
         if report.counted:
             printing.say(f"  {report.counted} of them can be searched now")
+        if report.replaced:
+            printing.say(f"  {len(report.replaced)} of them replaced captures of the same names")
         if report.events:
             printing.say(f"  {printing.number(report.events, 'event')} added with them")
         _note_performers(report.without_performer)
         for relation in report.relations:
-            printing.say(f"  {_relation(relation)}")
+            printing.say(f"  {printing.say_relation(relation)}")
         for name, known in report.known:
             if name != known:
                 printing.say(f"  {name} is the same file as {known}")
@@ -162,76 +184,6 @@ def _note_performers(count: int) -> None:
             f"do. Give performers in the column `performer` of a sheet (motiondb words import "
             f"SHEET)"
         )
-
-
-def _relation(relation: Relation) -> str:
-    what = {"same": "is the same motion as", "mirror": "is a mirror image of", "cut": "is a cut of"}
-    return (
-        f"{relation.capture} {what[relation.kind]} {relation.other} "
-        f"({relation.start:.2f}-{relation.end:.2f} s)"
-    )
-
-
-def list_captures(
-    shared: options.Shared,
-    where: options.Where = "",
-    limit: Annotated[
-        int | None, typer.Option("--limit", min=1, help="Largest number of captures.")
-    ] = None,
-    duplicates: Annotated[
-        bool, typer.Option("--duplicates", help="List groups of copies, cuts and mirror images.")
-    ] = False,
-    exact: options.Exact = False,
-) -> None:
-    """List the captures, or with --duplicates the groups that repeat one another."""
-    from motiondb import listed_capture
-
-    if duplicates:
-        _list_duplicates(shared, where, limit)
-        return
-    with shared.database() as base:
-        infos = base.captures(where, exact)
-        printing.note_filter(base, where, exact)
-        captions = base.all_captions()
-    shown = infos[:limit]
-    rows_of_json = (listed_capture(i, captions.get(i.capture_id, ())) for i in shown)
-    if printing.as_json(shared, rows_of_json):
-        return
-    rows = [
-        [
-            i.name,
-            f"{i.duration:.2f}",
-            f"{i.fps:g}",
-            i.format,
-            i.tags.get("performer", ""),
-            "; ".join(c.words for c in captions.get(i.capture_id, ()))[:70],
-        ]
-        for i in shown
-    ]
-    printing.print_table("", ["capture", "seconds", "fps", "format", "performer", "words"], rows)
-    fewer = f", {len(shown)} shown" if len(shown) < len(infos) else ""
-    printing.say(f"{len(infos)} captures{fewer}")
-
-
-def _list_duplicates(shared: options.Shared, where: str, limit: int | None) -> None:
-    with shared.database() as base:
-        infos = {info.name: info for info in base.captures()}
-        groups = base.duplicates(where)
-    if printing.as_json(shared, groups[:limit]):
-        return
-    rows = [
-        [
-            str(number) if name == group.captures[0] else "",
-            name,
-            f"{infos[name].duration:.2f}",
-            "; ".join(_relation(r).partition(" ")[2] for r in group.relations if r.capture == name),
-        ]
-        for number, group in enumerate(groups[:limit], start=1)
-        for name in group.captures
-    ]
-    printing.print_table("", ["group", "capture", "seconds", "repeats"], rows)
-    extra = sum(len(group.captures) - 1 for group in groups)
-    printing.say(f"{len(groups)} groups, {extra} captures repeat others")
 
 
 def show(
@@ -314,27 +266,30 @@ def export(
     canonical: Annotated[
         bool, typer.Option("--canonical", help="Write the canonical body at 30 frames a second.")
     ] = False,
+    unit: options.OutUnit = None,
+    fps: options.OutFps = None,
+    loop: options.Loop = False,
+    in_place: options.InPlace = False,
+    mirror: options.Mirror = False,
 ) -> None:
-    """Write a capture to a file; in its original format, the file is the added one."""
-    from motiondb.answers.catalogue import Exported
+    """Write a capture to a file; in its original format, the file is the added one.
 
+    With an option that changes the motion, or a part of it, a new file is written.
+    """
+    changes = options.motion_changes(unit, fps, loop, in_place, mirror)
     with shared.database() as base:
-        path = base.export(name, output, start, end, canonical)
-    if not printing.as_json(shared, Exported(name, path)):
-        printing.say(f"{name} written to {path}")
-
-
-def remove(
-    shared: options.Shared,
-    names: Annotated[list[str], typer.Argument(metavar="CAPTURE...", help="Names of captures.")],
-) -> None:
-    """Remove captures from the database: all named ones, or none."""
-    from motiondb.answers.catalogue import Removed
-
-    with shared.database(writing=True) as base:
-        gone = base.remove(names)
-    if not printing.as_json(shared, Removed(gone)):
-        printing.say(f"removed {', '.join(gone)}")
+        exported = base.export(name, output, start, end, canonical, changes)
+    if printing.as_json(shared, exported):
+        return
+    what = "the added file" if exported.is_added_file else f"in {exported.unit}"
+    printing.say(
+        f"{exported.capture} written to {exported.output}: "
+        f"{printing.number(exported.frames, 'frame')} at {exported.fps:g} a second, {what}"
+    )
+    if exported.skeleton is not None:
+        printing.say(f"  its skeleton: {exported.skeleton}")
+    for line in exported.changes:
+        printing.say(f"  {line}")
 
 
 def _accepts() -> bool:
@@ -399,6 +354,6 @@ def fetch_cmu(
         )
     printing.print_problems([f"{file}: {reason}" for file, reason in report.refused])
     if not only_fetch and report.sheet.exists():
-        add(shared, folder, report.sheet)
+        add(shared, [folder], report.sheet)
     if report.refused:
         raise typer.Exit(1)

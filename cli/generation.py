@@ -21,6 +21,7 @@ FPS = 30.0  # Frames per second of generated motion
 def register(app: typer.Typer) -> None:
     """Add the command to the app."""
     app.command()(generate)
+    app.command()(join)
 
 
 def generate(
@@ -42,12 +43,18 @@ def generate(
     ] = None,
     png: options.Png = None,
     html: options.Html = None,
+    unit: options.OutUnit = None,
+    fps: options.OutFps = None,
+    loop: options.Loop = False,
+    in_place: options.InPlace = False,
+    mirror: options.Mirror = False,
 ) -> None:
     """Generate a motion from a sentence, and say which of its actions the motion shows.
 
     A file beside it names its sources. The exit code is 1 if an action is not shown, or cannot be
     confirmed.
     """
+    changes = options.motion_changes(unit, fps, loop, in_place, mirror)
     with (
         shared.database(writing=save is not None) as base,
         printing.progress(shared) as tell,
@@ -62,7 +69,7 @@ def generate(
         motions = base.generate_variants(words, variants, seed, method, exact, anyway)
         facts = []
         for number, (made, (path, name, picture)) in enumerate(zip(motions, names), 1):
-            facts.append(replace(made.write(path), capture=name))
+            facts.append(replace(made.write(path, changes), capture=name))
             if picture is not None:
                 made.draw(picture)
             if html is not None:
@@ -77,6 +84,47 @@ def generate(
     _print_generated(shared, motions, facts, variants)
     if not all(made.shows_all for made in motions):
         raise typer.Exit(1)
+
+
+def join(
+    shared: options.Shared,
+    parts: Annotated[
+        list[str],
+        typer.Argument(metavar="CAPTURE:FROM-TO...", help="Parts in order, times in seconds."),
+    ],
+    output: options.Output,
+    png: options.Png = None,
+    unit: options.OutUnit = None,
+    fps: options.OutFps = None,
+    loop: options.Loop = False,
+    in_place: options.InPlace = False,
+    mirror: options.Mirror = False,
+) -> None:
+    """Join parts of captures, such as `walk:0-2 kick:1-3`, with the blending of generate.
+
+    A file beside it names its sources. Each seam is reported.
+    """
+    changes = options.motion_changes(unit, fps, loop, in_place, mirror)
+    with shared.database() as base:
+        options.output_name(output)
+        joined = base.join(parts)
+        facts = joined.write(output, changes)
+        if png is not None:
+            joined.draw(png)
+    if not printing.as_json(shared, facts):
+        printing.say(f"{facts.seconds:.2f} s of motion written to {facts.output}")
+        for part in facts.parts:
+            printing.say(f"  {part.capture} {part.start:.2f}-{part.end:.2f} s")
+        for seam in facts.seams:
+            rough = "; far apart, look at it" if seam.is_rough else ""
+            printing.say(
+                f"  seam at {seam.seconds:.2f} s: {100 * seam.gap:.1f} cm and "
+                f"{seam.speed_gap:.2f} m/s apart, blended over {seam.blended:.2f} s{rough}"
+            )
+        for line in facts.changes:
+            printing.say(f"  {line}")
+        printing.print_sources(facts.sources)
+        printing.say(f"every frame's origin: {facts.provenance}")
 
 
 def _numbered(
@@ -135,7 +183,7 @@ def _print_one(made: Generated, facts: WrittenMotion) -> None:
         f"{facts.seconds:.2f} s of motion written to {facts.output} "
         f"({made.method}, seed {made.seed})"
     )
-    for line in made.decided:
+    for line in (*made.decided, *facts.changes):
         printing.say(f"  {line}")
     for shown in made.shown:
         printing.say(f"  {_say_shown(shown)}")

@@ -12,11 +12,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_type_hints
 
 import typer
+import typer.core
 
 from motiondb.cli import printing
 
 if TYPE_CHECKING:
-    from motiondb import MotionDB
+    from motiondb import MotionChanges, MotionDB
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -130,11 +131,44 @@ Html = Annotated[
     ),
     WRITTEN,
 ]
+ExportFolder = Annotated[
+    Path | None,
+    typer.Option(
+        "--export",
+        metavar="FOLDER",
+        help="Write every answer into this folder as BVH, with its origin and licence beside it.",
+    ),
+    WRITTEN,
+]
 Output = Annotated[
     Path,
     typer.Option("-o", "--output", callback=motion_name, help="File: .bvh, .glb or .gltf."),
     WRITTEN,
 ]
+
+OutUnit = Annotated[
+    str | None,
+    typer.Option("--unit", help="Length unit of the file: m, cm, mm, inch or a number of metres."),
+]
+OutFps = Annotated[
+    float | None,
+    typer.Option("--fps", min=1.0, max=2000.0, callback=finite, help="Frames per second."),
+]
+Loop = Annotated[
+    bool, typer.Option("--loop", help="Cut out a cycle and close it: its first frame follows.")
+]
+InPlace = Annotated[bool, typer.Option("--in-place", help="Take the travel over the ground out.")]
+Mirror = Annotated[bool, typer.Option("--mirror", help="Exchange left and right.")]
+
+
+def motion_changes(
+    unit: str | None, fps: float | None, loop: bool, in_place: bool, mirror: bool
+) -> MotionChanges:
+    """Return how a motion is changed before it is written."""
+    from motiondb import MotionChanges, unit_from_name
+
+    metres = None if unit is None else unit_from_name(unit)
+    return MotionChanges(metres, fps, loop, in_place, mirror)
 
 
 def protect(forced: bool) -> None:
@@ -244,6 +278,16 @@ def _opened(
         printing.note(db.log_note)
         yield db
     printing.note(db.log_note)
+
+
+class Group(typer.core.TyperGroup):
+    """The group of all commands, whose help ends with examples."""
+
+    def __init__(self, *args: Any, **settings: Any) -> None:
+        super().__init__(*args, **settings)
+        from motiondb.cli.examples import add_examples
+
+        add_examples(self)
 
 
 class Commands(typer.Typer):

@@ -18,6 +18,8 @@ def register(app: typer.Typer) -> None:
     group.callback()(words)
     group.command("set")(set_words)
     group.command("import")(import_words)
+    group.command("export")(export_words)
+    group.command("history")(show_history)
     group.command("synonyms")(set_synonyms)
     app.add_typer(group, name="words")
     marks = options.Commands(
@@ -90,6 +92,42 @@ def import_words(
         printing.print_notes(report.notes)
         printing.note_drift(drift)
     printing.refuse(report.problems)
+
+
+def export_words(
+    shared: options.Shared,
+    sheet: Annotated[
+        Path,
+        typer.Argument(callback=options.output_name, help="The sheet: CSV if .csv, else TSV."),
+        options.WRITTEN,
+    ],
+    where: options.Where = "",
+) -> None:
+    """Write captions and tags as a sheet, which words import reads again without loss."""
+    with shared.database() as base:
+        report = base.export_words(sheet, where)
+    if not printing.as_json(shared, report):
+        printing.say(
+            f"{printing.number(report.captions, 'caption')} of "
+            f"{printing.number(report.captures, 'capture')} written to {sheet}"
+        )
+        printing.print_notes(report.notes)
+
+
+def show_history(
+    shared: options.Shared,
+    name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
+) -> None:
+    """List the captions that a capture has had, oldest first, with the runs that set them."""
+    with shared.database() as base:
+        versions = base.caption_history(name)
+    if printing.as_json(shared, versions):
+        return
+    rows = [
+        [str(v.run), v.kind, v.time, "; ".join(printing.say_caption(c) for c in v.words) or "-"]
+        for v in versions
+    ]
+    printing.print_table("", ["run", "command", "time", "words"], rows)
 
 
 def set_synonyms(

@@ -6,7 +6,7 @@ use nothing but these names.
 
 >>> import motiondb
 >>> [name for name in dir(motiondb) if name.startswith("write")]
-['write_bvh', 'write_gltf']
+['write_bvh', 'write_gltf', 'write_table']
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from motiondb.answers.scenes import scene_row
     from motiondb.database import MotionDB
     from motiondb.database.catalogue.cataloguing import check_captures
+    from motiondb.database.catalogue.exporting import MotionChanges
     from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
     from motiondb.database.catalogue.rescuing import rescue
     from motiondb.database.checking import check_file
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from motiondb.database.grammars.grammar_parsing import ParsedMotion
     from motiondb.database.grammars.grammar_sequences import Edit, GrammarSequence
     from motiondb.database.grammars.grammars import Grammars
+    from motiondb.database.joining import Joined
     from motiondb.database.learn.start import load_knowledge, shipped_starts
     from motiondb.database.learned_grammar import LearnedGrammar
     from motiondb.database.scenes.scene_making import SceneSettings
@@ -52,6 +54,8 @@ if TYPE_CHECKING:
     from motiondb.fetch import CMU_TERMS, CMU_URL, FetchLimits, FetchSettings, fetch_cmu
     from motiondb.files import ReadLimits, read_capture, unit_from_name
     from motiondb.files.own_files import check_overwriting, protect_others
+    from motiondb.files.safe_files import read_user_text
+    from motiondb.files.sheet_writer import write_table
     from motiondb.generate.shown_actions import JudgedAction
     from motiondb.grammar.cfg.context_free import Tree
     from motiondb.grammar.derivation.plan import Plan
@@ -107,6 +111,7 @@ __all__ = [
     "GrammarSettings",
     "GrammarSize",
     "Grammars",
+    "Joined",
     "JudgedAction",
     "Knowledge",
     "KnowledgeError",
@@ -115,6 +120,7 @@ __all__ = [
     "LearnedGrammar",
     "Match",
     "Motion",
+    "MotionChanges",
     "MotionDB",
     "MotionDBError",
     "MotionGrammar",
@@ -161,6 +167,7 @@ __all__ = [
     "protect_others",
     "read_capture",
     "read_joint_map",
+    "read_user_text",
     "rescue",
     "scene_row",
     "search_answer",
@@ -172,6 +179,7 @@ __all__ = [
     "words_over_time",
     "write_bvh",
     "write_gltf",
+    "write_table",
 ]
 __version__ = "0.1.0"
 
@@ -185,11 +193,14 @@ _PLACES = {
     "motiondb.answers.scenes": "scene_row",
     "motiondb.database.grammars.grammar_facts": "grammar_row",
     "motiondb.files": "ReadLimits read_capture unit_from_name",
+    "motiondb.files.safe_files": "read_user_text",
+    "motiondb.files.sheet_writer": "write_table",
     "motiondb.files.own_files": "check_overwriting protect_others",
     "motiondb.database": "MotionDB",
     "motiondb.database.catalogue.cataloguing": "check_captures",
     "motiondb.database.checking": "check_file",
     "motiondb.database.learned_grammar": "LearnedGrammar",
+    "motiondb.database.catalogue.exporting": "MotionChanges",
     "motiondb.database.catalogue.file_reading": "AddSettings read_joint_map",
     "motiondb.database.catalogue.rescuing": "rescue",
     "motiondb.database.grammars.grammar_learning": "GrammarSettings",
@@ -198,6 +209,7 @@ _PLACES = {
     "motiondb.database.grammars.grammars": "Grammars",
     "motiondb.database.learn.start": "load_knowledge shipped_starts",
     "motiondb.database.generating": "Generated",
+    "motiondb.database.joining": "Joined",
     "motiondb.database.scenes.scene_making": "SceneSettings",
     "motiondb.database.scenes.scene_texts": "SceneText",
     "motiondb.database.scenes.scenes": "Scene Scenes",

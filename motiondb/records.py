@@ -94,7 +94,7 @@ class Clip:
         Where a file moves joints below the root: the translation of each joint in its parent's
         frame, metres, in place of ``offsets`` (the root's row repeats ``root_positions``).
     format : str
-        "bvh", "amc", "deepmimic", "amass" or "c3d".
+        "bvh", "amc", "deepmimic", "amass", "c3d" or "fbx".
     unit : float
         Metres per length unit of the file.
     notes : tuple of str

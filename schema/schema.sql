@@ -1,6 +1,5 @@
 -- The store of motiondb: one DuckDB file. A new database is made by this file. The files
--- 000N_WHAT.sql beside it, from 0002 on, bring a database of version N - 1 to version N; there is
--- none yet, because version 1 is that of motiondb 0.1.0.
+-- 000N_WHAT.sql beside it, from 0002 on, bring a database of version N - 1 to version N.
 --
 -- Rules
 -- * Full constraints stand in the first CREATE: DuckDB cannot add them later.
@@ -138,6 +137,33 @@ CREATE TABLE frame_source (
     source_frame DOUBLE NOT NULL,           -- at 30 a second, may lie between frames
     warp DOUBLE NOT NULL,                   -- source frames per frame
     edit VARCHAR NOT NULL                   -- what was done: '', 'blend', 'foot lock', ...
+);
+
+-- A capture as it was before a run changed it, so that the run can be undone and captions have a
+-- history. The rows of a removed capture are in the schema `trash`, in tables that are made when
+-- they are needed and have the columns of those here; `compact` drops them.
+CREATE TABLE edit (
+    run_id BIGINT NOT NULL REFERENCES run (run_id),
+    capture_id BIGINT NOT NULL,
+    kind VARCHAR NOT NULL CHECK (kind IN ('added', 'changed', 'removed')),
+    name VARCHAR NOT NULL,                  -- before; of an added capture, the name it got
+    tags VARCHAR,                           -- JSON object, before; NULL: left alone
+    captions VARCHAR,                       -- JSON list of [words, start, end], before
+    events VARCHAR,                         -- JSON list of [frame, name, joint, other], before
+    PRIMARY KEY (run_id, capture_id)
+);
+
+-- Files that `add` could not read; replaced when their folder is added again.
+CREATE TABLE faulty_file (
+    path VARCHAR PRIMARY KEY,
+    problem VARCHAR NOT NULL,
+    noted VARCHAR NOT NULL                  -- ISO 8601, UTC
+);
+
+-- Files that were added although a capture of another name has their content.
+CREATE TABLE same_file (
+    path VARCHAR PRIMARY KEY,
+    capture_id BIGINT NOT NULL
 );
 
 -- ── Derived: what `learn` makes, replaced as a whole ─────────────────────────────────────────

@@ -123,6 +123,30 @@ class AddReport:
     new_words: tuple[str, ...] = ()
     events: int = 0  # Number of events saved with ``added``
     without_performer: int = 0  # Number of captures of ``added`` whose performer is not given
+    replaced: tuple[str, ...] = ()  # Those of ``added`` that took the place of another capture
+
+
+@dataclass(frozen=True)
+class MergeReport:
+    """The result of ``merge``."""
+
+    added: tuple[str, ...]  # Names of new captures
+    # Name there, and name here, of captures that are in both databases
+    known: tuple[tuple[str, str], ...]
+    changed: tuple[str, ...]  # Those of ``known`` that got captions, tags or events
+    problems: tuple[str, ...]  # A sentence per capture that was left out
+    relations: tuple[Relation, ...]  # Copies, mirror images and cuts that were found
+    notes: tuple[str, ...]  # Tags with other values, and what is not taken over
+    counted: int = 0  # How many captures were counted, because the database had learned
+    new_words: tuple[str, ...] = ()  # That the vocabulary lacks; the next ``learn`` counts them
+
+
+@dataclass(frozen=True)
+class BackedUp:
+    """A copy of a database that was written and checked."""
+
+    output: Path
+    bytes: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,6 +163,12 @@ class Exported:
 
     capture: str
     output: Path
+    fps: float  # Frames per second of the file
+    frames: int
+    unit: str  # Length unit of the file: "m", "cm", ..., or its metres
+    is_added_file: bool  # Whether the bytes are those of the file that was added
+    changes: tuple[str, ...] = ()  # What was done to the motion
+    skeleton: Path | None = field(default=None, metadata=OPTIONAL)  # The ASF beside an AMC
 
 
 @dataclass(frozen=True)
@@ -149,6 +179,90 @@ class Removed:
     captures: list[str] | None = field(default=None, metadata=OPTIONAL)  # Of a scene
     # Sequences of a grammar
     no_longer_editable: list[str] | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True)
+class Renamed:
+    """The captures that were renamed: old name -> new name."""
+
+    renamed: dict[str, str]
+
+
+@dataclass(frozen=True)
+class Undone:
+    """What was taken back, by names of captures."""
+
+    run: int  # The run that took it back; undoing this run does it again
+    undone_run: int
+    kind: str  # Of the run that was undone, such as "remove"
+    restored: tuple[str, ...]
+    removed: tuple[str, ...]
+    changed: tuple[str, ...]  # Names, tags, captions or events are as they were
+
+
+@dataclass(frozen=True)
+class TagsSet:
+    """The captures whose tags have changed."""
+
+    tags: dict[str, str]
+    captures: list[str]
+
+
+@dataclass(frozen=True)
+class TagRow:
+    """A tag, with its number of captures and of different values."""
+
+    tag: str
+    captures: int
+    values: int
+
+
+@dataclass(frozen=True)
+class CaptionVersion:
+    """The captions that a capture had from a run on."""
+
+    run: int
+    kind: str  # Of the run that set them, such as "words"
+    time: str  # Start of the run, ISO 8601, UTC
+    words: tuple[Caption, ...]
+
+
+@dataclass(frozen=True)
+class SheetWritten:
+    """A sheet of captions and tags that was written."""
+
+    output: Path
+    captures: int
+    captions: int
+    notes: tuple[str, ...]  # What the sheet cannot hold
+
+
+@dataclass(frozen=True)
+class FaultyFile:
+    """A file that could not be read when it was added."""
+
+    path: str
+    problem: str
+    noted: str  # Time, ISO 8601, UTC
+
+
+@dataclass(frozen=True)
+class SameFile:
+    """A file that has the content of a capture of another name."""
+
+    path: str
+    capture: str
+
+
+@dataclass(frozen=True)
+class MatchFile:
+    """A match that was written as a motion, and the file beside it with its origin."""
+
+    rank: int
+    capture: str
+    output: Path
+    provenance: Path
+    licence: str
 
 
 @dataclass(frozen=True)
@@ -214,6 +328,11 @@ class DatabaseInfo:
     copies: int
     grammars: int
     learned: bool
+    cache_bytes: int = 0  # Of the folder beside it, which is made again when it is missing
+    unused_bytes: int = 0  # Of the file; ``compact`` gives them back
+    removed: int = 0  # Captures in the trash, which ``compact`` empties
+    compact_pays: bool = False  # Whether a quarter of the file is unused, or more
+    faulty_files: int = 0  # That ``add`` could not read
     symbols: int | None = None
     clusters: int | None = None
     words: int | None = None

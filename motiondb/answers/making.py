@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from motiondb.answers.plain import OPTIONAL
 from motiondb.answers.questions import UnderstoodQuestion, WordProbability
+from motiondb.generate.joining import Seam
 from motiondb.generate.smoothness import Smoothness
 from motiondb.search.chances import WordSource
 
@@ -72,7 +73,36 @@ class WrittenMotion(GeneratedAnswer):
 
     output: str
     provenance: str
+    changes: tuple[str, ...] = ()  # What was done to the motion before it was written
     capture: str | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True)
+class JoinedPart:
+    """A part of a capture in a joined motion; times in seconds."""
+
+    capture: str
+    start: float
+    end: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class JoinedAnswer:
+    """A motion of parts of captures."""
+
+    seconds: float
+    parts: tuple[JoinedPart, ...]
+    seams: tuple[Seam, ...]
+    sources: tuple[Source, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class WrittenJoin(JoinedAnswer):
+    """A motion of parts of captures, with the names of its files."""
+
+    output: str
+    provenance: str
+    changes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -18,9 +18,11 @@ import re
 from collections.abc import Mapping
 from types import MappingProxyType
 
+import numpy as np
+
 from motiondb.body import body
 from motiondb.errors import SkeletonError, suggestion
-from motiondb.records import Skeleton
+from motiondb.records import IntArray, Skeleton
 
 Roles = Mapping[str, str]  # Role -> normalised joint name
 
@@ -38,7 +40,9 @@ REQUIRED = (
     "r_elbow",
 )
 """Roles that a skeleton must have; all others can be estimated from these."""
-_PREFIX = re.compile(r"^(mixamorig\d*|neo_|cc_base_|bip\d+|joint_|m_avg_|f_avg_|def[-_]|org[-_])")
+_PREFIX = re.compile(
+    r"^(mixamorig\d*|character\d*_|neo_|cc_base_|bip\d+|joint_|m_avg_|f_avg_|def[-_]|org[-_])"
+)
 _SEPARATORS = re.compile(r"[\s_.\-]")
 _MAX_LISTED = 40  # Joints that a message lists: those of a body without fingers
 
@@ -324,6 +328,52 @@ def normalised(name: str) -> str:
     ('leftupleg', 'lthigh', 'thighl')
     """
     return _SEPARATORS.sub("", _PREFIX.sub("", name.rsplit(":", 1)[-1].lower()))
+
+
+_SIDES = re.compile(r"left|right|lft|rgt|(?<![a-z])[lr](?![a-z])", re.IGNORECASE)
+_OTHER_SIDE = MappingProxyType(
+    {"left": "right", "right": "left", "lft": "rgt", "rgt": "lft", "l": "r", "r": "l"}
+)
+
+
+def mirror_joints(skeleton: Skeleton) -> IntArray:
+    """Return for every joint the number of its partner on the other side, its own without one.
+
+    Names are compared with left and right exchanged: ``LeftArm``, ``arm_l``, ``Bip01 L Arm``,
+    ``lfemur``.
+    """
+    numbers: dict[str, int] = {}
+    for number, name in enumerate(skeleton.names):
+        numbers.setdefault(name, number)
+    partners = []
+    for number, name in enumerate(skeleton.names):
+        found = [numbers[other] for other in _on_other_side(name) if other in numbers]
+        partners.append(found[0] if found else number)
+    each_other = [partners[partner] == number for number, partner in enumerate(partners)]
+    return np.array([p if both else n for n, (p, both) in enumerate(zip(partners, each_other))])
+
+
+def _on_other_side(name: str) -> list[str]:
+    """Return what a joint's partner may be called.
+
+    >>> _on_other_side("LeftArm"), _on_other_side("arm_l"), _on_other_side("lfemur")
+    (['RightArm'], ['arm_r'], ['rfemur'])
+    """
+
+    def exchanged(found: re.Match[str]) -> str:
+        text = found[0]
+        other = _OTHER_SIDE[text.lower()]
+        return other.upper() if text.isupper() else other.title() if text[0].isupper() else other
+
+    first = _SIDES.sub(exchanged, name)
+    names = [first] if first != name else []
+    space, mark, own = name.rpartition(":")
+    if not names and own[:1].lower() in ("l", "r"):  # lfemur, LShldr, rThigh
+        letter = {"l": "r", "r": "l", "L": "R", "R": "L"}[own[0]]
+        names.append(f"{space}{mark}{letter}{own[1:]}")
+    if not names and own[-1:] in ("L", "R"):  # UpperArmL
+        names.append(f"{space}{mark}{own[:-1]}{'R' if own[-1] == 'L' else 'L'}")
+    return names
 
 
 def joint_map(skeleton: Skeleton, user_map: Mapping[str, str] | None = None) -> dict[str, int]:

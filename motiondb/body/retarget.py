@@ -260,8 +260,22 @@ def clip_keypoints(clip: Clip, user_map: Mapping[str, str] | None = None) -> Flo
 
     Shapes: result (frames, 21, 3).
     """
+    roles = joint_map(clip.skeleton, user_map)
+    points, rotations = _measured(clip, roles)
+    if _is_z_up(points):
+        points = points[..., [0, 2, 1]] * np.array([1.0, 1.0, -1.0])
+        rotations = rotation.multiply(rotation.from_euler([-90.0], "X"), rotations)
+    return _fill_missing(points, roles, rotations)
+
+
+def is_z_up(clip: Clip, user_map: Mapping[str, str] | None = None) -> bool:
+    """Say whether z points up in the world of a clip."""
+    return _is_z_up(_measured(clip, joint_map(clip.skeleton, user_map))[0])
+
+
+def _measured(clip: Clip, roles: Mapping[str, int]) -> tuple[FloatArray, FloatArray]:
+    """Return places (frames, 21, 3) of the roles, NaN for others, and rotations of all joints."""
     skeleton = clip.skeleton
-    roles = joint_map(skeleton, user_map)
     needed = {j if j >= 0 else skeleton.end_sites[-1 - j][0] for j in roles.values()}
     positions, rotations = kinematics.clip_positions(clip, sorted(needed))
     points = np.full((clip.n_frames, len(body.JOINTS), 3), np.nan)
@@ -275,10 +289,7 @@ def clip_keypoints(clip: Clip, user_map: Mapping[str, str] | None = None) -> Flo
                 rotations[:, parent], np.broadcast_to(offset, (clip.n_frames, 3))
             )
             points[:, _I[role]] = positions[:, parent] + turned
-    if _is_z_up(points):
-        points = points[..., [0, 2, 1]] * np.array([1.0, 1.0, -1.0])
-        rotations = rotation.multiply(rotation.from_euler([-90.0], "X"), rotations)
-    return _fill_missing(points, roles, rotations)
+    return points, rotations
 
 
 def _end_offset(skeleton: Skeleton, end: int) -> FloatArray:

@@ -1,134 +1,44 @@
-"""The verbs on captures: in and out, their captions and events, their facts and pictures."""
+"""The verbs that ask about captures: the catalogue, motions, captions, facts and pictures."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motiondb import store
+from motiondb.answers.catalogue import Exported
 from motiondb.body.features import FEATURE_STEP
 from motiondb.body.retarget import to_clip, to_motion
+from motiondb.database.archive import Archive
 from motiondb.database.catalogue import browsing, filter_words
-from motiondb.database.catalogue.parts import cut_clip, cut_motion, outside, write_bytes, write_clip
-from motiondb.database.learn import updating
-from motiondb.errors import MotionDBError, QueryError
+from motiondb.database.catalogue.parts import cut_clip, cut_motion
+from motiondb.files import read_capture, split_take
 from motiondb.files.safe_files import is_file
-from motiondb.language.vocabulary import parse_synonyms
 from motiondb.records import Caption, CaptureInfo, Clip, Event, Motion, Relation
 from motiondb.search.takings import Taking
-from motiondb.store import Provenance, Store
+from motiondb.store import Provenance
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
     from motiondb.answers.catalogue import (
-        AddReport,
         CaptureFacts,
         EventRow,
+        MatchFile,
         ShownActivity,
         ShownSegment,
     )
-    from motiondb.database.catalogue import cataloguing, sheets
-    from motiondb.database.session import Session
+    from motiondb.database.catalogue import exporting
+    from motiondb.search.by_example import ExampleAnswer
+    from motiondb.search.by_words import WordAnswer
     from motiondb.search.copies import DuplicateGroup
 
 
-class Captures:
-    """The captures of a database.
+class Captures(Archive):
+    """The captures of a database."""
 
-    Parameters
-    ----------
-    session : Session
-        The open database.
-    """
-
-    def __init__(self, session: Session) -> None:
-        self.session = session
-
-    @property
-    def store(self) -> Store:
-        """The open store."""
-        return self.session.store
-
-    def add(
-        self,
-        folder: str | Path,
-        words: str | Path | None = None,
-        settings: cataloguing.AddSettings | None = None,
-        progress: cataloguing.Progress | None = None,
-        events: str | Path | None = None,
-    ) -> AddReport:
-        """Add a capture, or every capture below a folder.
-
-        Broken files are left out and reported; a file whose content is there already changes
-        nothing.
-
-        Parameters
-        ----------
-        folder : str or Path
-            A file or a folder.
-        words : str or Path, optional
-            Sheet of words and tags, TSV or CSV.
-        settings : AddSettings, optional
-            How files are read.
-        progress : callable, optional
-            Called with the name of the step, the number done, and the total number.
-        events : str or Path, optional
-            Sheet of events, TSV or CSV.
-
-        Raises
-        ------
-        MotionDBError
-            When there are no captures to add, or a sheet cannot be read.
-        """
-        from motiondb.database.catalogue import cataloguing, sheets
-        from motiondb.files.sheets import read_event_sheet, read_sheet
-
-        given = sheets.Sheets(
-            read_sheet(words) if words is not None else None,
-            read_event_sheet(events) if events is not None else None,
-        )
-        return cataloguing.add_captures(
-            self.store, Path(folder), given, settings or cataloguing.AddSettings(), progress
-        )
-
-    def import_words(self, sheet: str | Path) -> sheets.ImportReport:
-        """Replace words and tags by those of a sheet; captures without words in it keep theirs.
-
-        Parameters
-        ----------
-        sheet : str or Path
-            TSV or CSV.
-        """
-        from motiondb.database.catalogue import sheets
-
-        return sheets.import_words(self.store, sheet)
-
-    def import_events(self, sheet: str | Path) -> sheets.EventReport:
-        """Replace the events of the captures that a sheet names.
-
-        Parameters
-        ----------
-        sheet : str or Path
-            TSV or CSV.
-        """
-        from motiondb.database.catalogue import sheets
-
-        return sheets.import_events(self.store, sheet)
-
-    def check_name_free(self, name: str) -> None:
-        """Refuse a name that a capture has already.
-
-        Raises
-        ------
-        QueryError
-            When the name is empty or taken.
-        """
-        from motiondb.database.catalogue.cataloguing import check_name_free
-
-        check_name_free(self.store, name)
-
-    def captures(self, where: str = "", exact: bool = False) -> list[CaptureInfo]:
+    def captures(self, where: str = "", exact: bool = False, sort: str = "") -> list[CaptureInfo]:
         """The catalogue.
 
         Parameters
@@ -138,17 +48,22 @@ class Captures:
         exact : bool
             Whether words in it that are in no caption and no tag match nothing; otherwise such a
             word may be replaced by a known one (``taken_in_filter``).
+        sort : str
+            Column or tag to sort by, such as "duration"; "-duration": the longest first. "": in
+            order of number.
 
         Raises
         ------
         QueryError
-            When the filter cannot be read or names an unknown column.
+            When the filter cannot be read or names an unknown column, or there is none to sort by.
         """
         with self.session.reading():
             if exact or not where.strip():
-                return store.load_captures(self.store, where)
-            filters = filter_words.take_filter_words(self.store, where)[0]
-            return store.load_captures(self.store, filters)
+                infos = store.load_captures(self.store, where)
+            else:
+                filters = filter_words.take_filter_words(self.store, where)[0]
+                infos = store.load_captures(self.store, filters)
+            return browsing.sort_captures(self.session, infos, sort) if sort else infos
 
     def taken_in_filter(self, where: str) -> Mapping[str, Taking]:
         """The known words that replace words of a filter that are in no caption and no tag.
@@ -257,9 +172,7 @@ class Captures:
         """
         if isinstance(example, Motion):
             motion = example
-        elif is_file(example):
-            from motiondb.files import read_capture
-
+        elif is_file(split_take(example)[0]):
             motion = to_motion(read_capture(example))
         else:
             with self.session.reading():
@@ -290,7 +203,8 @@ class Captures:
         start: float | None = None,
         end: float | None = None,
         canonical: bool = False,
-    ) -> Path:
+        changes: exporting.MotionChanges | None = None,
+    ) -> Exported:
         """Write a capture to a file; in its original format, the bytes are those that were added.
 
         Parameters
@@ -298,7 +212,8 @@ class Captures:
         name : str
             Name of the capture.
         path : str or Path
-            The ending says the format: .bvh, .glb or .gltf, or the ending of the added file.
+            The ending says the format: .bvh, .glb or .gltf, or the ending of the added file. With
+            the added AMC, its skeleton is written beside it (.asf).
         start : float, optional
             Start of the part of the capture, seconds. A part of a capture is always written as a
             new file.
@@ -306,50 +221,72 @@ class Captures:
             End of the part of the capture, seconds.
         canonical : bool
             Write the motion on the canonical body at 30 frames a second.
+        changes : MotionChanges, optional
+            How the motion is changed before. A changed motion is always written as a new file.
+
+        Returns
+        -------
+        Exported
+            The names of the files, and what was done.
 
         Raises
         ------
         MotionDBError
             When there is no such capture, or the file cannot be written.
         """
-        path = Path(path)
-        whole = start is None and end is None and not canonical
+        from motiondb.database.catalogue import exporting
+
+        path, asked = Path(path), changes or exporting.MotionChanges()
+        exporting.check_changes(asked, path)
+        whole = start is None and end is None and not canonical and not asked.are_any
         with self.session.reading():
             info = store.load_capture(self.store, name)
-            source = store.load_source(self.store, info.capture_id)
-            if whole and path.suffix.lower() == Path(source.file_name).suffix.lower():
-                return write_bytes(path, source.data)
             if canonical:
                 motion = store.load_motion(self.store, info.capture_id)
-                return write_clip(to_clip(cut_motion(motion, start, end)), path)
-            return write_clip(cut_clip(self.clip(name), start, end), path)
+                clip = to_clip(cut_motion(motion, start, end))
+            else:
+                source = store.load_source(self.store, info.capture_id)
+                if whole and path.suffix.lower() == Path(source.own_name).suffix.lower():
+                    return exporting.write_added(info, source, path, self.clip(name).unit)
+                clip = cut_clip(self.clip(name), start, end)
+            asked = self._with_joint_map(info, asked, canonical)
+        clip, said = exporting.write_changed(clip, path, asked)
+        unit = "m" if path.suffix.lower() in exporting.GLTF else exporting.unit_name(clip.unit)
+        return Exported(info.name, path, clip.fps, clip.n_frames, unit, False, said)
 
-    def remove(self, names: Iterable[str]) -> list[str]:
-        """Remove captures, all or none; their counts are removed from the learned model.
+    def _with_joint_map(
+        self, info: CaptureInfo, asked: exporting.MotionChanges, canonical: bool
+    ) -> exporting.MotionChanges:
+        """Return the changes with the joint map with which a capture was added."""
+        runs = {run.run_id: run for run in store.load_runs(self.store)}
+        added = runs[info.run_id].parameters.get("joint_map")
+        if canonical or asked.joint_map or not isinstance(added, dict):
+            return asked
+        return replace(asked, joint_map={str(k): str(v) for k, v in added.items()})
+
+    def export_matches(
+        self, answer: WordAnswer | ExampleAnswer, folder: str | Path, question: str = ""
+    ) -> list[MatchFile]:
+        """Write the intervals of an answer as BVH, each with its origin and licence beside it.
 
         Parameters
         ----------
-        names : iterable of str
-            Names of captures.
-
-        Returns
-        -------
-        list of str
-            Full names of the captures removed.
+        answer : WordAnswer or ExampleAnswer
+            The answer of ``search`` or ``like``.
+        folder : str or Path
+            The folder, which is made if there is none.
+        question : str
+            What was asked, for the files beside.
 
         Raises
         ------
-        QueryError
-            When there is no capture of one of the names.
+        MotionDBError
+            When a file cannot be written.
         """
-        with store.transaction(self.store):
-            infos = [store.load_capture(self.store, name) for name in names]
-            numbers = [info.capture_id for info in infos]
-            parameters = {"names": [info.name for info in infos]}
-            with updating.changing(self.store, "remove", parameters, numbers):
-                for number in numbers:
-                    store.remove_capture(self.store, number)
-        return [info.name for info in infos]
+        from motiondb.database.match_files import write_matches
+
+        with self.session.reading():
+            return write_matches(self.store, answer.matches, Path(folder), question, self.export)
 
     def captions(self, name: str) -> tuple[Caption, ...]:
         """The captions of a capture.
@@ -367,69 +304,6 @@ class Captures:
         """The captions of all captures, by capture number."""
         with self.session.reading():
             return dict(store.load_captions(self.store))
-
-    def set_words(
-        self,
-        name: str,
-        words: str,
-        start: float | None = None,
-        end: float | None = None,
-        keep: bool = False,
-    ) -> updating.Change:
-        """Set the caption of a capture, or of a part of it, and count it.
-
-        Words that are new to the vocabulary are counted at the next ``learn``.
-
-        Parameters
-        ----------
-        name : str
-            Name of the capture.
-        words : str
-            What it shows.
-        start : float, optional
-            Start of the part of the capture, seconds.
-        end : float, optional
-            End of the part of the capture, seconds.
-        keep : bool
-            Add to the captions that are there instead of replacing them.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture, no word, or the part lies outside the capture.
-        """
-        return self._save_captions(name, [Caption(words, start, end)], keep)
-
-    def set_captions(self, name: str, captions: Iterable[Caption]) -> updating.Change:
-        """Replace all captions of a capture, and count them.
-
-        Parameters
-        ----------
-        name : str
-            Name of the capture.
-        captions : iterable of Caption
-            Its captions; none removes those that are there.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture, a caption has no word, or its interval lies outside the
-            capture.
-        """
-        return self._save_captions(name, list(captions), keep=False)
-
-    def _save_captions(self, name: str, new: list[Caption], keep: bool) -> updating.Change:
-        """Save captions of a capture, in place of those there, or after them (``keep``)."""
-        with store.transaction(self.store):
-            info = store.load_capture(self.store, name)
-            for caption in new:
-                _check_caption(info, caption)
-            number = info.capture_id
-            old = store.load_captions(self.store, number).get(number, ()) if keep else ()
-            parameters = {"name": info.name, "words": "; ".join(c.words for c in new)}
-            with updating.changing(self.store, "words", parameters, [number]) as change:
-                store.save_captions(self.store, number, [*old, *new])
-        return change
 
     def events(self, name: str) -> tuple[Event, ...]:
         """Instants of a capture, by frames of its motion (30 a second).
@@ -456,38 +330,6 @@ class Captures:
         events = Counter(event.name for of_one in known for event in of_one)
         captures = Counter(name for of_one in known for name in {e.name for e in of_one})
         return [EventRow(name, count, captures[name]) for name, count in sorted(events.items())]
-
-    def set_synonyms(self, path: str | Path) -> Mapping[str, str]:
-        """Replace the synonyms for captions and questions by those of a file.
-
-        Parameters
-        ----------
-        path : str or Path
-            Lines ``word = canonical``.
-
-        Raises
-        ------
-        MotionDBError
-            When the file cannot be read.
-        """
-        from motiondb.files.safe_files import read_bounded_text
-
-        path = Path(path)
-        try:
-            table = parse_synonyms(read_bounded_text(path, "utf-8"), str(path))
-        except OSError as error:
-            raise MotionDBError(
-                f"{path}: expected a readable file of synonyms, found: {error.strerror}."
-            ) from None
-        except UnicodeDecodeError:
-            raise MotionDBError(
-                f"{path}: expected text in UTF-8, found another encoding. Save it as UTF-8."
-            ) from None
-        with store.transaction(self.store):
-            every = [info.capture_id for info in store.load_captures(self.store)]
-            with updating.changing(self.store, "words", {"synonyms": str(path)}, every):
-                store.save_synonyms(self.store, table)
-        return table
 
     def segments(self, name: str) -> list[ShownSegment]:
         """Symbols of a capture with their times (seconds); empty if it is not learned.
@@ -569,12 +411,3 @@ class Captures:
         with self.session.reading():
             name = store.load_capture(self.store, name).name
             return pictures.draw_animation(self.motion(name, start, end), path)
-
-
-def _check_caption(info: CaptureInfo, caption: Caption) -> None:
-    """Refuse a caption without words, or of an interval outside its capture (QueryError)."""
-    first, last = caption.start or 0.0, info.duration if caption.end is None else caption.end
-    if not 0.0 <= first < last <= info.duration + 1.0:
-        raise QueryError(f"{info.name}: {outside(info.duration, caption.start, caption.end)}")
-    if not caption.words.strip():
-        raise QueryError(f"{info.name}: expected words, found none. Say what it shows.")

@@ -24,7 +24,7 @@ from motiondb.files.parent_process import end_with_parent, is_main_thread
 from motiondb.grammar.cfg.context_free import check_grammar, derive_by
 
 
-def check_file(path: str | Path, *, wait: float = 0.0) -> list[str]:
+def check_file(path: str | Path, *, wait: float = 0.0, quick: bool = False) -> list[str]:
     """Every fault of a database file, one sentence each; none if it is sound.
 
     Reads every column, checks every rule of the tables, the grammars, and the digest of every
@@ -36,6 +36,9 @@ def check_file(path: str | Path, *, wait: float = 0.0) -> list[str]:
         The file; this process may have it open for reading only.
     wait : float
         Seconds to wait for a process that writes to it.
+    quick : bool
+        Check the tables, the catalogue and what was learned, but read no motions, scores and
+        stored files: damage in those is not found.
 
     Raises
     ------
@@ -45,7 +48,7 @@ def check_file(path: str | Path, *, wait: float = 0.0) -> list[str]:
     path = Path(path)
     parent = [str(os.getpid()), str(int(is_main_thread()))]
     # -P: modules of the working folder must not replace those that are imported
-    command = [sys.executable, "-P", "-m", __name__, str(path), str(wait), *parent]
+    command = [sys.executable, "-P", "-m", __name__, str(path), str(wait), str(int(quick)), *parent]
     try:
         ended = subprocess.run(
             command, capture_output=True, text=True, errors="replace", check=False
@@ -114,16 +117,17 @@ def _derived(learned: LearnedGrammar, rules: tuple[int, ...]) -> tuple[str, ...]
         return None
 
 
-def _answer(path: Path, wait: float) -> dict[str, object]:
+def _answer(path: Path, wait: float, quick: bool) -> dict[str, object]:
     """The result of the other process: faults, or the error that prevented the check."""
     try:
         with store.open_store(path, read_only=True, wait=wait) as opened:
-            return {"error": None, "faults": check(opened)}
+            faults = store.check_quickly(opened) if quick else check(opened)
+            return {"error": None, "faults": faults}
     except StoreError as error:
         return {"error": str(error), "faults": []}
 
 
 if __name__ == "__main__":
-    _path, _wait, _parent, _by_main_thread = sys.argv[1:]
+    _path, _wait, _quick, _parent, _by_main_thread = sys.argv[1:]
     end_with_parent(int(_parent), _by_main_thread == "1")
-    sys.stdout.write(json.dumps(_answer(Path(_path), float(_wait))))
+    sys.stdout.write(json.dumps(_answer(Path(_path), float(_wait), _quick == "1")))

@@ -15,7 +15,13 @@ from motiondb import pictures, store
 from motiondb.answers.making import Source
 from motiondb.answers.plain import to_json
 from motiondb.body.retarget import to_clip
-from motiondb.database.catalogue.parts import write_bytes, write_clip
+from motiondb.database.catalogue.exporting import (
+    MotionChanges,
+    check_changes,
+    unit_name,
+    write_changed,
+)
+from motiondb.database.catalogue.parts import write_bytes
 from motiondb.files import to_bvh
 from motiondb.files.own_files import WRITER, check_overwriting, digest_of, provenance_path
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Motion
@@ -33,17 +39,26 @@ class Made(Protocol):
         """The origin of every frame."""
 
 
-def write_with_provenance(made: Made, facts: object, path: Path) -> dict[str, str]:
-    """Write a motion, and beside it ``FILE.provenance.json``; the names of both files."""
+def write_with_provenance(
+    made: Made, facts: object, path: Path, changes: MotionChanges | None = None
+) -> dict[str, Any]:
+    """Write a motion, and beside it ``FILE.provenance.json``; the names of both files.
+
+    The frames that it lists are those of the motion before it was changed.
+    """
+    asked = changes or MotionChanges()
+    check_changes(asked, path)
     said = to_json(facts).items()
     kept = {k: v for k, v in said if k != "question" and (k != "words_from" or v)}
     beside = provenance_path(path)
     check_overwriting(beside)
-    write_clip(to_clip(made.motion), path)
-    written = {"written_by": WRITER, "sha256": digest_of(path)}
+    clip, said = write_changed(to_clip(made.motion), path, asked)
+    written: dict[str, object] = {"written_by": WRITER, "sha256": digest_of(path)}
+    if said or asked.are_any:
+        written |= {"changes": said, "fps": clip.fps, "unit": unit_name(clip.unit)}
     runs = {"frames": frame_runs(made)}
     write_bytes(beside, json.dumps({**written, **kept, **runs}, indent=1).encode())
-    return {"output": str(path), "provenance": str(beside)}
+    return {"output": str(path), "provenance": str(beside), "changes": said}
 
 
 def draw_generated(made: Made, title: str, path: str | Path) -> Path:

@@ -13,6 +13,7 @@ from motiondb import store
 from motiondb.answers.making import ActionVerdict, DecodedAction, GeneratedAnswer, WrittenMotion
 from motiondb.answers.plain import extended
 from motiondb.answers.questions import WordProbability, understood_question
+from motiondb.database.catalogue.exporting import MotionChanges
 from motiondb.database.generated_files import (
     draw_generated,
     sources_of,
@@ -170,13 +171,15 @@ class Generated:
             question=understood_question(self.question, self.not_used),
         )
 
-    def write(self, path: str | Path) -> WrittenMotion:
+    def write(self, path: str | Path, changes: MotionChanges | None = None) -> WrittenMotion:
         """Write the motion, and beside it ``FILE.provenance.json`` with the origin of its frames.
 
         Parameters
         ----------
         path : str or Path
             The ending says the format: .bvh, .glb or .gltf.
+        changes : MotionChanges, optional
+            How the motion is changed before; the origin of its frames is that before the changes.
 
         Returns
         -------
@@ -189,7 +192,8 @@ class Generated:
             When the ending is another one, or a file cannot be written.
         """
         facts = self.facts()
-        return extended(WrittenMotion, facts, **write_with_provenance(self, facts, Path(path)))
+        written = write_with_provenance(self, facts, Path(path), changes)
+        return extended(WrittenMotion, facts, **written)
 
     def draw(self, path: str | Path) -> Path:
         """Draw a strip of stick figures over the sources of the frames, as PNG.
@@ -226,7 +230,7 @@ def generate(
     made: list[MadeMotion] = []
     motions: list[Generated] = []
     with session.reading():
-        takes = Takes(session.features, session.motions.motion)
+        takes = Takes(session.features, lambda capture: store.load_motion(session.store, capture))
         text, same = words, dict[str, Taking]()
         if exact:
             learned = session.learned

@@ -8,12 +8,13 @@ need not be removed by hand. Threads may share a session.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import lru_cache
 from importlib import resources
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -24,11 +25,11 @@ from motiondb.body.features import N_FEATURES, features_of_motions
 from motiondb.errors import NotLearnedError
 from motiondb.language.nearby.table import NearbyTable, read_table
 from motiondb.learn.checking import given_certainties
-from motiondb.learn.learned import Learned
+from motiondb.learn.learned import Learned, prepare, with_prepared
 from motiondb.learn.learned_model import from_stored
 from motiondb.learn.recognition import FeaturePool, recognise_capture
 from motiondb.meaning.counting import join_tables
-from motiondb.records import SegmentTable
+from motiondb.records import Float32Array, Motion
 
 T = TypeVar("T")
 TABLE = "words.table"  # The shipped table of nearby words
@@ -94,7 +95,7 @@ class Session:
     @property
     def learned(self) -> Learned:
         """The learned model, with the catalogue of the same revision."""
-        return self.kept("learned", lambda: load_learned(self.store))
+        return self.kept("learned", lambda: _prepared(self.store, load_learned(self.store)))
 
     @property
     def searchable(self) -> Learned:
@@ -104,28 +105,25 @@ class Session:
         They take no part in counts, nor as material for further generation. Search finds them: here
         they are cut and scored by the learned symbols.
         """
-        return self.kept("searchable", lambda: _with_generated(self.store, self.learned))
+        return self.kept("searchable", lambda: _searchable(self.store, self.learned))
 
     @property
     def features(self) -> FeaturePool:
         """Recognition features of all captures."""
         return self.kept("features", lambda: load_features(self.store))
 
-    @property
-    def motions(self) -> store.MotionPool:
-        """Motions of all captures."""
-        return self.kept("motions", lambda: store.load_motion_pool(self.store))
-
-    def has_features(self) -> bool:
-        """Whether the features of all captures are in the cache of the database."""
+    def lacking_features(self) -> dict[int, Motion]:
+        """Motions of the captures whose features are not in the cache of the database."""
         with self.reading():
-            return store.is_cached(self.store, FEATURES)
+            return store.lacking_rows(self.store, FEATURES)
 
-    def keep_features(self, motions: store.MotionPool, arrays: dict[str, NDArray[Any]]) -> None:
-        """Keep features that were computed while the file was free, unless the database changed."""
+    def keep_features(self, made: Mapping[int, FeaturesMade]) -> None:
+        """Keep features that were computed while the file was free.
+
+        `made`: Features of captures by number; those that were removed meanwhile are left out.
+        """
         with self.reading():
-            if self.motions is motions:
-                self.kept("features", lambda: load_features(self.store, arrays))
+            self.kept("features", lambda: load_features(self.store, made))
 
 
 def load_learned(opened: store.Store) -> Learned:
@@ -146,28 +144,27 @@ def load_learned(opened: store.Store) -> Learned:
         )
 
 
+FeaturesMade = tuple[NDArray[Any], float]
+"""Features (frames, 130) of a capture, and the length of its motion in frames."""
+
+
 def load_features(
-    opened: store.Store, arrays: dict[str, NDArray[Any]] | None = None
+    opened: store.Store, ready: Mapping[int, FeaturesMade] = MappingProxyType({})
 ) -> FeaturePool:
-    """Features of all motions; computed once, then memory-mapped from the cache of the database."""
+    """Features of all motions; computed once, then memory-mapped from the cache of the database.
 
-    def build() -> dict[str, NDArray[Any]]:
-        return arrays or feature_arrays(store.load_motion_pool(opened))
-
-    return FeaturePool(**store.cached_arrays(opened, FEATURES, build))
-
-
-def feature_arrays(pool: store.MotionPool) -> dict[str, NDArray[Any]]:
-    """The arrays of a :class:`FeaturePool` by name."""
-    parts = features_of_motions([pool.motion(int(c)) for c in pool.capture_ids])
-    bounds = np.concatenate([[0], np.cumsum([len(p) for p in parts])]).astype(np.int64)
+    `ready`: Features that were computed already, by number of the capture.
+    """
+    held = store.cached_rows(opened, FEATURES, make_features, ready)
     none = np.zeros((0, N_FEATURES), dtype=np.float32)
-    return {
-        "capture_ids": pool.capture_ids,
-        "bounds": bounds,
-        "features": np.concatenate(parts) if parts else none,
-        "lengths": np.diff(pool.offsets),
-    }
+    features = cast(Float32Array, held.rows) if len(held.rows) else none
+    return FeaturePool(held.capture_ids, held.bounds, features, held.values.astype(np.int64))
+
+
+def make_features(motions: Sequence[Motion]) -> list[FeaturesMade]:
+    """Features and length of some motions, in their order."""
+    parts = features_of_motions(motions)
+    return [(part, float(motion.n_frames)) for part, motion in zip(parts, motions)]
 
 
 def _with_generated(opened: store.Store, learned: Learned) -> Learned:
@@ -176,13 +173,19 @@ def _with_generated(opened: store.Store, learned: Learned) -> Learned:
     if not generated:
         return learned
     tables = [recognise_capture(learned, c, store.load_motion(opened, c)) for c in generated]
-    added, old = join_tables(*tables), learned.segments
-    order = np.argsort(np.concatenate([old.capture_ids, added.capture_ids]), kind="stable")
-    columns = {
-        name: np.concatenate([column, vars(added)[name]])[order]
-        for name, column in vars(old).items()
-    }
-    return replace(learned, segments=SegmentTable(**columns))
+    return replace(learned, segments=join_tables(learned.segments, *tables))
+
+
+def _searchable(opened: store.Store, learned: Learned) -> Learned:
+    """The learned model with the generated captures, and what questions need of all captures."""
+    every = _with_generated(opened, learned)
+    return learned if every is learned else _prepared(opened, every, "searched")
+
+
+def _prepared(opened: store.Store, learned: Learned, kind: str = "evidence") -> Learned:
+    """The learned model with arrays of all captures from the cache of the database."""
+    mark = store.learning_mark(opened)
+    return with_prepared(learned, store.cached_arrays(opened, kind, lambda: prepare(learned), mark))
 
 
 @lru_cache(maxsize=1)

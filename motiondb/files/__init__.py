@@ -2,7 +2,7 @@
 
 >>> from motiondb.files import CAPTURE_ENDINGS
 >>> CAPTURE_ENDINGS
-('.bvh', '.amc', '.txt', '.json', '.npz', '.c3d')
+('.bvh', '.amc', '.txt', '.json', '.npz', '.c3d', '.fbx')
 """
 
 from motiondb.files.bvh_writer import to_bvh, write_bvh
@@ -15,7 +15,14 @@ from motiondb.files.folder import (
     printable,
     skeleton_path,
 )
-from motiondb.files.formats import capture_format, read_capture, read_capture_bytes, read_file
+from motiondb.files.formats import (
+    capture_format,
+    read_capture,
+    read_capture_bytes,
+    read_file,
+    read_takes_bytes,
+    split_take,
+)
 from motiondb.files.gltf_writer import Character, write_gltf, write_gltf_scene
 from motiondb.files.limits import NO_LIMITS, ReadLimits, ReadOptions, cap_memory, guarded
 from motiondb.files.readers.amc import AsfFile
@@ -40,7 +47,9 @@ __all__ = [
     "read_capture",
     "read_capture_bytes",
     "read_file",
+    "read_takes_bytes",
     "skeleton_path",
+    "split_take",
     "to_bvh",
     "unit_from_name",
     "write_bvh",

@@ -26,13 +26,13 @@ FORMATS = MappingProxyType(
         ".json": "deepmimic",
         ".npz": "amass",
         ".c3d": "c3d",
+        ".fbx": "fbx",
     }
 )  # Ending, lower case -> format
 CAPTURE_ENDINGS: tuple[str, ...] = tuple(FORMATS)
 """Endings of captures, lower case; ".txt" and ".json" count where they hold DeepMimic's JSON."""
 OTHER_FORMATS = MappingProxyType(
     {
-        ".fbx": "Autodesk FBX",
         ".trc": "marker tracks of Motion Analysis or OpenSim",
         ".trb": "marker tracks of Motion Analysis",
         ".htr": "Motion Analysis HTR",

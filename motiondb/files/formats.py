@@ -23,7 +23,7 @@ from motiondb.files.limits import (
     guarded,
 )
 from motiondb.files.readers.amc import AsfFile
-from motiondb.files.safe_files import open_file
+from motiondb.files.safe_files import is_file, open_file
 from motiondb.records import Clip
 
 _UNIT_LENGTH = 1e-3
@@ -60,7 +60,7 @@ def read_capture(
     Parameters
     ----------
     path : Path or str
-        The file; its ending names the format.
+        The file; its ending names the format. ``FILE.fbx#TAKE`` is one of several takes.
     skeleton : Path or str or None
         The ASF file of an AMC; None: the one that :func:`skeleton_path` finds.
     fps : float or None
@@ -82,9 +82,9 @@ def read_capture(
     CaptureError
         When the file cannot be read; it lists every structural fault with its line.
     """
-    path = Path(path)
+    path, take = split_take(path)
     kind = capture_format(path)
-    options = ReadOptions(fps, unit, skip_bad_frames)
+    options = ReadOptions(fps, unit, skip_bad_frames, take=take)
     asf = skeleton_path(path, skeleton) if kind == "amc" else None
     return read_capture_bytes(
         read_file(path, options) if data is None else data,
@@ -109,11 +109,51 @@ def read_capture_bytes(
     check_file_size(len(data), path, options.limits)
     with guarded(path):
         clip = _read(data, kind, path, skeleton, options)
-        n_joints = len(clip.skeleton.names)
-        check_clip_size(clip.n_frames, n_joints, len(data), path, options.limits)
-        check_duration(clip.n_frames, clip.fps, path)
-        _check_finite(clip, path)
+        _check(clip, len(data), path, options)
     return clip
+
+
+def read_takes_bytes(
+    data: bytes,
+    kind: str,
+    *,
+    path: Path | str = "capture",
+    skeleton: AsfFile | None = None,
+    options: ReadOptions | None = None,
+) -> dict[str, Clip]:
+    """Read the clips in the bytes of a capture by the names of their takes; "" for the only one."""
+    if kind != "fbx":
+        return {"": read_capture_bytes(data, kind, path=path, skeleton=skeleton, options=options)}
+    from motiondb.files.readers.fbx import read_takes
+
+    options = options or ReadOptions()
+    check_options(options, path)
+    check_file_size(len(data), path, options.limits)
+    with guarded(path):
+        clips = read_takes(data, path, options)
+        for clip in clips.values():
+            _check(clip, len(data), path, options)
+    return clips if len(clips) > 1 else dict(zip(("",), clips.values()))
+
+
+def _check(clip: Clip, n_bytes: int, path: object, options: ReadOptions) -> None:
+    """Check what every clip must fulfil (CaptureError)."""
+    check_clip_size(clip.n_frames, len(clip.skeleton.names), n_bytes, path, options.limits)
+    check_duration(clip.n_frames, clip.fps, path)
+    _check_finite(clip, path)
+
+
+def split_take(path: Path | str) -> tuple[Path, str]:
+    """Split ``FILE#TAKE`` for a file of a format with takes; the take is "" where none is named.
+
+    >>> split_take("a.fbx#walk")[1], split_take("walk#2.bvh")[1]
+    ('walk', '')
+    """
+    text = str(path)
+    file, _, take = text.rpartition("#")
+    if file.lower().endswith(".fbx") and not is_file(text):
+        return Path(file), take
+    return Path(path), ""
 
 
 def read_file(path: Path, options: ReadOptions) -> bytes:
@@ -151,6 +191,10 @@ def _read(
         from motiondb.files.readers.c3d import read_c3d
 
         return read_c3d(data, path, options)
+    if kind == "fbx":
+        from motiondb.files.readers.fbx import read_fbx
+
+        return read_fbx(data, path, options)
     raise CaptureError(path, f"expected a known format, found {kind!r}.")
 
 

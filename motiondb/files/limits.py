@@ -85,6 +85,7 @@ class ReadOptions:
     skip_bad_frames: bool = False
     limits: ReadLimits = field(default_factory=ReadLimits)  # What reading may cost
     within: Path | None = None  # Folder that links must not lead out of
+    take: str = ""  # Which take of a file with several; "": the only one
 
 
 def check_options(options: ReadOptions, path: object) -> None:
@@ -196,7 +197,7 @@ def cap_memory(n_bytes: float) -> None:
         _, hard = resource.getrlimit(resource.RLIMIT_AS)
         if hard == resource.RLIM_INFINITY or limit < hard:
             resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
-    except (ImportError, OSError, ValueError):
+    except (ImportError, OSError, ValueError, OverflowError):  # the last: no limit, in effect
         return
 
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Hashable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 
@@ -74,8 +74,15 @@ class Sheet:
     notes: tuple[str, ...] = ()  # Sentences about unusual entries that were used
 
     def find(self, name: str) -> SheetEntry | None:
-        """Return the entry of a capture by its name, or None."""
-        return self.entries.get(name)
+        """Return the entry of a capture by its name, or None.
+
+        A take (``FILE#TAKE``) without one has the tags of its file, but no captions: whose they
+        are is not known.
+        """
+        if name in self.entries:
+            return self.entries[name]
+        of_file = self.entries.get(name.rpartition("#")[0])
+        return None if of_file is None else replace(of_file, captions=())
 
     def unknown(self, names: Iterable[str]) -> list[str]:
         """Return a sentence for every entry whose file is not among the captures."""
@@ -106,7 +113,12 @@ def capture_name(file: str) -> str:
 
     >>> capture_name("16/16_01.amc"), capture_name("a.b/take 1.bvh")
     ('16/16_01', 'a.b/take 1')
+    >>> capture_name("day2.fbx#walk")
+    'day2#walk'
     """
+    before, mark, take = file.strip().rpartition("#")
+    if mark and before.lower().endswith(".fbx"):
+        return f"{capture_name(before)}#{take}"
     path = PurePosixPath(file.strip().replace("\\", "/"))
     return str(path.with_suffix("")) if path.suffix.lower() in CAPTURE_ENDINGS else str(path)
 
@@ -136,6 +148,22 @@ def check_columns(path: Path, line: int, header: list[str]) -> None:
         raise SheetError(
             f"{path}:{line}: expected each column once, found {quoted(twice)} twice. Rename one."
         )
+
+
+def tag_fault(key: str) -> str:
+    """Say what keeps the name of a tag from being a column of a sheet of words, or "".
+
+    >>> tag_fault("mood"), tag_fault("Start"), tag_fault("license")
+    ('', 'a column of sheets with another meaning', 'another spelling of licence')
+    """
+    lower = key.lower()
+    if lower in _WORD_SYNONYMS:
+        return f"another spelling of {_WORD_SYNONYMS[lower]}"
+    if lower in KNOWN and key not in ("performer", "licence"):
+        return "a column of sheets with another meaning"
+    if not key or key != key.strip() or not key.isprintable() or set(key) & set("=\"'"):
+        return "no text, or outer spaces, quotes, '=' or characters that cannot be printed"
+    return ""
 
 
 def shown_row(cells: list[str]) -> str:
@@ -229,7 +257,7 @@ def _gather_words(path: Path, header: list[str], rows: Rows) -> Sheet:
     seen: dict[Hashable, int] = {}
     advice = " Put text with separators in quotes."
     for line, cells in _cells_of(path, header, rows, faults, advice):
-        if repeat := _repeats(path, line, tuple(sorted(cells.values())), seen):
+        if repeat := _repeats(path, line, tuple(sorted(cells.items())), seen):
             repeats += repeat
             continue
         try:

@@ -79,7 +79,7 @@ def find_unit(
     offsets = skeleton.offsets
     if joint_positions is not None:
         offsets = np.median(joint_positions[:: max(1, len(joint_positions) // 100)], axis=0)
-    size, typical = _body_size(skeleton, np.linalg.norm(offsets, axis=-1))
+    size, typical = body_size(skeleton, np.linalg.norm(offsets, axis=-1))
     if not 1e-9 < size < 1e9:
         return 1.0, ("The skeleton has no size; its unit is taken to be the metre.",)
     unit = min(UNITS.values(), key=lambda metres: abs(math.log(size * metres / typical)))
@@ -92,7 +92,7 @@ def find_unit(
     return unit, ()
 
 
-def _body_size(skeleton: Skeleton, lengths: FloatArray) -> tuple[float, float]:
+def body_size(skeleton: Skeleton, lengths: FloatArray) -> tuple[float, float]:
     """Return the size of the body in file units, and the same size of an adult in metres."""
     try:
         roles = joint_map(skeleton)

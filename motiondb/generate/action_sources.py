@@ -362,7 +362,7 @@ def _against_rivals(
     known = {int(w) for w in np.flatnonzero((others.says > 0.0).sum(axis=0) >= LEAST_CAPTURES)}
     gains = {}
     for n in order[:MOST_COMPARED]:
-        capture, vectors = sources[n].capture, learned.standardised[sources[n].rows]
+        capture, vectors = sources[n].capture, learned.segment_rows[sources[n].rows]
         gains[n] = NEIGHBOUR_WEIGHT * neighbour_gain(others, capture, vectors, words)
         evidence = learned.unplaced.get(capture)
         if evidence is not None and words:

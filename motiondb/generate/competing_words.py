@@ -67,7 +67,7 @@ def describe_segments(learned: Learned) -> DescribedSegments:
     for n, capture in enumerate(captures):
         words, n_actions = said[capture]
         says[n, sorted(words)] = 1.0 / np.sqrt(max(n_actions, 1))
-    parts = [learned.standardised[learned.rows[c]] for c in captures]
+    parts = [learned.segment_rows[learned.rows[c]] for c in captures]
     lengths = [len(part) for part in parts]
     vectors = np.concatenate(parts) if parts else np.zeros((0, learned.standardised.shape[1]))
     return DescribedSegments(

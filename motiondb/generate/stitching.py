@@ -31,7 +31,7 @@ import numpy as np
 from scipy.ndimage import convolve1d
 
 from motiondb.body import rotation
-from motiondb.records import FloatArray, IntArray
+from motiondb.records import MOTION_FPS, FloatArray, IntArray
 
 BLEND_FRAMES = 10  # Frames (1/3 s) of a seam of similar poses
 MOST_BLEND_FRAMES = 30  # Frames (1 s) of a seam of poses that are far apart
@@ -129,13 +129,17 @@ def merge_pieces(pieces: Sequence[Piece]) -> list[Piece]:
     return merged
 
 
-def stitch(pieces: Sequence[Piece], sources: dict[int, tuple[FloatArray, FloatArray]]) -> Stitched:
-    """Concatenate pieces with blended seams; `sources` (frames, 4), array (frames, 21, 4)."""
+def stitch(
+    pieces: Sequence[Piece],
+    sources: dict[int, tuple[FloatArray, FloatArray]],
+    fps: float = MOTION_FPS,
+) -> Stitched:
+    """Concatenate pieces with blended seams; `sources` (frames, 4), array (frames, joints, 4)."""
     merged = merge_pieces(pieces)
     played = [_play(piece, sources) for piece in merged]
     for k, (before, after) in enumerate(pairwise(merged)):
         longest = min(before.end - before.start, after.end - after.start) // 2
-        seam = _seam(before, after, sources)
+        seam = _seam(before, after, sources, fps / MOTION_FPS)
         _bend(played[k], played[k + 1], seam, min(seam.half, longest))
     columns = zip(*(vars(one).values() for one in played))
     whole = Stitched(*map(np.concatenate, columns))
@@ -160,10 +164,19 @@ class _Seam:
     turns: FloatArray  # (21, 3): offset of the rotations, as rotation vectors
     turn_rates: FloatArray  # (21, 3): its change a frame
     half: int  # T, frames
+    quick: int = QUICK  # Frames over which a difference of velocities fades
 
 
-def _seam(before: Piece, after: Piece, sources: dict[int, tuple[FloatArray, FloatArray]]) -> _Seam:
-    """Offsets at a seam; a capture that ends there is continued at its last velocity."""
+def _seam(
+    before: Piece,
+    after: Piece,
+    sources: dict[int, tuple[FloatArray, FloatArray]],
+    rate: float,
+) -> _Seam:
+    """Offsets at a seam; a capture that ends there is continued at its last velocity.
+
+    `rate`: Frames in 1/30 s.
+    """
     (old, turned), (new, turned_new) = sources[before.capture], sources[after.capture]
     last, first = before.end - 1, after.start
     previous, following = max(last - 1, 0), min(first + 1, len(new) - 1)
@@ -181,8 +194,8 @@ def _seam(before: Piece, after: Piece, sources: dict[int, tuple[FloatArray, Floa
     share = float(np.clip((apart - NEAR) / (FAR - NEAR), 0.0, 1.0))
     frames = BLEND_FRAMES + share * (MOST_BLEND_FRAMES - BLEND_FRAMES)
     speed = float(np.hypot(*path[1:3]))
-    half = max(round(frames / 2.0), math.ceil(PEAK * speed / MOST_SPEEDING))
-    return _Seam(path, rates, turns, new_turning - old_turning, half)
+    half = max(round(rate * frames / 2.0), math.ceil(rate * PEAK * speed / MOST_SPEEDING))
+    return _Seam(path, rates, turns, new_turning - old_turning, half, round(rate * QUICK))
 
 
 def _bend(old: Stitched, new: Stitched, seam: _Seam, half: int) -> None:
@@ -192,25 +205,27 @@ def _bend(old: Stitched, new: Stitched, seam: _Seam, half: int) -> None:
     before = np.arange(min(half, len(old.path)), 0, -1)  # frames to the seam
     after = np.arange(min(half, len(new.path)))
     early, late = slice(len(old.path) - len(before), None), slice(0, len(after))
-    old.path[early] += _offset(seam.path, -seam.path_rates, before, half)
-    new.path[late] -= _offset(seam.path, seam.path_rates, after, half)
+    old.path[early] += _offset(seam.path, -seam.path_rates, before, half, seam.quick)
+    new.path[late] -= _offset(seam.path, seam.path_rates, after, half, seam.quick)
     old.rotations[early] = rotation.multiply(
         old.rotations[early],
-        rotation.exp(_offset(seam.turns, -seam.turn_rates, before, half)),
+        rotation.exp(_offset(seam.turns, -seam.turn_rates, before, half, seam.quick)),
     )
     new.rotations[late] = rotation.multiply(
         new.rotations[late],
-        rotation.exp(-_offset(seam.turns, seam.turn_rates, after, half)),
+        rotation.exp(-_offset(seam.turns, seam.turn_rates, after, half, seam.quick)),
     )
     old.shares[early] = 1.0 - _offset(np.ones(()), np.zeros(()), before, half)
     new.shares[late] = 1.0 - _offset(np.ones(()), np.zeros(()), after, half)
 
 
-def _offset(offset: FloatArray, rate: FloatArray, frames: IntArray, half: int) -> FloatArray:
+def _offset(
+    offset: FloatArray, rate: FloatArray, frames: IntArray, half: int, quick: int = QUICK
+) -> FloatArray:
     """o of the module's docstring at a number of frames from the seam: array (frames, ...)."""
     shape = (-1, *(1,) * offset.ndim)
     x = (frames / half).reshape(shape)
-    quick = min(half, QUICK)
+    quick = min(half, quick)
     y = np.minimum(frames / quick, 1.0).reshape(shape)
     decay = 1.0 - x**3 * (10.0 - x * (15.0 - 6.0 * x))
     slope = x - x**3 * (6.0 - x * (8.0 - 3.0 * x))

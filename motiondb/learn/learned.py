@@ -15,9 +15,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import islice
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,6 +93,20 @@ def family_of(name: str) -> str:
 LEAST_ALIKE = 0.5  # Smallest cosine of a caption and what motion suggests, to be named
 
 
+FOLLOWED = (
+    *("segments", "score_space", "fitted_word_map", "counted", "started", "association"),
+    *("captions", "synonyms", "lemmas", "places"),
+)  # Fields from which the prepared arrays follow
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """Arrays that questions need of all captures (:func:`prepare`), which may be memory-mapped."""
+
+    arrays: Mapping[str, NDArray[Any]]
+    source: Learned  # From whose fields they follow
+
+
 @dataclass(frozen=True, eq=False)
 class Learned(LearnedModel):
     """The data for questions: the learned model, with the catalogue of the same revision."""
@@ -102,6 +117,7 @@ class Learned(LearnedModel):
     captions: Mapping[int, tuple[Caption, ...]] = field(default_factory=dict)
     synonyms: Mapping[str, str] = field(default_factory=dict)  # Lemma -> canonical lemma
     source: str = ""  # Path of the database file, for messages
+    prepared: Prepared | None = None  # What was computed from all captures before
 
     @cached_property
     def rows(self) -> dict[int, slice]:
@@ -117,6 +133,21 @@ class Learned(LearnedModel):
     def standardised(self) -> FloatArray:
         """Standardised scores and movement of all segments: array (segments, symbols + columns)."""
         return self.score_space.standardise(self.segments.scores, self.segments.movement)
+
+    @cached_property
+    def segment_rows(self) -> score_vectors.StandardisedRows:
+        """The rows of ``standardised``, computed where they are looked at."""
+        table = self.segments
+        return score_vectors.StandardisedRows(self.score_space, table.scores, table.movement)
+
+    @cached_property
+    def _ready(self) -> Mapping[str, NDArray[Any]]:
+        """The prepared arrays, none if a field from which they follow was replaced."""
+        if self.prepared is None:
+            return {}
+        mine, theirs = vars(self), vars(self.prepared.source)
+        same = all(mine[name] is theirs[name] for name in FOLLOWED)
+        return self.prepared.arrays if same else {}
 
     @cached_property
     def n_posture_and_travel(self) -> int:
@@ -210,10 +241,15 @@ class Learned(LearnedModel):
     def evidence(self) -> word_evidence.TakeEvidence:
         """Evidence of all words in all captures, from the motion and from captions."""
         numbers, rows, table = self.word_numbers, self.rows, self.segments
-        fit, like = self.word_map, self.likeness
-        odds = word_evidence.hear_takes(fit, like, self.standardised, table, rows)
         written = word_evidence.caption_evidence(self.described, table, rows, numbers)
-        return word_evidence.TakeEvidence(table, rows, odds, written)
+        if "odds" not in self._ready:
+            fit, like = self.word_map, self.likeness
+            odds = word_evidence.hear_takes(fit, like, self.segment_rows, table, rows)
+            return word_evidence.TakeEvidence(table, rows, odds, written)
+        every, extremes = self._ready["odds"], self._ready["extremes"]
+        odds = {c: every[r.start + n : r.stop + n + 1] for n, (c, r) in enumerate(rows.items())}
+        ready = word_evidence.TakeExtremes(np.array(list(rows), dtype=np.int64), *extremes)
+        return word_evidence.TakeEvidence(table, rows, odds, written, ready)
 
     @cached_property
     def caption_map(self) -> CaptionMap:
@@ -226,12 +262,14 @@ class Learned(LearnedModel):
     @cached_property
     def suggested(self) -> Suggested:
         """Captions that the motion of every capture suggests, in the order of ``rows``."""
-        vectors = score_vectors.whole_vectors(self.standardised, self.segments, self.rows)
+        vectors = score_vectors.whole_vectors(self.segment_rows, self.segments, self.rows)
         return self.caption_map.suggest(vectors)
 
     @cached_property
     def likeness(self) -> FloatArray:
         """Likeness of every word to what every capture suggests: array (captures, words), nats."""
+        if "likeness" in self._ready:
+            return self._ready["likeness"]
         return self.suggested.likeness()
 
     @cached_property
@@ -276,8 +314,10 @@ class Learned(LearnedModel):
         """Evidence for the places of words, from the motion alone; None if none were learned."""
         if self.places is None:
             return None
-        rows, n_words = (self.segments, self.standardised), len(self.association.words)
-        return place_fitting.place_evidence(self.places, *rows, n_words, self.performers)
+        rows, n_words = (self.segments, self.segment_rows), len(self.association.words)
+        names = {f"place_{name}": name for name in place_fitting.FITTED}
+        arrays = {short: self._ready[n] for n, short in names.items() if n in self._ready}
+        return place_fitting.place_evidence(self.places, *rows, n_words, self.performers, arrays)
 
     @cached_property
     def performers(self) -> dict[int, str]:
@@ -299,3 +339,30 @@ class Learned(LearnedModel):
     def is_known(self) -> NDArray[np.bool_]:
         """Which words of the vocabulary some caption holds now: array (words,)."""
         return np.asarray(self.association.counts > 0)
+
+
+def prepare(learned: Learned) -> dict[str, NDArray[Any]]:
+    """Arrays that questions need of all captures: evidence of words and the map of places.
+
+    The rows of ``odds`` are those of the segments of a capture and one of the whole, capture after
+    capture; ``extremes`` (3, captures, words) are the largest and the smallest over the segments,
+    and those of the whole, with captions.
+    """
+    if learned.fitted_word_map is None or not learned.rows:
+        return {}
+    evidence = learned.evidence
+    extremes = evidence.extremes
+    arrays = {
+        "likeness": learned.likeness,
+        "odds": np.concatenate(list(evidence.odds.values())),
+        "extremes": np.stack([extremes.highest, extremes.lowest, extremes.whole]),
+    }
+    if learned.placed is not None:
+        fitted = place_fitting.fitted_arrays(learned.placed)
+        arrays |= {f"place_{name}": array for name, array in fitted.items()}
+    return arrays
+
+
+def with_prepared(learned: Learned, arrays: Mapping[str, NDArray[Any]]) -> Learned:
+    """The learned model with the arrays that :func:`prepare` gave for it."""
+    return replace(learned, prepared=Prepared(arrays, learned))

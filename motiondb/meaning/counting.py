@@ -18,7 +18,7 @@ import operator
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,14 +106,11 @@ def take_rows(table: SegmentTable, which: NDArray[np.bool_]) -> SegmentTable:
 
 
 def join_tables(*tables: SegmentTable) -> SegmentTable:
-    """Segment tables one after the other; the capture numbers must rise from table to table."""
-    assert all(
-        not len(a.capture_ids) or not len(b.capture_ids) or a.capture_ids[-1] < b.capture_ids[0]
-        for a, b in pairwise(tables)
-    )
+    """The rows of segment tables of different captures, in order of capture number."""
     filled = [table for table in tables if len(table.capture_ids)] or list(tables[:1])
+    order = np.argsort(np.concatenate([table.capture_ids for table in filled]), kind="stable")
     columns = zip(*(vars(table).values() for table in filled))
-    return SegmentTable(*(np.concatenate(column) for column in columns))
+    return SegmentTable(*(np.concatenate(column)[order] for column in columns))
 
 
 def described_intervals(
@@ -124,10 +121,11 @@ def described_intervals(
 ) -> list[Described]:
     """Captions with at least one motion word, and the segments they describe."""
     intervals = []
+    split = cache(lambda said: vocabulary.split_actions(said, synonyms, known_lemmas))
     for capture_id, rows in sorted(captions.items()):
         first, last = np.searchsorted(table.capture_ids, [capture_id, capture_id + 1])
         for caption in rows:
-            actions = vocabulary.split_actions(caption.words, synonyms, known_lemmas)
+            actions = split(caption.words)  # many captures have the same words
             words = tuple(word for action in actions for word in action)
             if not words or first == last:
                 continue

@@ -27,8 +27,10 @@ from motiondb.meaning.place_map import (
     PlaceMap,
     fit_place_map,
     fit_places,
+    take_weights,
 )
-from motiondb.meaning.score_vectors import interval_vectors
+from motiondb.meaning.regression import Fitted, MadeRows, Regression
+from motiondb.meaning.score_vectors import Rows, interval_vectors
 from motiondb.meaning.word_evidence import WINDOW_MARGIN, TakeScores
 from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentTable
 from motiondb.symbols.hmm_jobs import one_blas_thread
@@ -238,7 +240,7 @@ class PlaceEvidence:
     places: Places
     performers: Mapping[int, str]  # Capture number -> performer
     table: SegmentTable
-    standardised: FloatArray  # (segments, columns)
+    standardised: Rows  # (segments, columns)
     rows: Mapping[int, slice]  # Capture number -> rows of the table
     placed: Mapping[int, slice]  # Capture number -> rows of ``fitted``, of takes that took part
     fitted: FittedPlaces | None  # None if no take of the table took part
@@ -312,18 +314,75 @@ class PlaceEvidence:
             return {capture: fitted.of_others(inside) for capture, inside in self.placed.items()}
 
 
+FITTED = ("centre", "gram", "inverse", "mean", "slopes")
+"""Names of the arrays of a fitted regression that do not have a row for each segment."""
+
+
+def fitted_arrays(evidence: PlaceEvidence) -> dict[str, FloatArray]:
+    """The arrays ``FITTED`` of a regression, from which :func:`place_evidence` restores it."""
+    if evidence.fitted is None:
+        return {}
+    fitted = evidence.fitted.fitted
+    both = {**vars(fitted.regression), **vars(fitted)}
+    return {name: both[name] for name in FITTED}
+
+
+def _restored(
+    places: Places,
+    table: SegmentTable,
+    standardised: Rows,
+    n_words: int,
+    arrays: Mapping[str, FloatArray],
+) -> tuple[dict[int, slice], FittedPlaces]:
+    """Rows of the captures that took part, and the fitted regression, whose rows are made anew."""
+    rows = capture_rows(table)
+    captures = [capture for capture in rows if capture in places.words]
+    sizes = [rows[capture].stop - rows[capture].start for capture in captures]
+    bounds = np.cumsum([0, *sizes], dtype=np.int64)
+    owners = np.repeat(np.arange(len(captures), dtype=np.int64), sizes)
+    lengths = table.ends - table.starts
+    seconds = np.concatenate([lengths[rows[capture]] for capture in captures]) / MOTION_FPS
+    none = np.zeros((len(owners), 0))
+    takes = ListedTakes(none, seconds, owners, [], [], n_words)
+    roots = np.sqrt(take_weights(takes))[:, None]
+
+    def rows_of(n: int) -> FloatArray:
+        vectors = window_vectors(table, standardised, rows[captures[n]])
+        return np.asarray((vectors - arrays["centre"]) * roots[bounds[n] : bounds[n + 1]])
+
+    def residuals_of(n: int) -> FloatArray:
+        shown = np.zeros((sizes[n], n_words))
+        _set_shown(shown, places, captures[n])
+        centred = roots[bounds[n] : bounds[n + 1]] * (shown - arrays["mean"])
+        return np.asarray(centred - rows_of(n) @ arrays["slopes"])
+
+    regression = Regression(
+        MadeRows(bounds, rows_of), roots, *(arrays[name] for name in FITTED[:3])
+    )
+    residuals = MadeRows(bounds, residuals_of)
+    fitted = Fitted(regression, arrays["mean"], arrays["slopes"], residuals)
+    placed = {c: slice(int(a), int(b)) for c, a, b in zip(captures, bounds, bounds[1:])}
+    return placed, FittedPlaces(fitted)
+
+
 def place_evidence(
     places: Places,
     table: SegmentTable,
-    standardised: FloatArray,
+    standardised: Rows,
     n_words: int,
     performers: Mapping[int, str],
+    arrays: Mapping[str, FloatArray] | None = None,
 ) -> PlaceEvidence:
-    """The evidence of places for the captures of a table; `standardised` (segments, columns)."""
+    """The evidence of places for the captures of a table; `standardised` (segments, columns).
+
+    `arrays`: Those that :func:`fitted_arrays` gave for the same places and segments.
+    """
     rows = capture_rows(table)
     placed: dict[int, slice] = {}
     fitted = None
-    if places.only(rows).words:
+    if arrays:
+        placed, fitted = _restored(places, table, standardised, n_words, arrays)
+    elif places.only(rows).words:
         captures, takes, shown = placed_takes(places, table, standardised, n_words)
         placed = dict(zip(captures, takes.rows()))
         with one_blas_thread():
@@ -332,7 +391,7 @@ def place_evidence(
 
 
 def placed_takes(
-    places: Places, table: SegmentTable, standardised: FloatArray, n_words: int
+    places: Places, table: SegmentTable, standardised: Rows, n_words: int
 ) -> tuple[list[int], ListedTakes, FloatArray]:
     """Captures, takes and y (rows, words) of the captures of a table that took part."""
     rows = capture_rows(table)
@@ -342,13 +401,18 @@ def placed_takes(
     actions = [[places.words[c]] for c in captures]
     takes = ListedTakes(vectors, seconds, owners, actions, [()] * len(captures), n_words)
     for capture, inside in zip(captures, takes.rows()):
-        shown[inside, list(places.words[capture])] = places.shown[capture]
-        if capture in places.inferred:
-            shown[inside, list(places.inferred[capture])] = places.inferred_shown[capture]
+        _set_shown(shown[inside], places, capture)
     return captures, takes, shown
 
 
-def window_vectors(table: SegmentTable, standardised: FloatArray, rows: slice) -> FloatArray:
+def _set_shown(shown: FloatArray, places: Places, capture: int) -> None:
+    """Set y of one capture: `shown` (segments, words)."""
+    shown[:, list(places.words[capture])] = places.shown[capture]
+    if capture in places.inferred:
+        shown[:, list(places.inferred[capture])] = places.inferred_shown[capture]
+
+
+def window_vectors(table: SegmentTable, standardised: Rows, rows: slice) -> FloatArray:
     """Vectors of the windows around the segments of one capture: array (segments, columns)."""
     starts, ends = table.starts[rows], table.ends[rows]
     return interval_vectors(
@@ -357,7 +421,7 @@ def window_vectors(table: SegmentTable, standardised: FloatArray, rows: slice) -
 
 
 def _stacked(
-    table: SegmentTable, standardised: FloatArray, captures: Sequence[int]
+    table: SegmentTable, standardised: Rows, captures: Sequence[int]
 ) -> tuple[FloatArray, FloatArray, IntArray]:
     """Window vectors, seconds and take numbers of the segments of some captures."""
     rows = capture_rows(table)

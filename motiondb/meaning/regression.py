@@ -51,10 +51,11 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Annotated, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from motiondb.records import Axes, FloatArray, IntArray, MayBeUnknown, Sizes
 from motiondb.symbols.hmm_jobs import one_blas_thread
@@ -126,10 +127,37 @@ def by_fields(operation: Callable[[object, object], object], one: T, other: T) -
 
 
 @dataclass(frozen=True, eq=False)
+class MadeRows:
+    """Rows that are made, group by group, where they are looked at."""
+
+    bounds: IntArray  # (groups + 1,): group n has the rows from bounds[n] to bounds[n + 1]
+    make: Callable[[int], FloatArray]  # Number of a group -> its rows
+
+    def __len__(self) -> int:
+        return int(self.bounds[-1])
+
+    def __getitem__(self, which: IntArray | slice) -> FloatArray:
+        numbers = np.arange(len(self))[which]
+        groups = np.searchsorted(self.bounds, numbers, side="right") - 1
+        parts = {n: self.make(n) for n in np.unique(groups).tolist()}
+        firsts = np.flatnonzero(np.diff(groups, prepend=-1))
+        pieces = [
+            parts[int(groups[a])][numbers[a:b] - self.bounds[groups[a]]]
+            for a, b in pairwise([*firsts.tolist(), len(numbers)])
+        ]
+        return np.concatenate(pieces) if pieces else self.make(0)[:0]
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> FloatArray:
+        return self[:].astype(dtype or np.float64, copy=False)  # made anew: no copy is needed
+
+
+@dataclass(frozen=True, eq=False)
 class Regression:
     """What of a regression does not depend on its targets."""
 
-    rows: FloatArray  # (n, columns): features less their mean, times the roots of the weights
+    rows: (
+        FloatArray | MadeRows
+    )  # (n, columns): features less their mean, times the roots of the weights
     roots: FloatArray  # (n, 1): roots of the weights
     centre: FloatArray  # (columns,): weighted mean of the features
     gram: FloatArray  # (columns, columns): sum of products of ``rows``, with the ridge
@@ -139,9 +167,9 @@ class Regression:
         """The regression with targets (n, words)."""
         weights = self.roots[:, 0] ** 2
         mean = weights @ target / weights.sum()
-        centred = self.roots * (target - mean)
-        slopes = self.inverse @ (self.rows.T @ centred)
-        return Fitted(self, mean, slopes, centred - self.rows @ slopes)
+        centred, rows = self.roots * (target - mean), np.asarray(self.rows)
+        slopes = self.inverse @ (rows.T @ centred)
+        return Fitted(self, mean, slopes, centred - rows @ slopes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +179,7 @@ class Fitted:
     regression: Regression
     mean: FloatArray  # (words,): weighted mean of the targets
     slopes: FloatArray  # (columns, words)
-    residuals: FloatArray  # (n, words): times the roots of the weights
+    residuals: FloatArray | MadeRows  # (n, words): times the roots of the weights
 
     def errors(self, which: IntArray | slice) -> FloatArray:
         """Residuals of some rows by the regression without them, times the roots."""

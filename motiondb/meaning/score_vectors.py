@@ -92,6 +92,26 @@ class ScoreSpace:
         return weight * np.clip((relative - self.mean) / self.spread, -CLIP, CLIP)
 
 
+@dataclass(frozen=True, eq=False)
+class StandardisedRows:
+    """Standardised rows of all segments, computed where they are looked at.
+
+    An index gives an array (segments, columns). A row does not depend on the others, to the last
+    bit.
+    """
+
+    space: ScoreSpace
+    scores: Float32Array  # (segments, symbols)
+    movement: Float32Array  # (segments, columns)
+
+    def __getitem__(self, which: slice | IntArray) -> FloatArray:
+        return self.space.standardise(self.scores[which], self.movement[which])
+
+
+Rows = FloatArray | StandardisedRows
+"""Standardised rows (segments, columns), all there or computed where they are looked at."""
+
+
 def fit_score_space(
     scores: Float32Array, lengths: IntArray, movement: Float32Array | None = None
 ) -> ScoreSpace:
@@ -238,9 +258,7 @@ def describe_movement(frames: Float32Array, starts: IntArray, ends: IntArray) ->
     return rows
 
 
-def whole_vectors(
-    standardised: FloatArray, table: SegmentTable, rows: Mapping[int, slice]
-) -> FloatArray:
+def whole_vectors(standardised: Rows, table: SegmentTable, rows: Mapping[int, slice]) -> FloatArray:
     """Score vectors of whole captures, in their order: array (captures, columns).
 
     Shapes: `standardised` (segments, columns).

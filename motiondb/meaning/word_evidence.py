@@ -18,19 +18,22 @@ are searched in the order of their bounds until no bound reaches the answers tha
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motiondb.language.question.readings import Reading
 from motiondb.meaning.counting import Described
-from motiondb.meaning.score_vectors import interval_vectors
+from motiondb.meaning.score_vectors import Rows, interval_vectors
 from motiondb.meaning.word_map import WordMap
 from motiondb.records import FloatArray, IntArray, SegmentTable
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
+T = TypeVar("T")
 WRITTEN = 4.0  # Log-odds added by a word written about the interval: captions are rarely wrong
 UNWRITTEN = -1.0  # Log-odds added by a word missing from a caption: captions are rarely complete
 WINDOW_MARGIN = 22  # Frames (0.75 s) by which a window extends beyond its segment on both sides
@@ -63,7 +66,7 @@ def motion_log_odds(
 def hear_takes(
     fit: WordMap,
     likeness: FloatArray,
-    standardised: FloatArray,
+    standardised: Rows,
     table: SegmentTable,
     rows: Mapping[int, slice],
     margin: int = WINDOW_MARGIN,
@@ -91,6 +94,27 @@ def with_likeness(odds: FloatArray, likeness: FloatArray) -> FloatArray:
     return odds
 
 
+class WhenAsked(Mapping[int, T]):
+    """Values by capture that are made when they are asked for, and not kept."""
+
+    def __init__(self, captures: Iterable[int], make: Callable[[int], T]) -> None:
+        self._captures, self._make = dict.fromkeys(captures), make
+
+    def __getitem__(self, capture: int) -> T:
+        if capture not in self._captures:
+            raise KeyError(capture)
+        return self._make(capture)
+
+    def __contains__(self, capture: object) -> bool:
+        return capture in self._captures
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(self._captures)
+
+    def __len__(self) -> int:
+        return len(self._captures)
+
+
 @dataclass(frozen=True, eq=False)
 class TakeEvidence:
     """Evidence of all words in all captures, from the motion and from captions."""
@@ -102,16 +126,17 @@ class TakeEvidence:
     odds: Mapping[int, FloatArray]
     # Capture number -> array (segments, words): log-odds that captions add; captures that have any
     written: Mapping[int, FloatArray]
+    ready: TakeExtremes | None = None  # The extremes of ``takes``, where they were computed before
 
     @cached_property
-    def seen(self) -> dict[int, TakeScores]:
+    def seen(self) -> Mapping[int, TakeScores]:
         """Log-odds of all words in every capture, from the motion alone."""
-        return {capture: self._take(capture, None) for capture in self.odds}
+        return WhenAsked(self.odds, lambda capture: self._take(capture, None))
 
     @cached_property
-    def takes(self) -> dict[int, TakeScores]:
+    def takes(self) -> Mapping[int, TakeScores]:
         """Log-odds of all words in every capture, from the motion and the captions."""
-        return {capture: self._take(capture, self.written.get(capture)) for capture in self.odds}
+        return WhenAsked(self.odds, lambda capture: self._take(capture, self.written.get(capture)))
 
     def _take(self, capture: int, said: FloatArray | None) -> TakeScores:
         inside, odds = self.rows[capture], self.odds[capture]
@@ -123,7 +148,7 @@ class TakeEvidence:
     @cached_property
     def extremes(self) -> TakeExtremes:
         """The largest and smallest log-odds of all words in every capture of ``takes``."""
-        return take_extremes(self.takes)
+        return self.ready or take_extremes(self.takes)
 
     @cached_property
     def seen_extremes(self) -> TakeExtremes:
@@ -146,7 +171,7 @@ class TakeEvidence:
 
 def written_evidence(
     n_segments: int,
-    spans: Sequence[tuple[int, int, FloatArray]],
+    spans: Sequence[tuple[int, int, NDArray[Any]]],
     starts: IntArray,
     ends: IntArray,
     n_words: int,
@@ -197,7 +222,7 @@ def joint_log_odds(log_odds: Sequence[float]) -> float:
     return log_p - math.log(-math.expm1(log_p))
 
 
-AT_ONCE = 4096
+AT_ONCE = 1024
 """Captures whose log-odds are joined into one array at a time. Chosen by hand: some 10 MB."""
 SLACK = 1e-6
 """Nats that a bound may be too low by rounding. Chosen by hand, far above the rounding of doubles
@@ -216,21 +241,22 @@ class TakeExtremes:
 
 def take_extremes(takes: Mapping[int, TakeScores]) -> TakeExtremes:
     """Return the extremes of captures, each of which has at least one segment."""
-    highest, lowest, each = [], [], list(takes.values())
-    for first in range(0, len(each), AT_ONCE):
-        some = each[first : first + AT_ONCE]
+    highest, lowest, wholes, captures = [], [], [], list(takes)
+    for first in range(0, len(captures), AT_ONCE):
+        some = [takes[capture] for capture in captures[first : first + AT_ONCE]]
         firsts = np.cumsum([0, *(len(take.starts) for take in some[:-1])])
         windows = np.concatenate([take.windows for take in some])
         highest.append(np.maximum.reduceat(windows, firsts, axis=0))
         lowest.append(np.minimum.reduceat(windows, firsts, axis=0))
+        wholes.append(np.stack([take.whole for take in some]))
     if not highest:
         none = np.zeros((0, 0))
         return TakeExtremes(np.zeros(0, dtype=np.int64), none, none, none)
     return TakeExtremes(
-        np.fromiter(takes, dtype=np.int64),
+        np.array(captures, dtype=np.int64),
         np.concatenate(highest),
         np.concatenate(lowest),
-        np.stack([take.whole for take in each]),
+        np.concatenate(wholes),
     )
 
 
@@ -287,21 +313,17 @@ def caption_evidence(
     table: SegmentTable,
     rows: Mapping[int, slice],
     number: Mapping[str, int],
-) -> dict[int, FloatArray]:
+) -> Mapping[int, FloatArray]:
     """Log-odds that captions add, for captures that have any: arrays (segments, words)."""
-    spans: dict[int, list[tuple[int, int, FloatArray]]] = {}
+    spans: dict[int, list[tuple[int, int, NDArray[np.bool_]]]] = {}
     for d in described:
-        said = np.zeros(len(number))
-        said[[number[w] for w in d.words if w in number]] = 1.0
+        said = np.zeros(len(number), dtype=bool)
+        said[[number[w] for w in d.words if w in number]] = True
         spans.setdefault(d.capture_id, []).append((int(d.start), int(d.end), said))
-    return {
-        capture: written_evidence(
-            inside.stop - inside.start,
-            spans[capture],
-            table.starts[inside],
-            table.ends[inside],
-            len(number),
-        )
-        for capture, inside in rows.items()
-        if capture in spans
-    }
+
+    def make(capture: int) -> FloatArray:
+        inside = rows[capture]
+        starts, ends = table.starts[inside], table.ends[inside]
+        return written_evidence(len(starts), spans[capture], starts, ends, len(number))
+
+    return WhenAsked([capture for capture in rows if capture in spans], make)

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from motiondb.answers.catalogue import DatabaseInfo
 from motiondb.database import MotionDB
-from motiondb.database.session import feature_arrays
+from motiondb.database.session import make_features
 from motiondb.errors import MotionDBError
 from motiondb.files.safe_files import link_target, log_of
 from motiondb.learn.drift import Drift
@@ -105,15 +105,14 @@ class HeldDatabase:
     def _warm_features(self) -> None:
         """Compute the features of all captures, while the file is free.
 
-        Of all data they take longest, and they are computed anew after every change of captures.
+        Of all data they take longest.
         """
         with self.use() as db:
-            needed = db.is_learned() and not db.session.has_features()
-            motions = db.session.motions if needed else None
-        if motions is not None:
-            arrays = feature_arrays(motions)
+            motions = db.session.lacking_features() if db.is_learned() else {}
+        if motions:
+            made = dict(zip(motions, make_features(list(motions.values()))))
             with self.use() as db:
-                db.session.keep_features(motions, arrays)
+                db.session.keep_features(made)
 
     def close(self) -> None:
         """Close the file."""

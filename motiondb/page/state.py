@@ -17,7 +17,6 @@ from motiondb.page.held import HeldDatabase, Watch
 from motiondb.page.jobs import FACTS_FILE, Jobs
 from motiondb.page.settings import PageSettings
 from motiondb.page.uploads import Uploads
-from motiondb.records import Caption
 
 T = TypeVar("T")
 
@@ -94,8 +93,7 @@ class WordEdit:
     """An edit of the captions of one capture, which can be undone."""
 
     capture: str  # Name of the capture
-    before: tuple[Caption, ...]
-    after: tuple[Caption, ...]
+    run: int  # Number of its run
 
 
 class Page:

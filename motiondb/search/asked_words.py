@@ -261,7 +261,7 @@ def with_written(
 def _written_columns(learned: Learned, words: tuple[WrittenWord, ...]) -> dict[int, FloatArray]:
     """Log-odds that captions and tags add to words that were not learned: (segments, words)."""
     number = {word.word: n for n, word in enumerate(words)}
-    columns = caption_evidence(learned.described, learned.segments, learned.rows, number)
+    columns = dict(caption_evidence(learned.described, learned.segments, learned.rows, number))
     for n, word in enumerate(words):
         keys = {tag.partition("=")[0] for tag in word.tags}
         if not keys:

@@ -149,7 +149,7 @@ def _interval_vector(learned: Learned, candidate: by_motion.Candidate) -> FloatA
     """Vector of the interval of a candidate: array (columns,)."""
     rows = learned.rows[candidate.capture]
     return score_vectors.interval_vectors(
-        learned.standardised[rows],
+        learned.segment_rows[rows],
         learned.segments.starts[rows],
         learned.segments.ends[rows],
         np.array([candidate.start * FEATURE_STEP]),

@@ -552,7 +552,7 @@ def explain_hit(
             evidence = reasons.Evidence(
                 constant,
                 slope,
-                learned.standardised[rows],
+                learned.segment_rows[rows],
                 starts,
                 ends,
                 table.symbols[rows],

@@ -5,11 +5,12 @@ the standard body. The distance of a query of n frames to a take at offset o is
 
     distance(o) = sqrt(mean over frames and joints of |p_t - p'_{o + t}|^2), metres.
 
-A few frames of the query, spread evenly, are compared with every frame of every take at once. At
-the best offsets, and up to half a frame around them, the distance is computed over all frames. The
-distance of a copy is below ``NEAR`` metres and below a quarter of the motion's own variation, so
-that two people who stand still are not copies of each other. ``docs/measured/duplicates.md``
-measures how many planted copies are found with these values.
+A few key frames of the query, spread evenly, are compared first. Where a copy may be, is found by
+small outlines of the captures (:mod:`motiondb.search.copy_outlines`), which miss none. At the best
+offsets, and up to half a frame around them, the distance is computed over all frames. The distance
+of a copy is below ``NEAR`` metres and below a quarter of the motion's own variation, so that two
+people who stand still are not copies of each other. ``docs/measured/duplicates.md`` measures how
+many planted copies are found with these values.
 
 A relation connects two captures of which one repeats the other. Groups are the connected components
 of all relations.
@@ -17,20 +18,31 @@ of all relations.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from motiondb.body import body, features, retarget, rotation
 from motiondb.records import Float32Array, IntArray, Motion, Relation
+from motiondb.search.copy_outlines import (
+    Keys,
+    Outlines,
+    join_outlines,
+    likely_places,
+    make_boxes,
+    mirror_outline,
+    outline,
+)
+
+PosesOf = Callable[[int], Float32Array]
 
 NEAR = 0.01  # Largest distance of a copy, metres
 RELATIVE = 0.25  # Largest distance of a copy, as a share of the motion's spread about its mean pose
-KEY_FRAMES = 12  # Frames of the query that are compared first; affects only the time
-FIRST_KEYS = (0, 5, 11)  # Key frames that are compared with every frame of every take
+KEY_FRAMES = 12  # Frames of the query that are compared first
 LEAST_FRAMES = 20  # Least length of a query, frames (2/3 s): shorter ones agree by chance
-BLOCK = 32  # Queries compared with all takes in one matrix product; bounds memory
+KEPT = 64  # Takes whose poses are kept while others are compared; bounds memory
 SLACK = 2  # Largest difference in length of two files of one take, frames
 
 
@@ -48,11 +60,10 @@ class Copy:
 
 @dataclass(frozen=True, eq=False)
 class Library:
-    """Poses of takes, one after another."""
+    """Takes to look in and to look for."""
 
-    # (frames, 63), float32: joint positions relative to the pelvis and the heading, metres
-    poses: Float32Array
-    bounds: IntArray  # (takes + 1,): where each take begins and ends in ``poses``
+    outlines: Outlines  # Small outlines of all takes, by which most places are ruled out
+    poses_of: PosesOf  # Poses of one take (frames, 63); called only for takes that may be copies
 
 
 def copy_poses(motion: Motion) -> Float32Array:
@@ -70,10 +81,9 @@ def mirror_poses(poses: Float32Array) -> Float32Array:
 
 
 def build_library(poses: Sequence[Float32Array]) -> Library:
-    """Concatenate the poses of takes; `poses` each (frames, 63)."""
-    bounds = np.concatenate([[0], np.cumsum([len(p) for p in poses])]).astype(np.int64)
-    joined = np.concatenate(poses) if len(poses) else np.zeros((0, 63), dtype=np.float32)
-    return Library(joined, bounds)
+    """A library of takes in memory; `poses` each (frames, 63)."""
+    reaches = np.array([reach(p) for p in poses])
+    return Library(join_outlines([outline(p) for p in poses], reaches), lambda take: poses[take])
 
 
 def find_copies(
@@ -83,44 +93,73 @@ def find_copies(
 
     Of two takes of equal length the one of larger number is reported as the copy.
     """
-    places = list(range(len(library.bounds) - 1) if takes is None else takes)
-    held = library if takes is None else build_library([_take(library, p) for p in places])
-    norms = np.einsum("td,td->t", held.poses, held.poses)
-    long_enough = [q for q in queries if len(_take(library, q)) >= LEAST_FRAMES]
+    sizes = np.diff(library.outlines.bounds)
+    places = list(range(len(sizes)) if takes is None else takes)
+    held = library.outlines if takes is None else library.outlines.only(places)
+    asked = [(q, m) for q in queries if sizes[q] >= LEAST_FRAMES for m in (False, True)]
+    likely = likely_places(make_boxes(held), [_keys_of(library, *each) for each in asked], SLACK)
+    number = np.searchsorted(held.bounds, likely[:, 1], side="right") - 1
+    poses_of = lru_cache(maxsize=KEPT)(library.poses_of)
     copies: list[Copy] = []
-    for block in range(0, len(long_enough), BLOCK):
-        asked = [(q, mirrored) for q in long_enough[block : block + BLOCK] for mirrored in (0, 1)]
-        shapes = [(mirror_poses if m else np.asarray)(_take(library, q)) for q, m in asked]
-        first = np.concatenate([shape[_keys(shape)[list(FIRST_KEYS)]] for shape in shapes])
-        products = (first @ held.poses.T).reshape(len(shapes), len(FIRST_KEYS), -1)
-        for (query, mirrored), shape, product in zip(asked, shapes, products):
-            for place, offset, distance in _find(held, norms, shape, product):
-                take, length = places[place], int(held.bounds[place + 1] - held.bounds[place])
-                same_length = abs(length - len(shape)) <= SLACK
-                if take == query or (same_length and take > query):
-                    continue
-                kind = "mirror" if mirrored else ("same" if same_length else "cut")
-                end = min(offset + len(shape), length)
-                copies.append(Copy(query, take, kind, offset, end, distance))
+    firsts = np.searchsorted(likely[:, 0], np.arange(len(asked) + 1))
+    for (query, mirrored), first, last in zip(asked, firsts, firsts[1:]):
+        some = number[first:last]
+        others = np.array([places[n] != query for n in some], dtype=bool)
+        if not others.any():
+            continue
+        shape = mirror_poses(poses_of(query)) if mirrored else poses_of(query)
+        starts = likely[first:last, 1] - held.bounds[some]
+        hits = [
+            (places[n], *best)
+            for n in np.unique(some[others]).tolist()
+            for best in _best(poses_of(places[n]), starts[some == n], shape)
+        ]
+        for take, offset, distance in sorted(hits, key=lambda hit: hit[2]):
+            same_length = abs(int(sizes[take]) - len(shape)) <= SLACK
+            if same_length and take > query:
+                continue
+            kind = "mirror" if mirrored else ("same" if same_length else "cut")
+            end = min(offset + len(shape), int(sizes[take]))
+            copies.append(Copy(query, take, kind, offset, end, distance))
     return copies
 
 
-def _find(
-    library: Library, norms: Float32Array, poses: Float32Array, products: Float32Array
-) -> list[tuple[int, int, float]]:
-    """(take, offset, distance) of every take that holds the poses, nearest first."""
+def _keys_of(library: Library, query: int, mirrored: bool) -> Keys:
+    """The key frames of a query, or of its mirror image."""
+    limbs, far = library.outlines.take(query), float(library.outlines.reaches[query])
+    frames = _keys(len(limbs))
+    chosen = mirror_outline(limbs[frames]) if mirrored else limbs[frames]
+    return Keys(frames, chosen, len(limbs), far)
+
+
+def _limit(poses: Float32Array) -> float:
+    """Largest distance of a copy of poses, metres."""
     spread = float(np.sqrt(np.mean(np.sum((poses - poses.mean(axis=0)) ** 2, axis=1) / 21)))
-    limit = min(NEAR, RELATIVE * spread)
+    return min(NEAR, RELATIVE * spread)
+
+
+def reach(poses: Float32Array) -> float:
+    """Largest distance at the key frames alone, metres; `poses` (frames, 63).
+
+    At up to half a frame beside the best offset, the key frames are further than the whole.
+    """
+    if len(poses) < LEAST_FRAMES:
+        return 0.0
     half_a_frame = 0.5 * float(np.sqrt(np.mean(np.diff(poses, axis=0) ** 2) * 3))
-    best: dict[int, tuple[int, int, float]] = {}
-    for offset in _likely_offsets(library, norms, poses, products, 1.5 * limit + half_a_frame):
-        take = int(np.searchsorted(library.bounds, offset, side="right")) - 1
-        if offset + len(poses) > library.bounds[take + 1] + SLACK:
-            continue
-        distance = _distance(_take(library, take), int(offset - library.bounds[take]), poses)
-        if distance < limit and (take not in best or distance < best[take][2]):
-            best[take] = (take, int(offset - library.bounds[take]), distance)
-    return sorted(best.values(), key=lambda hit: hit[2])
+    return 1.5 * _limit(poses) + half_a_frame
+
+
+def _best(take: Float32Array, starts: IntArray, poses: Float32Array) -> Iterator[tuple[int, float]]:
+    """Offset and distance of poses in a take at the best of some offsets, if they are a copy."""
+    limit, keys = _limit(poses), _keys(len(poses))
+    squares = np.zeros(len(starts), dtype=np.float32)
+    for key in keys:
+        squares += np.sum((take[starts + key] - poses[key]) ** 2, axis=1)
+    near = starts[squares < reach(poses) ** 2 * KEY_FRAMES * len(body.JOINTS)]
+    found = [(_distance(take, int(offset), poses), int(offset)) for offset in near]
+    distance, offset = min(found, default=(limit, 0))
+    if distance < limit:
+        yield offset, distance
 
 
 def _distance(take: Float32Array, offset: int, poses: Float32Array) -> float:
@@ -142,40 +181,9 @@ def _distance(take: Float32Array, offset: int, poses: Float32Array) -> float:
     return float(np.sqrt(min(squares) * 3))
 
 
-def _likely_offsets(
-    library: Library,
-    norms: Float32Array,
-    poses: Float32Array,
-    products: Float32Array,
-    limit: float,
-) -> IntArray:
-    """Rows of the library from which the key frames are nearer than a limit, metres.
-
-    ``products`` is an array (first keys, rows), dot products of the first key frames with every
-    row. The squared distances of the first key frames exceed the limit almost everywhere; the
-    other key frames are compared only where they do not.
-    """
-    keys = _keys(poses)
-    n = len(library.poses) - int(keys[-1])
-    if n < 1:
-        return np.zeros(0, dtype=np.int64)
-    most = limit * limit * KEY_FRAMES * len(body.JOINTS)
-    total = np.zeros(n, dtype=np.float32)
-    for key, product in zip(keys[list(FIRST_KEYS)], products):
-        total += norms[key : key + n] - 2.0 * product[key : key + n] + poses[key] @ poses[key]
-    rows = np.flatnonzero(total < most + 1e-3)
-    squares = np.zeros(len(rows), dtype=np.float32)
-    for key in keys:
-        squares += np.sum((library.poses[rows + key] - poses[key]) ** 2, axis=1)
-    return rows[squares < most]
-
-
-def _keys(poses: Float32Array) -> IntArray:
-    return np.linspace(0, len(poses) - 1 - SLACK, KEY_FRAMES).round().astype(np.int64)
-
-
-def _take(library: Library, number: int) -> Float32Array:
-    return library.poses[library.bounds[number] : library.bounds[number + 1]]
+def _keys(n_frames: int) -> IntArray:
+    """Numbers of the key frames of a query: array (keys,)."""
+    return np.linspace(0, n_frames - 1 - SLACK, KEY_FRAMES).round().astype(np.int64)
 
 
 @dataclass(frozen=True)

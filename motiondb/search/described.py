@@ -94,7 +94,7 @@ def segment_words(asked: AskedWords, capture: int) -> SegmentWords:
     rows = learned.rows[capture]
     starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
     vectors = interval_vectors(
-        learned.standardised[rows], starts, ends, starts - WINDOW_MARGIN, ends + WINDOW_MARGIN
+        learned.segment_rows[rows], starts, ends, starts - WINDOW_MARGIN, ends + WINDOW_MARGIN
     )
     is_known = asked.is_known()
     probabilities = asked.widened(word_probabilities(learned, vectors)) * is_known

@@ -4,6 +4,9 @@ Open it with :func:`open_store`; functions ``load_...`` and ``save_...`` take th
 ``schema.sql`` in ``motiondb.schema`` describes the tables.
 """
 
+from motiondb.store.backup import (
+    backup,
+)
 from motiondb.store.catalogue.annotations import (
     load_captions,
     load_events,
@@ -16,10 +19,12 @@ from motiondb.store.catalogue.annotations import (
     save_tags,
 )
 from motiondb.store.catalogue.cache import (
-    MotionPool,
+    CaptureRows,
+    cache_bytes,
     cached_arrays,
+    cached_rows,
     is_cached,
-    load_motion_pool,
+    lacking_rows,
 )
 from motiondb.store.catalogue.captures import (
     load_capture,
@@ -27,7 +32,22 @@ from motiondb.store.catalogue.captures import (
     load_digests,
     load_motion,
     remove_capture,
+    rename_capture,
     save_capture,
+)
+from motiondb.store.catalogue.edits import (
+    UNDO,
+    Edit,
+    find_undoable,
+    load_edits,
+    noting_edits,
+)
+from motiondb.store.catalogue.faulty import (
+    NotSaved,
+    is_noted,
+    load_faulty,
+    load_same_files,
+    save_not_saved,
 )
 from motiondb.store.catalogue.generated import (
     Provenance,
@@ -40,6 +60,7 @@ from motiondb.store.catalogue.names import (
     check_new_name,
 )
 from motiondb.store.catalogue.runs import (
+    copy_run,
     finish_run,
     load_runs,
     save_runs,
@@ -48,8 +69,14 @@ from motiondb.store.catalogue.runs import (
 from motiondb.store.catalogue.sources import (
     Source,
     digest,
+    leave_out,
+    load_packed_source,
     load_source,
     pack_source,
+)
+from motiondb.store.catalogue.trash import (
+    load_trash,
+    restore_capture,
 )
 from motiondb.store.catalogue.where import (
     CAPTION,
@@ -61,11 +88,13 @@ from motiondb.store.catalogue.where import (
     parse_where,
 )
 from motiondb.store.checks import (
+    check_quickly,
     check_store,
 )
 from motiondb.store.compaction import (
     compact,
     count_rows,
+    unused_bytes,
 )
 from motiondb.store.connection.faults import (
     DamagedFileError,
@@ -104,8 +133,10 @@ from motiondb.store.grammars import (
     save_grammar,
 )
 from motiondb.store.learned import (
+    has_parameter,
     is_learned,
     learning_is_current,
+    learning_mark,
     load_association,
     load_learning,
     load_learning_size,

@@ -14,7 +14,7 @@ DuckDB may crash on a file that is damaged in a way it does not expect: to check
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import cache
 
 import duckdb
@@ -196,6 +196,7 @@ _REFERENCES = (
     ("relation", "other_id", "capture", "capture_id"),
     ("generated_source", "capture_id", "capture", "capture_id"),
     ("frame_source", "capture_id", "capture", "capture_id"),
+    ("same_file", "capture_id", "capture", "capture_id"),
     ("source", "sha256", "capture", "sha256"),
     ("segment", "capture_id", "capture", "capture_id"),
     ("segment", "symbol_id", "symbol", "symbol_id"),
@@ -212,6 +213,23 @@ _REFERENCES = (
 )
 
 _FINISHED = "SELECT run_id FROM run WHERE finished IS NOT NULL"
+
+
+_LARGE = ("motion_frame", "segment_score", "segment_movement", "frame_source")
+"""Tables with a row a frame or an array a segment, which a quick check does not read."""
+
+
+def check_quickly(store: Store) -> list[str]:
+    """Faults that show without reading motions, scores and files: tables, catalogue, references."""
+    try:
+        faults = [store.log_note] if store.lacked_log else []
+        faults += _cut_short(store) + _wrong_tables(store)
+        if faults:
+            return faults
+        rules = [rule for rule in _RULES if not any(table in rule[1] for table in _LARGE)]
+        return _broken(store, rules) + _unresolved(store, _LARGE) + _bad_meta(store)
+    except StoreError as error:
+        return [str(error)]
 
 
 def check_store(store: Store, *, sources: bool = False) -> list[str]:
@@ -376,9 +394,11 @@ def _bad_meta(store: Store) -> list[str]:
     return faults
 
 
-def _unresolved(store: Store) -> list[str]:
+def _unresolved(store: Store, without: Collection[str] = ()) -> list[str]:
     faults: list[str] = []
     for table, column, target, key in _REFERENCES:
+        if table in without:
+            continue
         allowed = "" if column == "sha256" else f"AND {column} <> -1"
         row = store.connection.execute(
             f"SELECT count(*), min({column}) FROM {table} "
@@ -415,7 +435,8 @@ def _bad_poses(store: Store) -> list[str]:
 
 def _bad_sources(store: Store) -> list[str]:
     faults: list[str] = []
-    for (number,) in store.connection.execute("SELECT capture_id FROM capture").fetchall():
+    query = "SELECT capture_id FROM capture JOIN source USING (sha256) WHERE octet_length(data) > 0"
+    for (number,) in store.connection.execute(query).fetchall():
         try:
             load_source(store, number)
         except MotionDBError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 import duckdb
@@ -16,6 +17,7 @@ from motiondb.files.safe_files import (
     log_of,
     plain_name,
 )
+from motiondb.store.catalogue.trash import empty_trash
 from motiondb.store.connection.faults import first_sentence, is_damage
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.opening import is_lock, open_store
@@ -23,7 +25,7 @@ from motiondb.store.connection.statements import Connection
 
 
 def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
-    """Copy the database into a new file, check it, and put it in the old one's place.
+    """Empty the trash, copy the database into a new file, and put it in the old one's place.
 
     Other processes may read the file meanwhile, but not write: it is held open for reading until
     the new file has taken its place, so that no change can be lost. A kill leaves the
@@ -59,6 +61,7 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
     with open_store(path, create=False, wait=wait) as store:  # brings the log into the file
         if store.lacked_log:  # the copy would no longer fit to the log
             raise StoreError(store.log_note)
+        empty_trash(store)
     before, identity = path.stat().st_size, _identity(path)
     with open_store(path, read_only=True, wait=wait) as store:
         if log_of(path).exists():
@@ -67,14 +70,15 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
                 f"({path.name}.wal): another program is writing, or the disk has no room to bring "
                 "them in. Wait until it has ended, and look at the disk."
             )
-        _attach(store, new)  # from here on no other process compacts
+        attach(store, new, "compacted")  # from here on no other process compacts
         try:
             if _identity(path) != identity:
                 raise StoreError(
                     f"{path}: expected the file that was opened, found that another program put "
                     "one in its place. Nothing was changed; run the command again."
                 )
-            _copy(store)
+            copy_tables(store, "compacted")
+            store.connection.execute("DETACH compacted")
             if log_of(new).exists():  # what it holds would be missing
                 raise StoreError(
                     f"{path}: expected room for a copy beside it, found too little. "
@@ -99,11 +103,11 @@ def _identity(path: Path) -> tuple[int, int]:
     return status.st_dev, status.st_ino
 
 
-def _attach(store: Store, new: Path) -> None:
+def attach(store: Store, new: Path, alias: str) -> None:
     """Make the copy's file and attach it, which keeps every other process from it."""
     target = plain_name(new).replace("'", "''")
     try:
-        store.connection.execute(f"ATTACH '{target}' AS compacted (READ_WRITE)")
+        store.connection.execute(f"ATTACH '{target}' AS {alias} (READ_WRITE)")
     except (StoreError, duckdb.Error) as error:
         cause = error if isinstance(error, duckdb.Error) else error.__cause__
         if isinstance(cause, duckdb.Error) and is_lock(cause):
@@ -122,19 +126,36 @@ def _no_room(path: Path, cause: BaseException) -> str:
     )
 
 
+def unused_bytes(store: Store) -> int:
+    """Return how many bytes of the file hold nothing; ``compact`` gives back about as many."""
+    row = store.connection.execute(
+        "SELECT free_blocks * block_size FROM pragma_database_size() "
+        "WHERE database_name = current_database()"
+    ).fetchone()
+    return int(row[0]) if row else 0
+
+
 def count_rows(store: Store) -> dict[str, int]:
     """Count the rows of every table, by name."""
     return _count(store.connection, "current_database()")
 
 
-def _copy(store: Store) -> None:
-    """Copy everything into the attached file, compare the numbers of rows, and detach it."""
+def copy_tables(store: Store, alias: str) -> None:
+    """Copy one state of everything into an attached file, and compare the numbers of rows."""
     connection = store.connection
     row = connection.execute("SELECT current_database()").fetchone()
     source = str(row[0]).replace('"', '""') if row else ""
-    connection.execute(f'COPY FROM DATABASE "{source}" TO compacted')
-    expected, copied = count_rows(store), _count(connection, "'compacted'")
-    connection.execute("DETACH compacted")
+    with store.in_use():
+        connection.execute("BEGIN")
+        try:
+            connection.execute(f'COPY FROM DATABASE "{source}" TO {alias}')
+            expected, copied = count_rows(store), _count(connection, f"'{alias}'")
+            connection.execute(f"UPDATE {alias}.main.meta SET value = '' WHERE key = 'log'")
+            connection.execute("COMMIT")
+        except BaseException:
+            with suppress(StoreError):  # the first error is the cause
+                connection.execute("ROLLBACK")
+            raise
     if copied != expected:
         raise StoreError(
             f"{store.path}: expected a copy with as many rows in every table, found {copied} for "
@@ -144,12 +165,12 @@ def _copy(store: Store) -> None:
 
 def _count(connection: Connection, database: str) -> dict[str, int]:
     tables = connection.execute(
-        "SELECT database_name, table_name FROM duckdb_tables() "
-        f"WHERE database_name = {database} ORDER BY table_name"
+        "SELECT database_name, schema_name, table_name FROM duckdb_tables() "
+        f"WHERE database_name = {database} ORDER BY schema_name, table_name"
     ).fetchall()
     counts: dict[str, int] = {}
-    for name, table in tables:
+    for name, schema, table in tables:
         name = str(name).replace('"', '""')
-        row = connection.execute(f'SELECT count(*) FROM "{name}".main."{table}"').fetchone()
-        counts[table] = int(row[0]) if row else 0
+        row = connection.execute(f'SELECT count(*) FROM "{name}".{schema}."{table}"').fetchone()
+        counts[table if schema == "main" else f"{schema}.{table}"] = int(row[0]) if row else 0
     return counts

@@ -109,6 +109,14 @@ def load_learning_size(store: Store) -> LearningSize:
     return LearningSize(*row)
 
 
+def learning_mark(store: Store) -> str:
+    """A text that is another one when what was learned, or what it is asked with, has changed."""
+    size = load_learning_size(store)
+    query = "SELECT started, version, parameters FROM run WHERE run_id = ?"
+    run = store.connection.execute(query, [size.run_id]).fetchone()
+    return repr((vars(size), run, content_revision(store)))
+
+
 def is_learned(store: Store) -> bool:
     """Whether ``learn`` has run."""
     return store.connection.execute("SELECT 1 FROM learning").fetchone() is not None
@@ -207,6 +215,12 @@ def load_transition_counts(store: Store) -> FloatArray:
     counts = np.zeros((size.n_symbols + 1, size.n_symbols + 1))
     counts[cells["symbol_id"] + 1, cells["next_id"] + 1] = cells["count"]
     return counts
+
+
+def has_parameter(store: Store, name: str) -> bool:
+    """Whether there are further values of a name, or below it."""
+    query = "SELECT 1 FROM parameter WHERE name = $1 OR starts_with(name, $1 || '.') LIMIT 1"
+    return store.connection.execute(query, [name]).fetchone() is not None
 
 
 def load_parameters(store: Store, *names: str) -> dict[str, FloatArray | str]:

@@ -181,6 +181,8 @@ def _read_source(store: Store, key: str, value: object) -> Source:
     ).fetchone()
     if row is None:
         raise KeyError(value)
+    if not row[3]:  # it was left out
+        return Source(*row)
     return unpack_source(store.path, Source(*row))
 
 
@@ -201,9 +203,9 @@ def _files_alone(store: Store) -> Iterator[SalvagedCapture]:
     rows = _attempt([], "", lambda: _rows(store, "SELECT rowid FROM source"))
     for (row,) in rows or ():
         source = _attempt([], "", partial(_read_source, store, "rowid", row))
-        if source is None:
+        if source is None or not source.data:
             continue
-        name = Path(source.file_name).stem
+        name = Path(source.own_name).stem + (f"#{source.take}" if source.take else "")
         values = _DEFAULTS | {"format": source.format, "sha256": source.sha256, "name": name}
         info = CaptureInfo(capture_id=row, **{k: values[k] for k in COLUMNS if k != "capture_id"})
         lost = ("motion", "words", "events", "tags", "name")

@@ -106,6 +106,7 @@ def test_add_export_remove_compact(command: Any, some: Path, samples_folder: Pat
     sizes = answer(command("compact", "--json"))
     assert sizes["after"] <= sizes["before"]
     assert command("check").out == "motions.duckdb is sound\n"
+    assert command("check", "--quick").out.startswith("motions.duckdb: no faults found; motions")
 
 
 def test_duplicates_are_listed_in_groups(command: Any, some: Path) -> None:

@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import motiondb
@@ -242,3 +243,30 @@ def test_every_thread_gets_the_same_answer(
     with motiondb.open(learned_few, read_only=True) as db, ThreadPoolExecutor(N_THREADS) as pool:
         answers = list(pool.map(lambda _: ask(db, "ana/jump_1"), range(N_THREADS)))
         assert len({str(getattr(answer, "matches", answer)) for answer in answers}) == 1
+
+
+def test_what_is_kept_of_all_captures_is_what_would_be_computed(learned_file: Path) -> None:
+    with motiondb.open(learned_file, read_only=True) as db:
+        learned = db.searchable
+    plain = replace(learned, prepared=None)
+    assert isinstance(learned.evidence.odds[1].base, np.memmap)
+    assert learned.placed is not None
+    assert plain.placed is not None
+    np.testing.assert_array_equal(learned.likeness, plain.likeness)
+    for capture in list(learned.rows)[::9]:
+        np.testing.assert_array_equal(learned.evidence.odds[capture], plain.evidence.odds[capture])
+        kept, made = learned.placed.take(capture), plain.placed.take(capture)
+        assert kept is not None
+        assert made is not None
+        np.testing.assert_allclose(kept.windows, made.windows, atol=1e-9)
+        np.testing.assert_allclose(learned.unplaced[capture], plain.unplaced[capture], atol=1e-9)
+    for name, values in vars(plain.evidence.extremes).items():
+        np.testing.assert_array_equal(values, getattr(learned.evidence.extremes, name))
+
+
+def test_nothing_kept_is_used_for_other_words(learned_file: Path) -> None:
+    with motiondb.open(learned_file, read_only=True) as db:
+        learned = db.searchable
+    other = replace(learned, captions={})
+    assert other.evidence.written == {}
+    assert not isinstance(other.evidence.odds[1].base, np.memmap)

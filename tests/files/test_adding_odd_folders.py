@@ -128,7 +128,7 @@ def test_files_are_read_here_where_no_process_can_start(
     monkeypatch.setattr(WorkerManager, "create_channels", refuse)
     path = folder / "good.bvh"
     jobs = [(f"take{n}", path, None, folder, AddSettings()) for n in range(6)]
-    readings = list(read_all(jobs, 2))
+    readings = [reading for (reading,) in read_all(jobs, 2)]
     assert [(reading.name, reading.problem) for reading in readings] == [
         (f"take{n}", "") for n in range(6)
     ]
@@ -137,11 +137,11 @@ def test_files_are_read_here_where_no_process_can_start(
 def test_what_is_not_read_is_named(tmp_path: Path, folder: Path) -> None:
     (tmp_path / "elsewhere").mkdir()
     (folder / "link").symlink_to(tmp_path / "elsewhere")
-    for name in ("a.fbx", "b.FBX", "c.trc", ".hidden.fbx"):
+    for name in ("a.mvnx", "b.MVNX", "c.trc", ".hidden.mvnx"):
         (folder / name).touch()
     assert add(folder, tmp_path).notes == (
         f"{folder}/link: a link to a folder is not followed; add that folder by itself",
-        f"{folder}/a.fbx and 1 more: .fbx (Autodesk FBX) is not read; export as BVH",
+        f"{folder}/a.mvnx and 1 more: .mvnx (Xsens XML) is not read; export as BVH",
         f"{folder}/c.trc: .trc (marker tracks of Motion Analysis or OpenSim) is not read; "
         "export as BVH",
     )
@@ -149,7 +149,7 @@ def test_what_is_not_read_is_named(tmp_path: Path, folder: Path) -> None:
     with pytest.raises(MotionDBError) as caught:
         add(folder, tmp_path)
     assert "found none." in str(caught.value)
-    assert "a.fbx and 1 more: .fbx (Autodesk FBX) is not read; export as BVH." in str(caught.value)
+    assert "a.mvnx and 1 more: .mvnx (Xsens XML) is not read; export as BVH." in str(caught.value)
 
 
 def test_the_skeleton_of_another_performer_is_not_taken(tmp_path: Path, folder: Path) -> None:
@@ -208,7 +208,7 @@ def test_a_reader_process_that_dies_costs_only_its_file(folder: Path) -> None:
         path = folder / f"take{number}.bvh"
         path.write_text(BVH)
         jobs.append((path.stem, Deadly(path) if number == 3 else path, None, folder, AddSettings()))
-    readings = list(read_all(jobs, 2))
+    readings = [reading for (reading,) in read_all(jobs, 2)]
     assert [reading.name for reading in readings] == [f"take{n}" for n in range(7)]
     assert [bool(reading.problem) for reading in readings] == [n == 3 for n in range(7)]
     assert readings[3].problem == (
@@ -241,7 +241,7 @@ def test_a_reader_process_that_is_ended_once_costs_no_file(
         for n in range(5)
     ]
     monkeypatch.setattr(file_reading, "_read_one", here)
-    assert [reading.problem for reading in read_all(jobs, 2)] == [""] * 5
+    assert [reading.problem for (reading,) in read_all(jobs, 2)] == [""] * 5
     assert (folder / "good.bvh.begun").exists()
 
 
@@ -268,5 +268,5 @@ def test_after_an_idle_process_has_died_files_are_read_in_others(
     os.kill(next(iter(manager.worker_manager.workers)), signal.SIGKILL)
     while manager.context.alive and time.monotonic() < limit:
         time.sleep(0.02)
-    assert [reading.problem for reading in (first, *readings)] == [""] * 9
+    assert [reading.problem for (reading,) in (first, *readings)] == [""] * 9
     assert len(managers) == 2

@@ -67,12 +67,13 @@ def test_formats() -> None:
         "deepmimic",
         "amass",
         "c3d",
+        "fbx",
     ]
     with pytest.raises(CaptureError) as caught:
-        capture_format("walk.fbx")
+        capture_format("walk.trc")
     assert str(caught.value) == (
-        "walk.fbx: expected a capture (.bvh, .amc, .txt, .json, .npz, .c3d), found ending '.fbx'. "
-        "Rename or convert it."
+        "walk.trc: expected a capture (.bvh, .amc, .txt, .json, .npz, .c3d, .fbx), found ending "
+        "'.trc'. Rename or convert it."
     )
 
 
@@ -96,8 +97,8 @@ def test_refusals(tmp_path: Path) -> None:
         "none/walk.bvh: expected a readable file, found: no such file or directory."
     )
     with pytest.raises(CaptureError) as caught:
-        read_capture_bytes(b"x", "fbx", path="a.fbx")
-    assert str(caught.value) == "a.fbx: expected a known format, found 'fbx'."
+        read_capture_bytes(b"x", "trc", path="a.trc")
+    assert str(caught.value) == "a.trc: expected a known format, found 'trc'."
     for fps in (0.0, -1.0, float("nan"), float("inf")):
         with pytest.raises(CaptureError, match="expected a frame rate above 0, found"):
             read_capture_bytes(b"x", "bvh", path="a.bvh", options=ReadOptions(fps=fps))

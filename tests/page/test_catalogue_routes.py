@@ -106,7 +106,7 @@ def test_an_edit_that_could_not_be_undone_can_be_undone_later(
         raise motiondb.StoreError("expected room on the disk, found none")
 
     with monkeypatch.context() as disk:
-        disk.setattr(motiondb.MotionDB, "set_captions", full)
+        disk.setattr(motiondb.MotionDB, "undo", full)
         assert client.post("/api/undo", json={}).status_code == 400
     assert post(client, "/api/undo", {})["words"] == before
 

@@ -7,15 +7,16 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import motiondb
-from motiondb.database.session import feature_arrays
+from motiondb.database.session import make_features
 from motiondb.page.held import HeldDatabase
-from motiondb.store import MotionPool
+from motiondb.records import Motion
 
 
 def cached(database: Path) -> set[str]:
@@ -42,12 +43,12 @@ def test_the_file_is_free_while_features_are_computed(
     shutil.rmtree(f"{learned_copy}.cache", ignore_errors=True)
     opened: list[int] = []
 
-    def compute(motions: MotionPool) -> dict[str, Any]:
+    def compute(motions: Sequence[Motion]) -> list[Any]:
         code = "import motiondb, sys; motiondb.open(sys.argv[1]).close()"
         opened.append(subprocess.run([sys.executable, "-c", code, learned_copy]).returncode)
-        return feature_arrays(motions)
+        return make_features(motions)
 
-    monkeypatch.setattr("motiondb.page.held.feature_arrays", compute)
+    monkeypatch.setattr("motiondb.page.held.make_features", compute)
     held = HeldDatabase(learned_copy, read_only=False, wait=0.0)
     held.warm()
     held.warm()  # they are there now

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from naive_copies import find_everywhere
 
 from motiondb.body import retarget
 from motiondb.files import read_capture
@@ -116,7 +117,7 @@ def test_very_short_takes_are_never_copies(motions: list[Motion], n_frames: int)
 
 def test_an_empty_library_holds_nothing() -> None:
     library = copies.build_library([])
-    assert library.poses.shape == (0, 63)
+    assert library.outlines.limbs.shape == (0, 12)
     assert copies.find_copies(library, []) == []
 
 
@@ -125,3 +126,24 @@ def test_the_mirror_image_of_poses(motions: list[Motion]) -> None:
     mirrored = copies.copy_poses(retarget.mirror(motions[2]))
     np.testing.assert_allclose(copies.mirror_poses(poses), mirrored, atol=1e-5)
     np.testing.assert_array_equal(copies.mirror_poses(copies.mirror_poses(poses)), poses)
+
+
+def test_the_outlines_rule_out_no_place_that_a_full_comparison_finds(motions: list[Motion]) -> None:
+    """Parts, mirror images, other rates and noise, against every take at every offset."""
+    rng = np.random.default_rng(0)
+    poses = poses_of(motions)
+    for number in range(24):
+        take = poses[rng.integers(len(motions))]
+        start = int(rng.integers(0, len(take) - 24)) if number % 4 else 0
+        part = take[start : start + int(rng.integers(22, len(take) - start + 1))]
+        part = take if number == 12 else part
+        part = (part[:-1] + part[1:]) / 2 if number % 3 == 1 else part
+        noise = rng.normal(0.0, 0.012 * rng.random(), part.shape)
+        part = (part + noise).astype(np.float32)
+        poses.append(copies.mirror_poses(part) if number % 2 else part)
+    library, everything = copies.build_library(poses), range(len(poses))
+    found = copies.find_copies(library, everything)
+    assert found == find_everywhere(poses, everything, everything)
+    assert {copy.kind for copy in found} == {"mirror", "cut", "same"}
+    some, old = list(range(20, 30)), list(range(20))
+    assert copies.find_copies(library, old, some) == find_everywhere(poses, old, some)

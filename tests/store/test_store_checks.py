@@ -106,6 +106,23 @@ def test_damage_is_told(filled: store.Store, damage: str, sentence: str) -> None
     assert sentence in store.check_store(filled)
 
 
+@pytest.mark.parametrize(
+    ("damage", "is_seen"),
+    [
+        ("DELETE FROM source WHERE file_name = 'a.bvh'", True),
+        ("UPDATE segment SET symbol_id = 77 WHERE ordinal = 0", True),
+        ("DROP TABLE event", True),
+        ("DELETE FROM motion_frame WHERE capture_id = 2", False),
+    ],
+)
+def test_a_quick_check_leaves_out_large_tables(
+    filled: store.Store, damage: str, is_seen: bool
+) -> None:
+    assert store.check_quickly(filled) == []
+    filled.connection.execute(damage)
+    assert bool(store.check_quickly(filled)) == is_seen
+
+
 def test_a_killed_run_is_no_fault(filled: store.Store) -> None:
     store.start_run(filled, "add")
     store.start_run(filled, "learn")
@@ -201,4 +218,4 @@ def test_every_row_of_a_run_is_checked() -> None:
         written.execute(present_schema())
         query = "SELECT table_name FROM duckdb_columns() WHERE column_name = 'run_id'"
         named = {row[0] for row in written.execute(query).fetchall()}
-    assert named == {"run", "capture", *learned.TABLES, *grammars.TABLES, *scenes.TABLES}
+    assert named == {"run", "capture", "edit", *learned.TABLES, *grammars.TABLES, *scenes.TABLES}

@@ -27,7 +27,7 @@ def test_compacting_gives_the_room_back_and_loses_nothing(
     learning = samples.learning(infos, store.start_run(database, "learn"))
     store.save_learning(database, learning)
     store.remove_capture(database, 2)
-    counts = store.count_rows(database)
+    counts = {k: n for k, n in store.count_rows(database).items() if not k.startswith("trash.")}
     database.close()
     before, after = store.compact(database.path)
     assert after < before - 1_000_000
@@ -58,7 +58,7 @@ def test_a_failing_copy_keeps_the_old_file(
     def fail(*_: object) -> None:
         raise duckdb.IOException("IO Error: No space left on device! More.")
 
-    monkeypatch.setattr("motiondb.store.compaction._copy", fail)
+    monkeypatch.setattr("motiondb.store.compaction.copy_tables", fail)
     with pytest.raises(StoreError) as error:
         store.compact(database.path)
     assert str(error.value) == (
@@ -117,14 +117,14 @@ def test_a_file_that_took_the_name_meanwhile_is_not_overwritten(
 ) -> None:
     samples.add(database, "a")
     database.close()
-    attach, path = compaction._attach, database.path
+    attach, path = compaction.attach, database.path
 
-    def put_another(opened: store.Store, new: Path) -> None:
-        attach(opened, new)
+    def put_another(opened: store.Store, new: Path, alias: str) -> None:
+        attach(opened, new, alias)
         path.with_name("other").write_bytes(b"another")
         path.with_name("other").replace(path)
 
-    monkeypatch.setattr(compaction, "_attach", put_another)
+    monkeypatch.setattr(compaction, "attach", put_another)
     with pytest.raises(StoreError, match="found that another program put one in its place"):
         store.compact(path)
     assert path.read_bytes() == b"another"

@@ -1,105 +1,203 @@
-"""Adding captures: find the files, read them, save all that is new in one transaction."""
+"""Adding captures: find the files, read them, save what is new.
+
+Files are read and saved in batches that fit into memory, each in one transaction. If the command is
+killed, the batches that were saved stay, whole; the same command then adds the others.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from motiondb import files, store
 from motiondb.answers.catalogue import AddReport
-from motiondb.database.catalogue.file_reading import AddSettings, ReadFile, read_all
+from motiondb.database.catalogue import copy_search
+from motiondb.database.catalogue.file_reading import AddSettings, ReadFile, Readings, read_all
 from motiondb.database.catalogue.sheets import Sheets, captions_within, sheet_notes
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.safe_files import is_file, is_folder, odd_kind
 from motiondb.files.sheets import EventSheet, SheetEntry, capture_name
-from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Relation
-from motiondb.search import copies
+from motiondb.records import Caption, CaptureInfo, Event
 
 Progress = Callable[[str, int, int], None]
 """Called with the name of the step, the number done, and the total number."""
 
+BATCH_BYTES = 256 * 2**20
+"""Motions and packed files that are read before they are saved, bytes: about three hours."""
+
 
 def add_captures(
     opened: store.Store,
-    folder: Path,
+    folders: Sequence[Path],
     sheets: Sheets,
     settings: AddSettings,
     progress: Progress | None = None,
 ) -> AddReport:
-    """Add a file, or all captures below a folder, as ``MotionDB.add`` does."""
+    """Add files, and all captures below folders, as ``MotionDB.add`` does."""
     tell = progress or (lambda _what, _done, _total: None)
-    paths, unusable = _text_names(_files(folder, settings.within))
-    names = {capture_name(_below(path, folder)): path for path in reversed(paths)}
-    problems = sheets.unknown(names) + unusable
-    problems += [
+    if settings.prefix:
+        store.check_new_name(f"{settings.prefix}x", "capture")
+    sheets = sheets.below(settings.prefix)
+    found = [(path, folder) for folder in folders for path in _files(folder, settings.within)]
+    usable, unusable = _text_names([path for path, _ in found])
+    readable = set(usable)
+    paths = {path: folder for path, folder in reversed(found) if path in readable}
+    named = {path: settings.prefix + capture_name(_below(path, paths[path])) for path in paths}
+    names = {name: path for path, name in named.items()}
+    problems = unusable + [
         f"{path}: expected one file per name, found "
-        f"{names[capture_name(_below(path, folder))].name} beside it. Rename one of them."
-        for path in paths
-        if names[capture_name(_below(path, folder))] != path
+        f"{names[name].name if names[name].parent == path.parent else names[name]} beside it. "
+        "Rename one of them."
+        for path, name in sorted(named.items())
+        if names[name] != path
     ]
     jobs = [
-        (name, path, sheets.entry(name), folder, settings) for name, path in sorted(names.items())
+        (name, path, sheets.entry(name), paths[path], settings)
+        for name, path in sorted(names.items())
     ]
-    readings = []
     store.check_writable(opened)
-    with store.released(opened):
-        for done, reading in enumerate(read_all(jobs, settings.jobs), start=1):
-            readings.append(reading)
-            tell("reading captures", done, len(jobs))
-    problems += [r.problem for r in readings if r.problem]
-    with store.reading(opened):  # where nothing is new, nothing is written
-        chosen = _sort_readings(opened, readings)
-        report = _report_known(opened, sheets, chosen, problems)
-    if chosen.new:
-        with store.transaction(opened):  # others may have added meanwhile
-            chosen = _sort_readings(opened, readings)
-            report = _save(opened, folder, sheets, settings, chosen, problems, tell)
-    return replace(report, notes=(*files.not_read(folder), *report.notes))
+    report, run_id = AddReport((), (), tuple(problems), (), (), 0.0), None
+    left = store.NotSaved(folders)
+    takes: list[tuple[str, ...]] = []
+    batches = _batches(opened, read_all(jobs, settings.jobs), len(jobs), tell)
+    for of_files, n_read in batches:
+        readings = [reading for of_file in of_files for reading in of_file]
+        takes += [tuple(r.name for r in of_file) for of_file in of_files if len(of_file) > 1]
+        faults = [r.problem for r in readings if r.problem]
+        left.faulty.update({r.path: r.problem for r in readings if r.problem})
+        with store.reading(opened):  # where nothing is new, nothing is written
+            chosen = _sort_readings(opened, readings, settings.replace)
+            part = _report_known(opened, sheets, chosen, faults)
+            left.same.update(_renamed(readings, chosen))
+            is_noted = n_read < len(jobs) or store.is_noted(opened, left)
+        if chosen.new or not is_noted:
+            outlines = copy_search.load_outlines(opened)
+            with store.transaction(opened):  # others may have added meanwhile
+                chosen = _sort_readings(opened, readings, settings.replace)
+                if chosen.new and run_id is None:
+                    run_id = _start_run(opened, folders, sheets, settings)
+                part = _report_known(opened, sheets, chosen, faults)
+                if chosen.new and run_id is not None:
+                    part = _save(opened, sheets, settings, chosen, part, (run_id, outlines))
+                if n_read == len(jobs):
+                    store.save_not_saved(opened, left)
+        tell("saving captures", n_read, len(jobs))
+        report = _joined(report, part)
+    others = [sentence for folder in folders for sentence in files.not_read(folder)]
+    others += [_takes_note(each, sheets) for each in takes]
+    unknown = sheets.unknown({*names, *(name for each in takes for name in each)})
+    return replace(
+        report,
+        notes=(*others, *report.notes),
+        problems=(*unknown, *report.problems),
+    )
 
 
-def _save(
-    opened: store.Store,
-    folder: Path,
-    sheets: Sheets,
-    settings: AddSettings,
-    chosen: _Chosen,
-    problems: Sequence[str],
-    tell: Progress,
-) -> AddReport:
-    """Save the new captures; inside a transaction."""
-    known = _report_known(opened, sheets, chosen, problems)
-    if not chosen.new:
-        return known
-    notes, faults = list(known.notes), list(known.problems)
-    seconds, n_events = 0.0, 0
+def _renamed(readings: Sequence[ReadFile], chosen: _Chosen) -> dict[str, str]:
+    """The files whose content a capture of another name has, with its name."""
+    paths = {reading.name: reading.path for reading in readings}
+    return {paths[name]: known for name, known in chosen.known if name != known}
+
+
+def _takes_note(takes: Sequence[str], sheets: Sheets) -> str:
+    """A note on a file that became several captures."""
+    file = takes[0].rpartition("#")[0]
+    note = f"{file} holds {len(takes)} takes: {', '.join(takes)}"
+    entry = sheets.entry(file)
+    if entry is None or not entry.captions:
+        return note
+    return (
+        f"{note}; the sheet's captions of {file} are given to none of them, since they do not say "
+        f"which is meant (write {takes[0]} in the column `file`)"
+    )
+
+
+def _batches(
+    opened: store.Store, readings: Iterator[Readings], n_files: int, tell: Progress
+) -> Iterator[tuple[list[Readings], int]]:
+    """Readings of files that fit into memory together, and the number of files read until then.
+
+    The file is free while they are read.
+    """
+    done = 0
+    while True:
+        batch, n_bytes = list[Readings](), 0
+        with store.released(opened):
+            for reading in readings:
+                batch.append(reading)
+                n_bytes += sum(each.n_bytes for each in reading)
+                done += 1
+                tell("reading captures", done, n_files)
+                if n_bytes > BATCH_BYTES:
+                    break
+        yield batch, done
+        if done == n_files:
+            return
+
+
+def _joined(first: AddReport, second: AddReport) -> AddReport:
+    """The report of two batches."""
+    both = {name: value + vars(second)[name] for name, value in vars(first).items()}
+    return AddReport(**both | {"new_words": tuple(sorted({*both["new_words"]}))})
+
+
+def _start_run(
+    opened: store.Store, folders: Sequence[Path], sheets: Sheets, settings: AddSettings
+) -> int:
+    """The run of all batches."""
     parameters = {
-        "folder": str(folder),
+        "folder": ", ".join(map(str, folders)),
         "sheet": sheets.words.path if sheets.words else None,
         "events": sheets.events.path if sheets.events else None,
         "unit": settings.unit,
         "skip_bad_frames": settings.skip_bad_frames,
         "joint_map": dict(settings.joint_map),
         "keep_implausible": settings.keep_implausible,
+        "originals": settings.originals,
     }
-    run_id = store.start_run(opened, "add", parameters)
-    with updating.counted(opened, run_id) as change:
-        for done, reading in enumerate(chosen.new, start=1):
+    return store.start_run(opened, "add", parameters)
+
+
+def _save(
+    opened: store.Store,
+    sheets: Sheets,
+    settings: AddSettings,
+    chosen: _Chosen,
+    known: AddReport,
+    of_run: tuple[int, store.CaptureRows],
+) -> AddReport:
+    """Save the new captures of a batch; inside a transaction.
+
+    `known`: The report without them. `of_run`: Number of the run, and the outlines of the captures
+    that are there.
+    """
+    run_id, outlines = of_run
+    notes, faults = list(known.notes), list(known.problems)
+    seconds, n_events = 0.0, 0
+    old = {info.name: info for info in store.load_captures(opened)} if settings.replace else {}
+    replaced = {r.name: old[r.name] for r in chosen.new if r.name in old}
+    touched = [info.capture_id for info in replaced.values()]
+    with updating.counted(opened, run_id, touched) as change:
+        for reading in chosen.new:
             info, captions = _info(reading, sheets.entry(reading.name), run_id, notes)
             assert reading.motion is not None
             assert reading.source is not None
+            kept = _Kept.of(opened, replaced[info.name]) if info.name in replaced else _Kept()
+            info = replace(info, tags={**kept.tags, **info.tags})
+            captions = captions or captions_within(info.name, kept.captions, info.duration, notes)
             info = store.save_capture(opened, info, reading.motion, reading.source, captions)
-            n_events += _save_events(opened, sheets.events, info, faults)
+            given = _save_events(opened, sheets.events, info, faults)
+            n_events += given
+            if not given:
+                kept.save_events(opened, info, notes)
             change.added.append(info.capture_id)
             seconds += info.duration
-            tell("saving captures", done, len(chosen.new))
-    tell("looking for copies", 0, 1)
     added = tuple(reading.name for reading in chosen.new)
-    relations = find_relations(opened, set(added))
+    relations = copy_search.find_relations(opened, set(added), outlines)
     store.save_relations(opened, relations)
     store.finish_run(opened, run_id)
-    tell("looking for copies", 1, 1)
     return AddReport(
         added,
         chosen.known,
@@ -111,7 +209,35 @@ def _save(
         change.new_words,
         n_events,
         sum("performer" not in _tags(sheets.entry(name)) for name in added),
+        tuple(replaced),
     )
+
+
+@dataclass(frozen=True)
+class _Kept:
+    """What the capture that takes another one's place keeps of it."""
+
+    tags: Mapping[str, str] = field(default_factory=dict)
+    captions: tuple[Caption, ...] = ()
+    events: tuple[Event, ...] = ()
+
+    @classmethod
+    def of(cls, opened: store.Store, info: CaptureInfo) -> _Kept:
+        """Load it, and remove the capture."""
+        number = info.capture_id
+        captions = store.load_captions(opened, number).get(number, ())
+        events = store.load_events(opened, number).get(number, ())
+        store.remove_capture(opened, number)
+        return cls(info.tags, captions, events)
+
+    def save_events(self, opened: store.Store, info: CaptureInfo, notes: list[str]) -> None:
+        """Save the events that lie within the new capture; a note if there are others."""
+        within = [event for event in self.events if event.frame < info.motion_frames]
+        if within:
+            store.save_events(opened, info.capture_id, within)
+        if len(within) < len(self.events):
+            left = len(self.events) - len(within)
+            notes.append(f"{info.name}: {left} events after the end of the new file were left out")
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +249,7 @@ class _Chosen:
     problems: tuple[str, ...]
 
 
-def _sort_readings(opened: store.Store, readings: Sequence[ReadFile]) -> _Chosen:
+def _sort_readings(opened: store.Store, readings: Sequence[ReadFile], replacing: bool) -> _Chosen:
     """Divide the readings into new and known ones by the present database."""
     digests = store.load_digests(opened)
     names = {info.name for info in store.load_captures(opened)}
@@ -135,11 +261,11 @@ def _sort_readings(opened: store.Store, readings: Sequence[ReadFile]) -> _Chosen
             continue
         if reading.source.sha256 in digests:
             known.append((reading.name, digests[reading.source.sha256]))
-        elif reading.name in names:
+        elif reading.name in names and not replacing:
             problems.append(
                 f"{reading.path}: expected a new name, found another capture called "
-                f"{reading.name}. Remove that one first (motiondb remove {reading.name}) or "
-                "rename the file."
+                f"{reading.name}. Put a folder before the new names (--prefix FOLDER/), or let "
+                "the new files take the place of the old ones (--replace)."
             )
         else:
             digests[reading.source.sha256] = reading.name
@@ -163,28 +289,6 @@ def _save_events(
     if events:
         store.save_events(opened, info.capture_id, events)
     return len(events)
-
-
-def find_relations(opened: store.Store, new: set[str]) -> list[Relation]:
-    """Copies, mirror images and cuts among the captures, of which at least one is new."""
-    infos = store.load_captures(opened)
-    pool = store.load_motion_pool(opened)
-    poses = [copies.copy_poses(pool.motion(info.capture_id)) for info in infos]
-    library = copies.build_library(poses)
-    fresh = [n for n, info in enumerate(infos) if info.name in new]
-    old = [n for n in range(len(infos)) if n not in set(fresh)]
-    relations = copies.find_copies(library, fresh) + copies.find_copies(library, old, fresh)
-    return [
-        Relation(
-            infos[c.query].name,
-            infos[c.take].name,
-            c.kind,
-            c.start / MOTION_FPS,
-            c.end / MOTION_FPS,
-            c.distance,
-        )
-        for c in relations
-    ]
 
 
 def check_captures(folder: Path) -> None:

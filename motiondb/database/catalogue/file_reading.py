@@ -12,7 +12,7 @@ import pickle
 import signal
 import threading
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
@@ -77,6 +77,12 @@ class AddSettings:
         Allow a sheet to name skeletons outside the added folder.
     within : Path or None
         Folder that links must not lead out of; None: they may lead anywhere.
+    prefix : str
+        Put before the name of every capture, such as "studio2/".
+    replace : bool
+        Replace captures of the same names; captions, tags and events that no sheet gives are kept.
+    originals : bool
+        Keep the files as they are, so that they can be exported bit for bit.
     """
 
     unit: float | None = None
@@ -88,6 +94,9 @@ class AddSettings:
     keep_implausible: bool = False
     outside_skeletons: bool = False
     within: Path | None = None
+    prefix: str = ""
+    replace: bool = False
+    originals: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,12 +112,22 @@ class ReadFile:
     notes: tuple[str, ...] = ()  # What is unusual in the file
     problem: str = ""  # Why the file cannot be saved; "" where it can
 
+    @property
+    def n_bytes(self) -> int:
+        """Memory that its motion and its packed files take, bytes."""
+        arrays = () if self.motion is None else vars(self.motion).values()
+        packed = (self.source.data, self.source.skeleton_data or b"") if self.source else ()
+        return sum(map(len, packed)) + sum(a.nbytes for a in arrays if isinstance(a, np.ndarray))
 
+
+Readings = tuple[ReadFile, ...]  # Of one file: more than one where it holds several takes
 _Job = tuple[str, Path, SheetEntry | None, Path, AddSettings]
 
 
-def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[ReadFile]:
+def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Readings]:
     """Read files, in other processes if there are more than a few; readings in order of the jobs.
+
+    A file with several takes becomes as many readings.
 
     A file that kills its process, or takes too long, becomes a problem; the others go on.
     """
@@ -116,7 +135,7 @@ def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[ReadFile]:
         yield from (_read_one(*job) for job in jobs)
         return
     n_jobs = min(n_jobs, len(jobs), os.cpu_count() or 1)
-    folder, running = _working_folder(), deque[tuple[_Job, Future[ReadFile] | None]]()
+    folder, running = _working_folder(), deque[tuple[_Job, Future[Readings] | None]]()
     with _pool_of(n_jobs) as pool:
         for job in jobs:
             try:
@@ -157,7 +176,7 @@ def _context() -> LokyContext:
     return context
 
 
-def _submit(pool: ProcessPool, folder: str, job: _Job) -> Future[ReadFile]:
+def _submit(pool: ProcessPool, folder: str, job: _Job) -> Future[Readings]:
     """Hand out a file; the first starts the processes."""
     path, limits = job[1], job[-1].limits
     n_bytes = path.stat().st_size if path.is_file() else 0
@@ -167,7 +186,7 @@ def _submit(pool: ProcessPool, folder: str, job: _Job) -> Future[ReadFile]:
         return pool.schedule(_read_beside, args=(folder, packed, n_bytes), timeout=seconds)
 
 
-def _result(folder: str, job: _Job, future: Future[ReadFile] | None) -> ReadFile:
+def _result(folder: str, job: _Job, future: Future[Readings] | None) -> Readings:
     """The result for a file that was handed out; it is read again if its process ended.
 
     A process may end without fault of the file: the system ends one where memory is short, and the
@@ -183,7 +202,7 @@ def _result(folder: str, job: _Job, future: Future[ReadFile] | None) -> ReadFile
         return _refused(job)
 
 
-def _read_alone(folder: str, job: _Job) -> ReadFile:
+def _read_alone(folder: str, job: _Job) -> Readings:
     """Read a file in a process of its own, or in this one if the system lets none start."""
     from pebble import ProcessExpired
 
@@ -198,16 +217,17 @@ def _read_alone(folder: str, job: _Job) -> ReadFile:
             return _refused(job)
 
 
-def _refused(job: _Job) -> ReadFile:
+def _refused(job: _Job) -> Readings:
     """The result for a file that ends its process, or takes too long."""
     name, path = job[0], job[1]
-    return ReadFile(
+    refused = ReadFile(
         name,
         str(path),
         problem=f"{path}: expected a file that can be read, found one that ends the process "
         "that reads it (too much memory or time, or a damaged file). Export it again, cut the "
         "capture, or allow more with --memory-limit or --time-limit.",
     )
+    return (refused,)
 
 
 def _working_folder() -> str:
@@ -231,7 +251,7 @@ def _interrupts_wait() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _read_beside(folder: str, packed: bytes, n_bytes: int) -> ReadFile:
+def _read_beside(folder: str, packed: bytes, n_bytes: int) -> Readings:
     """Read in another process; ``folder`` is the working directory of the one that asks."""
     os.chdir(folder)
     job: _Job = pickle.loads(packed)
@@ -241,23 +261,27 @@ def _read_beside(folder: str, packed: bytes, n_bytes: int) -> ReadFile:
 
 def _read_one(
     name: str, path: Path, entry: SheetEntry | None, folder: Path, settings: AddSettings
-) -> ReadFile:
+) -> Readings:
     """Read a file; an error becomes the problem of the reading."""
     try:
         n_bytes = path.stat().st_size if path.is_file() else 0
         with capture.guarded(path, settings.limits.seconds_for(n_bytes)):
-            return _read_capture(name, path, entry, folder, settings)
+            return _read_captures(name, path, entry, folder, settings)
     except MotionDBError as error:
-        message = str(error)
-        return ReadFile(
-            name, str(path), problem=message if str(path) in message else f"{path}: {message}"
-        )
+        return (_with_problem(name, path, error),)
 
 
-def _read_capture(
+def _with_problem(name: str, path: Path, error: MotionDBError) -> ReadFile:
+    """Return the reading of what cannot be saved."""
+    message = str(error)
+    problem = message if str(path) in message else f"{path}: {message}"
+    return ReadFile(name, str(path), problem=problem)
+
+
+def _read_captures(
     name: str, path: Path, entry: SheetEntry | None, folder: Path, settings: AddSettings
-) -> ReadFile:
-    """Read a file and its skeleton, and solve the canonical body."""
+) -> Readings:
+    """Read a file and its skeleton, and solve the canonical body for each of its takes."""
     options = capture.ReadOptions(
         fps=entry.fps if entry and entry.fps else settings.fps,
         unit=settings.unit,
@@ -270,12 +294,31 @@ def _read_capture(
     asf = _skeleton(path, entry, folder, settings)
     skeleton_data = capture.read_file(asf, options) if asf else None
     skeleton = capture.AsfFile(skeleton_data, asf) if skeleton_data is not None else None
-    clip = capture.read_capture_bytes(data, kind, path=path, skeleton=skeleton, options=options)
+    clips = capture.read_takes_bytes(data, kind, path=path, skeleton=skeleton, options=options)
+    readings = []
+    for take, clip in clips.items():
+        of = f"{name}#{take}" if take else name
+        pack = partial(
+            store.pack_source, path.name, data, kind, asf.name if asf else None, skeleton_data, take
+        )
+        try:
+            readings.append(_solved(of, path, clip, settings, pack))
+        except MotionDBError as error:
+            if len(clips) == 1:
+                raise
+            readings.append(_with_problem(of, Path(f"{path}#{take}"), error))
+    return tuple(readings)
+
+
+def _solved(
+    name: str, path: Path, clip: Clip, settings: AddSettings, pack: Callable[[], store.Source]
+) -> ReadFile:
+    """Solve the canonical body for a clip."""
     motion = retarget.to_motion(clip, settings.joint_map, settings.keep_implausible)
-    source = store.pack_source(path.name, data, kind, asf.name if asf else None, skeleton_data)
     if not (np.isfinite(motion.root_positions).all() and np.isfinite(motion.local_rotations).all()):
         raise CaptureError(path, "expected finite positions, found none.")
     notes = clip.notes + motion.notes
+    source = pack() if settings.originals else store.leave_out(pack())
     return ReadFile(name, str(path), source, motion, clip.fps, clip.n_frames, notes)
 
 
@@ -328,6 +371,7 @@ def read_stored(
         unit=float(str(unit)) if unit else None,
         skip_bad_frames=bool(parameters.get("skip_bad_frames")),
         limits=capture.NO_LIMITS,
+        take=source.take,
     )
     return capture.read_capture_bytes(
         source.data, source.format, path=info.name, skeleton=skeleton, options=options

@@ -121,22 +121,25 @@ def _save_capture(new: store.Store, salvaged: store.SalvagedCapture, run: Run | 
     """Save a capture with its missing parts restored; return what was restored."""
     info, source, motion = salvaged.info, salvaged.source, salvaged.motion
     notes = [f"could not read {', '.join(salvaged.lost)}"] if salvaged.lost else []
-    if source is None and motion is None:
+    if motion is None and (source is None or not source.data):
         raise StoreError("expected its file or its motion, found neither.")
     if source is None:
         assert motion is not None
         info, packed = _written_anew(info, motion)
         notes.append("its file is now its motion on the canonical body, as BVH")
+    elif not source.data and motion is not None:  # it was left out
+        packed = source
     else:
         if motion is None:
             info, motion = _read_anew(info, source, run)
             notes.append("its motion was read from its file again")
         packed = store.pack_source(
-            source.file_name,
+            source.own_name,
             source.data,
             source.format,
             source.skeleton_name,
             source.skeleton_data,
+            source.take,
         )
     duration = max(info.duration, motion.n_frames / MOTION_FPS)
     captions = [c for c in salvaged.captions if c.start is None or c.start < duration]

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from motiondb import store
+from motiondb.answers.catalogue import SheetWritten
 from motiondb.database.learn import updating
+from motiondb.files.sheet_writer import write_sheet
 from motiondb.files.sheets import EventSheet, Sheet, SheetEntry, read_event_sheet, read_sheet
 from motiondb.records import Caption, CaptureInfo
 
@@ -28,9 +31,20 @@ class Sheets:
         """A sentence for every entry whose file is not among the captures."""
         return [sentence for sheet in self.each for sentence in sheet.unknown(names)]
 
+    def below(self, prefix: str) -> Sheets:
+        """The same for captures whose names begin with a prefix that the sheets do not have."""
+        return Sheets(*(_below(sheet, prefix) for sheet in (self.words, self.events)))
+
     def entry(self, name: str) -> SheetEntry | None:
         """What the sheet of words says of a capture."""
         return self.words.find(name) if self.words else None
+
+
+def _below(sheet: Any, prefix: str) -> Any:  # noqa: ANN401  a sheet of either kind, or None
+    """A sheet with a prefix before the name of every capture."""
+    if sheet is None or not prefix:
+        return sheet
+    return replace(sheet, entries={prefix + name: entry for name, entry in sheet.entries.items()})
 
 
 def sheet_notes(opened: store.Store, sheets: Sheets, known: Sequence[tuple[str, str]]) -> list[str]:
@@ -135,6 +149,16 @@ def import_words(opened: store.Store, path: str | Path) -> ImportReport:
     return ImportReport(len(named), tuple(sheet.unknown(infos)), tuple(notes))
 
 
+def export_words(opened: store.Store, path: str | Path, where: str) -> SheetWritten:
+    """Write captions and tags of captures as a sheet that :func:`import_words` reads."""
+    infos = store.load_captures(opened, where)
+    captions = store.load_captions(opened)
+    rows = [(info.name, captions.get(info.capture_id, ()), info.tags) for info in infos]
+    notes = write_sheet(Path(path), sorted(rows, key=lambda row: row[0]))
+    count = sum(len(spoken) for _, spoken, _ in rows)
+    return SheetWritten(Path(path), len(rows), count, tuple(notes))
+
+
 def _read_already(sheet: Sheet, infos: Mapping[str, CaptureInfo]) -> list[str]:
     """A note if a sheet says how to read captures that were already added."""
     notes = []
@@ -162,12 +186,13 @@ def import_events(opened: store.Store, path: str | Path) -> EventReport:
         infos = {info.name: info for info in store.load_captures(opened)}
     problems = sheet.unknown(infos)
     captures = count = 0
+    named = [infos[name] for name in sheet.entries if name in infos]
     with store.transaction(opened):
         run_id = store.start_run(opened, "events", {"sheet": str(path)})
-        for name in sheet.entries:
-            if name in infos:
-                events = sheet.within(name, infos[name].motion_frames, problems)
-                store.save_events(opened, infos[name].capture_id, events)
+        with store.noting_edits(opened, run_id, [info.capture_id for info in named]):
+            for info in named:
+                events = sheet.within(info.name, info.motion_frames, problems)
+                store.save_events(opened, info.capture_id, events)
                 captures, count = captures + 1, count + len(events)
         store.finish_run(opened, run_id)
     return EventReport(captures, count, tuple(problems), sheet.notes)

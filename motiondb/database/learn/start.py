@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from motiondb import store
 from motiondb.answers.learning import StartAnswer, knowledge_answer
@@ -27,6 +27,9 @@ from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import LearnSettings
 from motiondb.search.asked_words import learned_words
 from motiondb.search.chances import why_unchecked
+
+if TYPE_CHECKING:
+    from motiondb.database.session import Session
 
 NONE = "none"  # Name that means no start
 ENDING = ".knowledge"
@@ -133,8 +136,11 @@ def start_knowledge(learned: Learned) -> Knowledge:
     return learned.started.knowledge
 
 
-def start_facts(learned: Learned) -> StartAnswer | None:
+def start_facts(session: Session) -> StartAnswer | None:
     """The origin of the start of a database and its share in the database; None without a start."""
+    if not store.is_learned(session.store) or not store.has_parameter(session.store, "started"):
+        return None  # nothing else need be loaded
+    learned = session.learned
     started = learned.started
     if started is None:
         return None

@@ -29,6 +29,7 @@ from motiondb.records import SegmentTable
 class Change:
     """The result of counting a change of captures or words."""
 
+    run_id: int  # The run that makes the change; ``undo`` takes it back
     # Numbers of the captures that the body of :func:`counted` adds; filled by the body
     added: list[int] = field(default_factory=list)
     counted: tuple[int, ...] = ()  # Numbers of the captures that were counted after the change
@@ -52,18 +53,26 @@ def changing(
 def counted(opened: store.Store, run_id: int, touched: Iterable[int] = ()) -> Iterator[Change]:
     """Surround a change of captures or words, inside a transaction, so that counts stay true.
 
-    Nothing is counted if the database has not learned.
+    What was changed is noted, so that it can be undone. Nothing is counted if the database has not
+    learned.
     """
-    change, wanted = Change(), set(touched)
-    if not store.is_learned(opened):
+    change, wanted = Change(run_id), set(touched)
+    with store.noting_edits(opened, run_id, wanted), _counted(opened, change, wanted):
         yield change
+
+
+@contextmanager
+def _counted(opened: store.Store, change: Change, wanted: set[int]) -> Iterator[None]:
+    """Update the learned model after a change of captures or words."""
+    if not store.is_learned(opened):
+        yield
         return
     model = from_stored(store.load_learning(opened))
     counts, reference = model.counted.counts, model.counted.reference
     table = model.segments
-    wanted &= set(table.capture_ids.tolist())
+    wanted = wanted & set(table.capture_ids.tolist())
     counts = counts - _count(opened, _only(table, wanted), reference)
-    yield change
+    yield
     there = {i.capture_id for i in store.load_captures(opened) if i.kind == "captured"}
     table = _only(table, there)
     new = sorted(set(change.added) & there)
@@ -76,7 +85,7 @@ def counted(opened: store.Store, run_id: int, touched: Iterable[int] = ()) -> It
     counts = counts + _count(opened, again, reference)
     change.counted = tuple(counting.capture_rows(again))
     change.new_words = _unknown_words(opened, change.counted, model)
-    model = with_counts(model, run_id, table, Counted(counts, reference))
+    model = with_counts(model, change.run_id, table, Counted(counts, reference))
     store.save_learning(opened, to_stored(model))
 
 

@@ -8,18 +8,13 @@ folder be read.
 from __future__ import annotations
 
 import importlib.util
-import os
-import subprocess
-import sys
-import tempfile
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from motiondb.errors import CaptureError
-from motiondb.files.limits import ReadLimits, cap_memory
-from motiondb.files.parent_process import end_with_parent, is_main_thread
+from motiondb.files.limits import ReadLimits
+from motiondb.files.readers.child_process import end_child_with_parent, read_in_child
 from motiondb.records import FloatArray
 
 CPU_SECONDS = 5.0
@@ -45,28 +40,13 @@ def read_points(data: bytes, path: object, limits: ReadLimits | None = None) -> 
             "expected the package ezc3d to read C3D, found none. pip install motiondb[c3d]",
         )
     _check_size(data, path)
-    limits = limits or ReadLimits()
-    with tempfile.TemporaryDirectory() as folder:
-        source, target = Path(folder, "copy.c3d"), Path(folder, "points.npz")
-        source.write_bytes(data)
-        costs = [str(CPU_SECONDS * max(1.0, len(data) / 1e7)), str(2.0 * limits.memory)]
-        # -P: modules of the working folder must not replace those that are imported
-        command = [sys.executable, "-P", "-m", "motiondb.files.readers.c3d_points", *costs]
-        command += [str(source), str(target), str(os.getpid()), str(int(is_main_thread()))]
-        try:
-            seconds = min(limits.seconds_for(len(data)), 1e6)
-            subprocess.run(command, capture_output=True, timeout=seconds, check=True)
-            with np.load(target) as file:
-                recording = Recording(
-                    labels=tuple(file["labels"].tolist()),
-                    points=file["points"],
-                    fps=float(file["fps"]),
-                    unit=str(file["unit"]),
-                )
-        except (subprocess.SubprocessError, OSError, ValueError, KeyError) as error:
-            raise CaptureError(
-                path, "expected a whole C3D file, found a damaged one. Export it again."
-            ) from error
+    module = "motiondb.files.readers.c3d_points"
+    read = read_in_child(module, data, limits or ReadLimits(), CPU_SECONDS)
+    if read is None or not {"labels", "points", "fps", "unit"} <= read.keys():
+        raise CaptureError(path, "expected a whole C3D file, found a damaged one. Export it again.")
+    recording = Recording(
+        tuple(read["labels"].tolist()), read["points"], float(read["fps"]), str(read["unit"])
+    )
     if recording.points.ndim != 3 or recording.points.shape[1] == 0:
         raise CaptureError(path, "expected at least 1 frame, found 0. Export the motion again.")
     return recording
@@ -113,18 +93,5 @@ def convert(source: str, target: str) -> None:
     )
 
 
-def limit_process(cpu_seconds: float, memory: float) -> None:
-    """Limit the processor time and the memory of this process, if the system can."""
-    cap_memory(memory)
-    try:
-        import resource
-    except ImportError:
-        return
-    seconds = min(int(cpu_seconds) + 1, 10**6)
-    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
-
-
 if __name__ == "__main__":
-    end_with_parent(int(sys.argv[5]), sys.argv[6] == "1")
-    limit_process(float(sys.argv[1]), float(sys.argv[2]))
-    convert(sys.argv[3], sys.argv[4])
+    convert(*end_child_with_parent()[:2])

@@ -11,6 +11,7 @@ from motiondb.answers.catalogue import DatabaseInfo, WordRow
 from motiondb.answers.plain import fields_of
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.browsing import BrowsedCapture, Facet
+from motiondb.errors import QueryError
 from motiondb.files.folder import CAPTURE_ENDINGS
 from motiondb.learn.drift import Drift
 from motiondb.page.errors import PageError, unknown
@@ -264,16 +265,16 @@ def _word_routes(routes: APIRouter, page: Page) -> None:
             if not page.edits:
                 raise PageError("undo: expected an edit, found none.", 409, "ConflictError")
             last = page.edits[-1]
-            row = db.browsed(last.capture)
-            if row is None or row.captions != last.after:
+            try:
+                db.undo(last.run)
+            except QueryError as error:
                 page.edits.pop()
                 raise PageError(
                     f"{last.capture}: expected the words of this edit, found others."
                     " They were changed since, and stay as they are.",
                     409,
                     "ConflictError",
-                )
-            db.set_captions(last.capture, last.before)
+                ) from error
             page.edits.pop()  # only now: a full disk leaves the edit to be undone later
             return WordsUndone(last.capture, db.captions(last.capture), len(page.edits))
 
@@ -291,7 +292,8 @@ def _change(page: Page, db: MotionDB, capture: str, captions: tuple[Caption, ...
     before = db.captions(capture)
     change = db.set_captions(capture, captions)
     after = db.captions(capture)
-    page.edits.append(WordEdit(capture, before, after))
+    if after != before:
+        page.edits.append(WordEdit(capture, change.run_id))
     return WordsEdited(capture, after, bool(change.counted), change.new_words, len(page.edits))
 
 

@@ -1,7 +1,7 @@
 """The catalogue: captures with their files, motions, tags and captions.
 
-The number, name and digest of a capture never change after :func:`save_capture`, and a number is
-never used again. When a capture is removed, its segments are removed with it. Everything else that
+The number and digest of a capture never change after :func:`save_capture`, and a number is never
+used again. When a capture is removed, its segments are removed with it. Everything else that
 was learned stays; ``learning_is_current`` then returns False.
 """
 
@@ -18,6 +18,7 @@ from motiondb.files.safe_files import odd_kind
 from motiondb.records import Caption, CaptureInfo, Float32Array, Motion
 from motiondb.store.catalogue.annotations import load_captions, save_captions, save_tags
 from motiondb.store.catalogue.sources import Source
+from motiondb.store.catalogue.trash import OWN_TABLES, put_in_trash
 from motiondb.store.catalogue.where import (
     COLUMNS,
     Filter,
@@ -38,15 +39,6 @@ N_JOINTS = 21  # Of the canonical body (:data:`motiondb.body.body.JOINTS`)
 POSE_SIZE = 3 + 4 * N_JOINTS  # Numbers of a frame: root position, a quaternion of each joint
 
 _INFO = f"SELECT {', '.join(COLUMNS)}, notes FROM capture"
-_OWN_TABLES = (
-    "capture_tag",
-    "caption",
-    "event",
-    "motion_frame",
-    "generated_source",
-    "frame_source",
-    "derivation",
-)
 
 
 def save_capture(
@@ -97,12 +89,14 @@ def save_capture(
 def remove_capture(store: Store, capture_id: int) -> None:
     """Remove a capture and everything that belongs to it, in one transaction.
 
-    This includes its file, motion, tags, captions, events, relations and segments. Players of
-    scenes whose motion it held stay, with ``capture_id`` -1.
+    This includes its file, motion, tags, captions, events, relations and segments; all but the
+    segments go into the trash. Players of scenes whose motion it held stay, with ``capture_id`` -1.
     """
     with transaction(store) as connection:
-        for table in _OWN_TABLES:
-            connection.execute(f"DELETE FROM {table} WHERE capture_id = ?", [capture_id])
+        put_in_trash(store, capture_id)
+        for table in OWN_TABLES:
+            if table not in ("capture", "scene_player"):
+                connection.execute(f"DELETE FROM {table} WHERE capture_id = ?", [capture_id])
         for table in ("segment_score", "segment_movement"):
             connection.execute(
                 f"DELETE FROM {table} WHERE ordinal IN "
@@ -120,6 +114,12 @@ def remove_capture(store: Store, capture_id: int) -> None:
         )
         connection.execute("DELETE FROM capture WHERE capture_id = ?", [capture_id])
         touch(store, motions=True)
+
+
+def rename_capture(store: Store, capture_id: int, name: str) -> None:
+    """Give a capture another name, which is free."""
+    with transaction(store) as connection:
+        connection.execute("UPDATE capture SET name = ? WHERE capture_id = ?", [name, capture_id])
 
 
 def load_captures(store: Store, where: str | Sequence[Filter] = "") -> list[CaptureInfo]:

@@ -60,6 +60,19 @@ def save_runs(store: Store, runs: Iterable[Run]) -> None:
             )
 
 
+def copy_run(store: Store, run: Run) -> int:
+    """Copy a run of another store under a new number, which is returned."""
+    with transaction(store):
+        number = start_run(store, run.kind)
+        save = "UPDATE run SET parameters = ?, seed = ?, version = ?, started = ?, finished = ?"
+        parameters = json.dumps(run.parameters, sort_keys=True)
+        store.connection.execute(
+            f"{save} WHERE run_id = ?",
+            [parameters, run.seed, run.version, run.started, run.finished, number],
+        )
+    return number
+
+
 def load_runs(store: Store) -> list[Run]:
     """Load all runs, oldest first."""
     rows = store.connection.execute("SELECT * FROM run ORDER BY run_id").fetchall()

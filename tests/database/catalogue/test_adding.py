@@ -12,6 +12,7 @@ import pytest
 
 import motiondb
 from motiondb.body import body, retarget
+from motiondb.database.catalogue import cataloguing
 from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
 from motiondb.database.catalogue.sheets import ImportReport
 from motiondb.errors import MotionDBError, QueryError
@@ -71,7 +72,8 @@ def test_another_content_under_a_known_name_is_refused(tmp_path: Path, some: Pat
         (problem,) = db.add(some).problems
         assert problem == (
             f"{some}/ana/bow_1.bvh: expected a new name, found another capture called ana/bow_1. "
-            "Remove that one first (motiondb remove ana/bow_1) or rename the file."
+            "Put a folder before the new names (--prefix FOLDER/), or let the new files take the "
+            "place of the old ones (--replace)."
         )
 
 
@@ -108,10 +110,10 @@ def test_a_cut_is_known_though_the_whole_take_comes_later(tmp_path: Path, some: 
 def test_export_gives_the_very_bytes_and_remove_forgets(tmp_path: Path, some: Path) -> None:
     with motiondb.open(tmp_path / "m.duckdb") as db:
         db.add(some)
-        out = db.export("ana/jump_1", tmp_path / "j.bvh")
+        out = db.export("ana/jump_1", tmp_path / "j.bvh").output
         assert out.read_bytes() == (some / "ana/jump_1.bvh").read_bytes()
-        assert db.export("ana/jump_1", tmp_path / "j.glb").read_bytes()[:4] == b"glTF"
-        part = read_capture(db.export("ana/jump_1", tmp_path / "p.bvh", start=0.5, end=1.5))
+        assert db.export("ana/jump_1", tmp_path / "j.glb").output.read_bytes()[:4] == b"glTF"
+        part = read_capture(db.export("ana/jump_1", tmp_path / "p.bvh", start=0.5, end=1.5).output)
         whole = read_capture(out)
         assert part.n_frames == 30
         assert np.allclose(part.root_positions, whole.root_positions[15:45], atol=1e-5)
@@ -242,3 +244,51 @@ def test_what_does_nothing_is_said(learned_copy: Path, tmp_path: Path) -> None:
         assert db.captions("ana/bow_1") == before
         assert db.captures('name="ana/bow_1"')[0].fps == fps
         assert [c.words for c in db.captions("ana/walk_1")] == ["strolls"]
+
+
+def test_batches_add_what_one_batch_adds(
+    tmp_path: Path, some: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Copies are found across batches, and between them and captures that were there."""
+    for number, source in enumerate(sorted(some.rglob("*.bvh"))):
+        text = source.read_text().replace("HIERARCHY", "HIERARCHY ")
+        (some / f"again_{number}.bvh").write_text(text)
+    shutil.copy(some / "again_1.bvh", some / "same_file.bvh")
+    (some / "broken.bvh").write_text("no capture")
+    reports, relations = [], []
+    for name, most in (("one", cataloguing.BATCH_BYTES), ("many", 1)):
+        monkeypatch.setattr(cataloguing, "BATCH_BYTES", most)
+        with motiondb.open(tmp_path / f"{name}.duckdb") as db:
+            db.add(some / "ana")
+            report = db.add(some)
+            reports.append(replace(report, relations=(), problems=sorted(report.problems)))
+            assert sorted(map(repr, report.relations)) == sorted(map(repr, db.relations()))
+            relations.append(sorted(map(repr, report.relations)))
+            assert db.check() == []
+            assert [run["kind"] for run in db.runs()] == ["add", "add"]
+    assert reports[0] == reports[1]
+    assert len(relations[0]) >= 4
+    assert relations[0] == relations[1]
+
+
+def test_files_may_be_left_out(tmp_path: Path, some: Path) -> None:
+    """Motions are the same; what needs the file is refused, also in a rescued database."""
+    with (
+        motiondb.open(tmp_path / "all.duckdb") as whole,
+        motiondb.open(tmp_path / "few.duckdb") as db,
+    ):
+        whole.add(some)
+        assert db.add(some, settings=AddSettings(originals=False)).problems == ()
+        assert len(db.add(some).known) == 4
+        np.testing.assert_array_equal(
+            db.motion("ana/bow_1").root_positions, whole.motion("ana/bow_1").root_positions
+        )
+        for name in ("bow.bvh", "bow.glb"):
+            with pytest.raises(QueryError, match=r"bow_1.bvh: .* left out \(--no-originals\). Exp"):
+                db.export("ana/bow_1", tmp_path / name)
+        db.export("ana/bow_1", tmp_path / "bow.bvh", canonical=True)
+        assert db.check() == []
+    report = motiondb.rescue(tmp_path / "few.duckdb", tmp_path / "rescued.duckdb")
+    assert (len(report.captures), report.mended, report.lost) == (4, (), ())
+    with motiondb.open(tmp_path / "rescued.duckdb") as rescued:
+        assert len(rescued.add(some).known) == 4

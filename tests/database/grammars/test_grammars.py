@@ -116,7 +116,7 @@ def test_a_kept_sequence_is_a_capture_that_can_be_edited(dances: MotionDB, tmp_p
     assert info.kind == "generated"
     assert store.load_derivation(dances.store, info.capture_id) is not None
     assert dances.check() == []
-    assert dances.export("new/dance", tmp_path / "a.bvh").stat().st_size > 1000
+    assert dances.export("new/dance", tmp_path / "a.bvh").output.stat().st_size > 1000
     facts = dances.show("new/dance")
     assert (facts.grammar, facts.string) == ("nested", " ".join(made.string))
     at = len(made.tree.children[0].children)  # the first position of the middle part, C

@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import threading
+from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
 
@@ -15,7 +16,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from motiondb import store
-from motiondb.errors import QueryError
+from motiondb.records import Motion
 from motiondb.store.catalogue.cache import page_checksum
 
 
@@ -30,33 +31,87 @@ def filled(database: store.Store, samples: ModuleType) -> store.Store:
     return database
 
 
-def test_the_pool_holds_every_motion(filled: store.Store, samples: ModuleType) -> None:
+class Maker:
+    """Makes the first numbers of every frame, and notes for how many frames."""
+
+    def __init__(self) -> None:
+        self.made: list[int] = []
+
+    def __call__(self, motions: Sequence[Motion]) -> list[tuple[np.ndarray, float]]:
+        self.made += [motion.n_frames for motion in motions]
+        return [(motion.root_positions[:, :2], motion.leg_length) for motion in motions]
+
+
+def test_rows_of_every_capture(filled: store.Store) -> None:
+    make = Maker()
     for _ in range(2):
-        pool = store.load_motion_pool(filled)
-        assert pool.capture_ids.tolist() == [1, 2, 3]
-        assert pool.offsets.tolist() == [0, 5, 11, 18]
-        for number in (1, 2, 3):
-            actual, expected = pool.motion(number), store.load_motion(filled, number)
-            np.testing.assert_array_equal(actual.local_rotations, expected.local_rotations)
-            np.testing.assert_array_equal(actual.root_positions, expected.root_positions)
-            assert actual.leg_length == expected.leg_length
-        assert isinstance(pool.poses, np.memmap)
-    with pytest.raises(QueryError, match="capture 9: expected a capture in the pool, found none"):
-        pool.motion(9)
+        held = store.cached_rows(filled, "places", make)
+        assert held.capture_ids.tolist() == [1, 2, 3]
+        assert held.bounds.tolist() == [0, 5, 11, 18]
+        assert held.values.tolist() == [store.load_motion(filled, n).leg_length for n in (1, 2, 3)]
+        expected = [store.load_motion(filled, n).root_positions[:, :2] for n in (1, 2, 3)]
+        np.testing.assert_array_equal(held.rows, np.concatenate(expected))
+        assert isinstance(held.rows[3:9], np.memmap)
+    assert make.made == [5, 6, 7]
 
 
-def test_a_change_of_motions_makes_it_anew_and_old_files_go(
+def test_only_rows_of_new_captures_are_made_and_old_files_go(
     filled: store.Store, samples: ModuleType
 ) -> None:
-    store.load_motion_pool(filled)
-    (_folder(filled) / "motions-2024.json").write_text("a user's own")
+    make = Maker()
+    store.cached_rows(filled, "places", make)
+    (_folder(filled) / "places-2024.json").write_text("a user's own")
     n_files = len(list(_folder(filled).iterdir()))
     samples.add(filled, "dddd", n_frames=2)
-    assert store.load_motion_pool(filled).offsets.tolist() == [0, 5, 11, 18, 20]
+    assert list(store.lacking_rows(filled, "places")) == [4]
+    assert store.cached_rows(filled, "places", make).bounds.tolist() == [0, 5, 11, 18, 20]
+    assert make.made == [5, 6, 7, 2]
     store.remove_capture(filled, 2)
-    assert store.load_motion_pool(filled).capture_ids.tolist() == [1, 3, 4]
-    assert len(list(_folder(filled).iterdir())) == n_files == 6
-    assert (_folder(filled) / "motions-2024.json").read_text() == "a user's own"
+    held = store.cached_rows(filled, "places", make)
+    assert held.capture_ids.tolist() == [1, 3, 4]
+    expected = [store.load_motion(filled, n).root_positions[:, :2] for n in (1, 3, 4)]
+    np.testing.assert_array_equal(held.rows, np.concatenate(expected))
+    assert make.made == [5, 6, 7, 2]
+    assert store.lacking_rows(filled, "places") == {}
+    assert len(list(_folder(filled).iterdir())) == n_files == 8
+    assert (_folder(filled) / "places-2024.json").read_text() == "a user's own"
+
+
+def test_damaged_rows_are_made_anew_when_they_are_looked_at(filled: store.Store) -> None:
+    make = Maker()
+    expected = np.array(store.cached_rows(filled, "places", make).rows)
+    (file,) = _folder(filled).glob("places-*-rows.npy")
+    content = bytearray(file.read_bytes())
+    content[-8 * 3] ^= 1  # in the first rows of the third capture
+    file.write_bytes(content)
+    held = store.cached_rows(filled, "places", make)
+    np.testing.assert_array_equal(held.rows[:11], expected[:11])
+    assert make.made == [5, 6, 7]  # the damage is not in these
+    for part in (slice(9, 13), slice(8, 18, 3), slice(None), slice(4, 4)):
+        np.testing.assert_array_equal(held.rows[part], expected[part])
+    np.testing.assert_array_equal(held.rows[np.arange(18) % 2 == 0], expected[::2])
+    assert make.made == [5, 6, 7, 7]
+    again = store.cached_rows(filled, "places", make)
+    np.testing.assert_array_equal(again.rows, expected)
+    assert isinstance(again.rows[11:18], np.memmap)
+
+
+def test_rows_of_another_run_are_not_used(filled: store.Store, samples: ModuleType) -> None:
+    """A copy that was put back gives a number again, to a capture that was read otherwise."""
+    make = Maker()
+    store.cached_rows(filled, "places", make)
+    filled.connection.execute("UPDATE run SET parameters = '{}', started = 'later'")
+    samples.add(filled, "dddd", n_frames=2)
+    store.cached_rows(filled, "places", make)
+    assert make.made == [5, 6, 7, 5, 6, 7, 2]
+
+
+def test_rows_that_were_made_while_the_file_was_free_are_used(filled: store.Store) -> None:
+    make, motions = Maker(), store.lacking_rows(filled, "places")
+    ready = dict(zip(motions, make(list(motions.values()))))
+    held = store.cached_rows(filled, "places", make, ready)
+    assert held.bounds.tolist() == [0, 5, 11, 18]
+    assert make.made == [5, 6, 7]
 
 
 def test_arrays_are_built_once_until_the_motions_change(
@@ -85,12 +140,13 @@ def test_within_a_transaction_nothing_is_kept(filled: store.Store, samples: Modu
     def add_and_fail() -> None:
         with store.transaction(filled):
             samples.add(filled, "dddd", n_frames=2)
-            assert store.load_motion_pool(filled).offsets.tolist() == [0, 5, 11, 18, 20]
+            held = store.cached_rows(filled, "places", Maker())
+            assert held.bounds.tolist() == [0, 5, 11, 18, 20]
             raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):
         add_and_fail()
-    assert store.load_motion_pool(filled).offsets.tolist() == [0, 5, 11, 18]
+    assert store.cached_rows(filled, "places", Maker()).bounds.tolist() == [0, 5, 11, 18]
 
 
 def _arrays() -> dict[str, np.ndarray]:
@@ -197,6 +253,6 @@ def test_threads_that_build_together_leave_a_whole_cache(filled: store.Store) ->
 
 def test_where_it_cannot_be_written_the_arrays_stay_in_memory(filled: store.Store) -> None:
     _folder(filled).write_text("a file where the folder should be")
-    pool = store.load_motion_pool(filled)
-    assert not isinstance(pool.poses, np.memmap)
-    assert pool.poses.shape == (18, 87)
+    held = store.cached_rows(filled, "places", Maker())
+    assert not isinstance(held.rows, np.memmap)
+    assert held.rows.shape == (18, 2)

@@ -16,9 +16,15 @@ from motiondb.errors import StoreError
 from motiondb.store import checks
 from motiondb.store.connection import migrations
 
-RELEASED = {1: "09250f85fd51537900d1fa1acb51019fc9566e230975730ce972926d70a842d5"}
+RELEASED = {
+    1: "09250f85fd51537900d1fa1acb51019fc9566e230975730ce972926d70a842d5",
+    2: "0b771bf400838a11a6420296b693a1fc4628d1f11d1d5d2c6dc1a6b5224e71c1",
+    3: "924d56a483729ad262cdf682718091c516e5654ad00f7f10e07d65fc8f36a89d",
+}
 """Version -> SHA-256 of the SQL of its tables, without comments. A further version gets a row, and
 a row never changes after its release: write a migration instead."""
+
+TODAY = migrations.newest_version()
 
 
 def test_the_tables_of_a_released_version_never_change() -> None:
@@ -38,9 +44,9 @@ def test_every_table_stands_in_the_diagram() -> None:
 
 
 def _add_a_version(patch: pytest.MonkeyPatch, text: str) -> None:
-    """Let there be a second version, whose tables ``text`` makes of those of the first."""
-    schema = migrations.present_schema()
-    patch.setattr(migrations, "known_migrations", lambda: (text,))
+    """Let there be a further version, whose tables ``text`` makes of those of today."""
+    schema, known = migrations.present_schema(), migrations.known_migrations()
+    patch.setattr(migrations, "known_migrations", lambda: (*known, text))
     patch.setattr(migrations, "present_schema", lambda: schema + text)
 
 
@@ -53,14 +59,27 @@ def test_a_later_migration_is_applied_once_to_an_older_file(
     for path in (old, new, old):  # a second CREATE TABLE would be refused
         with store.open_store(path, read_only=path.exists()) as database:
             assert database.connection.execute("FROM later").fetchall() == [(7,)]
-            assert migrations.schema_version(database.connection, "") == 2
+            assert migrations.schema_version(database.connection, "") == TODAY + 1
             assert store.revision(database) == 0
+
+
+def test_a_database_of_the_first_version_gets_the_tables_of_today(
+    database: store.Store, samples: ModuleType
+) -> None:
+    samples.add(database, "a")
+    for table in ("edit", "faulty_file", "same_file"):
+        database.connection.execute(f"DROP TABLE {table}")
+    database.connection.execute("UPDATE meta SET value = '1' WHERE key = 'schema'")
+    database.close()
+    with store.open_store(database.path) as newer:
+        assert store.check_store(newer) == []
+        assert [info.name for info in store.load_captures(newer)] == ["a"]
 
 
 def test_a_database_that_two_versions_wrote_stays_sound(
     database: store.Store, samples: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Version 1 is that of motiondb 0.1.0; the next one is made up."""
+    """The next version is made up."""
     motion = samples.add(database, "a").motion_frames
     infos = store.load_captures(database)
     learning = samples.learning(infos, store.start_run(database, "learn"))
@@ -91,9 +110,9 @@ def test_a_failing_migration_leaves_the_version_before(
     with store.open_store(tmp_path / "m.duckdb") as database:
         _add_a_version(monkeypatch, "CREATE TABLE later (x BIGINT); SELECT nothing;")
         with pytest.raises(StoreError, match='Referenced column "nothing"'):
-            migrations.migrate(database.connection, 1)
+            migrations.migrate(database.connection, TODAY)
         assert "later" not in store.count_rows(database)
-        assert migrations.schema_version(database.connection, "") == 1
+        assert migrations.schema_version(database.connection, "") == TODAY
 
 
 def test_a_newer_database_is_refused(tmp_path: Path) -> None:
@@ -105,7 +124,7 @@ def test_a_newer_database_is_refused(tmp_path: Path) -> None:
         with pytest.raises(StoreError) as error:
             store.open_store(path, read_only=read_only)
         assert str(error.value) == (
-            f"{path}: expected a schema of version 1 or below, which motiondb "
+            f"{path}: expected a schema of version {TODAY} or below, which motiondb "
             f"{migrations.motiondb_version()} reads, found version 9, written by motiondb 3.1. "
             "Install that version of motiondb or a newer one."
         )

@@ -68,7 +68,7 @@ export function makeDetails(context: Context, actions: WordsActions, leave: () =
   async function removeCapture(): Promise<void> {
     const sure = await askWhether(
       `Remove ${name}?`,
-      "The capture, its words and what was learned from its words are removed from the database. This cannot be undone.",
+      "The capture, its words and what was learned from its words are removed from the database. The command motiondb undo brings them back.",
       "Remove",
     );
     if (!sure) return;

@@ -1,0 +1,1 @@
+"""Growth of time, memory and size with the hours of motion."""

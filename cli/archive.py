@@ -1,0 +1,201 @@
+"""Commands remove, undo, rename and tags: changes of captures, and back again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from motiondb.cli import options, printing
+
+MOST_LISTED = 20  # Names that a question lists
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the app."""
+    app.command()(remove)
+    app.command()(undo)
+    app.command()(rename)
+    app.command()(merge)
+    app.command()(backup)
+    group = options.Commands(
+        help="Tags of captures: performer, licence and any others.", invoke_without_command=True
+    )
+    group.callback()(tags)
+    group.command("set")(set_tags)
+    app.add_typer(group, name="tags")
+
+
+def remove(
+    shared: options.Shared,
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="[CAPTURE]...", help="Names of captures.")
+    ] = None,
+    where: options.Where = "",
+    yes: Annotated[bool, typer.Option("--yes", help="Do not ask before removing.")] = False,
+) -> None:
+    """Remove captures from the database, all or none; motiondb undo brings them back.
+
+    With --where, the captures are listed and a question is asked, unless --yes is given.
+    """
+    from motiondb import QueryError
+    from motiondb.answers.catalogue import Removed
+
+    if not names and not where.strip():
+        raise QueryError("remove: expected names of captures or --where, found neither.")
+    with shared.database(writing=True) as base:
+        if where.strip():
+            found = [info.name for info in base.captures(where, exact=True)]
+            if found and not yes and not _is_sure(found):
+                raise typer.Exit(2)
+        gone = base.remove(names or (), where)
+    if not printing.as_json(shared, Removed(gone)):
+        printing.say(f"removed {', '.join(gone)}" if gone else "no capture matches")
+
+
+def _is_sure(names: list[str]) -> bool:
+    """List captures that will be removed, and ask whether they should be."""
+    from motiondb import QueryError
+
+    for name in names[:MOST_LISTED]:
+        printing.warn(f"  {name}")
+    if len(names) > MOST_LISTED:
+        printing.warn(f"  ... and {len(names) - MOST_LISTED} more")
+    try:
+        return typer.confirm(f"Remove {printing.number(len(names), 'capture')}?", err=True)
+    except typer.Abort:  # the end of the input, or Ctrl-C
+        raise QueryError(
+            "remove: expected yes or no, found no answer. Remove them with --yes."
+        ) from None
+
+
+def undo(
+    shared: options.Shared,
+    run: Annotated[
+        int | None,
+        typer.Argument(
+            min=1, help="Number of a run, as motiondb info lists them.  [default: the latest]"
+        ),
+    ] = None,
+) -> None:
+    """Take back the latest change of captures, their names, words, tags or events.
+
+    Repeated, it goes further back. To do the change again, undo the run that this command prints.
+    Removed captures can be brought back until motiondb compact is run.
+    """
+    with shared.database(writing=True) as base:
+        done = base.undo(run)
+    if printing.as_json(shared, done):
+        return
+    printing.say(f"undone: run {done.undone_run} ({done.kind}), by run {done.run}")
+    for what, names in (
+        ("brought back", done.restored),
+        ("removed", done.removed),
+        ("as before", done.changed),
+    ):
+        if names:
+            more = f" and {len(names) - MOST_LISTED} more" if len(names) > MOST_LISTED else ""
+            printing.say(f"  {what}: {', '.join(names[:MOST_LISTED])}{more}")
+
+
+def rename(
+    shared: options.Shared,
+    old: Annotated[str, typer.Argument(help="Name of a capture, or of a folder such as old/.")],
+    new: Annotated[str, typer.Argument(help="The new name; of a folder, one such as new/.")],
+) -> None:
+    """Give a capture another name, or all captures of a folder another folder."""
+    from motiondb.answers.catalogue import Renamed
+
+    with shared.database(writing=True) as base:
+        renamed = base.rename(old, new)
+    if printing.as_json(shared, Renamed(renamed)):
+        return
+    for before, after in renamed.items():
+        printing.say(f"{before} is now {after}")
+    if not renamed:
+        printing.say("nothing to rename")
+
+
+def merge(
+    shared: options.Shared,
+    other: Annotated[Path, typer.Argument(metavar="OTHER", help="Another database.")],
+    prefix: Annotated[
+        str, typer.Option("--prefix", help="Put this before every new name, such as studio2/.")
+    ] = "",
+) -> None:
+    """Take over the captures of another database, with words, tags, events and provenance.
+
+    Files with the same content are the same capture. What is not taken over is said; captures whose
+    names are taken are left out (exit 1).
+    """
+    with (
+        shared.database(writing=True, create=True) as base,
+        printing.progress(shared) as tell,
+    ):
+        report = base.merge(other, prefix, shared.wait, tell)
+    if not printing.as_json(shared, report):
+        printing.say(
+            f"{printing.number(len(report.added), 'capture')} added, {len(report.known)} already "
+            f"there ({len(report.changed)} of them changed), "
+            f"{printing.number(len(report.problems), 'problem')}"
+        )
+        printing.print_notes(report.notes)
+    printing.refuse(report.problems)
+
+
+def backup(
+    shared: options.Shared,
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The copy, a new file.")],
+) -> None:
+    """Copy the database into a new file while others use it, and check the copy."""
+    from motiondb.answers.catalogue import BackedUp
+
+    with shared.database() as base:
+        base.backup(file)
+    n_bytes = file.stat().st_size
+    if not printing.as_json(shared, BackedUp(file, n_bytes)):
+        printing.say(f"{file}: {n_bytes / 1e6:.1f} MB, checked")
+
+
+def tags(context: typer.Context, shared: options.Shared) -> None:
+    """List the tags with their number of captures and of different values."""
+    if context.invoked_subcommand is not None:
+        return
+    with shared.database() as base:
+        rows = base.tag_rows()
+    if printing.as_json(shared, rows):
+        return
+    table = [[row.tag, str(row.captures), str(row.values)] for row in rows]
+    printing.print_table("", ["tag", "captures", "values"], table)
+
+
+def set_tags(
+    shared: options.Shared,
+    items: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="[CAPTURE] TAG=VALUE...",
+            help="A capture's name, if there is no --where; tags, such as performer=ana. "
+            "TAG= removes a tag.",
+        ),
+    ],
+    where: options.Where = "",
+) -> None:
+    """Set tags of one capture, or of all that match --where."""
+    from motiondb import QueryError
+    from motiondb.answers.catalogue import TagsSet
+
+    names = [] if where.strip() else items[:1]
+    pairs = [item.partition("=") for item in items[len(names) :]]
+    if not pairs or not all(key and sign for key, sign, _ in pairs):
+        wrong = next((key for key, sign, _ in pairs if not (key and sign)), "none")
+        raise QueryError(
+            f"tags set: expected {'' if where else 'a capture, then '}TAG=VALUE, found {wrong}."
+        )
+    given = {key: value for key, _, value in pairs}
+    with shared.database(writing=True) as base:
+        changed = base.set_tags(given, names, where)
+    if not printing.as_json(shared, TagsSet(given, changed)):
+        told = ", ".join(f"{key}={value}" for key, value in given.items())
+        printing.say(f"{told}: {printing.number(len(changed), 'capture')} changed")

@@ -1,0 +1,147 @@
+"""Names and tags of captures, the history of their captions, and taking changes back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from motiondb import store
+from motiondb.answers.catalogue import CaptionVersion, Undone
+from motiondb.database.learn import updating
+from motiondb.errors import QueryError, suggestion
+from motiondb.files.sheets import tag_fault
+from motiondb.records import CaptureInfo
+from motiondb.store import CAPTION, COLUMNS
+
+FOLDER = "/"  # How the name of a folder of captures ends
+
+
+def rename(opened: store.Store, old: str, new: str) -> dict[str, str]:
+    """Give a capture, or all captures of a folder, another name; old names with new ones."""
+    with store.transaction(opened):
+        everyone = {info.name: info for info in store.load_captures(opened)}
+        if old.endswith(FOLDER):
+            renamed = _folder_names(everyone, old, new)
+        else:
+            renamed = {store.load_capture(opened, old).name: new}
+        for name in renamed.values():
+            store.check_new_name(name, "capture")
+            if name in everyone and name not in renamed:
+                raise QueryError(
+                    f"{name}: expected a name that is free, found a capture of that name. Nothing "
+                    f"was renamed. Give another name, or rename that one first."
+                )
+        changed = {before: after for before, after in renamed.items() if before != after}
+        if changed:
+            numbers = [everyone[name].capture_id for name in changed]
+            with updating.changing(opened, "rename", {"old": old, "new": new}, numbers):
+                for number in numbers:  # a new name may be the old one of another
+                    store.rename_capture(opened, number, f"//{number}")
+                for number, name in zip(numbers, changed.values()):
+                    store.rename_capture(opened, number, name)
+    return changed
+
+
+def _folder_names(everyone: Mapping[str, CaptureInfo], old: str, new: str) -> dict[str, str]:
+    """The captures of a folder with their names in another one."""
+    if new and not new.endswith(FOLDER):
+        raise QueryError(
+            f"{new!r}: expected a folder, as {old!r} is one, found no {FOLDER!r} at its end. "
+            f"Give {new + FOLDER!r}."
+        )
+    names = [name for name in everyone if name.startswith(old)]
+    if not names:
+        folders = {n[: n.rindex(FOLDER) + 1] for n in everyone if FOLDER in n}
+        raise QueryError(
+            f"{old!r}: expected a folder of captures, found none whose name begins so."
+            f"{suggestion(old, folders)}"
+        )
+    return {name: new + name.removeprefix(old) for name in names}
+
+
+def set_tags(
+    opened: store.Store, infos: Sequence[CaptureInfo], tags: Mapping[str, str]
+) -> list[str]:
+    """Set tags of captures, inside a transaction; names of those that have changed."""
+    for key in tags:
+        fault = tag_fault(key)
+        if key in (*COLUMNS, CAPTION):
+            fault = "the name of a column of the catalogue"
+        if fault:
+            raise QueryError(
+                f"{key!r}: expected the name of a tag, found {fault}. Choose another name."
+            )
+    given = {key: value.strip() for key, value in tags.items()}
+    changed = []
+    for info in infos:
+        merged = {k: v for k, v in {**info.tags, **given}.items() if v}
+        if merged != info.tags:
+            changed.append((info, merged))
+    if changed:
+        parameters = {"tags": dict(given), "captures": len(changed)}
+        run_id = store.start_run(opened, "tags", parameters)
+        with store.noting_edits(opened, run_id, [info.capture_id for info, _ in changed]):
+            for info, merged in changed:
+                store.save_tags(opened, info.capture_id, merged)
+        store.finish_run(opened, run_id)
+    return [info.name for info, _ in changed]
+
+
+def undo(opened: store.Store, run: int | None) -> Undone:
+    """Take back the latest change of captures, or that of a run, by a run of its own."""
+    with store.transaction(opened):
+        number = store.find_undoable(opened, run)
+        kind = next(r.kind for r in store.load_runs(opened) if r.run_id == number)
+        edits = {
+            k: [e for e in store.load_edits(opened, number) if e.kind == k]
+            for k in ("added", "changed", "removed")
+        }
+        names = {info.capture_id: info.name for info in store.load_captures(opened)}
+        there = [e.capture_id for e in (*edits["added"], *edits["changed"])]
+        parameters = {"run": number, "kind": kind}
+        with updating.changing(opened, store.UNDO, parameters, there) as change:
+            for edit in edits["added"]:
+                store.remove_capture(opened, edit.capture_id)
+            renamed = [e for e in edits["changed"] if names[e.capture_id] != e.name]
+            for edit in renamed:
+                store.rename_capture(opened, edit.capture_id, f"//{edit.capture_id}")
+            for edit in renamed:
+                store.rename_capture(opened, edit.capture_id, edit.name)
+            for edit in edits["removed"]:
+                store.restore_capture(opened, edit.capture_id)
+                change.added.append(edit.capture_id)
+            for edit in edits["changed"]:
+                _restore_parts(opened, edit)
+    return Undone(
+        change.run_id,
+        number,
+        kind,
+        tuple(e.name for e in edits["removed"]),
+        tuple(names[e.capture_id] for e in edits["added"]),
+        tuple(e.name for e in edits["changed"]),
+    )
+
+
+def _restore_parts(opened: store.Store, edit: store.Edit) -> None:
+    """Save tags, captions and events as they were before an edit."""
+    if edit.tags is not None:
+        store.save_tags(opened, edit.capture_id, edit.tags)
+    if edit.captions is not None:
+        store.save_captions(opened, edit.capture_id, edit.captions)
+    if edit.events is not None:
+        store.save_events(opened, edit.capture_id, edit.events)
+
+
+def caption_history(opened: store.Store, name: str) -> list[CaptionVersion]:
+    """The captions that a capture has had, oldest first, each with the run that set them."""
+    info = store.load_capture(opened, name)
+    runs = {run.run_id: run for run in store.load_runs(opened)}
+    edits = store.load_edits(opened, capture_id=info.capture_id)
+    changes = [e for e in edits if e.captions is not None and e.kind == "changed"]
+    now = store.load_captions(opened, info.capture_id).get(info.capture_id, ())
+    versions: list[Any] = [*(edit.captions for edit in changes), now]
+    setters = [info.run_id, *(edit.run_id for edit in changes)]
+    return [
+        CaptionVersion(number, runs[number].kind, runs[number].started, words)
+        for number, words in zip(setters, versions)
+    ]

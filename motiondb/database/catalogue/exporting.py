@@ -1,0 +1,157 @@
+"""Motion that leaves the database: changed as a user asks, then written.
+
+The changes are the same for captures, generated and joined motion. Each says what it did.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from motiondb import store
+from motiondb.answers.catalogue import Exported
+from motiondb.body import changes, retarget
+from motiondb.database.catalogue.parts import write_bytes, write_clip
+from motiondb.errors import QueryError
+from motiondb.files.limits import MAX_FPS, MIN_FPS
+from motiondb.files.own_files import check_overwriting
+from motiondb.files.units import UNITS
+from motiondb.generate.loops import Loop, looped
+from motiondb.records import CaptureInfo, Clip
+
+GLTF = (".glb", ".gltf")  # Endings of a format whose unit is the metre
+
+
+@dataclass(frozen=True)
+class MotionChanges:
+    """How a motion is changed before it is written.
+
+    Attributes
+    ----------
+    unit : float or None
+        Metres per length unit of the file; None: that of the capture.
+    fps : float or None
+        Frames per second of the file; None: those of the capture. Rotations are interpolated along
+        the shortest arc.
+    loop : bool
+        Whether a cycle is cut out and closed, so that its first frame follows its last.
+    in_place : bool
+        Whether the travel over the ground is taken out.
+    mirror : bool
+        Whether left and right are exchanged.
+    joint_map : mapping of str to str
+        Role -> joint name, for skeletons that no convention fits.
+    """
+
+    unit: float | None = None
+    fps: float | None = None
+    loop: bool = False
+    in_place: bool = False
+    mirror: bool = False
+    joint_map: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def are_any(self) -> bool:
+        """Whether anything is asked for."""
+        return self != MotionChanges(joint_map=self.joint_map)
+
+
+def check_changes(asked: MotionChanges, path: Path) -> None:
+    """Refuse changes that a file cannot have (QueryError)."""
+    fps, unit = asked.fps, asked.unit
+    if fps is not None and not (math.isfinite(fps) and MIN_FPS <= fps <= MAX_FPS):
+        raise QueryError(
+            f"fps: expected a frame rate from {MIN_FPS:g} to {MAX_FPS:g}, found {fps:g}."
+        )
+    if unit is not None and not 0 < unit < math.inf:
+        raise QueryError(f"unit: expected a length above 0 metres, found {unit:g}.")
+    if unit is not None and unit != 1.0 and path.suffix.lower() in GLTF:
+        raise QueryError(
+            f"{path}: expected the unit m for {path.suffix}, found {unit:g} m. glTF is in metres."
+        )
+
+
+def changed(clip: Clip, asked: MotionChanges) -> tuple[Clip, tuple[str, ...]]:
+    """Return the changed clip, and a sentence for everything that was done."""
+    said: list[str] = []
+    if asked.loop or asked.in_place or asked.mirror:
+        turned = changes.upright(clip, asked.joint_map)
+        said += ["turned from z up to y up"] if turned is not clip else []
+        clip = turned
+    if asked.mirror:
+        changes.check_pairs(clip)
+        clip = changes.mirrored(clip)
+        said.append("mirrored: left and right are exchanged")
+    if asked.loop:
+        loop = looped(clip, asked.joint_map)
+        clip = loop.clip
+        said += _say_loop(loop)
+    if asked.in_place:
+        hips = changes.from_hips(clip, asked.joint_map)
+        way = retarget.clip_keypoints(clip, asked.joint_map)[:, 0]
+        part, length = changes.in_place(hips.clip, way, asked.loop)
+        clip = hips.restored(part)
+        said.append(f"in place: {length:.2f} m of travel are taken out, the sway is kept")
+    if asked.fps is not None and asked.fps != clip.fps:
+        before = clip.fps
+        clip = changes.resampled(clip, asked.fps, asked.loop)
+        said.append(f"resampled from {before:g} to {asked.fps:g} frames a second")
+    if asked.unit is not None:
+        clip = replace(clip, unit=asked.unit)
+    return clip, tuple(said)
+
+
+def _say_loop(loop: Loop) -> list[str]:
+    """Say what was done to close a cycle."""
+    travel = f"it travels {loop.travel:.2f} m" if loop.travel > 0.01 else "it stays where it is"
+    said = [
+        f"loop: {loop.start:.2f}-{loop.end:.2f} s of the motion, {loop.clip.duration:.2f} s long; "
+        f"the first frame follows the last, and {travel} a cycle",
+        f"loop: both ends were {100 * loop.gap:.1f} cm apart at most, and were bent together; the "
+        f"largest step of a joint over the seam is {100 * loop.step:.1f} cm, elsewhere "
+        f"{100 * loop.usual_step:.1f} cm",
+    ]
+    if abs(loop.turn) > math.radians(0.5):
+        said.append(f"loop: a turn of {math.degrees(loop.turn):.1f} degrees was taken out")
+    if loop.gap > _WIDE:
+        said.append(
+            "loop: the ends are far apart, so the seam will be seen; choose another part (--from, "
+            "--to)"
+        )
+    return said
+
+
+_WIDE = 0.25  # Metres between both ends of a cycle that no blend hides
+
+
+def unit_name(unit: float) -> str:
+    """Return the name of a length unit, or its metres.
+
+    >>> unit_name(0.01), unit_name(0.5)
+    ('cm', '0.5 m')
+    """
+    return next((name for name, metres in UNITS.items() if metres == unit), f"{unit:.4g} m")
+
+
+def write_changed(clip: Clip, path: Path, asked: MotionChanges) -> tuple[Clip, tuple[str, ...]]:
+    """Write a clip with changes; return what was written, and what was done."""
+    check_changes(asked, path)
+    clip, said = changed(clip, asked)
+    write_clip(clip, path)
+    return clip, said
+
+
+def write_added(info: CaptureInfo, source: store.Source, path: Path, unit: float) -> Exported:
+    """Write the file that was added, and the skeleton of an AMC beside it."""
+    said: tuple[str, ...] = ()
+    skeleton = path.with_suffix(".asf") if source.skeleton_data is not None else None
+    if skeleton is not None and source.skeleton_data is not None:
+        check_overwriting(path)  # both files or none
+        check_overwriting(skeleton)
+        write_bytes(skeleton, source.skeleton_data)
+    write_bytes(path, source.data)
+    if source.take:
+        said = (f"the file holds all of its takes; this capture is {source.take}",)
+    return Exported(info.name, path, info.fps, info.n_frames, unit_name(unit), True, said, skeleton)

@@ -1,0 +1,153 @@
+"""``join``: parts of captures that a user chose, one after the other."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from motiondb import store
+from motiondb.answers.making import JoinedAnswer, JoinedPart, WrittenJoin
+from motiondb.answers.plain import extended
+from motiondb.database.catalogue.exporting import MotionChanges
+from motiondb.database.catalogue.parts import outside
+from motiondb.database.generated_files import draw_generated, sources_of, write_with_provenance
+from motiondb.database.session import Session
+from motiondb.errors import QueryError
+from motiondb.generate.joining import Seam, join
+from motiondb.generate.stitching import Piece
+from motiondb.records import MOTION_FPS, Motion
+
+_PART = re.compile(r"(.+):(\d*\.?\d*)-(\d*\.?\d*)")
+
+
+@dataclass(frozen=True, eq=False)
+class Joined:
+    """A motion of parts of captures.
+
+    Attributes
+    ----------
+    motion : Motion
+        On the canonical body, at 30 frames a second.
+    provenance : Provenance
+        Origin and licence of every frame.
+    parts : tuple of JoinedPart
+        The parts, in order.
+    seams : tuple of Seam
+        How far the parts were apart where they meet.
+    """
+
+    motion: Motion
+    provenance: store.Provenance
+    parts: tuple[JoinedPart, ...]
+    seams: tuple[Seam, ...]
+
+    def facts(self) -> JoinedAnswer:
+        """The parts, the seams and the sources, for JSON; times in seconds."""
+        return JoinedAnswer(
+            seconds=round(self.motion.n_frames / MOTION_FPS, 3),
+            parts=self.parts,
+            seams=self.seams,
+            sources=sources_of(self.provenance),
+        )
+
+    def write(self, path: str | Path, changes: MotionChanges | None = None) -> WrittenJoin:
+        """Write the motion, and beside it ``FILE.provenance.json`` with the origin of its frames.
+
+        Parameters
+        ----------
+        path : str or Path
+            The ending says the format, such as .bvh or .glb.
+        changes : MotionChanges, optional
+            How the motion is changed before.
+
+        Returns
+        -------
+        WrittenJoin
+            The facts (:meth:`facts`), with the names of both files.
+
+        Raises
+        ------
+        MotionDBError
+            When the ending is another one, or a file cannot be written.
+        """
+        facts = self.facts()
+        written = write_with_provenance(self, facts, Path(path), changes or MotionChanges())
+        return extended(WrittenJoin, facts, **written)
+
+    def draw(self, path: str | Path) -> Path:
+        """Draw a strip of stick figures over the sources of the frames, as PNG.
+
+        Parameters
+        ----------
+        path : str or Path
+            The picture.
+
+        Raises
+        ------
+        MotionDBError
+            When the file cannot be written.
+        """
+        return draw_generated(self, " + ".join(part.capture for part in self.parts), path)
+
+
+def read_part(text: str) -> tuple[str, float | None, float | None]:
+    """Read ``CAPTURE:FROM-TO`` (seconds); either time may be missing, and so may both.
+
+    >>> read_part("16/16_15:0.5-2"), read_part("walk:1-"), read_part("walk")
+    (('16/16_15', 0.5, 2.0), ('walk', 1.0, None), ('walk', None, None))
+    """
+    found = _PART.fullmatch(text.strip())
+    if found is None:
+        return text.strip(), None, None
+    name, *times = found.groups()
+    try:
+        start, end = (float(time) if time else None for time in times)
+    except ValueError:
+        raise QueryError(
+            f"{text!r}: expected CAPTURE:FROM-TO in seconds, such as walk:0.5-2, found other text."
+        ) from None
+    return name, start, end
+
+
+def join_parts(session: Session, texts: Sequence[str]) -> Joined:
+    """Join parts of captures, each ``CAPTURE:FROM-TO``."""
+    if not texts:
+        raise QueryError("join: expected at least 1 part such as walk:0.5-2, found none.")
+    with session.reading():
+        numbers: dict[int, int] = {}
+        motions: list[Motion] = []
+        pieces, parts = [], []
+        for text in texts:
+            name, start, end = _known(session, text)
+            info = store.load_capture(session.store, name)
+            place = numbers.setdefault(info.capture_id, len(numbers))
+            if place == len(motions):
+                motions.append(store.load_motion(session.store, info.capture_id))
+            count = motions[place].n_frames
+            first = round((start or 0.0) * MOTION_FPS)
+            behind = count if end is None else min(round(end * MOTION_FPS), count)
+            if not 0 <= first < behind:
+                raise QueryError(f"{info.name}: {outside(count / MOTION_FPS, start, end)}")
+            pieces.append(Piece(place, first, behind))
+            parts.append(JoinedPart(info.name, first / MOTION_FPS, behind / MOTION_FPS))
+        joined = join(motions, pieces)
+        ids = np.array(list(numbers))
+        made = joined.made
+        provenance = store.to_provenance(
+            session.store, ids[made.captures], made.frames, edits=made.edits
+        )
+    return Joined(made.motion, provenance, tuple(parts), joined.seams)
+
+
+def _known(session: Session, text: str) -> tuple[str, float | None, float | None]:
+    """Read a part; the whole text may also be the name of a capture."""
+    name, start, end = read_part(text)
+    if start is not None or end is not None:
+        names = {info.name for info in store.load_captures(session.store)}
+        if text in names:
+            return text, None, None
+    return name, start, end

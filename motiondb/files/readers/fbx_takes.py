@@ -1,0 +1,387 @@
+"""The takes of an FBX file as clips: the work of the child process that reads one.
+
+A file holds *takes* (animation stacks) of one or several skeletons. A take in which no joint of the
+skeleton moves is left out. The label of a take is its name, after that of its skeleton if several
+move. Every joint's place is measured in the world at every frame, with all scales; its rotation is
+that of its axes, without them.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb.body import rotation
+from motiondb.body.joint_names import joint_map
+from motiondb.errors import CaptureError, SkeletonError, suggestion
+from motiondb.files.limits import MAX_FPS, MIN_FPS, ReadOptions, check_clip_size
+from motiondb.files.readers.fbx_scene import Node, Scene, plain
+from motiondb.files.text import quoted
+from motiondb.files.units import TYPICAL_LEG, body_size, find_unit, scaled
+from motiondb.records import Clip, FloatArray, Skeleton
+
+_TURNS = ("Zrotation", "Yrotation", "Xrotation")
+_STAYS = 1e-5
+"""Metres that a joint may move in its parent's frame without counting as moved: rounding of the
+numbers of a file, far below the millimetre."""
+_STILL = 1e-6  # Metres, and differences of quaternions, below which nothing moves in a take
+_DENSER = 1.2  # How much denser than the frames of the scene keys must be to be believed
+_DOUBTFUL_UNIT = 2.2
+"""A body larger or smaller than typical by this ratio is not believed to be in the unit that the
+file names: the units in use differ by more."""
+_FACTORS = (1e-4, 1e-3, 1e-2, 0.0254, 0.1, 0.3048, 1.0, 2.54, 10.0, 39.37, 100.0, 1e3, 1e4)
+"""By how much a file's unit may be wrong: other lengths than it says, or scaled once too often."""
+_ENDS = re.compile(r"(end|nub|endsite|tip)$")
+_SMALL = 1e-9  # Determinants of scales below which a matrix has no directions
+_NO_TAKE = "expected a take with animation"
+
+
+@dataclass(frozen=True)
+class _Body:
+    """The joints of one skeleton; a joint's number is its place here."""
+
+    name: str  # Of the person, for labels
+    joints: tuple[int, ...]  # Numbers of nodes; parents come before children
+    ends: tuple[int, ...]  # Leaf bones that only mark an end, numbers of nodes
+
+
+class FbxFile:
+    """The takes of an FBX file.
+
+    ``labels`` names them. Where there is one only, the label may be left out.
+    """
+
+    def __init__(self, data: bytes, path: object, options: ReadOptions) -> None:
+        self._path, self._options, self._n_bytes = path, options, len(data)
+        self._scene = Scene(data, path)
+        self._bodies = _find_bodies(self._scene, path)
+        self._fps = options.fps or self._rate()
+        self._found = self._find_takes()
+        self.labels = tuple(self._found)
+
+    def chosen(self, label: str) -> str:
+        """Return the label of a take, "" for the only one; CaptureError if there is none."""
+        if not label and len(self.labels) > 1:
+            raise CaptureError(
+                self._path,
+                f"expected the name of one of its {len(self.labels)} takes after #, found none. "
+                f"There are: {', '.join(self.labels)}.",
+            )
+        if label and label not in self._found:
+            raise CaptureError(
+                self._path,
+                f"expected a take, found {quoted(label)}. There are: {', '.join(self.labels)}."
+                + suggestion(label, self.labels),
+            )
+        return label or self.labels[0]
+
+    def clip(self, label: str) -> Clip:
+        """Read a take of this label."""
+        return self._read(*self._found[label])
+
+    def _rate(self) -> float:
+        """Return the frames per second of the scene, or of its keys where these are denser."""
+        keys, fps = self._scene.key_rate(), self._scene.fps
+        fps = keys if keys > _DENSER * fps else fps
+        if not MIN_FPS <= fps <= MAX_FPS:
+            raise CaptureError(
+                self._path,
+                f"expected a frame rate from {MIN_FPS:g} to {MAX_FPS:g}, found {fps:g}. Give the "
+                "right frame rate with --fps.",
+            )
+        return float(round(fps)) if abs(fps - round(fps)) < 1e-4 * fps else fps
+
+    def _find_takes(self) -> dict[str, tuple[int, _Body]]:
+        """Return take and skeleton by label, of those in which joints move."""
+        pairs = [
+            (take, body)
+            for take in range(len(self._scene.takes))
+            for body in self._bodies
+            if self._moves(take, body)
+        ]
+        if not pairs:
+            takes = [name for name, _, _ in self._scene.takes]
+            actual = f"{len(takes)} in which no joint moves" if takes else "none"
+            raise CaptureError(
+                self._path,
+                f"{_NO_TAKE} of the skeleton, found {actual}. Plot the animation onto the "
+                "skeleton and export it with the file.",
+            )
+        several = len({body.name for _, body in pairs}) > 1
+        names = _distinct([_take_name(self._scene.takes[take][0]) for take, _ in pairs])
+        if several:
+            names = [
+                f"{body.name} {_take_name(self._scene.takes[take][0])}".strip()
+                for take, body in pairs
+            ]
+            names = _distinct(names)
+        return dict(zip(names, pairs))
+
+    def _times(self, take: int) -> FloatArray:
+        """Return the times of the frames of a take, seconds."""
+        _, begin, end = self._scene.takes[take]
+        seconds = end - begin
+        if not (math.isfinite(begin) and math.isfinite(seconds) and seconds >= 0.0):
+            return np.zeros(0)
+        count = math.floor(seconds * self._fps + 1e-3) + 1
+        n_joints = max(len(body.joints) for body in self._bodies)
+        check_clip_size(count, n_joints, self._n_bytes, self._path, self._options.limits)
+        return begin + np.arange(count) / self._fps
+
+    def _moves(self, take: int, body: _Body) -> bool:
+        """Say whether any joint of a skeleton moves in a take, at 20 of its frames."""
+        times = self._times(take)
+        if len(times) < 2:
+            return False
+        some = times[np.unique(np.linspace(0, len(times) - 1, 20).astype(int))]
+        for number in _with_ancestors(self._scene.nodes, body.joints):
+            place, turn, _ = self._scene.transforms(take, number, some)
+            if np.ptp(place, axis=0).max() > _STILL or np.ptp(turn, axis=0).max() > _STILL:
+                return True
+        return False
+
+    def _read(self, take: int, body: _Body) -> Clip:
+        """Read the joints of a skeleton in a take."""
+        places, turns = self._world(take, body)
+        joints = {node: joint for joint, node in enumerate(body.joints)}
+        parents = np.array([self._above(node, joints) for node in body.joints])
+        local, offsets = _relative(parents, places, turns)
+        ends = []
+        for number, node in enumerate(body.ends, start=len(joints)):
+            joint = self._above(node, joints)
+            way = places[:, number] - places[:, joint]
+            way = rotation.rotate(rotation.conjugate(turns[:, joint]), way)
+            ends.append((joint, tuple(np.median(way, axis=0).tolist())))
+        rest = np.median(offsets, axis=0)
+        rest[0] = 0.0
+        skeleton = Skeleton(
+            tuple(self._scene.nodes[node].name for node in body.joints),
+            parents,
+            rest,
+            tuple(ends),
+            (("Xposition", "Yposition", "Zposition", *_TURNS), *[_TURNS] * (len(joints) - 1)),
+        )
+        unit, notes = self._unit(skeleton, offsets)
+        offsets = offsets * unit
+        moved = np.abs(offsets[:, 1:] - unit * rest[1:]).max(initial=0.0) > _STAYS
+        return Clip(
+            skeleton=scaled(skeleton, unit),
+            fps=self._fps,
+            local_rotations=rotation.unroll(local),
+            root_positions=places[:, 0] * unit,
+            joint_positions=offsets if moved else None,
+            format="fbx",
+            unit=unit,
+            notes=notes,
+        )
+
+    def _above(self, node: int, joints: dict[int, int]) -> int:
+        """Return the joint from which a node hangs, -1 for none."""
+        parent = self._scene.nodes[node].parent
+        while parent >= 0 and parent not in joints:
+            parent = self._scene.nodes[parent].parent
+        return joints.get(parent, -1)
+
+    def _world(self, take: int, body: _Body) -> tuple[FloatArray, FloatArray]:
+        """Return places and rotations of joints and ends: arrays (frames, joints + ends, 3 or 4).
+
+        Lengths are in the unit of the file.
+        """
+        times = self._times(take)
+        wanted = (*body.joints, *body.ends)
+        matrices: dict[int, FloatArray] = {}
+        for number in _with_ancestors(self._scene.nodes, wanted):
+            own = _matrix(*self._scene.transforms(take, number, times))
+            parent = self._scene.nodes[number].parent
+            matrices[number] = own if parent < 0 else _product(matrices[parent], own)
+        places = np.stack([matrices[number][..., 3] for number in wanted], axis=1)
+        turns = np.stack([_turn(matrices[number][..., :3]) for number in wanted], axis=1)
+        return places, turns
+
+    def _unit(self, skeleton: Skeleton, offsets: FloatArray) -> tuple[float, tuple[str, ...]]:
+        """Return the metres per unit: given, as the file says, or from the size of the body."""
+        if self._options.unit is not None:
+            return self._options.unit, ()
+        unit = self._scene.unit
+        lengths = np.linalg.norm(np.median(offsets, axis=0), axis=-1)
+        size, typical = body_size(skeleton, lengths)
+        if typical == TYPICAL_LEG and 0 < unit < 1e6:
+            ratio = size * unit / typical
+            if 1 / _DOUBTFUL_UNIT < ratio < _DOUBTFUL_UNIT:
+                return unit, ()
+            factor = min(_FACTORS, key=lambda factor: abs(math.log(ratio * factor)))
+            return unit * factor, (
+                f"The file says that its unit is {unit:.4g} m; the body would be {ratio:.2g} "
+                f"times the usual size, so {unit * factor:.4g} m is taken. Give the unit if it is "
+                "wrong.",
+            )
+        return (unit, ()) if 0 < unit < 1e6 else find_unit(skeleton)
+
+
+def _take_name(name: str) -> str:
+    """Return the name of a take as part of the name of a capture.
+
+    Blender writes the object before the action.
+
+    >>> _take_name("Armature|walk"), _take_name("Take 001"), _take_name("a/b#1")
+    ('walk', 'Take 001', 'a-b-1')
+    """
+    text = re.sub(r"[/\\#]", "-", plain(name).rpartition("|")[2]).strip(" .")
+    return text or "take"
+
+
+def _distinct(names: Sequence[str]) -> list[str]:
+    """Return names with a number after those that others have before them.
+
+    >>> _distinct(["walk", "run", "walk"])
+    ['walk', 'run', 'walk-2']
+    """
+    given: list[str] = []
+    for name in names:
+        number, new = 2, name
+        while new in given:
+            number, new = number + 1, f"{name}-{number}"
+        given.append(new)
+    return given
+
+
+def _with_ancestors(nodes: Sequence[Node], wanted: Iterable[int]) -> list[int]:
+    """Return nodes and all their ancestors; parents come before children."""
+    order: list[int] = []
+    seen: set[int] = set()
+    for number in wanted:
+        chain = []
+        while number >= 0 and number not in seen:
+            seen.add(number)
+            chain.append(number)
+            number = nodes[number].parent
+        order += reversed(chain)
+    return order
+
+
+def _matrix(place: FloatArray, turn: FloatArray, scale: FloatArray) -> FloatArray:
+    """Return affine matrices (frames, 3, 4) of places, rotations and scales."""
+    linear = rotation.to_matrix(turn) * scale[:, None, :]
+    return np.concatenate([linear, place[:, :, None]], axis=-1)
+
+
+def _product(outer: FloatArray, inner: FloatArray) -> FloatArray:
+    """Return the product of affine matrices (frames, 3, 4)."""
+    product = outer[..., :3] @ inner
+    product[..., 3] += outer[..., 3]
+    return product
+
+
+def _turn(linear: FloatArray) -> FloatArray:
+    """Return the rotations (frames, 4) of matrices (frames, 3, 3) with scales and mirrors.
+
+    The first axis of a mirrored frame is turned around, which keeps what is at rest in it at rest.
+    """
+    x, y = rotation.normalize(linear[..., 0]), linear[..., 1]
+    y = rotation.normalize(y - np.sum(x * y, axis=-1, keepdims=True) * x)
+    z = np.cross(x, y)
+    mirrored = np.sum(z * linear[..., 2], axis=-1, keepdims=True) < 0.0
+    x, z = np.where(mirrored, -x, x), np.where(mirrored, -z, z)
+    known = np.abs(np.linalg.det(np.stack([x, y, z], axis=-1)))[:, None] > _SMALL
+    turns = rotation.from_matrix(np.stack([x, y, z], axis=-1))
+    return np.where(known, turns, rotation.IDENTITY)
+
+
+def _relative(
+    parents: np.ndarray, places: FloatArray, turns: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return rotations (frames, joints, 4) and places (frames, joints, 3) in parents' frames."""
+    n_joints = len(parents)
+    local, offsets = turns[:, :n_joints].copy(), places[:, :n_joints].copy()
+    for joint, parent in enumerate(parents):
+        if parent >= 0:
+            back = rotation.conjugate(turns[:, parent])
+            local[:, joint] = rotation.multiply(back, turns[:, joint])
+            offsets[:, joint] = rotation.rotate(back, places[:, joint] - places[:, parent])
+    return local, offsets
+
+
+def _find_bodies(scene: Scene, path: object) -> tuple[_Body, ...]:
+    """Find the skeletons of persons, else the one of most joints."""
+    nodes = scene.nodes
+    chosen = {node.number for node in nodes if node.is_bone}
+    if not chosen:  # locators may be joints, as optical systems write them
+        chosen = {node.number for node in nodes if node.is_null and node.parent >= 0}
+    groups: dict[int, list[int]] = {}
+    for number in sorted(chosen):
+        groups.setdefault(_top(nodes, number), []).append(number)
+    bodies = [_body(nodes, members, chosen) for members in groups.values() if len(members) > 1]
+    if not bodies:
+        kinds = "one bone" if chosen else "none"
+        raise CaptureError(
+            path,
+            f"expected a skeleton of several bones, found {kinds} among {len(nodes) - 1} nodes. "
+            "Export the skeleton with the file.",
+        )
+    persons = [body for body in bodies if _is_person(nodes, body)]
+    if not persons:
+        persons = [max(bodies, key=lambda body: len(body.joints))]
+    names = _distinct([body.name for body in persons])
+    return tuple(_Body(name, body.joints, body.ends) for name, body in zip(names, persons))
+
+
+def _top(nodes: Sequence[Node], number: int) -> int:
+    """Return the ancestor of a node just below the root of the scene."""
+    while nodes[number].parent >= 0 and nodes[nodes[number].parent].parent >= 0:
+        number = nodes[number].parent
+    return number
+
+
+def _body(nodes: Sequence[Node], members: Sequence[int], chosen: set[int]) -> _Body:
+    """Return the joints of a group of bones, with the node that joins them if it is none."""
+    order = _with_ancestors(nodes, members)
+    roots = [number for number in members if not _has_above(nodes, number, chosen)]
+    inside = set(members)
+    if len(roots) > 1:  # under one group or armature, which is then the root
+        inside.add(_top(nodes, members[0]))
+    parents = {nodes[number].parent for number in order if number in inside}
+    ends = [
+        number
+        for number in order
+        if number in inside and number not in parents and _marks_end(nodes[number].name)
+    ]
+    joints = tuple(number for number in order if number in inside and number not in ends)
+    top = nodes[_top(nodes, members[0])].name
+    first = nodes[joints[0]].name
+    space = first.rpartition(":")[0]
+    return _Body(_take_name(space or top), joints, tuple(ends))
+
+
+def _has_above(nodes: Sequence[Node], number: int, chosen: set[int]) -> bool:
+    """Say whether a bone is an ancestor of a node."""
+    parent = nodes[number].parent
+    while parent >= 0 and parent not in chosen:
+        parent = nodes[parent].parent
+    return parent >= 0
+
+
+def _marks_end(name: str) -> bool:
+    """Say whether a leaf bone of this name only marks where its parent ends.
+
+    >>> [_marks_end(name) for name in ("Head_end", "HeadTop_End", "Bip01 HeadNub", "LeftHand")]
+    [True, True, True, False]
+    """
+    return bool(_ENDS.search(re.sub(r"[\s_.\-\d]", "", name.lower())))
+
+
+def _is_person(nodes: Sequence[Node], body: _Body) -> bool:
+    """Say whether the joints of a person are found by their names."""
+    number = {node: joint for joint, node in enumerate(body.joints)}
+    names = tuple(nodes[node].name for node in body.joints)
+    ends = tuple(
+        (number[p], (0.0, 0.0, 0.0)) for e in body.ends if (p := nodes[e].parent) in number
+    )
+    try:
+        joint_map(Skeleton(names, np.zeros(len(names), dtype=int), np.zeros((len(names), 3)), ends))
+    except SkeletonError:
+        return False
+    return True

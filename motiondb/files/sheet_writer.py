@@ -1,0 +1,94 @@
+"""Write a sheet of words that :func:`motiondb.files.sheets.read_sheet` reads without loss."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+from motiondb.files.folder import CAPTURE_ENDINGS
+from motiondb.files.safe_files import output_file
+from motiondb.files.sheets import capture_name, tag_fault
+from motiondb.records import Caption
+
+FIRST_COLUMNS = ("file", "words", "start", "end", "performer", "licence")
+
+
+def write_sheet(
+    path: Path, rows: Sequence[tuple[str, Sequence[Caption], Mapping[str, str]]]
+) -> list[str]:
+    """Write names, captions and tags of captures; what a sheet cannot hold, as sentences.
+
+    A capture with several captions has several rows, and its tags stand in the first one.
+    """
+    delimiter = "," if path.suffix.lower() == ".csv" else "\t"
+    notes: list[str] = []
+    keys = {key for _, _, tags in rows for key, value in tags.items() if value}
+    wrong = {key for key in keys if tag_fault(key) or (delimiter == "," and ";" in key)}
+    notes += [f"the tag {key!r} is left out: a sheet has no such column" for key in sorted(wrong)]
+    columns = [*FIRST_COLUMNS, *sorted(keys - wrong - set(FIRST_COLUMNS))]
+    text = io.StringIO(newline="")
+    writer = csv.DictWriter(text, columns, delimiter=delimiter, lineterminator="\n")
+    writer.writeheader()
+    for name, captions, tags in rows:
+        kept = {key: _cell(name, value, notes) for key, value in tags.items() if key in columns}
+        spoken = [_words(name, caption, notes) for caption in captions]
+        different = [cells for cells in dict.fromkeys(map(tuple, spoken)) if cells[0]]
+        if len(different) < len(spoken):
+            notes.append(f"{name}: captions that repeat another, or have no words, are left out")
+        for row, (words, start, end) in enumerate(different or [("", "", "")]):
+            told = {"file": _file(name), "words": words, "start": start, "end": end}
+            writer.writerow({**(kept if row == 0 else {}), **told})
+    with output_file(path) as draft:
+        draft.write_bytes(text.getvalue().encode())
+    return notes
+
+
+def write_table(path: str | Path, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    """Write a table: CSV for the ending .csv, else TSV.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file; it appears whole or not at all.
+    columns : sequence of str
+        The header.
+    rows : iterable of sequences of str
+        The cells of every row.
+
+    Raises
+    ------
+    MotionDBError
+        When the file cannot be written.
+    """
+    path, text = Path(path), io.StringIO(newline="")
+    delimiter = "," if path.suffix.lower() == ".csv" else "\t"
+    writer = csv.writer(text, delimiter=delimiter, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(rows)
+    with output_file(path) as draft:
+        draft.write_bytes(text.getvalue().encode())
+
+
+def _words(name: str, caption: Caption, notes: list[str]) -> list[str]:
+    """The cells of a caption: words, start, end."""
+    times = ["" if t is None else repr(float(t)) for t in (caption.start, caption.end)]
+    return [_cell(name, caption.words, notes), *times]
+
+
+def _file(name: str) -> str:
+    """How a sheet names a capture: by its name, with an ending where the name would lose one.
+
+    >>> _file("ana/walk_1"), _file("take.bvh")
+    ('ana/walk_1', 'take.bvh.bvh')
+    """
+    return name if capture_name(name) == name else name + CAPTURE_ENDINGS[0]
+
+
+def _cell(name: str, text: str, notes: list[str]) -> str:
+    """A text as a cell can hold it; a note where it had to be changed."""
+    cell = text.replace("\r", " ").replace("\n", " ").replace("\0", "").strip()
+    if cell != text:
+        notes.append(f"{name}: {cell[:60]!r} is written without its line breaks and outer spaces")
+    return cell

@@ -1,0 +1,208 @@
+"""A cycle of a clip that can be played for ever: its first frame follows its last.
+
+The cycle is the part whose two ends agree best in pose and velocity, and of a periodic movement at
+least about a period long. Its seam is blended as those of generated motion are
+(:mod:`motiondb.generate.stitching`): the cycle is joined to itself before and behind, and the
+middle one is taken. A turn of the whole cycle below ``STRAIGHT`` is taken out evenly, and so is a
+way below ``STANDING``; the travel of a walk stays, so that the next cycle begins where this ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from motiondb.body import body, changes, kinematics, retarget, rotation
+from motiondb.body.features import runs
+from motiondb.body.pose_vectors import yaw
+from motiondb.errors import QueryError
+from motiondb.generate import cycles, stitching
+from motiondb.records import MOTION_FPS, Clip, FloatArray
+
+STRAIGHT = 0.35  # Radians (20 degrees) by which a cycle that is meant to go straight may turn
+STANDING = 0.12  # Metres that a cycle on the spot may travel
+_VELOCITY = 0.2  # Seconds: a difference of velocities counts as one of places after this time
+_SHORTEST = 12  # Fewest frames of a cycle, at 30 a second
+_MOST = 2700
+"""Frames at 30 a second (90 s) among which a cycle is looked for: all pairs are compared."""
+_BUSY = 0.7  # Share of the usual speed of a cycle that its parts have
+_AVERAGED = 20  # Frames over which speeds are averaged: more than a step lasts
+_I = body.INDEX
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """A cycle, and what was changed to close it."""
+
+    clip: Clip
+    start: float  # Seconds of the clip that was given
+    end: float
+    gap: float  # Largest distance of a joint between both ends, before the seam was blended, m
+    step: float  # Largest step of a joint from the last frame to the first of the next cycle, m
+    usual_step: float  # The same, of all other frames
+    travel: float  # Way over the ground of a cycle, m
+    turn: float  # Turn that was taken out, radians
+
+
+def looped(clip: Clip, user_map: Mapping[str, str] | None = None) -> Loop:
+    """Find the cycle of a clip with y up, and close it (QueryError if the clip is too short)."""
+    hips = changes.from_hips(clip, user_map)
+    loop = _looped(hips.clip, user_map)
+    return replace(loop, clip=hips.restored(loop.clip))
+
+
+def _looped(clip: Clip, user_map: Mapping[str, str] | None) -> Loop:
+    """Find the cycle of a clip whose root are the hips, and close it."""
+    points = retarget.clip_keypoints(clip, user_map)
+    coarse = retarget.resample(points, clip.fps)
+    if len(coarse) < _SHORTEST + 2:
+        raise QueryError(
+            f"loop: expected at least {(_SHORTEST + 2) / MOTION_FPS:.2g} s of motion, found "
+            f"{clip.duration:.2f} s. Choose a longer part."
+        )
+    if len(coarse) > _MOST:
+        raise QueryError(
+            f"loop: expected at most {_MOST / MOTION_FPS:g} s in which to look for a cycle, found "
+            f"{clip.duration:.1f} s. Choose a part with --from and --to."
+        )
+    first, behind = _find(coarse, clip)
+    path, local = _to_path(clip, points)
+    piece = stitching.Piece(0, first, behind)
+    thrice = stitching.stitch([piece] * 3, {0: (path, local)}, clip.fps)
+    middle = slice(behind - first, 2 * (behind - first))
+    path, turn = _straight(thrice.path[middle].copy(), clip.fps)
+    made = _from_path(clip, path, thrice.rotations[middle], (first, behind), points)
+    facts = _measure(made, path, user_map)
+    ends = _relative(points)[[first, min(behind, len(points) - 1)]]
+    gap = float(np.linalg.norm(ends[1] - ends[0], axis=-1).max())
+    return Loop(made, first / clip.fps, behind / clip.fps, gap, *facts, turn)
+
+
+def _find(coarse: FloatArray, clip: Clip) -> tuple[int, int]:
+    """Return the first frame of the cycle and the one behind its last, at the rate of the clip."""
+    relative = _relative(coarse).reshape(len(coarse), -1)
+    velocity = np.asarray(np.gradient(relative, axis=0)) * (MOTION_FPS * _VELOCITY)
+    way = np.asarray(np.gradient(coarse[:, 0, [0, 2]], axis=0)) * (MOTION_FPS * _VELOCITY)
+    speed = np.linalg.norm(way, axis=1, keepdims=True) * 3.0  # as much as three joints
+    edges = np.concatenate([relative, velocity, speed], axis=1)
+    # neither the standing before a walk nor the way to it is part of the cycle
+    first, behind = _busiest(np.linalg.norm(velocity, axis=1) + speed[:, 0])
+    period = cycles.find_period(relative[first:behind])
+    if period is None:
+        first, behind, shortest = 0, len(coarse), len(coarse) // 2
+    else:
+        shortest = round(0.8 * period)
+    found = cycles.best_loop(edges[first:behind], max(shortest, _SHORTEST))
+    if found is None:
+        return 0, clip.n_frames
+    rate = clip.fps / MOTION_FPS
+    start, end = round((first + found.first) * rate), round((first + found.behind) * rate)
+    return start, min(end, clip.n_frames)
+
+
+def _busiest(speeds: FloatArray) -> tuple[int, int]:
+    """Return the longest part that moves about as fast as the movement does; speeds (frames,)."""
+    averaged = uniform_filter1d(speeds, _AVERAGED, mode="nearest")
+    parts = runs(averaged > _BUSY * np.quantile(averaged, 0.75))
+    return max(parts, key=lambda part: part[1] - part[0], default=(0, len(speeds)))
+
+
+def _headings(points: FloatArray) -> FloatArray:
+    """Return the direction that the body faces, radians about the vertical, unwrapped (frames,)."""
+    left = points[:, _I["l_hip"]] - points[:, _I["r_hip"]]
+    left = left + points[:, _I["l_shoulder"]] - points[:, _I["r_shoulder"]]
+    return np.asarray(np.unwrap(np.arctan2(-left[:, 2], left[:, 0])))
+
+
+def _relative(points: FloatArray) -> FloatArray:
+    """Return places (frames, 21, 3) relative to the ground below the pelvis, along the heading."""
+    back = yaw(-_headings(points))[:, None]
+    moved = points - points[:, :1] * np.array([1.0, 0.0, 1.0])
+    return rotation.rotate(np.broadcast_to(back, (*moved.shape[:2], 4)), moved)
+
+
+def _to_path(clip: Clip, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Split a clip into its path and its rotations relative to the heading.
+
+    Shapes: result (frames, 4), as :func:`motiondb.body.pose_vectors.to_path`, and (frames, joints,
+    4); the path is that of the root.
+    """
+    heading, root = _headings(points), clip.root_positions
+    step = np.diff(root, axis=0, append=root[-1:]) * clip.fps
+    turning = np.diff(heading, append=heading[-1:]) * clip.fps
+    if len(root) > 1:
+        step[-1], turning[-1] = step[-2], turning[-2]
+    planar = rotation.rotate(yaw(-heading), step)
+    local = rotation.normalize(clip.local_rotations)
+    local[:, 0] = rotation.multiply(yaw(-heading), local[:, 0])
+    return np.stack([root[:, 1], planar[:, 0], planar[:, 2], turning], axis=1), local
+
+
+def _straight(path: FloatArray, fps: float) -> tuple[FloatArray, float]:
+    """Take a small turn, and a small way, of a cycle out of its path (frames, 4)."""
+    turn = float(path[:, 3].sum()) / fps
+    if abs(turn) < STRAIGHT:
+        path[:, 3] -= turn * fps / len(path)
+    else:
+        turn = 0.0
+    headings = np.concatenate([[0.0], np.cumsum(path[:-1, 3]) / fps])
+    planar = np.zeros((len(path), 3))
+    planar[:, [0, 2]] = path[:, 1:3]
+    steps = rotation.rotate(yaw(headings), planar)
+    if np.linalg.norm(steps.sum(axis=0)) / fps < STANDING:
+        steps -= steps.mean(axis=0)
+        path[:, 1:3] = rotation.rotate(yaw(-headings), steps)[:, [0, 2]]
+    return path, turn
+
+
+def _from_path(
+    clip: Clip, path: FloatArray, local: FloatArray, part: tuple[int, int], points: FloatArray
+) -> Clip:
+    """Return the clip of a path and of rotations relative to the heading, from its own place."""
+    heading = float(_headings(points)[part[0]])
+    turns = heading + np.concatenate([[0.0], np.cumsum(path[:-1, 3]) / clip.fps])
+    planar = np.zeros((len(path), 3))
+    planar[:, [0, 2]] = path[:, 1:3]
+    steps = rotation.rotate(yaw(turns), planar) / clip.fps
+    root = np.concatenate([np.zeros((1, 3)), np.cumsum(steps[:-1], axis=0)])
+    root += clip.root_positions[part[0]]
+    root[:, 1] = path[:, 0]
+    world = local.copy()
+    world[:, 0] = rotation.multiply(yaw(turns), local[:, 0])
+    moved = clip.joint_positions
+    if moved is not None:
+        moved = _closed(moved, *part)
+    made = replace(
+        clip, local_rotations=rotation.unroll(world), root_positions=root, joint_positions=moved
+    )
+    return changes.moved_root(made, root)
+
+
+def _closed(places: FloatArray, first: int, behind: int) -> FloatArray:
+    """Return places (frames, joints, 3) with the difference of both ends spread evenly."""
+    part = places[first:behind].copy()
+    over = places[min(behind, len(places) - 1)] - places[first]
+    share = np.arange(len(part)) / len(part)
+    return np.asarray(part - share[:, None, None] * over)
+
+
+def _measure(
+    clip: Clip, path: FloatArray, user_map: Mapping[str, str] | None
+) -> tuple[float, float, float]:
+    """Return the step of joints over the seam, the largest other one, and the travel, metres."""
+    planar = np.zeros((len(path), 3))
+    planar[:, [0, 2]] = path[:, 1:3]
+    headings = np.concatenate([[0.0], np.cumsum(path[:, 3]) / clip.fps])
+    way = rotation.rotate(yaw(headings[:-1]), planar).sum(axis=0) / clip.fps
+    places = kinematics.clip_positions(clip)[0]
+    begin = _headings(retarget.clip_keypoints(clip, user_map))[0]
+    turned = yaw(np.array(headings[-1]))
+    next_first = places[0] - places[0, 0]
+    next_first = rotation.rotate(np.broadcast_to(turned, (len(next_first), 4)), next_first)
+    start = places[0, 0] + rotation.rotate(yaw(np.array(begin)), way)
+    seam = np.linalg.norm(next_first + start - places[-1], axis=-1).max()
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=-1).max()
+    return float(seam), float(steps), float(np.linalg.norm(way))

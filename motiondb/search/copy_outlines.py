@@ -1,0 +1,257 @@
+"""Where a copy may be: a filter that misses none, over small outlines of all captures.
+
+Notation: k_1 ... k_n the key frames of a query (n = ``KEY_FRAMES``), q_k its pose there, x_t the
+poses of a take, both vectors of 63 numbers. A copy at offset o satisfies
+
+    sum over k of |q_k - x_{o + k}|^2 < most,                                           (1)
+
+so that for one key at least |q_k - x_{o + k}|^2 < most / n. The outline of a pose has 12 numbers:
+for each arm and each leg the sum of three joints divided by sqrt(3), which is an orthogonal
+projection, so that distances of outlines are never larger than those of poses. The frames of all
+takes are put into boxes, and these into larger boxes (a packed R-tree); around every key only the
+boxes are opened that a frame with |q_k - x|^2 < most / n can be in. There, (1) is tested on the
+outlines. What is left is compared by whole poses (:mod:`motiondb.search.copies`).
+
+The work for a capture grows with the number of frames that are as near to one of its keys as a copy
+would be, and not with all frames. Outlines are kept as integers of ``UNIT``; the bounds are wider
+by the rounding.
+
+Source: Guttman, R-trees: a dynamic index structure for spatial searching, 1984.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from motiondb.body import body
+from motiondb.records import Float32Array, FloatArray, IntArray
+
+Int16Array = NDArray[np.int16]
+Int32Array = NDArray[np.int32]
+
+UNIT = 0.0002  # Metres of a number of an outline: 16 bits reach 6.5 m
+LIMBS = (
+    ("l_elbow", "l_wrist", "l_shoulder"),
+    ("r_elbow", "r_wrist", "r_shoulder"),
+    ("l_knee", "l_ankle", "l_toe"),
+    ("r_knee", "r_ankle", "r_toe"),
+)
+N_AXES = 3 * len(LIMBS)  # Numbers of an outline
+_JOINTS = np.array([[body.INDEX[name] for name in limb] for limb in LIMBS])
+_ROUNDING = 2.0 * UNIT * np.sqrt(N_AXES)  # By which rounding may change a distance, metres
+RUN = 4  # Frames in a smallest box; affects only the time
+FAN = 8  # Boxes in a box; affects only the time
+
+
+@dataclass(frozen=True, eq=False)
+class Outlines:
+    """Outlines of takes, one after another."""
+
+    limbs: Int16Array  # (frames, 12): outline of every frame, in ``UNIT``
+    bounds: IntArray  # (takes + 1,): where each take begins and ends in ``limbs``
+    # (takes,): largest root mean square distance of the joints at key frames, metres
+    reaches: FloatArray
+
+    def take(self, number: int) -> Int16Array:
+        """The outline of one take: array (frames, 12)."""
+        return self.limbs[self.bounds[number] : self.bounds[number + 1]]
+
+    def only(self, takes: Sequence[int]) -> Outlines:
+        """The outlines of some takes, in their order."""
+        return join_outlines([self.take(t) for t in takes], self.reaches[list(takes)])
+
+
+def outline(poses: Float32Array) -> Int16Array:
+    """The outline of every frame: array (frames, 12), from `poses` (frames, 63), metres."""
+    joints = poses.reshape(len(poses), len(body.JOINTS), 3)
+    summed = joints[:, _JOINTS].sum(axis=2) / np.sqrt(_JOINTS.shape[1])
+    rounded = np.rint(summed.reshape(len(poses), N_AXES) / UNIT)
+    return np.clip(rounded, -32767, 32767).astype(np.int16)
+
+
+def mirror_outline(limbs: Int16Array) -> Int16Array:
+    """The outline of the mirror image: array (frames, 12)."""
+    swapped = limbs.reshape(len(limbs), -1, 3)[:, [1, 0, 3, 2]]
+    return (swapped * np.array([-1, 1, 1], dtype=np.int16)).reshape(limbs.shape)
+
+
+def join_outlines(parts: Sequence[Int16Array], reaches: FloatArray) -> Outlines:
+    """Outlines of several takes; `parts` each (frames, 12), `reaches` (takes,)."""
+    bounds = np.concatenate([[0], np.cumsum([len(p) for p in parts])]).astype(np.int64)
+    none = np.zeros((0, N_AXES), dtype=np.int16)
+    return Outlines(np.concatenate(parts) if len(parts) else none, bounds, np.asarray(reaches))
+
+
+@dataclass(frozen=True, eq=False)
+class Boxes:
+    """Frames of outlines in boxes, boxes in larger boxes, up to a few.
+
+    The boxes of level 0 hold ``RUN`` frames that follow one another. A box of another level holds
+    ``FAN`` boxes of the level below that are near one another.
+    """
+
+    outlines: Outlines
+    order: Int32Array  # (boxes of level 0,): their numbers in time, as they are sorted in space
+    low: Int16Array  # (boxes, 12): smallest numbers of the outlines, level after level
+    high: Int16Array  # (boxes, 12): largest
+    levels: IntArray  # (levels + 1,): where each level begins in ``low`` and ``high``
+
+
+def make_boxes(outlines: Outlines) -> Boxes:
+    """Put the frames of outlines into boxes."""
+    from scipy.spatial import cKDTree
+
+    limbs = outlines.limbs
+    firsts = np.arange(0, len(limbs), RUN)
+    if not len(firsts):
+        none = np.zeros((0, N_AXES), dtype=np.int16)
+        return Boxes(outlines, np.zeros(0, np.int32), none, none, np.zeros(2, np.int64))
+    low = np.minimum.reduceat(limbs, firsts, axis=0)
+    high = np.maximum.reduceat(limbs, firsts, axis=0)
+    order = cKDTree(low.astype(np.float64) + high, leafsize=FAN).indices.astype(np.int32)
+    lows, highs = [low[order]], [high[order]]
+    while len(lows[-1]) > FAN:
+        firsts = np.arange(0, len(lows[-1]), FAN)
+        lows.append(np.minimum.reduceat(lows[-1], firsts, axis=0))
+        highs.append(np.maximum.reduceat(highs[-1], firsts, axis=0))
+    levels = np.concatenate([[0], np.cumsum([len(one) for one in lows])]).astype(np.int64)
+    return Boxes(outlines, order, np.concatenate(lows), np.concatenate(highs), levels)
+
+
+@dataclass(frozen=True, eq=False)
+class Keys:
+    """The key frames of one query."""
+
+    frames: IntArray  # (keys,): their numbers within the query
+    limbs: Int16Array  # (keys, 12): their outlines
+    n_frames: int  # Frames of the query
+    reach: float  # Root mean square distance of (1), metres
+
+
+def likely_places(boxes: Boxes, asked: Sequence[Keys], slack: int) -> IntArray:
+    """Places where the outlines satisfy (1): array (places, 2), query and frame of the outlines.
+
+    A query may end up to ``slack`` frames behind its take. The places are in order of query and
+    frame, each once.
+    """
+    found = []
+    for query, keys in enumerate(asked):
+        far = len(body.JOINTS) ** 0.5 * keys.reach + _ROUNDING  # sqrt(most / n)
+        starts = _search(
+            boxes.outlines.limbs,
+            boxes.outlines.bounds,
+            boxes.order,
+            boxes.low,
+            boxes.high,
+            boxes.levels,
+            keys.limbs.astype(np.int32),
+            keys.frames,
+            (far / UNIT) ** 2,
+            keys.n_frames - slack,
+        )
+        found.append(np.column_stack([np.full(len(starts), query), np.sort(starts)]))
+    return np.concatenate(found) if found else np.zeros((0, 2), dtype=np.int64)
+
+
+@njit(cache=True)
+def _search(  # noqa: PLR0913  one compiled search, box by box
+    limbs: Int16Array,
+    bounds: IntArray,
+    order: Int32Array,
+    low: Int16Array,
+    high: Int16Array,
+    levels: IntArray,
+    keys: Int32Array,
+    frames: IntArray,
+    one: float,
+    length: int,
+) -> IntArray:
+    """Starts of a query, each once: frames (places,) of all outlines.
+
+    Shapes: `keys` (keys, 12); `frames` (keys,).
+
+    `one`: Squared distance of the nearest key; the sum over all is at most as many times this.
+
+    `length`: Frames of the query that must lie in the take.
+    """
+    found = [np.int64(0) for _ in range(0)]
+    stack = np.empty((FAN * len(levels) + FAN, 2), np.int64)
+    top = len(levels) - 2
+    for k in range(len(frames)):
+        n_open = 0
+        for box in range(levels[top], levels[top + 1]):
+            stack[n_open] = top, box - levels[top]
+            n_open += 1
+        while n_open:
+            n_open -= 1
+            level, box = stack[n_open]
+            if _outside(low, high, levels[level] + box, keys, k, one):
+                continue
+            if level:
+                below = levels[level] - levels[level - 1]
+                for inner in range(FAN * box, min(FAN * box + FAN, below)):
+                    stack[n_open] = level - 1, inner
+                    n_open += 1
+                continue
+            first = int(order[box]) * RUN
+            for frame in range(first, min(first + RUN, len(limbs))):
+                start = frame - frames[k]
+                if start < 0 or _distance(limbs, frame, keys, k, one) >= one:
+                    continue
+                take = np.searchsorted(bounds, start, side="right") - 1
+                if start + length <= bounds[take + 1] and _fits(limbs, start, keys, frames, k, one):
+                    found.append(np.int64(start))
+    return np.array(found, dtype=np.int64)
+
+
+@njit(cache=True)
+def _outside(
+    low: Int16Array, high: Int16Array, box: int, keys: Int32Array, k: int, most: float
+) -> bool:
+    """Whether the squared distance of a key from a box is not less than ``most``."""
+    total = 0.0
+    for axis in range(keys.shape[1]):
+        value = keys[k, axis]
+        gap = float(max(np.int32(low[box, axis]) - value, value - np.int32(high[box, axis]), 0))
+        total += gap * gap
+        if total >= most:
+            return True
+    return False
+
+
+@njit(cache=True)
+def _distance(limbs: Int16Array, frame: int, keys: Int32Array, k: int, most: float) -> float:
+    """Squared distance of a frame and a key; not less than ``most`` if it is cut short."""
+    total = 0.0
+    for axis in range(keys.shape[1]):
+        gap = float(np.int32(limbs[frame, axis]) - keys[k, axis])
+        total += gap * gap
+        if total >= most:
+            return total
+    return total
+
+
+@njit(cache=True)
+def _fits(
+    limbs: Int16Array,
+    start: int,
+    keys: Int32Array,
+    frames: IntArray,
+    k: int,
+    one: float,
+) -> bool:
+    """Whether all keys together are near, and no key before ``k`` alone was near enough."""
+    total, every = 0.0, one * len(frames)
+    for other in range(len(frames)):
+        distance = _distance(limbs, start + frames[other], keys, other, every)
+        if other < k and distance < one:
+            return False
+        total += distance
+        if total >= every:
+            return False
+    return True

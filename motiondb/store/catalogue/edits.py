@@ -1,0 +1,181 @@
+"""What runs changed in captures: to undo a run, and to tell how captions came about.
+
+A row of the table ``edit`` holds a capture as it was before a run changed it; parts that the run
+left alone are NULL. A run that undoes another one is a run like any other, with rows of its own, so
+that it can be undone too.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from motiondb.errors import QueryError
+from motiondb.records import Caption, Event
+from motiondb.store.catalogue.annotations import load_captions, load_events
+from motiondb.store.catalogue.runs import load_runs
+from motiondb.store.connection.handle import Store
+from motiondb.store.connection.transactions import transaction
+
+UNDOABLE = ("add", "remove", "rename", "words", "tags", "events", "merge", "generate", "undo")
+"""Kinds of runs that can be undone; grammars and scenes are not restored with their captures."""
+UNDO = "undo"
+"""Kind of a run that undoes another one; its parameter ``run`` is the number of that."""
+
+
+@dataclass(frozen=True)
+class Edit:
+    """A capture before a run changed it."""
+
+    run_id: int
+    capture_id: int
+    kind: str  # "added", "changed" or "removed"
+    name: str  # Before the change; of an added capture, the name that it got
+    # Before the change; None where the run left them alone
+    tags: Mapping[str, str] | None = None
+    captions: tuple[Caption, ...] | None = None
+    events: tuple[Event, ...] | None = None
+
+
+@dataclass(frozen=True)
+class _State:
+    """What may be edited in a capture."""
+
+    name: str
+    tags: Mapping[str, str]
+    captions: tuple[Caption, ...]
+    events: tuple[Event, ...]
+
+
+@contextmanager
+def noting_edits(store: Store, run_id: int, touched: Iterable[int] = ()) -> Iterator[None]:
+    """Surround changes of captures, inside a transaction, so that the run can be undone.
+
+    `touched`: Numbers of the captures that may be changed or removed. Added ones are found.
+    """
+    wanted = set(touched)
+    before, there = _load_states(store, wanted), _numbers(store)
+    yield
+    after, now = _load_states(store, wanted & there), _numbers(store)
+    names = dict(store.connection.execute("SELECT capture_id, name FROM capture").fetchall())
+    edits = [Edit(run_id, number, "added", names[number]) for number in sorted(now - there)]
+    for number, old in before.items():
+        new = after.get(number)
+        if new is None:
+            edits.append(Edit(run_id, number, "removed", old.name, captions=old.captions))
+        elif new != old:
+            parts = {
+                part: getattr(old, part) if getattr(old, part) != getattr(new, part) else None
+                for part in ("tags", "captions", "events")
+            }
+            edits.append(Edit(run_id, number, "changed", old.name, **parts))
+    _save_edits(store, edits)
+
+
+def load_edits(
+    store: Store, run_id: int | None = None, capture_id: int | None = None
+) -> list[Edit]:
+    """Load the edits of a run, of a capture, or all; oldest first."""
+    rows = store.connection.execute(
+        "SELECT run_id, capture_id, kind, name, tags, captions, events FROM edit "
+        "WHERE ($run IS NULL OR run_id = $run) AND ($capture IS NULL OR capture_id = $capture) "
+        "ORDER BY run_id, capture_id",
+        {"run": run_id, "capture": capture_id},
+    ).fetchall()
+    return [
+        Edit(
+            run,
+            capture,
+            kind,
+            name,
+            None if tags is None else json.loads(tags),
+            None if captions is None else tuple(Caption(*each) for each in json.loads(captions)),
+            None if events is None else tuple(Event(*each) for each in json.loads(events)),
+        )
+        for run, capture, kind, name, tags, captions, events in rows
+    ]
+
+
+def find_undoable(store: Store, run_id: int | None = None) -> int:
+    """Find the run that ``undo`` takes back: the latest that changed captures, or a given one.
+
+    A run is refused if a later one changed one of its captures, and was not undone.
+    """
+    touched: dict[int, set[int]] = {}
+    for run, capture in store.connection.execute("SELECT run_id, capture_id FROM edit").fetchall():
+        touched.setdefault(run, set()).add(capture)
+    runs = {run.run_id: run for run in load_runs(store) if run.run_id in touched}
+    settled: set[int] = set()  # undone, or the undoing of another
+    for number in sorted(runs, reverse=True):
+        if runs[number].kind == UNDO and number not in settled:
+            settled |= {number, int(str(runs[number].parameters["run"]))}
+    if run_id is None:
+        open_runs = sorted(n for n in set(runs) - settled if runs[n].kind in UNDOABLE)
+        if not open_runs:
+            raise QueryError(
+                f"{store.path}: expected a change of captures to undo, found none. "
+                "motiondb info lists the runs."
+            )
+        return open_runs[-1]
+    undone_by = {int(str(r.parameters["run"])) for r in runs.values() if r.kind == UNDO}
+    is_known = run_id in runs and runs[run_id].kind in UNDOABLE
+    if not is_known or (run_id in settled and run_id in undone_by):
+        actual = "one that was undone" if is_known else "none that changed captures alone"
+        raise QueryError(
+            f"run {run_id}: expected a run that can be undone, found {actual}. motiondb info lists "
+            "the runs."
+        )
+    later = [n for n in runs if n > run_id and n not in settled and touched[n] & touched[run_id]]
+    if later:
+        raise QueryError(
+            f"run {run_id}: expected captures that nothing has changed since, found that run "
+            f"{max(later)} ({runs[max(later)].kind}) changed some. Undo that one first."
+        )
+    return run_id
+
+
+def _numbers(store: Store) -> set[int]:
+    return {row[0] for row in store.connection.execute("SELECT capture_id FROM capture").fetchall()}
+
+
+def _load_states(store: Store, wanted: set[int]) -> dict[int, _State]:
+    """Load what may be edited in some captures, those that are there."""
+    if not wanted:
+        return {}
+    only = next(iter(wanted)) if len(wanted) == 1 else None
+    captions, events = load_captions(store, only), load_events(store, only)
+    tags: dict[int, dict[str, str]] = {}
+    for number, key, value in store.connection.execute(
+        "SELECT capture_id, key, value FROM capture_tag WHERE $only IS NULL OR capture_id = $only",
+        {"only": only},
+    ).fetchall():
+        tags.setdefault(number, {})[key] = value
+    rows = store.connection.execute("SELECT capture_id, name FROM capture").fetchall()
+    return {
+        n: _State(name, tags.get(n, {}), captions.get(n, ()), events.get(n, ()))
+        for n, name in rows
+        if n in wanted
+    }
+
+
+def _save_edits(store: Store, edits: list[Edit]) -> None:
+    columns: dict[str, list[Any]] = {
+        name: [getattr(edit, name) for edit in edits]
+        for name in ("run_id", "capture_id", "kind", "name")
+    }
+    for part in ("tags", "captions", "events"):
+        columns[part] = [_text(getattr(edit, part)) for edit in edits]
+    with transaction(store) as connection:
+        connection.insert("edit", **columns)
+
+
+def _text(part: Mapping[str, str] | tuple[Caption, ...] | tuple[Event, ...] | None) -> str | None:
+    """Return a part of a capture as JSON; captions and events are lists of their fields."""
+    if part is None:
+        return None
+    if isinstance(part, Mapping):
+        return json.dumps(dict(part))
+    return json.dumps([list(vars(each).values()) for each in part])

@@ -1,0 +1,113 @@
+"""Removed captures: their rows wait in the schema ``trash`` until the file is compacted.
+
+A table of the trash has the columns of its table in ``main``, and is made when it is first needed.
+A capture keeps its number in the trash, and so when it is restored.
+"""
+
+from __future__ import annotations
+
+from motiondb.errors import QueryError
+from motiondb.store.connection.handle import Store
+from motiondb.store.connection.transactions import touch, transaction
+
+OWN_TABLES = (
+    "capture",
+    "capture_tag",
+    "caption",
+    "event",
+    "motion_frame",
+    "generated_source",
+    "frame_source",
+    "derivation",
+    "same_file",
+    "scene_player",
+)  # Whose rows have the number of their capture
+_OF_CAPTURE = {
+    **dict.fromkeys(OWN_TABLES, "capture_id = $number"),
+    "relation": "$number IN (capture_id, other_id)",
+    "source": "sha256 = (SELECT sha256 FROM {schema}.capture WHERE capture_id = $number)",
+}  # Table -> its rows that belong to a capture
+_THERE = {
+    "relation": "AND capture_id IN (SELECT capture_id FROM main.capture) "
+    "AND other_id IN (SELECT capture_id FROM main.capture)",
+    "derivation": "AND EXISTS (FROM main.grammar g WHERE g.grammar_id = derivation.grammar_id "
+    "AND g.run_id <= derivation.run_id)",
+}  # Table -> which of the rows can be restored: those of captures and grammars that are there
+
+
+def put_in_trash(store: Store, capture_id: int) -> None:
+    """Copy a capture and everything that belongs to it into the trash; inside a transaction."""
+    connection = store.connection
+    connection.execute("CREATE SCHEMA IF NOT EXISTS trash")
+    for table, rows in _OF_CAPTURE.items():
+        connection.execute(
+            f"CREATE TABLE IF NOT EXISTS trash.{table} AS SELECT * FROM main.{table} LIMIT 0"
+        )
+        rows = rows.format(schema="main")
+        connection.execute(
+            f"INSERT INTO trash.{table} BY NAME SELECT * FROM main.{table} WHERE {rows}",
+            {"number": capture_id},
+        )
+
+
+def restore_capture(store: Store, capture_id: int) -> None:
+    """Take a capture out of the trash, in one transaction; QueryError if it is not there."""
+    with transaction(store) as connection:
+        names = dict(load_trash(store))
+        if capture_id not in names:
+            raise QueryError(
+                f"capture {capture_id}: expected it in the trash, found that it was emptied "
+                "(motiondb compact). Add the file again."
+            )
+        name = names[capture_id]
+        row = connection.execute(
+            "SELECT c.name FROM capture c JOIN trash.capture t ON t.capture_id = $number "
+            "WHERE c.name = t.name OR c.sha256 = t.sha256",
+            {"number": capture_id},
+        ).fetchone()
+        if row is not None:
+            raise QueryError(
+                f"{name}: expected its name and its content to be free, found the capture {row[0]}."
+                f" Rename or remove that one first."
+            )
+        asked = {"number": capture_id}
+        for table, rows in _OF_CAPTURE.items():
+            if table != "scene_player":
+                rows = f"{rows.format(schema='trash')} {_THERE.get(table, '')}"
+                connection.execute(
+                    f"INSERT INTO main.{table} BY NAME SELECT * FROM trash.{table} WHERE {rows}",
+                    asked,
+                )
+        connection.execute(
+            "UPDATE main.scene_player p SET capture_id = $number FROM trash.scene_player t WHERE "
+            "t.capture_id = $number AND p.capture_id = -1 AND p.scene_id = t.scene_id "
+            "AND p.ordinal = t.ordinal AND p.run_id = t.run_id",
+            asked,
+        )
+        for table in reversed(_OF_CAPTURE):  # the source is found by the capture
+            rows = f"{_OF_CAPTURE[table].format(schema='trash')} {_THERE.get(table, '')}"
+            connection.execute(f"DELETE FROM trash.{table} WHERE {rows}", asked)
+        touch(store, motions=True)
+
+
+def load_trash(store: Store) -> list[tuple[int, str]]:
+    """Load number and name of the captures in the trash, in order of number."""
+    if not _is_there(store):
+        return []
+    query = "SELECT capture_id, name FROM trash.capture ORDER BY capture_id"
+    return [(int(number), str(name)) for number, name in store.connection.execute(query).fetchall()]
+
+
+def empty_trash(store: Store) -> None:
+    """Remove for good what is in the trash."""
+    if _is_there(store):
+        with transaction(store) as connection:
+            connection.execute("DROP SCHEMA trash CASCADE")
+
+
+def _is_there(store: Store) -> bool:
+    row = store.connection.execute(
+        "SELECT count(*) FROM duckdb_tables() WHERE schema_name = 'trash' "
+        "AND table_name = 'capture' AND database_name = current_database()"
+    ).fetchone()
+    return bool(row and row[0])

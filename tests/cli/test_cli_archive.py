@@ -1,0 +1,41 @@
+"""The commands of an archivist: what they print, and what they refuse."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+import pytest
+from command_answers import answer
+
+import motiondb
+
+
+def test_a_day_in_the_archive(command: Any, some: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO())
+    assert command("add", some / "ana", some / "boris").code == 0
+    assert answer(command("rename", "bow_1", "ana/bow", "--json")) == {
+        "renamed": {"bow_1": "ana/bow"}
+    }
+    assert command("tags", "set", "--where", "name~ana/", "performer=ana", "mood=").code == 0
+    assert answer(command("tags", "--json")) == [{"tag": "performer", "captures": 1, "values": 1}]
+    assert command("tags", "set", "ana/bow", "performer").code == 2
+    command("words", "set", "ana/bow", "a bow")
+    history = command("words", "history", "ana/bow").out
+    assert "a bow" in history
+    told = command("words", "export", "words.csv", "--where", "name~ana/").out
+    assert told == "1 caption of 1 capture written to words.csv\n"
+    assert Path("words.csv").read_text().endswith("\nana/bow,a bow,,,ana,\n")
+    assert command("backup", "copy.duckdb").code == 0
+    assert command("remove").code == 2
+    assert command("remove", "--where", "name~1").code == 2  # nobody answers
+    removed = answer(command("remove", "--where", "name~kick", "--yes", "--json"))
+    assert removed == {"removed": ["kick_1"]}
+    undone = answer(command("undo", "--json"))
+    assert (undone["kind"], undone["restored"]) == ("remove", ["kick_1"])
+    command("remove", "kick_1")
+    ended = command("merge", "copy.duckdb")
+    assert ended.out.startswith("1 capture added, 3 already there (0 of them changed), 0 problems")
+    with motiondb.open("motions.duckdb", read_only=True) as db:
+        assert len(db.captures()) == 4

@@ -1,0 +1,32 @@
+"""The commands that write motion, one smoke test each."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from command_answers import answer
+
+from motiondb.files import read_capture
+
+
+def test_export_changes_the_motion_and_says_how(
+    command, learned_file: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "walk.bvh"
+    options = ["--loop", "--in-place", "--mirror", "--fps", "60", "--unit", "m"]
+    text = command("export", "ana/walk_1", "-o", out, *options, "--db", learned_file).out
+    assert f"ana/walk_1 written to {out}: " in text
+    for said in ("mirrored", "loop: ", "in place: ", "resampled from 30 to 60", " in m"):
+        assert said in text
+    clip = read_capture(out)
+    assert (clip.fps, clip.unit) == (60.0, 1.0)
+
+
+def test_join(command, learned_file: Path, tmp_path: Path) -> None:
+    out, parts = tmp_path / "j.bvh", ["ana/walk_1:0-2", "ana/jump_1:0.5-"]
+    facts = answer(command("join", *parts, "-o", out, "--db", learned_file, "--json"))
+    assert [part["capture"] for part in facts["parts"]] == ["ana/walk_1", "ana/jump_1"]
+    assert len(facts["seams"]) == 1
+    assert read_capture(out).duration == pytest.approx(facts["seconds"], abs=1e-3)
+    assert Path(facts["provenance"]).exists()

@@ -1,0 +1,169 @@
+"""Captures replaced, renamed, tagged and removed, and every change taken back."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+import motiondb
+from motiondb import AddSettings, MotionDB, QueryError
+
+TABLES = ("capture", "capture_tag", "caption", "event", "motion_frame", "relation", "source")
+
+
+def catalogue(db: MotionDB) -> dict[str, list[tuple[object, ...]]]:
+    """Every row that people or files brought in."""
+    run = db.store.connection.execute
+    return {t: sorted(run(f"FROM {t}").fetchall(), key=repr) for t in TABLES}
+
+
+@pytest.fixture
+def base(tmp_path: Path, some: Path) -> MotionDB:
+    with motiondb.open(tmp_path / "motions.duckdb") as db:
+        events = tmp_path / "events.tsv"
+        events.write_text("file\tevent\tframe\nana/jump_1\tfoot_strike\t5\nana/jump_1\tcatch\t70\n")
+        db.add(some, events=events)
+        db.set_words("ana/jump_1", "she jumps")
+        yield db
+
+
+def test_every_change_is_taken_back_in_turn_and_done_again(base: MotionDB, tmp_path: Path) -> None:
+    sheet = tmp_path / "sheet.tsv"
+    sheet.write_text("file\twords\tmood\nana/bow_1\ta bow\tglad\nboris/kick_1\ta kick\t\n")
+    events = tmp_path / "more.tsv"
+    events.write_text("file\tevent\tframe\nana/jump_1\trelease\t7\n")
+    changes = (
+        lambda: base.set_tags({"performer": "A", "mood": ""}, where="name~ana"),
+        lambda: base.rename("ana/", "studio/"),
+        lambda: base.import_words(sheet),
+        lambda: base.rename("studio/", "ana/"),
+        lambda: base.import_words(sheet),
+        lambda: base.import_events(events),
+        lambda: base.remove(["ana/bow_1"], "name~kick"),
+    )
+    states = [catalogue(base)]
+    for change in changes:
+        change()
+        states.append(catalogue(base))
+    undone = []
+    for before in states[-2::-1]:
+        if catalogue(base) != before:  # an import that changes nothing is not undone
+            undone.append(base.undo().run)
+        assert catalogue(base) == before
+    for run in reversed(undone):
+        base.undo(run)
+    assert catalogue(base) == states[-1]
+    assert base.check() == []
+
+
+def test_new_files_take_the_place_of_old_ones_and_keep_their_words(
+    base: MotionDB, tmp_path: Path, samples_folder: Path
+) -> None:
+    base.set_tags({"performer": "ana", "mood": "glad"}, ["ana/jump_1"])
+    again = tmp_path / "again"
+    (again / "ana").mkdir(parents=True)
+    shutil.copy(samples_folder / "boris" / "idle_1.bvh", again / "ana" / "jump_1.bvh")
+    refused = base.add(again)
+    assert refused.added == ()
+    assert "found another capture called ana/jump_1" in refused.problems[0]
+    before = catalogue(base)
+    sheet = tmp_path / "words.tsv"
+    sheet.write_text("file\tmood\nana/jump_1\tcalm\n")
+    report = base.add(again, words=sheet, settings=AddSettings(replace=True))
+    assert (report.added, report.replaced) == (("ana/jump_1",), ("ana/jump_1",))
+    (info,) = base.captures("name=ana/jump_1")
+    assert info.tags == {"performer": "ana", "mood": "calm"}
+    assert [c.words for c in base.captions("ana/jump_1")] == ["she jumps"]
+    assert [event.frame for event in base.events("ana/jump_1")] == [5, 70]
+    after = catalogue(base)
+    done = base.undo()
+    assert (done.restored, done.removed) == (("ana/jump_1",), ("ana/jump_1",))
+    assert catalogue(base) == before
+    base.undo(done.run)
+    assert catalogue(base) == after
+    second = base.add(again, settings=AddSettings(prefix="studio2/"))
+    assert second.known == (("studio2/ana/jump_1", "ana/jump_1"),)
+
+
+def test_a_change_is_not_taken_back_where_a_later_one_would_be_lost(base: MotionDB) -> None:
+    words = base.set_words("ana/bow_1", "a bow").run_id
+    later = base.set_words("ana/bow_1", "two bows").run_id
+    with pytest.raises(QueryError) as error:
+        base.undo(words)
+    assert str(error.value) == (
+        f"run {words}: expected captures that nothing has changed since, found that run {later} "
+        "(words) changed some. Undo that one first."
+    )
+    base.undo(later)
+    base.undo(words)
+    assert base.captions("ana/bow_1") == ()
+    kinds = [(v.kind, [c.words for c in v.words]) for v in base.caption_history("ana/bow_1")]
+    bows = [("words", ["a bow"]), ("words", ["two bows"]), ("undo", ["a bow"]), ("undo", [])]
+    assert kinds == [("add", []), *bows]
+    with pytest.raises(QueryError, match="found one that was undone"):
+        base.undo(words)
+
+
+def test_compacting_makes_removals_final(base: MotionDB) -> None:
+    base.remove(["ana/bow_1"])
+    base.close()
+    motiondb.compact(base.store.path)
+    with motiondb.open(base.store.path) as db:
+        with pytest.raises(QueryError, match="found that it was emptied"):
+            db.undo()
+        assert [info.name for info in db.captures("name~ana")] == ["ana/jump_1"]
+
+
+def test_names_that_are_taken_are_refused(base: MotionDB) -> None:
+    with pytest.raises(QueryError, match=r"^ana/jump_1: expected a name that is free"):
+        base.rename("ana/bow_1", "ana/jump_1")
+    with pytest.raises(QueryError, match=r"Give 'new/'"):
+        base.rename("ana/", "new")
+    with pytest.raises(QueryError, match="Did you mean boris/"):
+        base.rename("borys/", "new/")
+    for key in ("Start", "duration", "license", "a=b"):
+        with pytest.raises(QueryError, match="expected the name of a tag"):
+            base.set_tags({key: "x"}, ["ana/bow_1"])
+
+
+def test_a_removed_capture_that_comes_back_is_counted_again(learned_copy: Path) -> None:
+    with motiondb.open(learned_copy) as db:
+        before = [(m.capture, m.score) for m in db.search("bow").matches]
+        db.remove(where="performer=ana")
+        assert not any(m.capture.startswith("ana/") for m in db.search("bow").matches)
+        db.undo()
+        after = [(m.capture, m.score) for m in db.search("bow").matches]
+        assert [name for name, _ in after] == [name for name, _ in before]
+        scores = [score for _, score in before]  # learn cuts a little otherwise than add
+        assert [score for _, score in after] == pytest.approx(scores, abs=0.01)
+        assert db.check() == []
+
+
+def test_files_of_known_content_are_noted(base: MotionDB, some: Path) -> None:
+    same = some / "boris" / "again.bvh"
+    shutil.copy(some / "ana" / "bow_1.bvh", same)
+    base.add(some)
+    (noted,) = base.same_files()
+    assert (noted.path, noted.capture) == (str(same), "ana/bow_1")
+    assert base.show("ana/bow_1").copies == [f"{same} is the same file"]
+    base.remove(["ana/bow_1"])
+    assert base.same_files() == []
+    base.undo()
+    assert base.same_files() == [noted]
+    assert base.check() == []
+
+
+def test_faulty_files_are_noted_until_they_are_mended(base: MotionDB, some: Path) -> None:
+    good = some / "ana" / "bow_1.bvh"
+    bad = some / "boris" / "bad.bvh"
+    bad.write_text("nothing")
+    base.add(some)
+    (fault,) = base.faulty_files()
+    assert (fault.path, "expected a ROOT joint" in fault.problem) == (str(bad), True)
+    base.add(good)  # says nothing about others
+    assert base.faulty_files() == [fault]
+    bad.unlink()
+    base.add(some)
+    assert base.faulty_files() == []

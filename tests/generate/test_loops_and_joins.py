@@ -1,0 +1,74 @@
+"""Cycles that close, and parts that are joined by hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from motiondb.body import changes, kinematics, retarget
+from motiondb.errors import QueryError
+from motiondb.files import read_capture
+from motiondb.generate import contact
+from motiondb.generate.joining import join
+from motiondb.generate.loops import looped
+from motiondb.generate.stitching import Piece
+from motiondb.records import Motion
+
+CAPTURES = Path(__file__).parent.parent.parent / "sample_data" / "captures" / "ana"
+
+
+def motion(name: str) -> Motion:
+    return retarget.to_motion(read_capture(CAPTURES / f"{name}.bvh"))
+
+
+@pytest.mark.parametrize("fps", [30.0, 90.0])
+def test_a_cycle_of_a_walk_closes(fps: float) -> None:
+    clip = changes.resampled(read_capture(CAPTURES / "walk_1.bvh"), fps)
+    loop = looped(clip)
+    assert 0.8 < loop.clip.duration < 3.0
+    assert loop.clip.duration == pytest.approx(loop.end - loop.start)
+    assert loop.step < loop.usual_step
+    assert loop.travel > 0.8 * loop.clip.duration  # it walks at more than 0.8 m/s
+    still, _ = changes.in_place(loop.clip, loop.clip.root_positions, is_cycle=True)
+    places = kinematics.clip_positions(still)[0]
+    speed = np.linalg.norm(np.diff(places, axis=0, append=places[:1]), axis=-1).max(axis=1)
+    assert speed[-1] < 1.3 * speed[:-1].max()
+    again = np.concatenate([places, places])  # no jump of the velocity either
+    jerk = np.linalg.norm(np.diff(again, n=2, axis=0), axis=-1).max(axis=1)
+    seam = len(places) - 2
+    assert jerk[seam : seam + 2].max() < 2.0 * jerk[:seam].max()
+
+
+def test_too_short_and_too_long_for_a_cycle() -> None:
+    clip = read_capture(CAPTURES / "walk_1.bvh")
+    with pytest.raises(QueryError) as caught:
+        looped(changes._part(clip, 0, 9))
+    assert str(caught.value) == (
+        "loop: expected at least 0.47 s of motion, found 0.30 s. Choose a longer part."
+    )
+
+
+def test_parts_keep_their_frames_away_from_seams() -> None:
+    motions = [motion("walk_1"), motion("jump_1")]
+    parts = [Piece(0, 10, 70), Piece(1, 0, 60), Piece(1, 60, 80)]
+    joined = join(motions, parts)
+    assert joined.made.motion.n_frames == 140
+    assert joined.made.captures.tolist() == [0] * 60 + [1] * 80
+    assert joined.made.frames.tolist() == [*range(10, 70), *range(80)]
+    rough, none = joined.seams
+    assert (rough.seconds, rough.is_rough) == (2.0, rough.gap > 0.4)
+    assert rough.gap > 0.02
+    assert rough.blended > 0.2
+    assert (none.seconds, none.gap, none.blended) == (4.0, 0.0, 0.0)  # they follow one another
+    assert "blend" in joined.made.edits[59]
+    assert "blend" not in joined.made.edits[20]
+    steps = np.linalg.norm(np.diff(joined.made.motion.joint_positions(), axis=0), axis=-1)
+    assert steps[50:70].max() < 1.5 * steps[:40].max()
+    assert contact.foot_slip(joined.made.motion) < 0.1
+
+
+def test_a_part_of_a_frame_is_refused() -> None:
+    with pytest.raises(QueryError, match=r"part 2: expected at least 0\.1 s, found 0\.03 s\."):
+        join([motion("jump_1")], [Piece(0, 0, 30), Piece(0, 40, 41)])
