@@ -342,7 +342,7 @@ class Match:
     end : float
         Seconds.
     score : float
-        Orders the answers, largest first.
+        Orders the answers, largest first; of actions in order, probable answers come first.
     words : tuple of str
         Words of the question that the capture shows, or words of the interval.
     reason : str

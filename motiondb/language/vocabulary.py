@@ -84,9 +84,7 @@ _PHRASES = (
         ),
         "stand up",
     ),
-    (re.compile(r"\b(?:shakes?|shaking|shook)\s+hands?\b", re.IGNORECASE), "handshake"),
 )
-_PHRASE_WORDS = frozenset(word for _, word in _PHRASES)
 SAME = (
     ("forward roll", "somersault"),
     ("stand still", "idle"),
@@ -237,7 +235,7 @@ def _known_phrase(
         if asked and stands and asked[0] not in stands:
             return len(forms[asked[0]]), stands[0]
     first = words[0]
-    if first is not None and first not in known and first not in _PHRASE_WORDS:
+    if first is not None and first not in known:
         plain = lemma(without_accents(first))
         if plain in known:
             return 1, plain

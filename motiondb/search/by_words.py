@@ -2,7 +2,8 @@
 
 **The captures that answer a question in words, best first, with reasons and certainty.**
 
-Answers are ranked by their log-odds: those of the question's words at their places
+Answers are ranked by their log-odds (of actions in order, behind those that are more likely right
+than wrong and in which the order is seen): those of the question's words at their places
 (:mod:`motiondb.meaning.by_question`), to which every word adds its likeness to the caption that the
 motion of the capture suggests (:mod:`motiondb.meaning.caption_map`).
 """
@@ -52,7 +53,7 @@ from motiondb.search.reasons import Explanation, explain
 from motiondb.search.takings import Taking, hints_of, say_not_understood, understand, with_notation
 
 LOOKED_AT = 10  # Answers by which it is told whether anything matches, however many are shown
-POOL = 3  # As many times more answers to an order are looked at, for those in which it is seen
+ORDERS_LOOKED_AT = 30  # The same for actions in order, which not all of them show in this order
 MOST_DECODED = 50
 """Largest number of words that are decoded to symbols at once: 200 words need 2 GB, and
 sequences are short."""
@@ -83,8 +84,8 @@ class WordAnswer:
         ``motiondb.search.reasons.total`` is the number that ranks the match, and ``score`` its
         logistic function.
     strength : float or None
-        Of the best match: nats by which its least certain action is more probable than usual for
-        these words.
+        Nats by which the least certain action is more probable than usual for its words, in the
+        answer that shows it best, of the first 10 (of actions in order, 30).
     threshold : float or None
         Strength below which nothing in the database matches; None if it could not be learned
         (``meaning.regression``).
@@ -161,6 +162,9 @@ class WordAnswer:
     def matches_anything(self) -> bool | None:
         """Whether anything in the database shows the requested actions; None if unknown."""
         reached = reaches(self.matches, self.strength, self.threshold)
+        if reached is False and self.matches and len(self.matches[0].parts) > 1:
+            # the strength of an order is that of its weakest part, the threshold of single actions
+            reached = (self.matches[0].probability or 0.0) >= placing.LIKELY
         return None if reached and self.doubtful else reached
 
 
@@ -191,17 +195,20 @@ def search_words(
         return _search_decoded(asked, undecided, words, allowed, limit)
     read, not_searched = readings(question.tree)
     verbs = verbs_in(text, learned.synonyms, learned.lemmas)
-    number = max(limit, LOOKED_AT)
-    ordered = features is not None and any(map(placing.is_order, read))
+    is_order = features is not None and len(read) == 1 and placing.is_order(read[0])
+    n_judged = ORDERS_LOOKED_AT if is_order else LOOKED_AT
+    found = find(asked, read, allowed, max(limit, n_judged), written, verbs)
     place = partial(_place, asked, read, written, features)
-    if ordered:
-        found = _in_order_first(find(asked, read, allowed, POOL * number, written, verbs), place)
-        found = found[:number]
-    else:
-        found = find(asked, read, allowed, number, written, verbs)
-    ranked = found[:limit]
+    if is_order:
+        found = [_checked(each, place(each)) for each in found]
+    judged = found[:n_judged]
+    ranked = (
+        [*sorted(judged, key=_is_weak), *found[n_judged:]][:limit] if is_order else found[:limit]
+    )
     matches = tuple(
-        _match(asked, rank, each, place(each), read[each.hit.reading], words, written)
+        _match(
+            asked, rank, each, each.placed or place(each), read[each.hit.reading], words, written
+        )
         for rank, each in enumerate(ranked, start=1)
     )
     sure = learned.word_certainty
@@ -214,9 +221,9 @@ def search_words(
         actions,
         (*question.not_used, *not_searched),
         reasons=tuple(each.why for each in ranked),
-        strength=best_strength(asked, found, threshold),
-        doubtful=is_doubtful([each.sure for each in found])
-        or (bool(found) and not any(each.in_order for each in found)),
+        strength=best_strength(asked, judged, threshold),
+        doubtful=is_doubtful([each.sure for each in judged])
+        or (is_order and all(map(_is_weak, judged))),
         suggests=tuple(partial(learned.captions_like, each.capture) for each in ranked),
         threshold=threshold,
         vocabulary=asked.names,
@@ -226,20 +233,22 @@ def search_words(
     )
 
 
-def _in_order_first(
-    found: Sequence[Found], place: Callable[[Found], placing.Placed]
-) -> list[Found]:
-    """Answers to actions in order: behind the others, those in which the order is not seen.
+def _checked(answer: Found, placed: placing.Placed) -> Found:
+    """An answer with its places; without a probability where its order is not seen.
 
-    These have no probability as a whole: how often such an answer is right was not measured.
+    How often such an answer is right was not measured.
     """
-    answers = [
-        each
-        if place(each).in_order is not False
-        else replace(each, sure=replace(each.sure, whole=None), in_order=False)
-        for each in found
-    ]
-    return sorted(answers, key=lambda each: not each.in_order)
+    if placed.in_order is not False:
+        return replace(answer, placed=placed)
+    return replace(answer, placed=placed, sure=replace(answer.sure, whole=None))
+
+
+def _is_weak(answer: Found) -> bool:
+    """Whether an answer to an order is more likely wrong than right, or its order is not seen."""
+    if answer.placed is None or answer.placed.in_order is False:
+        return True
+    whole = answer.sure.whole
+    return reasons.total(answer.why) < 0.0 if whole is None else whole < placing.LIKELY
 
 
 def _place(
@@ -288,7 +297,7 @@ def _match(
         float(1.0 / (1.0 + np.exp(-reasons.total(answer.why)))),
         _matched(asked, answer.capture, takes[answer.capture], words),
         "; ".join(map(_say_part, parts))
-        + ("" if answer.in_order else "; not seen in this order")
+        + ("; not seen in this order" if placed.in_order is False else "")
         + mark_generated(learned, answer.capture, "; "),
         answer.sure.whole,
         placing.interval_probability(answer.sure.whole, places, reading),
@@ -471,7 +480,7 @@ class Found:
     hit: QuestionHit
     why: tuple[reasons.WordReason, ...]
     sure: Chances
-    in_order: bool = True  # Whether the actions are seen in the order asked for, as far as known
+    placed: placing.Placed | None = None  # Its places, once they are known
 
 
 def find(
@@ -479,8 +488,8 @@ def find(
     read: Sequence[Reading],
     allowed: Sequence[int],
     limit: int,
-    written: bool = True,
-    verbs: Collection[str] = (),
+    written: bool,
+    verbs: Collection[str],
 ) -> list[Found]:
     """The best answers to the readings of a question, best first.
 

@@ -19,7 +19,7 @@ Otherwise the interval ends where the evidence for each frame falls to half of i
 and not of the segments. If more than ``NARROW`` of the interval would remain, it is not narrowed:
 then it shows one long activity, and not a short action with something else around it. The
 probability is that of the interval before its boundaries are refined, and so is the comparison of
-an answer with others.
+an answer with others. Actions in order that frames place have none.
 """
 
 from __future__ import annotations
@@ -80,8 +80,8 @@ class Placed:
     """Where a capture shows a reading of a question."""
 
     parts: tuple[PartPlace, ...]
-    # Whether the actions are seen in the order that the question asks for; None if it asks for no
-    # order, or the evidence for each frame does not tell
+    # Whether the actions are seen in the order that the question asks for (``frame_order``); None
+    # if it asks for no order, or the evidence for each frame does not tell
     in_order: bool | None = None
 
 
@@ -171,7 +171,9 @@ def refine_places(
         or (written and _is_labelled_there(asked, capture, part, place))
         for part, place, found in zip(reading.parts, refined, evidence)
     )
-    return Placed(tuple(refined), False if not_seen else None)
+    if not_seen:
+        return Placed(tuple(replace(place, right=None) for place in refined), False)
+    return Placed(tuple(refined))
 
 
 def is_order(reading: Reading) -> bool:
@@ -188,11 +190,15 @@ def _ordered(places: Sequence[PartPlace], evidence: FloatArray) -> Placed:
     order = lay_in_order(averaged(evidence), (low, high))
     if order is None:
         return Placed(tuple(places))
+    if not order.is_seen:
+        return Placed(tuple(replace(place, right=None) for place in places), False)
     parts = tuple(
-        place if place.unknown else replace(place, start=FEATURE_STEP * a, end=FEATURE_STEP * b)
+        place
+        if place.unknown
+        else replace(place, start=FEATURE_STEP * a, end=FEATURE_STEP * b, right=None)
         for place, (a, b) in zip(places, order.spans)
     )
-    return Placed(parts, order.is_seen)
+    return Placed(parts, True)
 
 
 def _refined(evidence: FloatArray, span: tuple[int, int], room: tuple[int, int]) -> tuple[int, int]:

@@ -13,9 +13,8 @@ What is left is heard by its meaning, if it is an English word (:func:`hear_by_m
 known words nearest to its vector (:mod:`motiondb.language.word_vectors`), and by its own likeness
 to the captions that motion suggests. This ranks answers, and never gives them a probability.
 
-Otherwise the word is not understood. A question of
-whose actions a head stays unknown is not understood (:func:`not_understood`): its answers are for
-the rest alone, and carry no probabilities.
+Otherwise the word is not understood. If a head of an action stays unknown, the question is not
+understood (:func:`not_understood`): its answers are for the rest alone, and carry no probabilities.
 """
 
 from __future__ import annotations

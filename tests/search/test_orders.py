@@ -14,13 +14,25 @@ def db(learned_file: Path) -> Iterator[motiondb.MotionDB]:
         yield opened
 
 
-def test_answers_in_which_the_order_is_not_seen_come_last(db: motiondb.MotionDB) -> None:
-    matches = db.search("walk, jump, walk", limit=101).matches
-    seen = ["not seen in this order" not in match.reason for match in matches]
-    assert any(seen)
-    assert not all(seen)
-    assert seen == sorted(seen, reverse=True)
-    assert {m.probability for m, is_seen in zip(matches, seen) if not is_seen} == {None}
+def test_an_order_that_is_not_seen_comes_behind_probable_answers(db: motiondb.MotionDB) -> None:
+    matches = db.search("walk, jump, walk", limit=30).matches
+    unseen = [match.reason.endswith("; not seen in this order") for match in matches]
+    assert any(unseen)
+    assert {match.probability for match, is_unseen in zip(matches, unseen) if is_unseen} == {None}
+    probable = [(match.probability or 0.0) >= 0.5 for match in matches]
+    assert probable == sorted(probable, reverse=True)
+    scores = [match.score for match, is_probable in zip(matches, probable) if not is_probable]
+    assert scores == sorted(scores, reverse=True)
+
+
+@pytest.mark.parametrize("words", ["throw, catch, throw", "wave, bow, kick", "walk"])
+def test_whether_anything_matches_does_not_depend_on_the_limit(
+    db: motiondb.MotionDB, words: str
+) -> None:
+    answers = [db.search(words, limit=limit) for limit in (1, 12, 30, 101)]
+    assert len({answer.matches_anything for answer in answers}) == 1
+    assert len({answer.strength for answer in answers}) == 1
+    assert len({answer.matches[0].capture for answer in answers}) == 1
 
 
 def test_no_walk_follows_the_jump_of_a_take(db: motiondb.MotionDB) -> None:

@@ -10,8 +10,9 @@ No dictionary of the parts of speech is loaded. A word counts as a verb if
 * it is a form of a motion verb (``vocabulary.VERBS``) other than its doer ("dancer"), or ends in
   -ing, and no article stands before it ("picks up a box");
 * it follows a subject ("he juggles", "they clap");
-* it begins its clause and a word follows that describes no motion ("throw a ball"), or it can be a
-  verb and the next word is none ("eat pizza");
+* it begins its clause and a word follows that describes no motion ("throw a ball");
+* it begins its clause, can be a verb, and the next word is no motion verb ("eat pizza"); where the
+  next word can be a verb too ("tennis serve"), both count;
 * it is the last of the words after "does a", "performs" and the like. Words before those are their
   subject, and no verbs.
 """
@@ -93,18 +94,24 @@ def verbs_in(
         elif before not in _ARTICLES:
             begins = is_first and is_last and follower not in _CLAUSE | _AUXILIARY | MODIFIERS
             follows = None if is_last else words[k + 1]
-            acts = is_first and follows and is_also_verb(word) and not is_also_verb(follows)
-            if begins or acts or _is_verb(token, word, before):
+            if begins or _is_verb(token, word, before):
                 clause.add(word)
+            elif is_first and follows and follows not in VERBS and _may_be_verb(token, word):
+                clause |= {word, follows} if is_also_verb(follows) else {word}
         is_first = token in _CLAUSE or (is_first and word is None)
         before = token
     return frozenset(found | clause)
 
 
+def _may_be_verb(token: str, word: str) -> bool:
+    """Whether a word can be a verb, and does not name a doer ("fighter")."""
+    return is_also_verb(word) and not (token != word and token.endswith(("er", "ers")))
+
+
 def _is_verb(token: str, word: str, before: str) -> bool:
     """Whether a word is a verb by its form or by the word before it."""
     is_changed = token != word
-    if word in VERBS and not (is_changed and token.endswith(("er", "ers"))):
+    if word in VERBS and _may_be_verb(token, word):
         return True
     return before in _PLURAL or (is_changed and (token.endswith("ing") or before in _SINGULAR))
 

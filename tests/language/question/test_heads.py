@@ -22,7 +22,9 @@ from motiondb.language.question.tree import actions_of
         ("play the violin, then bow", [("play",), ("bow",)]),
         ("picks up a box", [("pick",)]),
         ("walks carrying a box", [("walk", "carry")]),
-        ("tennis serve", [("serve",)]),
+        ("tennis serve", [("tennis", "serve")]),
+        ("eat pizza", [("eat",)]),
+        ("fighter stance", [("stance",)]),
         ("left hand up", [()]),
     ],
 )
