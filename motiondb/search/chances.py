@@ -10,9 +10,9 @@ Only probabilities that were learned from questions of the same kind are given. 
 No probability is given where a word of the question is known from a start alone, so that no own
 caption has checked it (:mod:`motiondb.learn.checking`).
 
-There is no probability for orders that are not seen (``by_words``), for repeats and durations, for orders with exclusions, for several
-exclusions with an action, and for alternatives of more than one action: how often such answers are
-right was never measured.
+There is no probability for orders that are not seen (``by_words``), for repeats and durations, for
+orders with exclusions, for several exclusions with an action, and for alternatives of more than one
+action: how often such answers are right was never measured.
 """
 
 from __future__ import annotations
