@@ -10,6 +10,7 @@ motiondb add take1 take2.bvh --prefix studio2/
 motiondb add cleaned --replace
 motiondb show ana/walk_1 --png walk.png
 motiondb export ana/walk_1 -o walk.bvh
+motiondb export ana/walk_1 -o walk.npz
 motiondb export ana/walk_1 --from 1 --to 2.5 -o step.glb
 motiondb join ana/walk_1:0-2 ana/kick_1:1-3 -o joined.bvh
 motiondb list --where 'performer=ana and duration>5' --sort -duration
@@ -25,6 +26,8 @@ motiondb merge other.duckdb --prefix studio2/
 motiondb backup copy.duckdb
 motiondb learn
 motiondb learn --start cmu
+motiondb learn --where 'performer!=16'
+motiondb evaluate --where 'performer=16'
 motiondb symbols --png space.png
 motiondb search "walk, turn left, sit down"
 motiondb search "jump twice" --where performer=ana --export answers

@@ -10,18 +10,22 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
+
 from motiondb import store
 from motiondb.answers.catalogue import Exported
 from motiondb.body import changes, retarget
 from motiondb.database.catalogue.parts import write_bytes, write_clip
-from motiondb.errors import QueryError
+from motiondb.errors import QueryError, SkeletonError
+from motiondb.files.arrays import ARRAY_ENDINGS, write_arrays
 from motiondb.files.limits import MAX_FPS, MIN_FPS
 from motiondb.files.own_files import check_overwriting
 from motiondb.files.units import UNITS
+from motiondb.generate.contact import find_contacts
 from motiondb.generate.loops import Loop, looped
-from motiondb.records import CaptureInfo, Clip
+from motiondb.records import MOTION_FPS, BoolArray, CaptureInfo, Clip
 
-GLTF = (".glb", ".gltf")  # Endings of a format whose unit is the metre
+METRES = (".glb", ".gltf", *ARRAY_ENDINGS)  # Endings of formats whose unit is the metre
 
 
 @dataclass(frozen=True)
@@ -67,9 +71,9 @@ def check_changes(asked: MotionChanges, path: Path) -> None:
         )
     if unit is not None and not 0 < unit < math.inf:
         raise QueryError(f"unit: expected a length above 0 metres, found {unit:g}.")
-    if unit is not None and unit != 1.0 and path.suffix.lower() in GLTF:
+    if unit is not None and unit != 1.0 and path.suffix.lower() in METRES:
         raise QueryError(
-            f"{path}: expected the unit m for {path.suffix}, found {unit:g} m. glTF is in metres."
+            f"{path}: expected the unit m for {path.suffix}, found {unit:g} m. It is in metres."
         )
 
 
@@ -139,8 +143,24 @@ def write_changed(clip: Clip, path: Path, asked: MotionChanges) -> tuple[Clip, t
     """Write a clip with changes; return what was written, and what was done."""
     check_changes(asked, path)
     clip, said = changed(clip, asked)
-    write_clip(clip, path)
+    if path.suffix.lower() not in ARRAY_ENDINGS:
+        write_clip(clip, path)
+        return clip, said
+    contacts = None
+    try:
+        contacts = _contacts(clip, asked)
+    except SkeletonError as error:
+        said = (*said, f"without contacts of the feet: {error}")
+    write_arrays(clip, path, contacts)
     return clip, said
+
+
+def _contacts(clip: Clip, asked: MotionChanges) -> BoolArray:
+    """Which foot, left or right, is on the ground: array (frames, 2), found at 30 a second."""
+    motion = retarget.to_motion(clip, asked.joint_map, keep_implausible=True)
+    found = find_contacts(motion.joint_positions())
+    frames = np.round(np.arange(clip.n_frames) / clip.fps * MOTION_FPS).astype(np.int64)
+    return np.asarray(found[np.minimum(frames, len(found) - 1)])
 
 
 def write_added(info: CaptureInfo, source: store.Source, path: Path, unit: float) -> Exported:
