@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from motiondb.fetch import CMU_TERMS, CMU_URL, FetchLimits, FetchSettings, fetch_cmu
     from motiondb.files import ReadLimits, read_capture, unit_from_name
     from motiondb.files.own_files import check_overwriting, protect_others
+    from motiondb.files.rigs import JointProposal, propose_joints
     from motiondb.generate.shown_actions import JudgedAction
     from motiondb.grammar.cfg.context_free import Tree
     from motiondb.grammar.derivation.plan import Plan
@@ -110,6 +111,7 @@ __all__ = [
     "GrammarSize",
     "Grammars",
     "Joined",
+    "JointProposal",
     "JudgedAction",
     "Knowledge",
     "KnowledgeError",
@@ -162,6 +164,7 @@ __all__ = [
     "listed_capture",
     "load_knowledge",
     "open",
+    "propose_joints",
     "protect_others",
     "read_capture",
     "read_joint_map",
@@ -189,6 +192,7 @@ _PLACES = {
     "motiondb.answers.scenes": "scene_row",
     "motiondb.database.grammars.grammar_facts": "grammar_row",
     "motiondb.files": "ReadLimits read_capture unit_from_name",
+    "motiondb.files.rigs": "JointProposal propose_joints",
     "motiondb.files.own_files": "check_overwriting protect_others",
     "motiondb.database": "MotionDB",
     "motiondb.database.catalogue.cataloguing": "check_captures",

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motiondb.body import body, changes, kinematics, retarget, rotation
 from motiondb.body.joint_names import joint_map
@@ -53,7 +54,8 @@ class Fit:
 class Fitted:
     """A motion on a rig."""
 
-    clip: Clip
+    clip: Clip  # With y up
+    rig: Clip  # The same, so that y is up
     fit: Fit
 
 
@@ -82,7 +84,8 @@ def onto(motion: Motion, rig: Clip, user_map: Mapping[str, str] | None = None) -
     lift = _ankle_height(one, scale) - scale * body.ANKLE_HEIGHT
     wanted = places * scale + np.array([0.0, lift, 0.0])
     turns = rotation.normalize(rotation.multiply(world, rotation.conjugate(one.canonical)))
-    contacts = contact.find_contacts(places)
+    moves = motion.n_frames > 1
+    contacts = contact.find_contacts(places) if moves else np.zeros((1, 2), dtype=bool)
     hips = _hips(one, wanted, turns)
     hands, how = _hand_targets(one, places, wanted, scale)
     turns = _reach_hands(one, turns, hips, hands)
@@ -100,8 +103,8 @@ def onto(motion: Motion, rig: Clip, user_map: Mapping[str, str] | None = None) -
         notes=(),
     )
     fit = _measure(one, at, (feet, hands), contacts, scale, how)
-    slip = float(np.nan_to_num(contact.foot_slip(motion) * scale))
-    return Fitted(_turned_back(clip, rig, turned), replace(fit, slip_of_motion=slip))
+    slip = contact.foot_slip(motion) * scale if moves else 0.0
+    return Fitted(clip, turned, replace(fit, slip_of_motion=slip))
 
 
 def _read_rig(rig: Clip, user_map: Mapping[str, str] | None) -> _Rig:
@@ -284,7 +287,7 @@ def _held(
     rig: _Rig,
     turns: FloatArray,
     hips: FloatArray,
-    contacts: FloatArray,
+    contacts: NDArray[np.bool_],
     size: tuple[float, float],
 ) -> tuple[FloatArray, dict[str, FloatArray]]:
     """Return turns of the feet, and places of the ankles, that hold feet which are in contact.
@@ -312,7 +315,7 @@ def _measure(
     rig: _Rig,
     at: FloatArray,
     targets: tuple[Mapping[str, FloatArray], Mapping[str, FloatArray]],
-    contacts: FloatArray,
+    contacts: NDArray[np.bool_],
     scale: float,
     how: str,
 ) -> Fit:
@@ -342,17 +345,6 @@ def _measure(
         len(rig.skeleton.names),
         len(rig.drivers) + len(rig.between),
     )
-
-
-def _turned_back(clip: Clip, rig: Clip, turned: Clip) -> Clip:
-    """Turn a clip with y up back to the world of its rig."""
-    if turned is rig:
-        return clip
-    back = rotation.from_euler([90.0], "X")
-    local = clip.local_rotations.copy()
-    local[:, 0] = rotation.multiply(back, local[:, 0])
-    root = rotation.rotate(back, clip.root_positions)
-    return changes.moved_root(replace(clip, local_rotations=local), root)
 
 
 def at_rest(clip: Clip, rig: Clip) -> Clip:
