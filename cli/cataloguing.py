@@ -370,8 +370,13 @@ def export(
 
 
 def joints(
-    shared: options.Alone,
-    file: Annotated[Path, typer.Argument(help="A rig or a capture: .bvh, .fbx, .glb, .gltf.")],
+    shared: options.Shared,
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="FILE|CAPTURE", help="A file (.bvh, .fbx, .glb, .gltf), or a capture's name."
+        ),
+    ],
     output: Annotated[
         Path | None,
         typer.Option(
@@ -386,13 +391,17 @@ def joints(
     """
     from motiondb import propose_joints
 
-    found = propose_joints(file, output)
+    if Path(name).is_file():
+        found = propose_joints(name, output)
+    else:
+        with shared.database() as base:
+            found = propose_joints(base.clip(name), output, name)
     if printing.as_json(shared, found):
         return
     how = "known names" if found.is_known else "names of no convention: these roles are a proposal"
-    printing.say(f"{file}: {printing.number(found.joints, 'joint')}, {how}")
-    for role, name in found.roles.items():
-        printing.say(f"  {role} = {name}")
+    printing.say(f"{name}: {printing.number(found.joints, 'joint')}, {how}")
+    for role, joint in found.roles.items():
+        printing.say(f"  {role} = {joint}")
     if found.missing:
         printing.say(f"  not found, but needed: {', '.join(found.missing)}")
     if output is not None:

@@ -273,13 +273,6 @@ class SharedOfClips:
             yield db
 
 
-@dataclass(frozen=True)
-class Alone:
-    """The same for commands on files, without a database."""
-
-    json: Json = False
-
-
 @contextmanager
 def _opened(
     path: Path, wait: float, *, writing: bool = False, create: bool = False

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
         Taking,
         WordSource,
     )
-    from motiondb.cli.options import Alone, Shared, SharedOfClips
+    from motiondb.cli.options import Shared, SharedOfClips
 
 
 _CONTROLS = (*range(0x20), *range(0x7F, 0xA0))
@@ -178,7 +178,7 @@ def note_sources(sources: Sequence[WordSource]) -> None:
         warn(f"known from the start {start} alone (captions there): {', '.join(words)}")
 
 
-def as_json(shared: Shared | SharedOfClips | Alone, answer: object) -> bool:
+def as_json(shared: Shared | SharedOfClips, answer: object) -> bool:
     """Print an answer as JSON if that is asked for, and return whether it is."""
     if shared.json:
         from motiondb import to_json

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -29,6 +29,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
         ShownSegment,
     )
     from motiondb.database.catalogue import exporting
+    from motiondb.database.joining import Joined
     from motiondb.search.copies import DuplicateGroup
 
 
@@ -260,6 +261,23 @@ class Captures(Archive):
         if asked.joint_map or not isinstance(added, dict):
             return asked
         return replace(asked, joint_map={str(k): str(v) for k, v in added.items()})
+
+    def join(self, parts: Sequence[str]) -> Joined:
+        """Join parts of captures, with the blending of generated motion.
+
+        Parameters
+        ----------
+        parts : sequence of str
+            Each ``CAPTURE:FROM-TO`` in seconds, such as "walk:0.5-2", or the name of a capture.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture, or a part lies outside it.
+        """
+        from motiondb.database import joining
+
+        return joining.join_parts(self.session, parts)
 
     def captions(self, name: str) -> tuple[Caption, ...]:
         """The captions of a capture.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import asdict
 from functools import cached_property
 from pathlib import Path
@@ -24,7 +24,6 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.answers.learning import StartAnswer
     from motiondb.database.generating import Generated
     from motiondb.database.grammars.grammars import Grammars
-    from motiondb.database.joining import Joined
     from motiondb.database.scenes.scenes import Scenes
     from motiondb.learn.drift import Drift
     from motiondb.learn.knowledge import Knowledge
@@ -527,23 +526,6 @@ class MotionDB(Captures):
         from motiondb.database import generating
 
         return generating.generate(self.session, words, seed, number, method, exact, anyway)
-
-    def join(self, parts: Sequence[str]) -> Joined:
-        """Join parts of captures, with the blending of generated motion.
-
-        Parameters
-        ----------
-        parts : sequence of str
-            Each ``CAPTURE:FROM-TO`` in seconds, such as "walk:0.5-2", or the name of a capture.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture, or a part lies outside it.
-        """
-        from motiondb.database import joining
-
-        return joining.join_parts(self.session, parts)
 
     def save_generated(self, name: str, words: str, made: Generated, seed: int) -> CaptureInfo:
         """Keep a generated motion as a capture, with the origin of every frame.

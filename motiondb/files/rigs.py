@@ -154,15 +154,19 @@ class JointProposal:
     map: str | None  # Joint map that was written
 
 
-def propose_joints(path: Path | str, output: Path | None = None) -> JointProposal:
-    """Say which joints of a file have which roles, and write a joint map.
+def propose_joints(
+    of: Path | str | Clip, output: Path | None = None, name: str = ""
+) -> JointProposal:
+    """Say which joints of a file or a clip have which roles, and write a joint map.
 
     Parameters
     ----------
-    path : Path or str
-        A rig or a capture: .bvh, .fbx, .glb or .gltf.
+    of : Path, str or Clip
+        A file with a rig or a capture (.bvh, .fbx, .glb or .gltf), or a clip.
     output : Path or None
         Joint map to write, with the roles and a list of all joints.
+    name : str
+        What to call it; the name of the file if not given.
 
     Returns
     -------
@@ -174,7 +178,8 @@ def propose_joints(path: Path | str, output: Path | None = None) -> JointProposa
     CaptureError
         When the file cannot be read.
     """
-    skeleton = read_rig(path).skeleton
+    skeleton = (of if isinstance(of, Clip) else read_rig(of)).skeleton
+    name = name or ("clip" if isinstance(of, Clip) else str(of))
     try:
         joint_map(skeleton)
         is_known = True
@@ -183,10 +188,10 @@ def propose_joints(path: Path | str, output: Path | None = None) -> JointProposa
     roles = propose_map(skeleton)
     if output is not None:
         with output_file(output) as draft:
-            draft.write_text(map_text(skeleton, Path(path).name), encoding="utf-8")
+            draft.write_text(map_text(skeleton, Path(name).name), encoding="utf-8")
     missing = () if is_known else tuple(role for role in REQUIRED if role not in roles)
     return JointProposal(
-        str(path),
+        name,
         len(skeleton.names),
         is_known,
         roles,

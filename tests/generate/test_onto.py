@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -65,7 +66,8 @@ def test_a_rig_in_its_own_pose_stays_in_it() -> None:
     rest = kinematics.clip_positions(rig)[0][0]
     rest = rest - rest[0] * [1.0, 0.0, 1.0]
     places = places - places[0] * [1.0, 0.0, 1.0]
-    assert np.abs(places - rest).max() < 0.03  # as tall as the ankles of the canonical body
+    trunk = [not re.search("Arm|Hand", name) for name in rig.skeleton.names]
+    assert np.abs(places - rest)[trunk].max() < 0.02  # the heights of ankles differ
 
 
 def test_hands_follow_the_arm_where_arms_are_much_longer() -> None:
