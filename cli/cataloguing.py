@@ -1,17 +1,14 @@
-"""Commands add, list, show, export and fetch: captures in and out."""
+"""Commands add, show, export and fetch: captures in and out."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from motiondb.cli import options, printing
-
-if TYPE_CHECKING:
-    from motiondb import Relation
 
 Unit = Annotated[
     str | None, typer.Option("--unit", help="Length unit: m, cm, mm, inch or a number.")
@@ -21,7 +18,6 @@ Unit = Annotated[
 def register(app: typer.Typer) -> None:
     """Add the commands to the app."""
     app.command()(add)
-    app.command("list")(list_captures)
     app.command()(show)
     app.command()(export)
     app.command()(joints)
@@ -158,7 +154,7 @@ def add(
             printing.say(f"  {printing.number(report.events, 'event')} added with them")
         _note_performers(report.without_performer)
         for relation in report.relations:
-            printing.say(f"  {_relation(relation)}")
+            printing.say(f"  {printing.say_relation(relation)}")
         for name, known in report.known:
             if name != known:
                 printing.say(f"  {name} is the same file as {known}")
@@ -189,76 +185,6 @@ def _note_performers(count: int) -> None:
             f"do. Give performers in the column `performer` of a sheet (motiondb words import "
             f"SHEET)"
         )
-
-
-def _relation(relation: Relation) -> str:
-    what = {"same": "is the same motion as", "mirror": "is a mirror image of", "cut": "is a cut of"}
-    return (
-        f"{relation.capture} {what[relation.kind]} {relation.other} "
-        f"({relation.start:.2f}-{relation.end:.2f} s)"
-    )
-
-
-def list_captures(
-    shared: options.Shared,
-    where: options.Where = "",
-    limit: Annotated[
-        int | None, typer.Option("--limit", min=1, help="Largest number of captures.")
-    ] = None,
-    duplicates: Annotated[
-        bool, typer.Option("--duplicates", help="List groups of copies, cuts and mirror images.")
-    ] = False,
-    exact: options.Exact = False,
-) -> None:
-    """List the captures, or with --duplicates the groups that repeat one another."""
-    from motiondb import listed_capture
-
-    if duplicates:
-        _list_duplicates(shared, where, limit)
-        return
-    with shared.database() as base:
-        infos = base.captures(where, exact)
-        printing.note_filter(base, where, exact)
-        captions = base.all_captions()
-    shown = infos[:limit]
-    rows_of_json = (listed_capture(i, captions.get(i.capture_id, ())) for i in shown)
-    if printing.as_json(shared, rows_of_json):
-        return
-    rows = [
-        [
-            i.name,
-            f"{i.duration:.2f}",
-            f"{i.fps:g}",
-            i.format,
-            i.tags.get("performer", ""),
-            "; ".join(c.words for c in captions.get(i.capture_id, ()))[:70],
-        ]
-        for i in shown
-    ]
-    printing.print_table("", ["capture", "seconds", "fps", "format", "performer", "words"], rows)
-    fewer = f", {len(shown)} shown" if len(shown) < len(infos) else ""
-    printing.say(f"{len(infos)} captures{fewer}")
-
-
-def _list_duplicates(shared: options.Shared, where: str, limit: int | None) -> None:
-    with shared.database() as base:
-        infos = {info.name: info for info in base.captures()}
-        groups = base.duplicates(where)
-    if printing.as_json(shared, groups[:limit]):
-        return
-    rows = [
-        [
-            str(number) if name == group.captures[0] else "",
-            name,
-            f"{infos[name].duration:.2f}",
-            "; ".join(_relation(r).partition(" ")[2] for r in group.relations if r.capture == name),
-        ]
-        for number, group in enumerate(groups[:limit], start=1)
-        for name in group.captures
-    ]
-    printing.print_table("", ["group", "capture", "seconds", "repeats"], rows)
-    extra = sum(len(group.captures) - 1 for group in groups)
-    printing.say(f"{len(groups)} groups, {extra} captures repeat others")
 
 
 def show(

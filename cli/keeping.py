@@ -81,13 +81,21 @@ def info(shared: options.Shared) -> None:
     if printing.as_json(shared, extended(InfoAnswer, facts, drift=drift, runs=runs)):
         return
     for key, value in vars(facts).items():
-        if value is not None and key != "start":
+        if key.endswith("bytes"):
+            what = key.replace("bytes", "").strip("_") or "size"
+            printing.say(f"{what + ':':22} {value / 1e6:.1f} MB")
+        elif value is not None and key not in ("start", "compact_pays"):
             printing.say(f"{key.replace('_', ' ') + ':':22} {value}")
     if facts.start:
         print_start(facts.start)
     for run in runs[-10:]:
         what = f"run {run['run_id']:<4} {run['kind']:10}"
         printing.say(f"{what} {run['started']} motiondb {run['version']}")
+    if facts.compact_pays:
+        final = f", and makes {facts.removed} removals final" if facts.removed else ""
+        printing.say(
+            f"motiondb compact makes it about {facts.unused_bytes / 1e6:.0f} MB smaller{final}."
+        )
     if drift is None and facts.learned and not facts.current:
         printing.say("Captures have changed since it learned: run motiondb learn to update it.")
     printing.note_drift(drift)

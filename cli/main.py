@@ -14,11 +14,13 @@ import typer
 import motiondb
 from motiondb.cli import (
     archive,
+    batch,
     cataloguing,
     generation,
     grammars,
     keeping,
     learning,
+    listing,
     options,
     printing,
     scenes,
@@ -29,9 +31,10 @@ from motiondb.cli import (
 
 app = options.Commands(
     name="motiondb",
+    cls=options.Group,
     help="A motion-capture database that understands what is in it.",
     no_args_is_help=True,
-    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
@@ -58,9 +61,11 @@ _NO_OUTPUT = (errno.ENOSPC, errno.EBADF, errno.EIO, errno.EFBIG, errno.EDQUOT)
 
 for module in (
     cataloguing,
+    listing,
     archive,
     learning,
     search,
+    batch,
     generation,
     words,
     keeping,

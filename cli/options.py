@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_type_hints
 
 import typer
+import typer.core
 
 from motiondb.cli import printing
 
@@ -127,6 +128,15 @@ Html = Annotated[
         "--html",
         callback=html_name,
         help="Write a page with the answer and a player into this file (.html).",
+    ),
+    WRITTEN,
+]
+ExportFolder = Annotated[
+    Path | None,
+    typer.Option(
+        "--export",
+        metavar="FOLDER",
+        help="Write every answer into this folder as BVH, with its origin and licence beside it.",
     ),
     WRITTEN,
 ]
@@ -283,6 +293,16 @@ def _opened(
         printing.note(db.log_note)
         yield db
     printing.note(db.log_note)
+
+
+class Group(typer.core.TyperGroup):
+    """The group of all commands, whose help ends with examples."""
+
+    def __init__(self, *args: Any, **settings: Any) -> None:
+        super().__init__(*args, **settings)
+        from motiondb.cli.examples import add_examples
+
+        add_examples(self)
 
 
 class Commands(typer.Typer):

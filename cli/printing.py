@@ -8,6 +8,7 @@ these are printed as escapes, such as ``\x1b``, and so are line ends within a te
 from __future__ import annotations
 
 import codecs
+import csv
 import io
 import json
 import math
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
         MotionDB,
         MotionGrammar,
         NotUsed,
+        Relation,
         Scenes,
         Source,
         StandalonePage,
@@ -151,6 +153,15 @@ def say_word(word: str, probability: float | None) -> str:
     return word if probability is None else f"{word} {probability:.2f}"
 
 
+def say_relation(relation: Relation) -> str:
+    """A sentence on a capture that repeats another."""
+    what = {"same": "is the same motion as", "mirror": "is a mirror image of", "cut": "is a cut of"}
+    return (
+        f"{relation.capture} {what[relation.kind]} {relation.other} "
+        f"({relation.start:.2f}-{relation.end:.2f} s)"
+    )
+
+
 def say_caption(caption: Caption) -> str:
     """A caption with its interval in seconds, where it has one."""
     if caption.start is None and caption.end is None:
@@ -190,6 +201,18 @@ def as_json(shared: Shared | SharedOfClips, answer: object) -> bool:
     return shared.json
 
 
+def say_tsv(cells: Sequence[str]) -> None:
+    """Print a row of TSV; control characters in cells are escapes."""
+    print("\t".join(visible(cell) for cell in cells), flush=True)
+
+
+def print_csv(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    """Print CSV; control characters in cells are escapes."""
+    writer = csv.writer(sys.stdout, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows([visible(cell) for cell in row] for row in rows)
+
+
 def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
     """Print a table; it is 160 columns wide if the output is not a terminal."""
     from rich.console import Console
@@ -205,6 +228,7 @@ def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
             "probability",
             "interval",
             "seconds",
+            "duration",
             "fps",
             "count",
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -10,7 +11,7 @@ import typer
 from motiondb.cli import options, printing
 
 if TYPE_CHECKING:
-    from motiondb import ExampleAnswer, ExplainedWord, Match, WordAnswer
+    from motiondb import ExampleAnswer, ExplainedWord, Match, MotionDB, WordAnswer
 
 NOT_MEASURED = "-"  # Stands for a probability that was not measured
 Example = Annotated[str, typer.Argument(help="A file, or the name of a stored capture.")]
@@ -40,6 +41,7 @@ def search(
     exact: options.Exact = False,
     png: options.Png = None,
     html: options.Html = None,
+    export: options.ExportFolder = None,
 ) -> None:
     """Search for intervals that show actions, given by words, in their order.
 
@@ -74,6 +76,8 @@ def search(
             from motiondb import StandalonePage
 
             printing.write_html(html, StandalonePage.of_search(base, answer))
+        if export:
+            _write_matches(base, answer, export, words)
     _note_words(answer, silent=explain and not shared.json)
     if printing.as_json(shared, search_answer(answer, explain)):
         return
@@ -87,6 +91,18 @@ def search(
     )
     if explain:
         _print_explanations(answer)
+
+
+def _write_matches(
+    base: MotionDB, answer: WordAnswer | ExampleAnswer, folder: Path, question: str
+) -> None:
+    """Write the matches into a folder, and say so on standard error."""
+    files = base.export_matches(answer, folder, question)
+    licences = ", ".join(sorted({file.licence for file in files})) or "none"
+    printing.warn(
+        f"export: {printing.number(len(files), 'motion')} in {folder}, each with its origin beside "
+        f"it; licences: {licences}"
+    )
 
 
 def _note_words(answer: WordAnswer, silent: bool) -> None:
@@ -121,6 +137,7 @@ def like(
     exact: options.Exact = False,
     png: options.Png = None,
     html: options.Html = None,
+    export: options.ExportFolder = None,
 ) -> None:
     """Search for intervals that move like an example.
 
@@ -140,6 +157,8 @@ def like(
             from motiondb import StandalonePage
 
             printing.write_html(html, StandalonePage.of_like(base, answer, example, start, end))
+        if export:
+            _write_matches(base, answer, export, f"like {example}")
     printing.note(answer.unchecked)
     if printing.as_json(shared, like_answer(answer)):
         return
@@ -184,24 +203,77 @@ def _two_digits(probability: float | None) -> str:
 
 
 def describe(
-    shared: options.Shared, example: Example, start: options.From = None, end: options.To = None
+    shared: options.Shared,
+    example: Annotated[
+        str | None, typer.Argument(help="A file, or the name of a stored capture.")
+    ] = None,
+    start: options.From = None,
+    end: options.To = None,
+    where: options.Where = "",
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            callback=options.output_name,
+            help="Write a sheet: file, start, end, words, probabilities (CSV if .csv, else TSV).",
+        ),
+        options.WRITTEN,
+    ] = None,
 ) -> None:
-    """Describe a motion by words, with times and probabilities that captions have checked."""
-    from motiondb import words_over_time
+    """Describe a motion, or all captures that match --where, by words.
 
+    The words have times, and probabilities that captions have checked.
+    """
+    from motiondb import QueryError, words_over_time
+
+    if (example is None) == (not where.strip()):
+        raise QueryError(
+            "describe: expected a capture or --where, found "
+            f"{'neither' if example is None else 'both'}."
+        )
+    if where.strip() and (start is not None or end is not None):
+        raise QueryError("describe: expected --from and --to with one capture, found --where.")
     with shared.database() as base:
-        answer = base.describe(example, start, end)
-        sources = base.word_sources(word for d in answer for word, _ in d.words[:3])
-        unchecked = base.why_unchecked(word for d in answer for word, p in d.words if p is None)
+        names = [info.name for info in base.captures(where)] if example is None else [example]
+        answers = {name: base.describe(name, start, end) for name in names}
+        told = [d for answer in answers.values() for d in answer]
+        sources = base.word_sources(dict.fromkeys(w for d in told for w, _ in d.words[:3]))
+        unchecked = base.why_unchecked(word for d in told for word, p in d.words if p is None)
     printing.note_sources(sources)
     printing.note(unchecked)
-    if printing.as_json(shared, words_over_time(answer)):
-        return
-    rows = [
-        [f"{d.start:.2f}", f"{d.end:.2f}", "  ".join(printing.say_word(w, p) for w, p in d.words)]
+    cells = [
+        [
+            name,
+            f"{d.start:.2f}",
+            f"{d.end:.2f}",
+            " ".join(w for w, _ in d.words),
+            " ".join(NOT_MEASURED if p is None else f"{p:.2f}" for _, p in d.words),
+        ]
+        for name, answer in answers.items()
         for d in answer
     ]
-    printing.print_table("", ["start", "end", "words"], rows)
+    if output:
+        from motiondb import write_table
+
+        write_table(output, ["file", "start", "end", "words", "probabilities"], cells)
+        printing.warn(f"{printing.number(len(answers), 'capture')} described in {output}")
+    timed = {name: words_over_time(answer) for name, answer in answers.items()}
+    if printing.as_json(shared, timed if example is None else timed[example]) or output:
+        return
+    rows = [
+        [
+            name,
+            f"{d.start:.2f}",
+            f"{d.end:.2f}",
+            "  ".join(printing.say_word(w, p) for w, p in d.words),
+        ]
+        for name, answer in answers.items()
+        for d in answer
+    ]
+    first = 1 if example is not None else 0
+    columns = ["capture", "start", "end", "words"]
+    printing.print_table("", columns[first:], [row[first:] for row in rows])
 
 
 def _print_explanations(answer: WordAnswer) -> None:

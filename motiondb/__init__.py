@@ -6,7 +6,7 @@ use nothing but these names.
 
 >>> import motiondb
 >>> [name for name in dir(motiondb) if name.startswith("write")]
-['write_bvh', 'write_gltf']
+['write_bvh', 'write_gltf', 'write_table']
 """
 
 from __future__ import annotations
@@ -55,6 +55,8 @@ if TYPE_CHECKING:
     from motiondb.files import ReadLimits, read_capture, unit_from_name
     from motiondb.files.own_files import check_overwriting, protect_others
     from motiondb.files.rigs import JointProposal, propose_joints
+    from motiondb.files.safe_files import read_user_text
+    from motiondb.files.sheet_writer import write_table
     from motiondb.generate.shown_actions import JudgedAction
     from motiondb.grammar.cfg.context_free import Tree
     from motiondb.grammar.derivation.plan import Plan
@@ -168,6 +170,7 @@ __all__ = [
     "protect_others",
     "read_capture",
     "read_joint_map",
+    "read_user_text",
     "rescue",
     "scene_row",
     "search_answer",
@@ -179,6 +182,7 @@ __all__ = [
     "words_over_time",
     "write_bvh",
     "write_gltf",
+    "write_table",
 ]
 __version__ = "0.1.0"
 
@@ -193,6 +197,8 @@ _PLACES = {
     "motiondb.database.grammars.grammar_facts": "grammar_row",
     "motiondb.files": "ReadLimits read_capture unit_from_name",
     "motiondb.files.rigs": "JointProposal propose_joints",
+    "motiondb.files.safe_files": "read_user_text",
+    "motiondb.files.sheet_writer": "write_table",
     "motiondb.files.own_files": "check_overwriting protect_others",
     "motiondb.database": "MotionDB",
     "motiondb.database.catalogue.cataloguing": "check_captures",

@@ -160,6 +160,12 @@ CREATE TABLE faulty_file (
     noted VARCHAR NOT NULL                  -- ISO 8601, UTC
 );
 
+-- Files that were added although a capture of another name has their content.
+CREATE TABLE same_file (
+    path VARCHAR PRIMARY KEY,
+    capture_id BIGINT NOT NULL
+);
+
 -- ── Derived: what `learn` makes, replaced as a whole ─────────────────────────────────────────
 
 -- One row where `learn` has run: the sizes of everything below.

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ast
+import contextlib
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -259,6 +261,23 @@ def test_commands_help_and_answer_in_json() -> None:
             assert {"--json", "--db"} <= options, name
         unhelped = [p.name for p in command.params if p.name != "context" and not p.help]
         assert unhelped == [], name
+
+
+def test_every_command_has_an_example_that_it_understands() -> None:
+    import motiondb
+    from motiondb.cli.examples import EXAMPLES
+
+    known = dict(commands())
+    shown = set()
+    for line in EXAMPLES:
+        words = shlex.split(line.partition(" >")[0] if line.endswith((".csv", ".tsv")) else line)
+        name = max((n for n in known if " ".join([*words[1:], ""]).startswith(n + " ")), key=len)
+        shown.add(name)
+        with contextlib.suppress(motiondb.MotionDBError):  # such as a file that is not there
+            known[name].make_context(name, words[1 + len(name.split()) :])
+    groups = {name for name, command in known.items() if hasattr(command, "commands")}
+    without = {n for n in groups if not known[n].invoke_without_command}
+    assert set(known) - shown - without == set()
 
 
 def test_public_names_are_shown_and_there() -> None:

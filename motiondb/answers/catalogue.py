@@ -249,6 +249,25 @@ class FaultyFile:
 
 
 @dataclass(frozen=True)
+class SameFile:
+    """A file that has the content of a capture of another name."""
+
+    path: str
+    capture: str
+
+
+@dataclass(frozen=True)
+class MatchFile:
+    """A match that was written as a motion, and the file beside it with its origin."""
+
+    rank: int
+    capture: str
+    output: Path
+    provenance: Path
+    licence: str
+
+
+@dataclass(frozen=True)
 class CaptionsSet:
     """The captions of a capture after a change."""
 
@@ -311,6 +330,11 @@ class DatabaseInfo:
     copies: int
     grammars: int
     learned: bool
+    cache_bytes: int = 0  # Of the folder beside it, which is made again when it is missing
+    unused_bytes: int = 0  # Of the file; ``compact`` gives them back
+    removed: int = 0  # Captures in the trash, which ``compact`` empties
+    compact_pays: bool = False  # Whether a quarter of the file is unused, or more
+    faulty_files: int = 0  # That ``add`` could not read
     symbols: int | None = None
     clusters: int | None = None
     words: int | None = None

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from motiondb import store
 from motiondb.database.catalogue.parts import outside
 from motiondb.database.learn import updating
-from motiondb.errors import MotionDBError, QueryError
+from motiondb.errors import QueryError
 from motiondb.language.vocabulary import parse_synonyms
 from motiondb.records import Caption, CaptureInfo
 from motiondb.store import Store
@@ -20,11 +20,13 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
         CaptionVersion,
         FaultyFile,
         MergeReport,
+        SameFile,
         SheetWritten,
         TagRow,
         Undone,
     )
     from motiondb.database.catalogue import cataloguing, sheets
+    from motiondb.database.generated_files import Made
     from motiondb.database.session import Session
 
 
@@ -91,6 +93,32 @@ class Archive:
             settings or cataloguing.AddSettings(),
             progress,
         )
+
+    def save_generated(self, name: str, words: str, made: Made, seed: int) -> CaptureInfo:
+        """Keep a generated motion as a capture, with the origin of every frame.
+
+        Parameters
+        ----------
+        name : str
+            Name of the new capture.
+        words : str
+            Its caption.
+        made : Generated
+            The motion.
+        seed : int
+            Seed that the run names.
+        """
+        from motiondb.database.generated_files import keep_generated
+
+        with store.transaction(self.store):
+            run_id = store.start_run(self.store, "generate", {"words": words}, seed)
+            captions = [Caption(words)]
+            with store.noting_edits(self.store, run_id):
+                info = keep_generated(
+                    self.store, name, made.motion, made.provenance, captions, run_id
+                )
+            store.finish_run(self.store, run_id)
+        return info
 
     def check_name_free(self, name: str) -> None:
         """Refuse a name that a capture has already.
@@ -269,6 +297,13 @@ class Archive:
         with self.session.reading():
             return [FaultyFile(*row) for row in store.load_faulty(self.store)]
 
+    def same_files(self) -> list[SameFile]:
+        """The files that were added although a capture of another name has their content."""
+        from motiondb.answers.catalogue import SameFile
+
+        with self.session.reading():
+            return [SameFile(*row) for row in store.load_same_files(self.store)]
+
     def caption_history(self, name: str) -> list[CaptionVersion]:
         """The captions that a capture has had, oldest first, with the runs that set them.
 
@@ -402,19 +437,10 @@ class Archive:
         MotionDBError
             When the file cannot be read.
         """
-        from motiondb.files.safe_files import read_bounded_text
+        from motiondb.files.safe_files import read_user_text
 
-        path = Path(path)
-        try:
-            table = parse_synonyms(read_bounded_text(path, "utf-8"), str(path))
-        except OSError as error:
-            raise MotionDBError(
-                f"{path}: expected a readable file of synonyms, found: {error.strerror}."
-            ) from None
-        except UnicodeDecodeError:
-            raise MotionDBError(
-                f"{path}: expected text in UTF-8, found another encoding. Save it as UTF-8."
-            ) from None
+        text = read_user_text(Path(path), "a file of synonyms")
+        table = parse_synonyms(text, str(path))
         with store.transaction(self.store):
             every = [info.capture_id for info in store.load_captures(self.store)]
             with updating.changing(self.store, "words", {"synonyms": str(path)}, every):

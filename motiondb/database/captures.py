@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -25,18 +25,20 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.answers.catalogue import (
         CaptureFacts,
         EventRow,
+        MatchFile,
         ShownActivity,
         ShownSegment,
     )
     from motiondb.database.catalogue import exporting
-    from motiondb.database.joining import Joined
+    from motiondb.search.by_example import ExampleAnswer
+    from motiondb.search.by_words import WordAnswer
     from motiondb.search.copies import DuplicateGroup
 
 
 class Captures(Archive):
     """The captures of a database."""
 
-    def captures(self, where: str = "", exact: bool = False) -> list[CaptureInfo]:
+    def captures(self, where: str = "", exact: bool = False, sort: str = "") -> list[CaptureInfo]:
         """The catalogue.
 
         Parameters
@@ -46,17 +48,22 @@ class Captures(Archive):
         exact : bool
             Whether words in it that are in no caption and no tag match nothing; otherwise such a
             word may be replaced by a known one (``taken_in_filter``).
+        sort : str
+            Column or tag to sort by, such as "duration"; "-duration": the longest first. "": in
+            order of number.
 
         Raises
         ------
         QueryError
-            When the filter cannot be read or names an unknown column.
+            When the filter cannot be read or names an unknown column, or there is none to sort by.
         """
         with self.session.reading():
             if exact or not where.strip():
-                return store.load_captures(self.store, where)
-            filters = filter_words.take_filter_words(self.store, where)[0]
-            return store.load_captures(self.store, filters)
+                infos = store.load_captures(self.store, where)
+            else:
+                filters = filter_words.take_filter_words(self.store, where)[0]
+                infos = store.load_captures(self.store, filters)
+            return browsing.sort_captures(self.session, infos, sort) if sort else infos
 
     def taken_in_filter(self, where: str) -> Mapping[str, Taking]:
         """The known words that replace words of a filter that are in no caption and no tag.
@@ -262,22 +269,29 @@ class Captures(Archive):
             return asked
         return replace(asked, joint_map={str(k): str(v) for k, v in added.items()})
 
-    def join(self, parts: Sequence[str]) -> Joined:
-        """Join parts of captures, with the blending of generated motion.
+    def export_matches(
+        self, answer: WordAnswer | ExampleAnswer, folder: str | Path, question: str = ""
+    ) -> list[MatchFile]:
+        """Write the intervals of an answer as BVH, each with its origin and licence beside it.
 
         Parameters
         ----------
-        parts : sequence of str
-            Each ``CAPTURE:FROM-TO`` in seconds, such as "walk:0.5-2", or the name of a capture.
+        answer : WordAnswer or ExampleAnswer
+            The answer of ``search`` or ``like``.
+        folder : str or Path
+            The folder, which is made if there is none.
+        question : str
+            What was asked, for the files beside.
 
         Raises
         ------
-        QueryError
-            When there is no such capture, or a part lies outside it.
+        MotionDBError
+            When a file cannot be written.
         """
-        from motiondb.database import joining
+        from motiondb.database.match_files import write_matches
 
-        return joining.join_parts(self.session, parts)
+        with self.session.reading():
+            return write_matches(self.store, answer.matches, Path(folder), question, self.export)
 
     def captions(self, name: str) -> tuple[Caption, ...]:
         """The captions of a capture.

@@ -14,13 +14,18 @@ from motiondb.database import searching
 from motiondb.database.captures import Captures
 from motiondb.database.session import Session
 from motiondb.learn.learned import Learned
-from motiondb.records import Caption, CaptureInfo, Motion
+from motiondb.records import Motion
 from motiondb.search.asked_words import learned_words
 from motiondb.search.by_words import WordAnswer
 from motiondb.search.chances import WordSource, why_unchecked, word_sources
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
-    from motiondb.answers.catalogue import DatabaseInfo, SymbolRow, SymbolSegment, WordRow
+    from motiondb.answers.catalogue import (
+        DatabaseInfo,
+        SymbolRow,
+        SymbolSegment,
+        WordRow,
+    )
     from motiondb.answers.learning import StartAnswer
     from motiondb.database.generating import Generated
     from motiondb.database.grammars.grammars import Grammars
@@ -527,31 +532,22 @@ class MotionDB(Captures):
 
         return generating.generate(self.session, words, seed, number, method, exact, anyway)
 
-    def save_generated(self, name: str, words: str, made: Generated, seed: int) -> CaptureInfo:
-        """Keep a generated motion as a capture, with the origin of every frame.
+    def join(self, parts: Sequence[str]) -> Joined:
+        """Join parts of captures, with the blending of generated motion.
 
         Parameters
         ----------
-        name : str
-            Name of the new capture.
-        words : str
-            Its caption.
-        made : Generated
-            The motion.
-        seed : int
-            Seed that the run names.
-        """
-        from motiondb.database.generated_files import keep_generated
+        parts : sequence of str
+            Each ``CAPTURE:FROM-TO`` in seconds, such as "walk:0.5-2", or the name of a capture.
 
-        with store.transaction(self.store):
-            run_id = store.start_run(self.store, "generate", {"words": words}, seed)
-            captions = [Caption(words)]
-            with store.noting_edits(self.store, run_id):
-                info = keep_generated(
-                    self.store, name, made.motion, made.provenance, captions, run_id
-                )
-            store.finish_run(self.store, run_id)
-        return info
+        Raises
+        ------
+        QueryError
+            When there is no such capture, or a part lies outside it.
+        """
+        from motiondb.database import joining
+
+        return joining.join_parts(self.session, parts)
 
     def check(self) -> list[str]:
         """Faults of the store, none in a sound one."""

@@ -35,6 +35,8 @@ from motiondb.symbols.activities import find_activities
 if TYPE_CHECKING:
     from motiondb.database.session import Session
 
+PAYS, LEAST_UNUSED = 0.25, 10_000_000
+"""Share of the file and bytes that are unused from which on compacting pays. Chosen by hand."""
 LIKELY = 0.2  # Probability from which on a word is named
 LEAST_SHOWN = 0.01  # Smallest t(word | symbol) for which a symbol is listed with a word
 
@@ -54,9 +56,10 @@ def database_info(session: Session) -> DatabaseInfo:
             "not_yet_learned": len(unlearned_captures(session)),
             "start": start_facts(session),
         }
+    n_bytes, unused = opened.path.stat().st_size, store.unused_bytes(opened)
     return DatabaseInfo(
         database=str(opened.path),
-        bytes=opened.path.stat().st_size,
+        bytes=n_bytes,
         captures=len(captures),
         generated=sum(c.kind == "generated" for c in captures),
         seconds=round(sum(c.duration for c in captures), 2),
@@ -64,6 +67,11 @@ def database_info(session: Session) -> DatabaseInfo:
         captures_with_words=len(store.load_captions(opened)),
         copies=len(store.load_relations(opened)),
         grammars=len(store.load_grammar_names(opened)),
+        cache_bytes=store.cache_bytes(opened),
+        unused_bytes=unused,
+        removed=len(store.load_trash(opened)),
+        compact_pays=unused >= max(PAYS * n_bytes, LEAST_UNUSED),
+        faulty_files=len(store.load_faulty(opened)),
         **learned,
     )
 
@@ -98,6 +106,11 @@ def describe_capture(session: Session, name: str) -> CaptureFacts:
         copies=[
             f"{r.capture} {r.kind} {r.other} {r.start:.2f}-{r.end:.2f} s"
             for r in store.load_relations(session.store, info.name)
+        ]
+        + [
+            f"{path} is the same file"
+            for path, name in store.load_same_files(session.store)
+            if name == info.name
         ],
         notes=list(info.notes),
         segments=capture_segments(session, number) if store.is_learned(session.store) else [],

@@ -257,6 +257,33 @@ def read_bounded_text(path: Path, encoding: str = "utf-8-sig") -> str:
     return io.TextIOWrapper(io.BytesIO(read_bounded(path)), encoding).read()
 
 
+def read_user_text(path: Path, what: str) -> str:
+    """Read a text that a person wrote, in UTF-8.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    what : str
+        What it should be, such as "a file of questions".
+
+    Raises
+    ------
+    MotionDBError
+        When it cannot be read, or is not in UTF-8.
+    """
+    try:
+        return read_bounded_text(Path(path))
+    except OSError as error:
+        raise MotionDBError(
+            f"{path}: expected {what} that can be read, found: {error.strerror}."
+        ) from None
+    except UnicodeDecodeError:
+        raise MotionDBError(
+            f"{path}: expected text in UTF-8, found another encoding. Save it as UTF-8."
+        ) from None
+
+
 def is_file(name: str | os.PathLike[str]) -> bool:
     """Return whether there is a file of this name.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from motiondb.files.folder import CAPTURE_ENDINGS
@@ -43,6 +43,32 @@ def write_sheet(
     with output_file(path) as draft:
         draft.write_bytes(text.getvalue().encode())
     return notes
+
+
+def write_table(path: str | Path, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    """Write a table: CSV for the ending .csv, else TSV.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file; it appears whole or not at all.
+    columns : sequence of str
+        The header.
+    rows : iterable of sequences of str
+        The cells of every row.
+
+    Raises
+    ------
+    MotionDBError
+        When the file cannot be written.
+    """
+    path, text = Path(path), io.StringIO(newline="")
+    delimiter = "," if path.suffix.lower() == ".csv" else "\t"
+    writer = csv.writer(text, delimiter=delimiter, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(rows)
+    with output_file(path) as draft:
+        draft.write_bytes(text.getvalue().encode())
 
 
 def _words(name: str, caption: Caption, notes: list[str]) -> list[str]:

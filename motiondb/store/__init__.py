@@ -20,6 +20,7 @@ from motiondb.store.catalogue.annotations import (
 )
 from motiondb.store.catalogue.cache import (
     CaptureRows,
+    cache_bytes,
     cached_arrays,
     cached_rows,
     is_cached,
@@ -42,9 +43,11 @@ from motiondb.store.catalogue.edits import (
     noting_edits,
 )
 from motiondb.store.catalogue.faulty import (
-    is_faulty_noted,
+    NotSaved,
+    is_noted,
     load_faulty,
-    save_faulty,
+    load_same_files,
+    save_not_saved,
 )
 from motiondb.store.catalogue.generated import (
     Provenance,
@@ -91,6 +94,7 @@ from motiondb.store.checks import (
 from motiondb.store.compaction import (
     compact,
     count_rows,
+    unused_bytes,
 )
 from motiondb.store.connection.faults import (
     DamagedFileError,

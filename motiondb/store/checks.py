@@ -196,6 +196,7 @@ _REFERENCES = (
     ("relation", "other_id", "capture", "capture_id"),
     ("generated_source", "capture_id", "capture", "capture_id"),
     ("frame_source", "capture_id", "capture", "capture_id"),
+    ("same_file", "capture_id", "capture", "capture_id"),
     ("source", "sha256", "capture", "sha256"),
     ("segment", "capture_id", "capture", "capture_id"),
     ("segment", "symbol_id", "symbol", "symbol_id"),

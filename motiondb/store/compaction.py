@@ -126,6 +126,15 @@ def _no_room(path: Path, cause: BaseException) -> str:
     )
 
 
+def unused_bytes(store: Store) -> int:
+    """Return how many bytes of the file hold nothing; ``compact`` gives back about as many."""
+    row = store.connection.execute(
+        "SELECT free_blocks * block_size FROM pragma_database_size() "
+        "WHERE database_name = current_database()"
+    ).fetchone()
+    return int(row[0]) if row else 0
+
+
 def count_rows(store: Store) -> dict[str, int]:
     """Count the rows of every table, by name."""
     return _count(store.connection, "current_database()")

@@ -10,6 +10,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 from motiondb import store
@@ -126,6 +127,16 @@ def _filtered(session: Session, where: str) -> list[BrowsedCapture]:
     return [row for row in rows if row.info.capture_id in names]
 
 
+def _field(name: str, row: BrowsedCapture) -> object:
+    return getattr(row.info, name)
+
+
+def sort_captures(session: Session, infos: Sequence[CaptureInfo], sort: str) -> list[CaptureInfo]:
+    """Return captures sorted by a column or tag, as :func:`browse` sorts them."""
+    rows = rows_by_name(session)
+    return [row.info for row in _sorted([rows[info.name] for info in infos], sort)]
+
+
 _COLUMNS: dict[str, Callable[[BrowsedCapture], object]] = {
     "name": lambda row: row.info.name,
     "added": lambda row: row.info.capture_id,
@@ -137,20 +148,23 @@ _COLUMNS: dict[str, Callable[[BrowsedCapture], object]] = {
     "performer": lambda row: row.info.tags.get("performer", ""),
     "licence": lambda row: row.info.tags.get("licence", ""),
     "words": lambda row: " ".join(caption.words for caption in row.captions),
+    "caption": lambda row: " ".join(caption.words for caption in row.captions),
     "copies": lambda row: row.copies,
+    **{name: partial(_field, name) for name in store.COLUMNS},
 }  # Column to sort by -> its value in a row; "" where a row has none
 
 
 def _sorted(rows: Sequence[BrowsedCapture], sort: str) -> list[BrowsedCapture]:
     column = sort.removeprefix("-") or "name"
-    if column.startswith(TAG):
+    is_tag = any(column in row.info.tags for row in rows)
+    if column.startswith(TAG) or (column not in _COLUMNS and is_tag):
         tag = column.removeprefix(TAG)
         value: Callable[[BrowsedCapture], object] = lambda row: row.info.tags.get(tag, "")  # noqa: E731
     elif column in _COLUMNS:
         value = _COLUMNS[column]
     else:
         raise QueryError(
-            f"sort: expected one of {', '.join(_COLUMNS)}, or {TAG}NAME, found {column!r}."
+            f"sort: expected one of {', '.join(_COLUMNS)}, or a tag, found {column!r}."
             f"{suggestion(column, _COLUMNS)}"
         )
     there = [row for row in rows if value(row) != ""]

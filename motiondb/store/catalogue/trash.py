@@ -19,6 +19,7 @@ OWN_TABLES = (
     "generated_source",
     "frame_source",
     "derivation",
+    "same_file",
     "scene_player",
 )  # Whose rows have the number of their capture
 _OF_CAPTURE = {

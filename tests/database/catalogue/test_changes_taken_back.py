@@ -141,6 +141,20 @@ def test_a_removed_capture_that_comes_back_is_counted_again(learned_copy: Path) 
         assert db.check() == []
 
 
+def test_files_of_known_content_are_noted(base: MotionDB, some: Path) -> None:
+    same = some / "boris" / "again.bvh"
+    shutil.copy(some / "ana" / "bow_1.bvh", same)
+    base.add(some)
+    (noted,) = base.same_files()
+    assert (noted.path, noted.capture) == (str(same), "ana/bow_1")
+    assert base.show("ana/bow_1").copies == [f"{same} is the same file"]
+    base.remove(["ana/bow_1"])
+    assert base.same_files() == []
+    base.undo()
+    assert base.same_files() == [noted]
+    assert base.check() == []
+
+
 def test_faulty_files_are_noted_until_they_are_mended(base: MotionDB, some: Path) -> None:
     good = some / "ana" / "bow_1.bvh"
     bad = some / "boris" / "bad.bvh"

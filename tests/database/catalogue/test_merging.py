@@ -101,4 +101,4 @@ def test_a_copy_made_during_changes_is_one_state(tmp_path: Path, some: Path) -> 
             assert len(copy.captures()) == 4
             assert copy.check() == []
             assert copy.undo().kind in ("tags", "add")
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["captures", "copy.duckdb", "m.duckdb"]
+    assert [p.name for p in tmp_path.iterdir() if ".part" in p.name] == []

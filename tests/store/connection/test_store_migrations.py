@@ -19,6 +19,7 @@ from motiondb.store.connection import migrations
 RELEASED = {
     1: "09250f85fd51537900d1fa1acb51019fc9566e230975730ce972926d70a842d5",
     2: "0b771bf400838a11a6420296b693a1fc4628d1f11d1d5d2c6dc1a6b5224e71c1",
+    3: "924d56a483729ad262cdf682718091c516e5654ad00f7f10e07d65fc8f36a89d",
 }
 """Version -> SHA-256 of the SQL of its tables, without comments. A further version gets a row, and
 a row never changes after its release: write a migration instead."""
@@ -66,7 +67,7 @@ def test_a_database_of_the_first_version_gets_the_tables_of_today(
     database: store.Store, samples: ModuleType
 ) -> None:
     samples.add(database, "a")
-    for table in ("edit", "faulty_file"):
+    for table in ("edit", "faulty_file", "same_file"):
         database.connection.execute(f"DROP TABLE {table}")
     database.connection.execute("UPDATE meta SET value = '1' WHERE key = 'schema'")
     database.close()

@@ -1005,6 +1005,11 @@ export interface Status {
   copies: number;
   grammars: number;
   learned: boolean;
+  cache_bytes: number;
+  unused_bytes: number;
+  removed: number;
+  compact_pays: boolean;
+  faulty_files: number;
   symbols: number | null;
   clusters: number | null;
   words: number | null;

@@ -1,0 +1,178 @@
+"""Command batch: many questions in one process."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from motiondb.cli import options, printing
+
+if TYPE_CHECKING:
+    from motiondb import ExampleAnswer, MotionDB, WordAnswer
+
+COLUMNS = ("question", "like", "start", "end", "where", "limit")
+
+HEADER = (
+    *("line", "question", "rank", "capture", "start", "end"),
+    *("score", "probability", "matches_anything"),
+)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the app."""
+    app.command()(batch)
+
+
+@dataclass(frozen=True)
+class _Question:
+    """A line of the file: a question in words, or an example."""
+
+    line: int
+    text: str
+    is_example: bool = False
+    start: float | None = None
+    end: float | None = None
+    where: str = ""
+    limit: int | None = None
+    fault: str = ""  # Why the line is no question
+
+
+def batch(
+    shared: options.Shared,
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE",
+            help="A question in words in every line, or TSV with a header: question or like, and "
+            "any of start, end, where, limit.",
+        ),
+    ],
+    where: options.Where = "",
+    limit: options.Limit = 10,
+    exact: options.Exact = False,
+) -> None:
+    """Answer many questions in one process, which loads the database once.
+
+    The answers are one table (TSV); with --json, every question has one line. Empty lines and lines
+    that begin with # are left out. A question that cannot be answered is named, and the exit code
+    is 1 then.
+    """
+    from motiondb import MotionDBError
+
+    questions = list(_read(file))
+    problems = []
+    with shared.database() as base:
+        printing.note_unlearned(base)
+        if not shared.json:
+            printing.say_tsv(HEADER)
+        for each in questions:
+            asked = " and ".join(f"({f})" for f in (where, each.where) if f.strip())
+            try:
+                answer = _answer(base, each, asked, each.limit or limit, exact)
+            except MotionDBError as error:
+                problems.append(f"{file}:{each.line}: {error}")
+                _print_line(shared, each, {"error": str(error)})
+                continue
+            if shared.json:
+                _print_line(shared, each, _facts(answer, each.is_example))
+            else:
+                _print_rows(each, answer)
+    printing.refuse(problems)
+
+
+def _answer(
+    base: MotionDB, each: _Question, where: str, limit: int, exact: bool
+) -> WordAnswer | ExampleAnswer:
+    from motiondb import QueryError
+
+    if each.fault:
+        raise QueryError(each.fault)
+    if each.is_example:
+        return base.like(each.text, each.start, each.end, where, limit, exact=exact)
+    return base.search(each.text, where, limit, exact=exact)
+
+
+def _facts(answer: Any, is_example: bool) -> dict[str, Any]:  # noqa: ANN401  of either kind
+    from motiondb import like_answer, search_answer, to_json
+
+    facts: dict[str, Any] = to_json(
+        like_answer(answer) if is_example else search_answer(answer, False)
+    )
+    return facts
+
+
+def _print_line(shared: options.Shared, each: _Question, facts: dict[str, Any]) -> None:
+    """Print the answer to a question as one line of JSON."""
+    if shared.json:
+        what = "like" if each.is_example else "question"
+        printing.say(json.dumps({"line": each.line, what: each.text, **facts}))
+
+
+def _print_rows(each: _Question, answer: WordAnswer | ExampleAnswer) -> None:
+    """Print the matches of a question as rows of TSV; a question without any has one row."""
+    sure = "no" if answer.nothing else "yes"
+    head = [str(each.line), _cell(each.text)]
+    for match in answer.matches:
+        probability = "" if match.probability is None else f"{match.probability:.4f}"
+        times = [f"{match.start:.2f}", f"{match.end:.2f}", f"{match.score:.4f}"]
+        printing.say_tsv([*head, str(match.rank), match.capture, *times, probability, sure])
+    if not answer.matches:
+        printing.say_tsv([*head, "", "", "", "", "", "", "no"])
+
+
+def _cell(text: str) -> str:
+    return " ".join(text.split())
+
+
+def _read(file: Path) -> Iterator[_Question]:
+    """The questions of a file; a header with the column question or like makes it TSV."""
+    from motiondb import read_user_text
+
+    text = read_user_text(file, "a file of questions")
+    lines = [
+        (number, line)
+        for number, line in enumerate(text.split("\n"), start=1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+    header = [name.strip().lower() for name in lines[0][1].split("\t")] if lines else []
+    if not {"question", "like"} & set(header):
+        yield from (_Question(number, line.strip()) for number, line in lines)
+        return
+    from motiondb import QueryError
+
+    wrong = [name for name in header if name not in COLUMNS]
+    if wrong or len(set(header)) < len(header):
+        raise QueryError(
+            f"{file}:{lines[0][0]}: expected any of the columns {', '.join(COLUMNS)}, each once, "
+            f"found {', '.join(header)}."
+        )
+    for number, line in lines[1:]:
+        cells = next(csv.reader(io.StringIO(line), delimiter="\t"))
+        yield _to_question(number, dict(zip(header, (cell.strip() for cell in cells))))
+
+
+def _to_question(number: int, cells: dict[str, str]) -> _Question:
+    """A row of a table of questions."""
+    words, like = cells.get("question", ""), cells.get("like", "")
+    if bool(words) == bool(like):
+        fault = "expected a question or a capture in the column like, found "
+        return _Question(number, words, fault=fault + ("both." if words else "neither."))
+    try:
+        times = [float(cells[c]) if cells.get(c) else None for c in ("start", "end")]
+        limit = int(cells["limit"]) if cells.get("limit") else None
+    except ValueError as error:
+        return _Question(number, words or like, bool(like), fault=f"expected a number: {error}.")
+    if words and any(time is not None for time in times):
+        fault = "expected start and end for an example only, found them with a question."
+        return _Question(number, words, fault=fault)
+    if limit is not None and limit < 1:
+        return _Question(number, words or like, bool(like), fault="expected a limit of at least 1.")
+    start, end = times
+    return _Question(number, words or like, bool(like), start, end, cells.get("where", ""), limit)

@@ -1,0 +1,149 @@
+"""Command list: the catalogue as a table, CSV or JSON; repeated captures; faulty files."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from motiondb.cli import options, printing
+
+LONGEST_CAPTION = 70  # Letters of captions in a table
+FILE_COLUMNS = [
+    "name",
+    "duration",
+    "fps",
+    "n_frames",
+    "format",
+    "kind",
+    "leg_length",
+    "path",
+    "sha256",
+]
+"""Columns of the catalogue in CSV; captions and tags follow."""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the app."""
+    app.command("list")(list_captures)
+
+
+def list_captures(
+    shared: options.Shared,
+    where: options.Where = "",
+    limit: Annotated[
+        int | None, typer.Option("--limit", min=1, help="Largest number of captures.")
+    ] = None,
+    sort: Annotated[
+        str,
+        typer.Option(
+            "--sort", help="Column or tag to sort by; with - in front, the largest first."
+        ),
+    ] = "",
+    as_csv: Annotated[
+        bool, typer.Option("--csv", help="Print CSV with all columns and tags.")
+    ] = False,
+    duplicates: Annotated[
+        bool, typer.Option("--duplicates", help="List groups of copies, cuts and mirror images.")
+    ] = False,
+    faulty: Annotated[
+        bool, typer.Option("--faulty", help="List the files that add could not read.")
+    ] = False,
+    exact: options.Exact = False,
+) -> None:
+    """List the captures; --where and --sort take the names of the columns, caption, and tags.
+
+    --duplicates lists groups that repeat one another, and added files that have the content of a
+    capture; --faulty lists files that could not be read.
+    """
+    from motiondb import QueryError, listed_capture
+
+    if duplicates and faulty:
+        raise QueryError("list: expected --duplicates or --faulty, found both.")
+    if duplicates or faulty:
+        if sort or (faulty and (where or limit)):
+            raise QueryError(
+                f"list: expected {'--duplicates' if duplicates else '--faulty'} without --sort"
+                f"{', --where and --limit' if faulty else ''}, found both."
+            )
+        _list_faulty(shared, as_csv) if faulty else _list_duplicates(shared, where, limit, as_csv)
+        return
+    with shared.database() as base:
+        infos = base.captures(where, exact, sort)
+        printing.note_filter(base, where, exact)
+        captions = base.all_captions()
+    shown = infos[:limit]
+    if printing.as_json(shared, (listed_capture(i, captions.get(i.capture_id, ())) for i in shown)):
+        return
+    said = {i.name: "; ".join(c.words for c in captions.get(i.capture_id, ())) for i in shown}
+    if as_csv:
+        tags = sorted({tag for info in shown for tag in info.tags} - {*FILE_COLUMNS, "caption"})
+        printing.print_csv(
+            [*FILE_COLUMNS, "caption", *tags],
+            [
+                [str(getattr(i, column)) for column in FILE_COLUMNS]
+                + [said[i.name], *(i.tags.get(tag, "") for tag in tags)]
+                for i in shown
+            ],
+        )
+        return
+    rows = [
+        [
+            i.name,
+            f"{i.duration:.2f}",
+            f"{i.fps:g}",
+            i.format,
+            i.tags.get("performer", ""),
+            said[i.name][:LONGEST_CAPTION],
+        ]
+        for i in shown
+    ]
+    printing.print_table("", ["name", "duration", "fps", "format", "performer", "caption"], rows)
+    fewer = f", {len(shown)} shown" if len(shown) < len(infos) else ""
+    printing.say(f"{len(infos)} captures{fewer}")
+
+
+def _list_faulty(shared: options.Shared, as_csv: bool) -> None:
+    with shared.database() as base:
+        files = base.faulty_files()
+    if printing.as_json(shared, files):
+        return
+    rows = [[each.path, each.noted, each.problem] for each in files]
+    if as_csv:
+        printing.print_csv(["path", "noted", "problem"], rows)
+        return
+    for each in files:
+        printing.say(*each.problem.split("\n"))
+    printing.say(printing.number(len(files), "faulty file"))
+
+
+def _list_duplicates(shared: options.Shared, where: str, limit: int | None, as_csv: bool) -> None:
+    with shared.database() as base:
+        infos = {info.name: info for info in base.captures()}
+        groups = base.duplicates(where)
+        files = [each for each in base.same_files() if not where or each.capture in infos]
+    if printing.as_json(shared, groups[:limit]):
+        return
+    rows = [
+        [
+            str(number) if name == group.captures[0] or as_csv else "",
+            name,
+            f"{infos[name].duration:.2f}",
+            "; ".join(
+                printing.say_relation(r).partition(" ")[2]
+                for r in group.relations
+                if r.capture == name
+            ),
+        ]
+        for number, group in enumerate(groups[:limit], start=1)
+        for name in group.captures
+    ]
+    columns = ["group", "name", "duration", "repeats"]
+    if as_csv:
+        printing.print_csv(columns, rows)
+        return
+    printing.print_table("", columns, rows)
+    extra = sum(len(group.captures) - 1 for group in groups)
+    printing.say(f"{len(groups)} groups, {extra} captures repeat others")
+    for each in files[:limit]:
+        printing.say(f"{each.path} is the same file as {each.capture}")
