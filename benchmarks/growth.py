@@ -102,11 +102,13 @@ def _originals(db: Path) -> float:
 def ask(given: Given) -> Row:
     """Questions in an open database."""
     script = ROOT / "benchmarks/growth_tasks/asking.py"
+    after = stage(motiondb_command("search", QUESTION, "--db", str(given.db)), "first search")
     run = run_measured([sys.executable, str(script), str(given.db)])
     if run.exit_code:
         raise SystemExit(f"asking: exit code {run.exit_code}\n{run.complaints}")
     row: Row = json.loads(run.output.splitlines()[-1])
-    return row
+    cache = size_of(given.db.with_name(f"{given.db.name}.cache"))
+    return row | after | {"cache bytes": float(cache)}
 
 
 def shell(given: Given) -> Row:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ TIMES = (
     # name in rows, name on the page, target at 40 hours (s)
     ("add, s", "`add`", 1500.0),
     ("learn, s", "`learn`", 3600.0),
+    ("first search, s", "`motiondb search` from the shell, the first after learning", None),
     ("first question, s", "opening and the first word question", None),
     ("word question, s", "word question, median", 0.05),
     ("example of 3 s, s", "example of 3 s, median", 0.2),
@@ -67,8 +68,8 @@ def write_page(rows: Sequence[Row], captures: Path, path: Path) -> None:
         f"{_per_hour(rows, hours)} an hour. Times are processor times of whole processes with "
         "their children, or within one open database (questions). Exponent: the slope of log "
         f"value over log hours; the largest size here is {last:.2g} hours.",
-        table(head, [_line(rows, hours, *entry, _seconds) for entry in TIMES]),
-        table(head, [_line(rows, hours, *entry, _bytes) for entry in SIZES]),
+        table(head, [_line(rows, hours, entry, _seconds) for entry in TIMES]),
+        table(head, [_line(rows, hours, entry, _bytes) for entry in SIZES]),
         f"Beside the originals, file and cache take {_beside(rows[-1], hours[-1])} an hour at "
         f"{last:.2g} hours (target: at most 60 MB).",
         f"![Growth of times and sizes](pictures/{picture.name})",
@@ -95,7 +96,13 @@ def draw(rows: Sequence[Row], hours: Sequence[float], path: Path) -> None:
     figure.savefig(path, dpi=110)
 
 
-def _line(rows, hours, key, name, target, shown) -> list[str]:
+def _line(
+    rows: Sequence[Row],
+    hours: Sequence[float],
+    entry: tuple[str, str, float | None],
+    shown: Callable[[float], str],
+) -> list[str]:
+    key, name, target = entry
     values = [row.get(key) for row in rows]
     slope = exponent(hours, [value or 0.0 for value in values])
     return [

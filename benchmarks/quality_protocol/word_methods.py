@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from motiondb.language.question.readings import Part, Reading
 from motiondb.meaning import word_map
-from motiondb.meaning.by_question import search_order
+from motiondb.meaning.by_question import search_take
 from motiondb.meaning.description_map import (
     fit_description_calibration,
     fit_description_map,
@@ -38,6 +39,7 @@ class Fold:
     words: NDArray[np.bool_]
     performers: tuple[str, ...]
     names: tuple[str, ...]
+    verbs: frozenset[str] = frozenset()  # Words that are the verb of some caption
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,12 +63,17 @@ def mean_of_words(scores: FloatArray) -> Callable[[Sequence[Sequence[int]]], Flo
 
 
 def motiondb_answers(
-    seen: Recognised, fold: Fold, likeness: bool = True, told_by: str = "description map"
+    seen: Recognised,
+    fold: Fold,
+    likeness: bool = True,
+    told_by: str = "description map",
+    heads: bool = True,
 ) -> Answers:
     """The product: word map and caption map, then search in every gallery capture.
 
-    ``likeness``: whether words add their likeness to what the motion suggests. ``told_by``: the map
-    that tells words; "caption map" (by the shares of suggested captions) or "word map" instead.
+    ``likeness``: whether words add their likeness to what the motion suggests. ``heads``: whether
+    the heads of an action bound it (``by_question``). ``told_by``: the map that tells words;
+    "caption map" (by the shares of suggested captions) or "word map" instead.
     """
     groups = np.unique([fold.performers[t] for t in fold.train], return_inverse=True)[1]
     fit = word_map.fit_word_map(seen.vectors[fold.train], fold.words[fold.train], groups)
@@ -76,8 +83,15 @@ def motiondb_answers(
     else:  # each is searched alone, so that its likeness to the mean is 0
         takes = [take for g in fold.gallery for take in seen.hear(fit, captions, [int(g)])]
 
+    number = {name: n for n, name in enumerate(fold.names)}
+    verbs = fold.verbs if heads else None
+
     def ask(actions: Sequence[Sequence[int]]) -> FloatArray:
-        hits = [search_order(take, actions) for take in takes]
+        parts = tuple(
+            Part((tuple(fold.names[word] for word in action),), repeat_of=k)
+            for k, action in enumerate(actions)
+        )
+        hits = [search_take(take, [Reading(parts)], number, verbs) for take in takes]
         return np.array([-np.inf if hit is None else hit.log_odds for hit in hits])
 
     words = np.stack([ask([[w]]) for w in range(fold.words.shape[1])], axis=1)

@@ -125,8 +125,8 @@ def _told(captions: Sequence[str]) -> list[tuple[tuple[str, ...], ...]]:
     return [actions for actions in split if len(actions) > 1 and actions != actions[::-1]]
 
 
-def _joined(real: Sequence[Capture], seed: int) -> tuple[list[Capture], list[Told]]:
-    """Two captures of one performer with different main verbs, one after the other."""
+def join_pairs(real: Sequence[Capture], seed: int) -> list[tuple[int, int, tuple[str, str]]]:
+    """Pairs of captures of one performer with different main verbs, and these verbs."""
     rng = np.random.default_rng(seed)
     verbs = [main_verb(c.captions) for c in real]
     single = [n for n, c in enumerate(real) if verbs[n] in COMMON_VERBS and len(c.features) < 300]
@@ -137,8 +137,13 @@ def _joined(real: Sequence[Capture], seed: int) -> tuple[list[Capture], list[Tol
         if real[a].performer == real[b].performer and verbs[a] != verbs[b]
     ]
     chosen = [pairs[i] for i in rng.permutation(len(pairs))[:N_JOINED]]
+    return [(a, b, (verbs[a], verbs[b])) for a, b in chosen]
+
+
+def _joined(real: Sequence[Capture], seed: int) -> tuple[list[Capture], list[Told]]:
+    """Pairs of captures, one after the other."""
     captures, truths = [], []
-    for a, b in chosen:
+    for a, b, (verb_a, verb_b) in join_pairs(real, seed):
         first, second = real[a], real[b]
         motion = Motion(
             np.concatenate([first.motion.local_rotations, second.motion.local_rotations]),
@@ -148,7 +153,7 @@ def _joined(real: Sequence[Capture], seed: int) -> tuple[list[Capture], list[Tol
         name = f"{first.name}+{second.name}"
         captures.append(Capture(name, first.performer, (), "", motion, features))
         place = len(real) + len(captures) - 1
-        truths.append(Told(place, ((verbs[a],), (verbs[b],)), "joined real captures"))
+        truths.append(Told(place, ((verb_a,), (verb_b,)), "joined real captures"))
     return captures, truths
 
 

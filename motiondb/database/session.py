@@ -29,7 +29,7 @@ from motiondb.learn.learned import Learned, prepare, with_prepared
 from motiondb.learn.learned_model import from_stored
 from motiondb.learn.recognition import FeaturePool, recognise_capture
 from motiondb.meaning.counting import join_tables
-from motiondb.records import Motion
+from motiondb.records import Float32Array, Motion
 
 T = TypeVar("T")
 TABLE = "words.table"  # The shipped table of nearby words
@@ -156,7 +156,8 @@ def load_features(
     `ready`: Features that were computed already, by number of the capture.
     """
     held = store.cached_rows(opened, FEATURES, make_features, ready)
-    features = held.rows if len(held.rows) else np.zeros((0, N_FEATURES), dtype=np.float32)
+    none = np.zeros((0, N_FEATURES), dtype=np.float32)
+    features = cast(Float32Array, held.rows) if len(held.rows) else none
     return FeaturePool(held.capture_ids, held.bounds, features, held.values.astype(np.int64))
 
 

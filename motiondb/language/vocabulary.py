@@ -35,6 +35,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from functools import lru_cache
+from unicodedata import combining, normalize
 
 import numpy as np
 
@@ -83,7 +84,9 @@ _PHRASES = (
         ),
         "stand up",
     ),
+    (re.compile(r"\b(?:shakes?|shaking|shook)\s+hands?\b", re.IGNORECASE), "handshake"),
 )
+_PHRASE_WORDS = frozenset(word for _, word in _PHRASES)
 SAME = (
     ("forward roll", "somersault"),
     ("stand still", "idle"),
@@ -162,7 +165,7 @@ def join_phrases(text: str) -> str:
     >>> join_phrases("don’t do a lay-up"), join_phrases("falls and gets back up")
     ("don't do a layup", 'falls and stand up')
     """
-    text = text.translate(_APOSTROPHES)
+    text = normalize("NFC", text).translate(_APOSTROPHES)
     for phrase, word in _PHRASES:
         text = phrase.sub(word, text)
     return text
@@ -195,8 +198,9 @@ def written_otherwise(
 ) -> tuple[str, dict[str, str]]:
     """A text in which words that are not known are written as known ones; old to new spelling.
 
-    Tried in this order: another phrase for the same motion (``SAME``), a compound written apart
-    ("handstand"), and a compound written as one ("side step"). Words that are known stay.
+    Tried in this order: another phrase for the same motion (``SAME``), the word without its
+    accents, a compound written apart ("handstand"), and a compound written as one ("side step").
+    Words that are known stay.
 
     >>> written_otherwise("idle, then a handstand", {"stand", "still", "hand"})
     ('stand still, then a hand stand', {'idle': 'stand still', 'handstand': 'hand stand'})
@@ -233,7 +237,10 @@ def _known_phrase(
         if asked and stands and asked[0] not in stands:
             return len(forms[asked[0]]), stands[0]
     first = words[0]
-    if first is not None and first not in known:
+    if first is not None and first not in known and first not in _PHRASE_WORDS:
+        plain = lemma(without_accents(first))
+        if plain in known:
+            return 1, plain
         for cut in range(_LEAST_PART, len(first) - _LEAST_PART + 1):
             parts = first[:cut], lemma(first[cut:])
             has_verb = not VERBS.isdisjoint(parts) and parts[0] not in _PARTICLES
@@ -244,6 +251,15 @@ def _known_phrase(
         if whole in known:
             return 2, whole
     return 0, ""
+
+
+def without_accents(word: str) -> str:
+    """A word without accents and other marks on its letters.
+
+    >>> without_accents("jeté"), without_accents("walk")
+    ('jete', 'walk')
+    """
+    return "".join(letter for letter in normalize("NFD", word) if not combining(letter))
 
 
 def _follows(text: str, tokens: Sequence[re.Match[str]]) -> bool:
@@ -451,6 +467,19 @@ def _dictionary_lemma(word: str) -> str:
 
     dictionary_form = lemmatize(word, lang="en").lower()
     return FORMS.get(dictionary_form, dictionary_form)
+
+
+@lru_cache(maxsize=20_000)
+def is_also_verb(word: str) -> bool:
+    """Whether a word can be a verb: whether the dictionary has a form of it in -ing or -ed.
+
+    >>> [is_also_verb(word) for word in ("eat", "juggle", "pizza", "zombie")]
+    [True, True, False, False]
+    """
+    if word in VERBS:
+        return True
+    stems = (word, word.removesuffix("e"), word + word[-1:])
+    return any(_dictionary_lemma(stem + end) == word for stem in stems for end in ("ing", "ed"))
 
 
 def parse_synonyms(text: str, source: str = "synonyms") -> dict[str, str]:

@@ -41,6 +41,7 @@ Source: Mueller, Information Retrieval for Music and Motion, 2007, chapters 4 an
 
 from __future__ import annotations
 
+import heapq
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -117,12 +118,20 @@ def find_candidates(
     """
     scale = distance_scale(distances)
     scored = {c: _score_windows(query, take, distances, scale) for c, take in takes.items()}
-    gains = _meaning_gains(query, scored, frames_of)
+    gains = dict(zip(scored, _meaning_gains(query, scored, frames_of).tolist()))
+    tops = {c: float(w.rough[w.best] + 0.5 * gains[c]) for c, w in scored.items()}
     candidates: list[Candidate] = []
-    for (capture, windows), gain in zip(scored.items(), gains):
+    weakest: list[float] = []  # a heap of the largest scores so far
+    for capture in sorted(tops, key=lambda c: -tops[c]):
+        if len(weakest) == n_candidates and tops[capture] < weakest[0]:
+            break  # no window of this capture or a later one is among the best
+        windows = scored[capture]
         for w in _separate_peaks(windows.rough, windows.low, windows.high, per_capture):
-            rough = float(windows.rough[w] + 0.5 * gain)
+            rough = float(windows.rough[w] + 0.5 * gains[capture])
             candidates.append(Candidate(capture, int(windows.low[w]), int(windows.high[w]), rough))
+            heapq.heappush(weakest, rough)
+            if len(weakest) > n_candidates:
+                heapq.heappop(weakest)
     candidates.sort(key=lambda c: (-c.rough, c.capture, c.start))
     return candidates[:n_candidates]
 
@@ -258,9 +267,26 @@ def window_places(starts: IntArray, ends: IntArray, length: int) -> tuple[IntArr
     >>> [place.tolist() for place in window_places(np.array([0, 10]), np.array([10, 30]), 12)]
     [[0, 10, 18], [12, 22, 30]]
     """
-    total = int(ends[-1])
-    low = np.unique(np.clip(np.concatenate([starts, ends - length]), 0, None))
-    low = np.unique(np.minimum(low, max(total - length, 0)))
+    return _window_places(starts, ends, length)
+
+
+@njit(cache=True)
+def _window_places(starts: IntArray, ends: IntArray, length: int) -> tuple[IntArray, IntArray]:
+    """As :func:`window_places`."""
+    total, n = ends[-1], len(starts)
+    last = max(total - length, 0)
+    places = np.empty(2 * n, np.int64)
+    for i in range(n):
+        places[i] = min(max(starts[i], 0), last)
+        places[n + i] = min(max(ends[i] - length, 0), last)
+    places.sort()
+    low = np.empty(2 * n, np.int64)
+    n_low = 0
+    for place in places:
+        if n_low == 0 or low[n_low - 1] != place:
+            low[n_low] = place
+            n_low += 1
+    low = low[:n_low].copy()
     return low, np.minimum(low + length, total)
 
 
@@ -321,8 +347,24 @@ def align(
 
     Shapes: `query`, `weights` (l,); `symbols` (n,); `distances` (symbols, symbols).
     """
-    similarity = 1.0 - distances[np.ix_(query, symbols)] / scale
-    return _smith_waterman(similarity * weights[:, None], weights * GAP)
+    return _align(query, weights, symbols, distances, scale, GAP)
+
+
+@njit(cache=True)
+def _align(
+    query: IntArray,
+    weights: FloatArray,
+    symbols: IntArray,
+    distances: FloatArray,
+    scale: float,
+    gap: float,
+) -> tuple[float, int, int]:
+    """As :func:`align`, with the cost of a gap."""
+    pairs = np.empty((len(query), len(symbols)))
+    for i in range(len(query)):
+        for j in range(len(symbols)):
+            pairs[i, j] = (1.0 - distances[query[i], symbols[j]] / scale) * weights[i]
+    return _smith_waterman(pairs, weights * gap)
 
 
 @njit(cache=True)

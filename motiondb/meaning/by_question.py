@@ -20,18 +20,24 @@ Statements of an answer, each with its log-odds:
     excluded    1/2 (largest v_e within the parts) + 1/2 v_e of the whole capture; where all its
                 words are asked for elsewhere in the question, the first alone
 
+An action of several words is at most as probable as each of its heads
+(:mod:`motiondb.language.question.heads`): "hand" alone does not make "shake hands" probable. Where
+a head alone has smaller log-odds than the action, the statement is about the head.
+
 The answer's log-odds are those of all statements together, assumed independent: every requested
 action is shown, and no excluded one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
 
+from motiondb.language.question.heads import heads_of
 from motiondb.language.question.readings import Exclusion, Part, Reading
 from motiondb.meaning.word_evidence import (
     TakeScores,
@@ -249,7 +255,7 @@ def _fill(parts: list[tuple[int, int]], first: int, last: int, low: int, high: i
 class Statement:
     """One requested or excluded action, and the segments of a capture at which it is evaluated."""
 
-    words: tuple[int, ...]  # Numbers of its words
+    words: tuple[int, ...]  # Numbers of its words, or of the head that bounds it
     part: int  # Number of the part that requests it; of the first one for an exclusion
     exclusion: int  # Number of the exclusion that it belongs to, -1 if it is requested
     # First frames of the segments at which it is evaluated, and their weights, which sum to 1
@@ -271,11 +277,18 @@ class QuestionHit:
 
 
 def search_take(
-    take: TakeScores, readings: Sequence[Reading], number: Mapping[str, int]
+    take: TakeScores,
+    readings: Sequence[Reading],
+    number: Mapping[str, int],
+    verbs: Collection[str] | None = None,
 ) -> QuestionHit | None:
-    """The best interval of a capture over all readings of a question."""
+    """The best interval of a capture over all readings of a question.
+
+    `verbs`: The words of the question that are verbs, which tell the heads of its actions; without
+    them no head bounds its action.
+    """
     seen: dict[int, _Seen] = {}
-    hits = [_search_reading(seen, take, reading, number) for reading in readings]
+    hits = [_search_reading(seen, take, reading, number, verbs) for reading in readings]
     hits = [None if hit is None else replace(hit, reading=n) for n, hit in enumerate(hits)]
     fitting = [hit for hit in hits if hit is not None]
     return max(fitting, key=lambda hit: hit.log_odds, default=None)
@@ -340,13 +353,17 @@ def joint_statements(asked: Sequence[float], excluded: Sequence[float]) -> float
 
 
 def _search_reading(
-    known: dict[int, _Seen], take: TakeScores, reading: Reading, number: Mapping[str, int]
+    known: dict[int, _Seen],
+    take: TakeScores,
+    reading: Reading,
+    number: Mapping[str, int],
+    verbs: Collection[str] | None,
 ) -> QuestionHit | None:
     """The best interval for one reading; ``known`` caches the result for each number of parts."""
     n_parts = len(reading.parts)
     seen = known.get(n_parts)
     if seen is None:
-        seen = known[n_parts] = _Seen(split_segments(take, n_parts), number)
+        seen = known[n_parts] = _Seen(split_segments(take, n_parts), number, verbs)
     laid = None if _is_too_short(take, reading) else _lay(seen, reading)
     if laid is None:
         return None
@@ -400,9 +417,15 @@ def split_statements(statements: Sequence[Statement]) -> tuple[list[float], list
 class _Seen:
     """The evidence of a capture for actions, at its segments and of the whole, computed once."""
 
-    def __init__(self, take: TakeScores, number: Mapping[str, int]) -> None:
+    def __init__(
+        self,
+        take: TakeScores,
+        number: Mapping[str, int],
+        verbs: Collection[str] | None = None,
+    ) -> None:
         self.take = take
         self.number = number
+        self.verbs = verbs
         self.frames = (take.ends - take.starts).astype(np.float64)
         self.values: dict[tuple[str, ...], FloatArray] = {}
 
@@ -481,10 +504,20 @@ class _Seen:
         look: Sequence[tuple[int, float]],
         near: float,
     ) -> Statement:
-        columns = self.columns(action)
+        bounds = [action]
+        if exclusion < 0 and len(action) > 1 and self.verbs is not None:
+            bounds += [(head,) for head in heads_of(action, self.verbs)]
+        log_odds, of = min(
+            ((self._log_odds(words, look, near), words) for words in bounds), key=itemgetter(0)
+        )
+        places = tuple((int(self.take.starts[i]), weight) for i, weight in look)
+        return Statement(tuple(self.columns(of)), part, exclusion, places, near, log_odds)
+
+    def _log_odds(
+        self, action: tuple[str, ...], look: Sequence[tuple[int, float]], near: float
+    ) -> float:
+        """Log-odds of an action at the segments of a look and of the whole capture."""
         values = self.action(action)
         inside = sum(weight * float(values[i]) for i, weight in look)
-        whole = float(self.take.whole[columns].mean())
-        places = tuple((int(self.take.starts[i]), weight) for i, weight in look)
-        log_odds = near * inside + (1.0 - near) * whole
-        return Statement(tuple(columns), part, exclusion, places, near, log_odds)
+        whole = float(self.take.whole[self.columns(action)].mean())
+        return near * inside + (1.0 - near) * whole

@@ -139,7 +139,7 @@ def refine_interval(
     (40, 80)
     """
     low, high = interval
-    smooth = _averaged(evidence[:, None], AVERAGED)[:, 0]
+    smooth = averaged(evidence)
     threshold = HALF * float(smooth[low:high].max())
     if threshold <= 0.0:
         return interval
@@ -225,9 +225,15 @@ def _soft_levels(values: FloatArray) -> FloatArray:
     return np.asarray(0.5 + 0.5 * np.concatenate(halves, axis=1))
 
 
+def averaged(evidence: FloatArray) -> FloatArray:
+    """Evidence averaged over ``AVERAGED`` frames on both sides: array (..., frames) as given."""
+    return _averaged(evidence.T, AVERAGED).T
+
+
 def _averaged(rows: FloatArray, reach: int) -> FloatArray:
     """Mean of the rows within ``reach`` rows of each row."""
-    sums = np.concatenate([np.zeros((1, rows.shape[1])), np.cumsum(rows, axis=0)])
+    sums = np.concatenate([np.zeros((1, *rows.shape[1:])), np.cumsum(rows, axis=0)])
     now = np.arange(len(rows))
     low, high = np.maximum(now - reach, 0), np.minimum(now + reach + 1, len(rows))
-    return np.asarray((sums[high] - sums[low]) / (high - low)[:, None])
+    shape = (-1, *(1,) * (rows.ndim - 1))
+    return np.asarray((sums[high] - sums[low]) / (high - low).reshape(shape))

@@ -58,9 +58,11 @@ def fit_context_space(captures: Sequence[FloatArray | Float32Array]) -> ContextS
     """Whitened principal axes of the contexts of all captures; `captures` each (frames, n)."""
     total = sum(len(c) for c in captures)
     centre = sum(c.sum(axis=0, dtype=np.float64) for c in captures) / max(total, 1)
-    rows = np.concatenate([_contexts(c - centre)[::THINNED] for c in captures])
+    # copied, so that the frames between are not held
+    rows = np.concatenate([_contexts(c - centre)[::THINNED].copy() for c in captures])
     mean = rows.mean(axis=0)
-    values, axes = np.linalg.eigh((rows - mean).T @ (rows - mean) / len(rows))
+    rows -= mean
+    values, axes = np.linalg.eigh(rows.T @ rows / len(rows))
     kept = np.argsort(-values)[:N_AXES]
     spread = np.sqrt(np.maximum(values[kept], 1e-6 * values.max() + 1e-12))
     return ContextSpace(np.asarray(centre), mean, axes[:, kept] / spread)

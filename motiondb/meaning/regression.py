@@ -55,7 +55,7 @@ from itertools import pairwise
 from typing import Annotated, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from motiondb.records import Axes, FloatArray, IntArray, MayBeUnknown, Sizes
 from motiondb.symbols.hmm_jobs import one_blas_thread
@@ -147,8 +147,8 @@ class MadeRows:
         ]
         return np.concatenate(pieces) if pieces else self.make(0)[:0]
 
-    def __array__(self, dtype: object = None, copy: object = None) -> FloatArray:
-        return self[:]
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> FloatArray:
+        return self[:].astype(dtype or np.float64, copy=False)  # made anew: no copy is needed
 
 
 @dataclass(frozen=True, eq=False)

@@ -52,6 +52,7 @@ from motiondb.search.reasons import Explanation, explain
 from motiondb.search.takings import Taking, hints_of, say_not_understood, understand, with_notation
 
 LOOKED_AT = 10  # Answers by which it is told whether anything matches, however many are shown
+POOL = 3  # As many times more answers to an order are looked at, for those in which it is seen
 MOST_DECODED = 50
 """Largest number of words that are decoded to symbols at once: 200 words need 2 GB, and
 sequences are short."""
@@ -104,7 +105,8 @@ class WordAnswer:
         Words that name an action of the question and are not understood. The answers are for the
         rest alone; they carry no probabilities, and whether any matches is not known.
     doubtful : bool
-        Whether some action is more likely not shown than shown by each of the first answers.
+        Whether each of the first answers is more likely wrong than right, or some action or the
+        order is shown by none of them.
     """
 
     matches: tuple[Match, ...]
@@ -189,10 +191,17 @@ def search_words(
         return _search_decoded(asked, undecided, words, allowed, limit)
     read, not_searched = readings(question.tree)
     verbs = verbs_in(text, learned.synonyms, learned.lemmas)
-    found = find(asked, read, allowed, max(limit, LOOKED_AT), written, verbs)
+    number = max(limit, LOOKED_AT)
+    ordered = features is not None and any(map(placing.is_order, read))
+    place = partial(_place, asked, read, written, features)
+    if ordered:
+        found = _in_order_first(find(asked, read, allowed, POOL * number, written, verbs), place)
+        found = found[:number]
+    else:
+        found = find(asked, read, allowed, number, written, verbs)
     ranked = found[:limit]
     matches = tuple(
-        _match(asked, rank, each, read[each.hit.reading], words, written, features)
+        _match(asked, rank, each, place(each), read[each.hit.reading], words, written)
         for rank, each in enumerate(ranked, start=1)
     )
     sure = learned.word_certainty
@@ -206,7 +215,8 @@ def search_words(
         (*question.not_used, *not_searched),
         reasons=tuple(each.why for each in ranked),
         strength=best_strength(asked, found, threshold),
-        doubtful=is_doubtful([each.sure for each in found]),
+        doubtful=is_doubtful([each.sure for each in found])
+        or (bool(found) and not any(each.in_order for each in found)),
         suggests=tuple(partial(learned.captions_like, each.capture) for each in ranked),
         threshold=threshold,
         vocabulary=asked.names,
@@ -216,23 +226,50 @@ def search_words(
     )
 
 
+def _in_order_first(
+    found: Sequence[Found], place: Callable[[Found], placing.Placed]
+) -> list[Found]:
+    """Answers to actions in order: behind the others, those in which the order is not seen.
+
+    These have no probability as a whole: how often such an answer is right was not measured.
+    """
+    answers = [
+        each
+        if place(each).in_order is not False
+        else replace(each, sure=replace(each.sure, whole=None), in_order=False)
+        for each in found
+    ]
+    return sorted(answers, key=lambda each: not each.in_order)
+
+
+def _place(
+    asked: AskedWords,
+    read: Sequence[Reading],
+    written: bool,
+    features: placing.Features | None,
+    answer: Found,
+) -> placing.Placed:
+    """Where a capture shows the parts of an answer, by segments and then by frames."""
+    reading, capture = read[answer.hit.reading], answer.capture
+    places = placing.place_answer(asked, capture, answer.hit, reading, answer.sure.parts, written)
+    if features is None:
+        return placing.Placed(places)
+    return placing.refine_places(asked, capture, reading, places, features, written)
+
+
 def _match(
     asked: AskedWords,
     rank: int,
     answer: Found,
+    placed: placing.Placed,
     reading: Reading,
     words: Sequence[str],
     written: bool,
-    features: placing.Features | None,
 ) -> Match:
     """One capture's answer: ranked by the word map, placed by the evidence of places."""
     learned, evidence = asked.learned, asked.evidence
     takes = evidence.takes if written else evidence.seen
-    places = placing.place_answer(
-        asked, answer.capture, answer.hit, reading, answer.sure.parts, written
-    )
-    if features is not None:
-        places = placing.refine_places(asked, answer.capture, reading, places, features, written)
+    places = placed.parts
     parts = tuple(
         MatchPart(
             words,
@@ -250,7 +287,9 @@ def _match(
         *to_seconds(learned, answer.capture, start, end),
         float(1.0 / (1.0 + np.exp(-reasons.total(answer.why)))),
         _matched(asked, answer.capture, takes[answer.capture], words),
-        "; ".join(map(_say_part, parts)) + mark_generated(learned, answer.capture, "; "),
+        "; ".join(map(_say_part, parts))
+        + ("" if answer.in_order else "; not seen in this order")
+        + mark_generated(learned, answer.capture, "; "),
         answer.sure.whole,
         placing.interval_probability(answer.sure.whole, places, reading),
         "unknown" if any(place.unknown for place in places) else "known",
@@ -432,6 +471,7 @@ class Found:
     hit: QuestionHit
     why: tuple[reasons.WordReason, ...]
     sure: Chances
+    in_order: bool = True  # Whether the actions are seen in the order asked for, as far as known
 
 
 def find(
@@ -448,14 +488,14 @@ def find(
     `verbs`: The words of the question that are verbs.
     """
     number = asked.numbers
-    certainty = question_certainty(asked, read, verbs)
+    certainty = question_certainty(asked, read)
     evidence = asked.evidence
     takes = evidence.takes if written else evidence.seen
     extremes = evidence.extremes if written else evidence.seen_extremes
     bounds = dict(zip(extremes.captures.tolist(), upper_bounds(extremes, read, number).tolist()))
     likeliest = likeliest_takes(
         {capture: bounds[capture] for capture in allowed if capture in takes},
-        lambda capture: by_question.search_take(takes[capture], read, number),
+        lambda capture: by_question.search_take(takes[capture], read, number, verbs),
         limit,
     )
     answers = []

@@ -17,13 +17,12 @@ right was never measured.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import prod
 
 import numpy as np
 
-from motiondb.language.question.heads import heads_of
 from motiondb.language.question.readings import Reading
 from motiondb.learn.checking import say_unchecked
 from motiondb.learn.joining import start_weight
@@ -66,22 +65,14 @@ class QuestionCertainty:
     sure: regression.Certainty | None  # Of an action
     kinds: regression.Certainties  # Of other kinds of questions
     checked: bool  # Whether own captions have checked the probabilities of all words
-    heads: frozenset[int]  # Numbers of the words that name the actions (``question.heads``)
 
 
-def question_certainty(
-    asked: AskedWords, readings: Sequence[Reading], verbs: Collection[str] = ()
-) -> QuestionCertainty:
-    """What is known about the certainty of answers to the readings of a question.
-
-    `verbs`: The words of its text that are verbs.
-    """
+def question_certainty(asked: AskedWords, readings: Sequence[Reading]) -> QuestionCertainty:
+    """What is known about the certainty of answers to the readings of a question."""
     learned, number = asked.learned, asked.numbers
     words = {word for reading in readings for word in words_of_reading(reading)}
     checked = all(asked.checked[number[word]] for word in words if word in number)
-    actions = {action for reading in readings for part in reading.parts for action in part.actions}
-    heads = frozenset(number[w] for action in actions for w in heads_of(action, verbs))
-    return QuestionCertainty(learned.word_certainty, learned.certainties, checked, heads)
+    return QuestionCertainty(learned.word_certainty, learned.certainties, checked)
 
 
 def chances(
@@ -106,7 +97,7 @@ def chances(
     if sure is None:
         return unknown
     excluded = [lowering.actions for lowering in reasons.lowerings(why)]
-    requested = _at_most_its_heads(sure, why, known.heads)
+    requested = reasons.by_action(why)
     said = all(reason.written > 0.0 for reason in why if reason.exclusion < 0)
     if len(readings) > 1:
         if not all(map(_is_one_action, readings)):
@@ -121,30 +112,6 @@ def chances(
         whole,
         tuple(_of_part(sure, hit, reading, k, why, requested) for k in range(len(reading.parts))),
     )
-
-
-def _at_most_its_heads(
-    sure: regression.Certainty, why: Sequence[reasons.WordReason], heads: frozenset[int]
-) -> list[tuple[float, float]]:
-    """Log-odds of every requested action, and what captions add, of its least probable part.
-
-    The log-odds of an action are the means of its words', so that "hand" alone could make "shake
-    hands" probable. An action is at most as probable as each of its words that name it.
-    """
-    odds = reasons.by_action(why)
-    requested = [reason for reason in why if reason.exclusion < 0]
-    for n, action in enumerate(sorted({reason.action for reason in requested})):
-        words = [reason for reason in requested if reason.action == action]
-        weight = len(odds) * len(words)  # of a word in the mean over all actions
-        naming = [reason for reason in words if reason.word in heads]
-        alone = [(reason.log_odds, weight * reason.written) for reason in naming]
-        odds[n] = min([odds[n], *alone], key=lambda pair: _of_action(sure, *pair))
-    return odds
-
-
-def _of_action(sure: regression.Certainty, odds: float, said: float) -> float:
-    """Calibrated log-odds of an action by its motion, with what captions add."""
-    return float(sure.log_odds(np.array([odds - said]))) + said
 
 
 def words_of_reading(reading: Reading) -> set[str]:

@@ -143,9 +143,14 @@ def likely_places(boxes: Boxes, asked: Sequence[Keys], slack: int) -> IntArray:
     for query, keys in enumerate(asked):
         far = len(body.JOINTS) ** 0.5 * keys.reach + _ROUNDING  # sqrt(most / n)
         starts = _search(
-            *(boxes.outlines.limbs, boxes.outlines.bounds),
-            *(boxes.order, boxes.low, boxes.high, boxes.levels),
-            *(keys.limbs.astype(np.int32), keys.frames),
+            boxes.outlines.limbs,
+            boxes.outlines.bounds,
+            boxes.order,
+            boxes.low,
+            boxes.high,
+            boxes.levels,
+            keys.limbs.astype(np.int32),
+            keys.frames,
             (far / UNIT) ** 2,
             keys.n_frames - slack,
         )
@@ -193,7 +198,7 @@ def _search(  # noqa: PLR0913  one compiled search, box by box
                     stack[n_open] = level - 1, inner
                     n_open += 1
                 continue
-            first = np.int64(order[box]) * RUN
+            first = int(order[box]) * RUN
             for frame in range(first, min(first + RUN, len(limbs))):
                 start = frame - frames[k]
                 if start < 0 or _distance(limbs, frame, keys, k, one) >= one:

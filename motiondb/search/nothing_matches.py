@@ -3,12 +3,13 @@
 Every action of a question has a *strength*: nats by which it is more probable than usual for its
 words. Below a threshold, which was learned from questions without a right answer
 (:mod:`motiondb.meaning.regression`), nothing matches. Above it, but with a probability below one
-half by each of the first answers, it is doubtful whether anything does.
+half by each of the first answers, as a whole or for some part, it is doubtful whether anything
+does.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -50,14 +51,17 @@ def best_strength(
         of_reading = best.setdefault(each.hit.reading, {})
         whole = any(statement.exclusion >= 0 for statement in each.hit.statements)
         for part in [-1] if whole else dict.fromkeys(parts):
-            why = [w for w in each.why if whole or parts[w.action] == part]
-            clear = strength(asked, why, threshold)
+            actions = [n for n, of in enumerate(parts) if whole or of == part]
+            clear = strength(asked, each.why, threshold, actions)
             of_reading[part] = max(clear, of_reading.get(part, clear))
     return max((min(parts.values()) for parts in best.values() if parts), default=None)
 
 
 def is_doubtful(found: Sequence[Chances]) -> bool:
-    """Whether some part is more likely not shown than shown by each of the answers."""
+    """Whether each answer is more likely wrong than right, or some part not shown by any."""
+    wholes = [chances.whole for chances in found if chances.whole is not None]
+    if wholes and max(wholes) < placing.LIKELY:
+        return True
     known = [[p and p.probability for p in chances.parts] for chances in found]
     same = [parts for parts in known if len(parts) == len(known[0])]
     best = [max((p for p in of if p is not None), default=1.0) for of in zip(*same)]
@@ -65,9 +69,12 @@ def is_doubtful(found: Sequence[Chances]) -> bool:
 
 
 def strength(
-    asked: AskedWords, why: Sequence[reasons.WordReason], threshold: float | None
+    asked: AskedWords,
+    why: Sequence[reasons.WordReason],
+    threshold: float | None,
+    actions: Collection[int],
 ) -> float:
-    """Nats by which the least certain action of an answer is more probable than usual.
+    """Nats by which the least certain of some actions of an answer is more probable than usual.
 
     For an excluded action, the distance to the threshold changes its sign: a motion without the
     action matches if the action itself would not.
@@ -79,8 +86,11 @@ def strength(
 
     requested = [w for w in why if w.exclusion < 0]
     numbers = sorted({w.action for w in requested})
-    levels = [usually([w for w in requested if w.action == number]) for number in numbers]
-    clear = [odds - level for (odds, _), level in zip(reasons.by_action(why), levels)]
+    clear = [
+        odds - usually([w for w in requested if w.action == number])
+        for number, (odds, _) in zip(numbers, reasons.by_action(why))
+        if number in actions
+    ]
     if threshold is None:
         return min(clear, default=0.0)
     for lowering in reasons.lowerings(why):

@@ -11,7 +11,10 @@ The place is unknown under two conditions: the interval is more likely wrong tha
 capture's captions list the words; and a caption of the whole capture is the only evidence for the
 part, which by the motion alone is more likely not shown.
 
-The interval ends where the evidence for each frame falls to half of its peak
+Actions in order get their intervals from the evidence for each frame
+(:mod:`motiondb.meaning.frame_order`), because a short take is one segment.
+
+Otherwise the interval ends where the evidence for each frame falls to half of its peak
 (:mod:`motiondb.meaning.edge_map`), so that a short action has the boundaries of the movement
 and not of the segments. If more than ``NARROW`` of the interval would remain, it is not narrowed:
 then it shows one long activity, and not a short action with something else around it. The
@@ -23,6 +26,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -30,7 +34,8 @@ from motiondb.body.features import FEATURE_STEP
 from motiondb.language.question.readings import Part, Reading
 from motiondb.meaning import by_question
 from motiondb.meaning.by_question import PlacedReading, QuestionHit
-from motiondb.meaning.edge_map import refine_interval
+from motiondb.meaning.edge_map import HALF, averaged, refine_interval
+from motiondb.meaning.frame_order import lay_in_order
 from motiondb.meaning.place_certainty import PlaceCertainty, count_performers, interval_cues
 from motiondb.records import Float32Array, FloatArray
 from motiondb.search.asked_words import AskedWords
@@ -39,6 +44,7 @@ from motiondb.search.chances import PartChance
 Features = Callable[[int], Float32Array]
 """Capture number -> recognition features (frames, 130), 15 a second."""
 
+AROUND = 15  # Feature frames (1 s) around the segments of an order that may belong to it
 LIKELY = 0.5  # Probability above which a statement is more likely true than not
 NARROW = 0.6
 """Largest share of its interval that a short action fills. An activity that fills more keeps the
@@ -67,6 +73,16 @@ class PartPlace:
         if self.unknown or self.probability is None or self.right is None:
             return None
         return self.probability * self.right
+
+
+@dataclass(frozen=True)
+class Placed:
+    """Where a capture shows a reading of a question."""
+
+    parts: tuple[PartPlace, ...]
+    # Whether the actions are seen in the order that the question asks for; None if it asks for no
+    # order, or the evidence for each frame does not tell
+    in_order: bool | None = None
 
 
 def place_answer(
@@ -110,37 +126,73 @@ def refine_places(
     places: Sequence[PartPlace],
     features: Features,
     written: bool = True,
-) -> tuple[PartPlace, ...]:
+) -> Placed:
     """Places with the boundaries that the evidence for each frame gives.
 
     A part keeps its frames where its place is unknown or labelled by a person, and where it asks
     for nothing, for a least length, or for words whose places were not learned, and where more than
     ``NARROW`` of it would remain. No part is extended into another one.
+
+    Actions in order are placed anew, near their places by segments, unless one of them keeps its
+    frames.
     """
     edges, placed = asked.learned.edges, asked.learned.placed
     known = frozenset[int]() if placed is None else placed.words
-    kept = [
+    fixed = [
         edges is None
-        or place.unknown
         or not part.actions
         or part.seconds > 0.0
         or not known.issuperset(_words(asked, part))
         or (written and _is_labelled(asked, capture, part))
-        for place, part in zip(places, reading.parts)
+        for part in reading.parts
     ]
-    if edges is None or all(kept):
-        return tuple(places)
+    ordered = is_order(reading) and not any(fixed)
+    kept = [not ordered and (fix or place.unknown) for fix, place in zip(fixed, places)]
+    if edges is None or (all(kept) and not is_order(reading)):
+        return Placed(tuple(places))
     frames = asked.learned.feature_space.project(features(capture))
+    evidence = [
+        edges.evidence(frames, words) if words and known.issuperset(words) else None
+        for words in (_words(asked, part) for part in reading.parts)
+    ]
+    if ordered:
+        return _ordered(places, np.stack([each for each in evidence if each is not None]))
     bounds = [0, *(place.start for place in places[1:]), FEATURE_STEP * len(frames)]
     refined, end = [], 0
-    for k, place in enumerate(places):
-        if not kept[k]:
-            evidence = edges.evidence(frames, _words(asked, reading.parts[k]))
-            start, stop = _refined(evidence, (place.start, place.end), (end, bounds[k + 1]))
+    for k, (place, found) in enumerate(zip(places, evidence)):
+        if found is not None and not kept[k]:
+            start, stop = _refined(found, (place.start, place.end), (end, bounds[k + 1]))
             place = replace(place, start=start, end=stop)
         refined.append(place)
         end = place.end
-    return tuple(refined)
+    not_seen = is_order(reading) and not all(
+        found is None
+        or _reaches_half(found, place)
+        or (written and _is_labelled_there(asked, capture, part, place))
+        for part, place, found in zip(reading.parts, refined, evidence)
+    )
+    return Placed(tuple(refined), False if not_seen else None)
+
+
+def is_order(reading: Reading) -> bool:
+    """Whether a reading asks for several actions, each different from the one before."""
+    of_parts = [part.actions for part in reading.parts]
+    return len(of_parts) > 1 and all(a != b for a, b in pairwise(of_parts))
+
+
+def _ordered(places: Sequence[PartPlace], evidence: FloatArray) -> Placed:
+    """Places by the evidence of frames, around those of segments; `evidence` (parts, frames)."""
+    n = evidence.shape[1]
+    low = max(min(place.start for place in places) // FEATURE_STEP - AROUND, 0)
+    high = min(-(-max(place.end for place in places) // FEATURE_STEP) + AROUND, n)
+    order = lay_in_order(averaged(evidence), (low, high))
+    if order is None:
+        return Placed(tuple(places))
+    parts = tuple(
+        place if place.unknown else replace(place, start=FEATURE_STEP * a, end=FEATURE_STEP * b)
+        for place, (a, b) in zip(places, order.spans)
+    )
+    return Placed(parts, order.is_seen)
 
 
 def _refined(evidence: FloatArray, span: tuple[int, int], room: tuple[int, int]) -> tuple[int, int]:
@@ -254,3 +306,20 @@ def _is_labelled(asked: AskedWords, capture: int, part: Part) -> bool:
 def _words(asked: AskedWords, part: Part) -> list[int]:
     """Numbers of the words that a part asks for."""
     return [asked.numbers[word] for action in part.actions for word in action]
+
+
+def _reaches_half(evidence: FloatArray, place: PartPlace) -> bool:
+    """Whether the evidence of the frames of a take reaches half of its peak in a place."""
+    smooth, first = averaged(evidence), place.start // FEATURE_STEP
+    inside = smooth[first : max(place.end // FEATURE_STEP, first + 1)]
+    return float(inside.max(initial=0.0)) >= HALF * float(smooth.max())
+
+
+def _is_labelled_there(asked: AskedWords, capture: int, part: Part, place: PartPlace) -> bool:
+    """Whether captions of intervals say the words of a part inside a place."""
+    said, rows = asked.said_places.get(capture), asked.learned.rows[capture]
+    if said is None:
+        return False
+    table = asked.learned.segments
+    inside = (table.starts[rows] < place.end) & (table.ends[rows] > place.start)
+    return bool((said[inside][:, _words(asked, part)] > 0.0).all(axis=1).any())

@@ -160,16 +160,13 @@ def say_chance(probability: float) -> str:
 
 
 def take_word(word: str, known: Collection[str], table: NearbyTable) -> Taking:
-    """The known words that may replace a word, by the table of nearby words."""
+    """The known words that may replace a word: the table's entry of its lemma, or its own."""
     if word.lower() in known:  # another word of the same form: "lay" is the past of "lie"
         word = lemma(word)
-    forms = list(dict.fromkeys((word.lower(), lemma(word))))
-    chances: dict[str, float] = {}
-    for form in forms:
-        for target, chance in table.entry(form):
-            if target in known and target not in forms:
-                chances[target] = max(chance, chances.get(target, 0.0))
-    ordered = sorted(chances.items(), key=lambda pair: (-pair[1], pair[0]))
+    forms = list(dict.fromkeys((lemma(word), word.lower())))
+    entry = next(filter(None, map(table.entry, forms)), ())
+    chances = [pair for pair in entry if pair[0] in known and pair[0] not in forms]
+    ordered = sorted(chances, key=lambda pair: (-pair[1], pair[0]))
     likely = tuple((target, chance) for target, chance in ordered if chance >= SUGGESTED)
     if likely or any(table.is_english(form) for form in forms):
         return Taking(word, likely)

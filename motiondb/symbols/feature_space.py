@@ -16,6 +16,7 @@ from motiondb.records import Axes, Float32Array, FloatArray
 
 N_DIMENSIONS = 24  # Principal axes that are kept
 _CLIP = 8.0  # standard deviations: a broken frame cannot dominate a segment. By hand.
+_BLOCK = 65_536  # Frames that are projected together: bounds memory
 _MOST_FRAMES = 900  # frames (60 s) of a capture that count. By hand.
 
 
@@ -31,8 +32,9 @@ class FeatureSpace:
         """Features (frames, 130) -> whitened array (frames, dimensions), float32."""
         # In double precision: products differ in their last bits between processors, and in single
         # precision that would be enough to change which symbol wins a segment.
-        projected = (features - self.mean) @ self.projection
-        return np.clip(projected, -_CLIP, _CLIP).astype(np.float32)
+        blocks = [features[a : a + _BLOCK] for a in range(0, max(len(features), 1), _BLOCK)]
+        parts = ((block - self.mean) @ self.projection for block in blocks)
+        return np.concatenate([np.clip(p, -_CLIP, _CLIP).astype(np.float32) for p in parts])
 
 
 def fit_feature_space(

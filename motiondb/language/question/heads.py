@@ -10,7 +10,8 @@ No dictionary of the parts of speech is loaded. A word counts as a verb if
 * it is a form of a motion verb (``vocabulary.VERBS``) other than its doer ("dancer"), or ends in
   -ing, and no article stands before it ("picks up a box");
 * it follows a subject ("he juggles", "they clap");
-* it begins its clause and a word follows that describes no motion ("throw a ball");
+* it begins its clause and a word follows that describes no motion ("throw a ball"), or it can be a
+  verb and the next word is none ("eat pizza");
 * it is the last of the words after "does a", "performs" and the like. Words before those are their
   subject, and no verbs.
 """
@@ -21,7 +22,14 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 
 from motiondb.language.question.tree import LIMBS, Action, AnyOf, Node, Without, parts_of
-from motiondb.language.vocabulary import MODIFIERS, VERBS, join_phrases, motion_word, split_compound
+from motiondb.language.vocabulary import (
+    MODIFIERS,
+    VERBS,
+    is_also_verb,
+    join_phrases,
+    motion_word,
+    split_compound,
+)
 
 _TOKEN = re.compile(r"[^\W\d_]+(?:'[^\W\d_]+)?|[,;.!?()\n]")
 _CLAUSE_TEXT = ", ; . ! ? ( ) and then or while after before but nor not without"
@@ -57,6 +65,8 @@ def verbs_in(
     ['clap', 'crawl', 'throw']
     >>> sorted(verbs_in("ballet dancer does a pirouette")), sorted(verbs_in("zombie walk"))
     (['pirouette'], ['walk'])
+    >>> sorted(verbs_in("eat pizza"))
+    ['eat']
     """
     found: set[str] = set()
     clause: set[str] = set()  # Verbs of the clause so far
@@ -82,7 +92,9 @@ def verbs_in(
             light = not is_last
         elif before not in _ARTICLES:
             begins = is_first and is_last and follower not in _CLAUSE | _AUXILIARY | MODIFIERS
-            if begins or _is_verb(token, word, before):
+            follows = None if is_last else words[k + 1]
+            acts = is_first and follows and is_also_verb(word) and not is_also_verb(follows)
+            if begins or acts or _is_verb(token, word, before):
                 clause.add(word)
         is_first = token in _CLAUSE or (is_first and word is None)
         before = token

@@ -8,7 +8,8 @@ written under a temporary name, flushed to the disk, and renamed.
 An array that does not match its list is rebuilt from the store, so the folder can be deleted or
 damaged at any time. If the folder cannot be written, the arrays stay in memory.
 
-The checksums are compared whenever arrays are mapped, once for each opening of a database. They
+The checksums are compared whenever arrays are mapped, once for each opening of a database; those of
+rows that belong to captures when the rows of a capture are looked at (:class:`CheckedRows`). They
 must therefore be cheap: sums of 8-byte words run at 5 GB a second, CRC-32 at 0.7 GB a second
 (measured on 160 MB).
 """
@@ -23,12 +24,13 @@ import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, BinaryIO
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from motiondb.files.json_text import parse_json
 from motiondb.files.safe_files import read_bounded, sweep_drafts, whole_file
@@ -87,13 +89,69 @@ def cached_arrays(
     return arrays
 
 
+class CheckedRows:
+    """Rows of captures in a memory map; those of a capture are checked when they are looked at.
+
+    The rows of a capture whose checksum is wrong are made anew, and the list of the cache is
+    deleted, so that the next opening makes all anew.
+    """
+
+    def __init__(
+        self,
+        rows: NDArray[Any],
+        bounds: IntArray,
+        sums: NDArray[np.uint64],
+        make: Callable[[int], NDArray[Any]],
+    ) -> None:
+        self.rows, self.shape, self.dtype = rows, rows.shape, rows.dtype
+        self._bounds, self._sums, self._make = bounds, sums, make
+        self._is_sound = np.zeros(len(sums), dtype=bool)
+        self._mended: dict[int, NDArray[Any]] = {}
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __getitem__(self, which: slice | NDArray[Any]) -> NDArray[Any]:
+        if not isinstance(which, slice):
+            return np.asarray(np.asarray(self)[which])
+        start, stop, step = which.indices(len(self.rows))
+        places = np.searchsorted(self._bounds, [start, stop - 1], side="right") - 1
+        touched = range(places[0], places[1] + 1) if stop > start else range(0)
+        for place in touched:
+            self._check(place)
+        if self._mended.keys().isdisjoint(touched):
+            return self.rows[which]
+        whole = self.rows[start:stop].copy()
+        for place in self._mended.keys() & set(touched):
+            low, high = self._bounds[place : place + 2]
+            part = slice(max(low, start), min(high, stop))
+            whole[part.start - start : part.stop - start] = self._mended[place][
+                part.start - low : part.stop - low
+            ]
+        return whole[::step]
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
+        whole = self[:].astype(dtype or self.dtype, copy=False)
+        return whole.copy() if copy else whole
+
+    def _check(self, place: int) -> None:
+        """Compare the rows of a capture with their checksum, once."""
+        if self._is_sound[place] or place in self._mended:
+            return
+        low, high = self._bounds[place : place + 2]
+        if page_checksum(self.rows[low:high]) == int(self._sums[place]):
+            self._is_sound[place] = True
+        else:
+            self._mended[place] = self._make(place)
+
+
 @dataclass(frozen=True, eq=False)
 class CaptureRows:
     """Arrays of every capture, end to end, in order of capture number."""
 
     capture_ids: IntArray  # (captures,): numbers of the captures, ascending
     bounds: IntArray  # (captures + 1,): capture n has the rows from bounds[n] to bounds[n + 1]
-    rows: NDArray[Any]  # (rows, columns); may be a memory map
+    rows: NDArray[Any] | CheckedRows  # (rows, columns)
     values: FloatArray  # (captures,): one number of every capture
 
 
@@ -117,18 +175,24 @@ def cached_rows(
 
     `ready`: Capture number -> rows and number that were made already (:func:`lacking_rows`).
     """
+    folder, stem = _place(store, kind)
+
+    def mended(number: int) -> NDArray[Any]:
+        with suppress(OSError):
+            (folder / f"{stem}.json").unlink()
+        return make([load_motion(store, number)])[0][0]
+
     if not store.in_transaction:
         with suppress(*_UNUSABLE):
-            return _to_capture_rows(_read_arrays(*_place(store, kind)))
+            return _to_capture_rows(_read_arrays(folder, stem), mended)
     marks = _capture_marks(store)
     former = _former_rows(store, kind)
     former |= {marks[number]: made for number, made in ready.items() if number in marks}
     parts = _rows_of(store, marks, former, make)
-    folder, stem = _place(store, kind)
-    if not store.in_transaction:
+    if not store.in_transaction and marks:
         with suppress(*_UNUSABLE):
             _write_rows(folder, kind, stem, marks, parts)
-            return _to_capture_rows(_read_arrays(folder, stem))
+            return _to_capture_rows(_read_arrays(folder, stem), mended)
         parts = _rows_of(store, marks, former, make)
     made = list(parts)
     bounds = np.concatenate([[0], np.cumsum([len(rows) for rows, _ in made])]).astype(np.int64)
@@ -146,8 +210,13 @@ def lacking_rows(store: Store, kind: str) -> dict[int, Motion]:
     return {number: load_motion(store, number) for number in new}
 
 
-def _to_capture_rows(arrays: Arrays) -> CaptureRows:
-    return CaptureRows(*(arrays[name] for name in ("capture_ids", "bounds", "rows", "values")))
+def _to_capture_rows(arrays: Arrays, mended: Callable[[int], NDArray[Any]]) -> CaptureRows:
+    """The rows of a cache; those of a damaged capture are made by its number."""
+    numbers, bounds = arrays["capture_ids"], arrays["bounds"]
+    checked = CheckedRows(
+        arrays["rows"], bounds, arrays["sums"], lambda place: mended(int(numbers[place]))
+    )
+    return CaptureRows(numbers, bounds, checked, arrays["values"])
 
 
 def _capture_marks(store: Store) -> dict[int, int]:
@@ -172,11 +241,13 @@ def _former_rows(store: Store, kind: str) -> dict[int, Made]:
     for file in sorted(listed, key=lambda one: -one.stat().st_mtime):
         with suppress(*_UNUSABLE):
             arrays = _read_arrays(folder, file.stem)
-            held, marks = _to_capture_rows(arrays), arrays["marks"].tolist()
-            places = enumerate(zip(marks, held.values.tolist()))
+            bounds, rows = arrays["bounds"].tolist(), arrays["rows"]
+            parts = [rows[low:high] for low, high in pairwise(bounds)]
+            facts = zip(arrays["marks"].tolist(), parts, arrays["values"].tolist(), arrays["sums"])
             return {
-                mark: (held.rows[held.bounds[n] : held.bounds[n + 1]], value)
-                for n, (mark, value) in places
+                mark: (part, value)
+                for mark, part, value, total in facts
+                if page_checksum(part) == int(total)
             }
     return {}
 
@@ -201,7 +272,7 @@ def _write_rows(
 ) -> None:
     """Write rows to the cache as they are made."""
     folder.mkdir(exist_ok=True)
-    sizes, values = [0], list[float]()
+    sizes, values, sums = [0], list[float](), list[int]()
     file_name = folder / f"{stem}-rows.npy"
     with _draft(file_name) as file:
         shape, kind_of_rows = (0, 0), np.dtype(np.float32)
@@ -209,8 +280,10 @@ def _write_rows(
             if len(sizes) == 1:
                 shape, kind_of_rows = (0, rows.shape[1]), rows.dtype
                 _write_head(file, shape, kind_of_rows)
-            file.write(np.ascontiguousarray(rows).data)
+            rows = np.ascontiguousarray(rows)
+            file.write(rows.data)
             sizes.append(len(rows))
+            sums.append(page_checksum(rows))
             values.append(value)
         file.seek(0)
         _write_head(file, (sum(sizes), shape[1]), kind_of_rows)
@@ -219,6 +292,7 @@ def _write_rows(
         "bounds": np.cumsum(sizes, dtype=np.int64),
         "values": np.array(values, dtype=np.float64),
         "marks": np.array(list(marks.values()), dtype=np.int64),
+        "sums": np.array(sums, dtype=np.uint64),
     }
     written = {"rows": np.load(file_name, mmap_mode="r", allow_pickle=False)}
     _write_arrays(folder, kind, stem, arrays, written)
@@ -256,7 +330,7 @@ def _read_arrays(folder: Path, stem: str) -> Arrays:
         if not file.is_file():  # a pipe would be waited for
             raise ValueError(f"the array {name} is no file")
         array = np.load(file, mmap_mode="r", allow_pickle=False)
-        if _facts(array) != facts:
+        if _facts(array, facts["checksum"] is not None) != facts:
             raise ValueError(f"the array {name} is damaged")
         arrays[name] = array
     return arrays
@@ -267,14 +341,14 @@ def _write_arrays(
 ) -> None:
     """Write the arrays, then their list; then delete the files of other revisions.
 
-    `written`: Arrays whose files are there already.
+    `written`: Arrays whose files are there already; they have checksums of their own.
     """
     folder.mkdir(exist_ok=True)
     for name, array in arrays.items():
         with _draft(folder / f"{stem}-{name}.npy") as file:
             np.save(file, array, allow_pickle=False)
     arrays = {**arrays, **written}
-    facts = {name: _facts(array) for name, array in arrays.items()}
+    facts = {name: _facts(array, name not in written) for name, array in arrays.items()}
     listed = {"version": _VERSION, "checksum": _list_checksum(facts), "arrays": facts}
     with _draft(folder / f"{stem}.json") as file:
         file.write(json.dumps(listed).encode())
@@ -301,9 +375,9 @@ def _draft(path: Path) -> Iterator[BinaryIO]:
         os.fsync(file.fileno())
 
 
-def _facts(array: NDArray[Any]) -> dict[str, Any]:
-    """Return the entry of an array in the list: shape, type and checksum."""
-    checksum = page_checksum(np.ascontiguousarray(array))
+def _facts(array: NDArray[Any], checked: bool = True) -> dict[str, Any]:
+    """Return the entry of an array in the list: shape, type and, if it is one, the checksum."""
+    checksum = page_checksum(np.ascontiguousarray(array)) if checked else None
     return {"shape": list(array.shape), "dtype": array.dtype.str, "checksum": checksum}
 
 

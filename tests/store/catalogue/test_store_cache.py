@@ -51,7 +51,7 @@ def test_rows_of_every_capture(filled: store.Store) -> None:
         assert held.values.tolist() == [store.load_motion(filled, n).leg_length for n in (1, 2, 3)]
         expected = [store.load_motion(filled, n).root_positions[:, :2] for n in (1, 2, 3)]
         np.testing.assert_array_equal(held.rows, np.concatenate(expected))
-        assert isinstance(held.rows, np.memmap)
+        assert isinstance(held.rows[3:9], np.memmap)
     assert make.made == [5, 6, 7]
 
 
@@ -73,8 +73,27 @@ def test_only_rows_of_new_captures_are_made_and_old_files_go(
     np.testing.assert_array_equal(held.rows, np.concatenate(expected))
     assert make.made == [5, 6, 7, 2]
     assert store.lacking_rows(filled, "places") == {}
-    assert len(list(_folder(filled).iterdir())) == n_files == 7
+    assert len(list(_folder(filled).iterdir())) == n_files == 8
     assert (_folder(filled) / "places-2024.json").read_text() == "a user's own"
+
+
+def test_damaged_rows_are_made_anew_when_they_are_looked_at(filled: store.Store) -> None:
+    make = Maker()
+    expected = np.array(store.cached_rows(filled, "places", make).rows)
+    (file,) = _folder(filled).glob("places-*-rows.npy")
+    content = bytearray(file.read_bytes())
+    content[-8 * 3] ^= 1  # in the first rows of the third capture
+    file.write_bytes(content)
+    held = store.cached_rows(filled, "places", make)
+    np.testing.assert_array_equal(held.rows[:11], expected[:11])
+    assert make.made == [5, 6, 7]  # the damage is not in these
+    for part in (slice(9, 13), slice(8, 18, 3), slice(None), slice(4, 4)):
+        np.testing.assert_array_equal(held.rows[part], expected[part])
+    np.testing.assert_array_equal(held.rows[np.arange(18) % 2 == 0], expected[::2])
+    assert make.made == [5, 6, 7, 7]
+    again = store.cached_rows(filled, "places", make)
+    np.testing.assert_array_equal(again.rows, expected)
+    assert isinstance(again.rows[11:18], np.memmap)
 
 
 def test_rows_of_another_run_are_not_used(filled: store.Store, samples: ModuleType) -> None:
