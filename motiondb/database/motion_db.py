@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from functools import cached_property
 from pathlib import Path
@@ -29,6 +29,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.answers.learning import StartAnswer
     from motiondb.database.generating import Generated
     from motiondb.database.grammars.grammars import Grammars
+    from motiondb.database.joining import Joined
     from motiondb.database.scenes.scenes import Scenes
     from motiondb.learn.drift import Drift
     from motiondb.learn.knowledge import Knowledge
