@@ -10,7 +10,12 @@ motiondb add take1 take2.bvh --prefix studio2/
 motiondb add cleaned --replace
 motiondb show ana/walk_1 --png walk.png
 motiondb export ana/walk_1 -o walk.bvh
+motiondb export ana/walk_1 -o walk.npz
 motiondb export ana/walk_1 --from 1 --to 2.5 -o step.glb
+motiondb export ana/walk_1 --loop --in-place --fps 60 --unit m -o cycle.bvh
+motiondb export ana/walk_1 --onto rig.fbx -o walk_on_rig.bvh
+motiondb joints rig.fbx -o rig.map
+motiondb join ana/walk_1:0-2 ana/jump_1:0.5-2.5 -o walk_jump.bvh
 motiondb join ana/walk_1:0-2 ana/kick_1:1-3 -o joined.bvh
 motiondb list --where 'performer=ana and duration>5' --sort -duration
 motiondb list --csv > captures.csv
@@ -25,6 +30,8 @@ motiondb merge other.duckdb --prefix studio2/
 motiondb backup copy.duckdb
 motiondb learn
 motiondb learn --start cmu
+motiondb learn --where 'performer!=16'
+motiondb evaluate --where 'performer=16'
 motiondb symbols --png space.png
 motiondb search "walk, turn left, sit down"
 motiondb search "jump twice" --where performer=ana --export answers

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 from motiondb import store
 from motiondb.answers.catalogue import Exported
 from motiondb.body.features import FEATURE_STEP
-from motiondb.body.retarget import to_clip, to_motion
+from motiondb.body.retarget import to_motion
+from motiondb.database import searching
 from motiondb.database.archive import Archive
 from motiondb.database.catalogue import browsing, filter_words
 from motiondb.database.catalogue.parts import cut_clip, cut_motion
@@ -212,8 +213,10 @@ class Captures(Archive):
         name : str
             Name of the capture.
         path : str or Path
-            The ending says the format: .bvh, .glb or .gltf, or the ending of the added file. With
-            the added AMC, its skeleton is written beside it (.asf).
+            The ending says the format: .bvh, .glb or .gltf, or the ending of the added file; .npz,
+            .csv and .parquet hold positions, velocities and contacts of the feet (see
+            :mod:`motiondb.files.arrays`). With the added AMC, its skeleton is written beside it
+            (.asf).
         start : float, optional
             Start of the part of the capture, seconds. A part of a capture is always written as a
             new file.
@@ -241,26 +244,31 @@ class Captures(Archive):
         whole = start is None and end is None and not canonical and not asked.are_any
         with self.session.reading():
             info = store.load_capture(self.store, name)
-            if canonical:
-                motion = store.load_motion(self.store, info.capture_id)
-                clip = to_clip(cut_motion(motion, start, end))
+            if canonical or asked.onto is not None:
+                motion = cut_motion(store.load_motion(self.store, info.capture_id), start, end)
             else:
                 source = store.load_source(self.store, info.capture_id)
                 if whole and path.suffix.lower() == Path(source.own_name).suffix.lower():
                     return exporting.write_added(info, source, path, self.clip(name).unit)
-                clip = cut_clip(self.clip(name), start, end)
-            asked = self._with_joint_map(info, asked, canonical)
-        clip, said = exporting.write_changed(clip, path, asked)
-        unit = "m" if path.suffix.lower() in exporting.GLTF else exporting.unit_name(clip.unit)
-        return Exported(info.name, path, clip.fps, clip.n_frames, unit, False, said)
+                motion, clip = None, cut_clip(self.clip(name), start, end)
+                asked = self._with_joint_map(info, asked)
+        if motion is not None:
+            made = exporting.write_motion(motion, path, asked)
+        else:
+            made = exporting.write_changed(clip, path, asked)
+        unit = exporting.unit_in(path, made.clip)
+        clip = made.clip
+        return Exported(
+            info.name, path, clip.fps, clip.n_frames, unit, False, made.said, None, made.fit
+        )
 
     def _with_joint_map(
-        self, info: CaptureInfo, asked: exporting.MotionChanges, canonical: bool
+        self, info: CaptureInfo, asked: exporting.MotionChanges
     ) -> exporting.MotionChanges:
         """Return the changes with the joint map with which a capture was added."""
         runs = {run.run_id: run for run in store.load_runs(self.store)}
         added = runs[info.run_id].parameters.get("joint_map")
-        if canonical or asked.joint_map or not isinstance(added, dict):
+        if asked.joint_map or not isinstance(added, dict):
             return asked
         return replace(asked, joint_map={str(k): str(v) for k, v in added.items()})
 
@@ -287,6 +295,52 @@ class Captures(Archive):
 
         with self.session.reading():
             return write_matches(self.store, answer.matches, Path(folder), question, self.export)
+
+    def draw_matches(
+        self,
+        answer: WordAnswer | ExampleAnswer,
+        path: str | Path,
+        title: str = "",
+        example: Motion | None = None,
+    ) -> Path:
+        """Draw the first matches of an answer as rows of stick figures, as PNG.
+
+        Parameters
+        ----------
+        answer : WordAnswer or ExampleAnswer
+            The answer of ``search`` or ``like``.
+        path : str or Path
+            The picture.
+        title : str
+            Title of the picture.
+        example : Motion, optional
+            The example, which is drawn above the matches.
+
+        Raises
+        ------
+        MotionDBError
+            When the answer has no matches, or the picture cannot be written.
+        """
+        return searching.draw_matches(self.session, answer.matches, path, title, example)
+
+    def draw_reasons(self, answer: WordAnswer, path: str | Path, title: str = "") -> Path:
+        """Draw the best match over a timeline of contributions for each word, as PNG.
+
+        Parameters
+        ----------
+        answer : WordAnswer
+            The answer of ``search``, but not one by symbols.
+        path : str or Path
+            The picture.
+        title : str
+            Title of the picture.
+
+        Raises
+        ------
+        QueryError
+            When the answer has no reasons.
+        """
+        return searching.draw_reasons(self.session, answer, path, title)
 
     def captions(self, name: str) -> tuple[Caption, ...]:
         """The captions of a capture.

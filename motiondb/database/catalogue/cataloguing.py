@@ -73,16 +73,21 @@ def add_captures(
             left.same.update(_renamed(readings, chosen))
             is_noted = n_read < len(jobs) or store.is_noted(opened, left)
         if chosen.new or not is_noted:
-            outlines = copy_search.load_outlines(opened)
+            outlines, made = copy_search.load_outlines(opened), dict[int, copy_search.Made]()
             with store.transaction(opened):  # others may have added meanwhile
                 chosen = _sort_readings(opened, readings, settings.replace)
                 if chosen.new and run_id is None:
                     run_id = _start_run(opened, folders, sheets, settings)
                 part = _report_known(opened, sheets, chosen, faults)
                 if chosen.new and run_id is not None:
-                    part = _save(opened, sheets, settings, chosen, part, (run_id, outlines))
+                    part = _save(opened, sheets, settings, chosen, part, run_id)
+                    made = copy_search.new_outlines(opened, outlines)
+                    found = copy_search.find_relations(opened, set(part.added), outlines, made)
+                    store.save_relations(opened, found)
+                    part = replace(part, relations=tuple(found))
                 if n_read == len(jobs):
                     store.save_not_saved(opened, left)
+            copy_search.load_outlines(opened, made)  # so that the next ``add`` has them
         tell("saving captures", n_read, len(jobs))
         report = _joined(report, part)
     others = [sentence for folder in folders for sentence in files.not_read(folder)]
@@ -166,14 +171,12 @@ def _save(
     settings: AddSettings,
     chosen: _Chosen,
     known: AddReport,
-    of_run: tuple[int, store.CaptureRows],
+    run_id: int,
 ) -> AddReport:
     """Save the new captures of a batch; inside a transaction.
 
-    `known`: The report without them. `of_run`: Number of the run, and the outlines of the captures
-    that are there.
+    `known`: The report without them.
     """
-    run_id, outlines = of_run
     notes, faults = list(known.notes), list(known.problems)
     seconds, n_events = 0.0, 0
     old = {info.name: info for info in store.load_captures(opened)} if settings.replace else {}
@@ -195,14 +198,12 @@ def _save(
             change.added.append(info.capture_id)
             seconds += info.duration
     added = tuple(reading.name for reading in chosen.new)
-    relations = copy_search.find_relations(opened, set(added), outlines)
-    store.save_relations(opened, relations)
     store.finish_run(opened, run_id)
     return AddReport(
         added,
         chosen.known,
         tuple(faults),
-        tuple(relations),
+        (),
         tuple(notes),
         seconds,
         len(change.counted),

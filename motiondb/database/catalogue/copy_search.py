@@ -6,7 +6,8 @@ database, so that the motions of captures that are there already need not be loa
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
@@ -18,22 +19,44 @@ from motiondb.search.copy_outlines import N_AXES, Int16Array, Outlines, outline
 KIND = "outlines"  # Name of the outlines of all captures in the cache of the database
 
 
-def load_outlines(opened: store.Store) -> store.CaptureRows:
-    """Outlines of all captures, and how far from them a copy may be."""
-    return store.cached_rows(opened, KIND, _make)
+Made = tuple[Int16Array, float]
+"""Outline (frames, 12) of a capture, and how far from it a copy may be."""
 
 
-def find_relations(opened: store.Store, new: set[str], known: store.CaptureRows) -> list[Relation]:
+def load_outlines(
+    opened: store.Store, ready: Mapping[int, Made] = MappingProxyType({})
+) -> store.CaptureRows:
+    """Outlines of all captures, and how far from them a copy may be.
+
+    `ready`: Those that were made already, by number of the capture (:func:`new_outlines`).
+    """
+    return store.cached_rows(opened, KIND, _make, ready)
+
+
+def new_outlines(opened: store.Store, known: store.CaptureRows) -> dict[int, Made]:
+    """Outlines of the captures that were saved after ``known`` was loaded, by number."""
+    held = set(known.capture_ids.tolist())
+    numbers = [i.capture_id for i in store.load_captures(opened) if i.capture_id not in held]
+    return dict(zip(numbers, _make([store.load_motion(opened, number) for number in numbers])))
+
+
+def find_relations(
+    opened: store.Store,
+    new: set[str],
+    known: store.CaptureRows,
+    made: Mapping[int, Made] | None = None,
+) -> list[Relation]:
     """Copies, mirror images and cuts among the captures, of which at least one is new.
 
     `new`: Names of captures.
 
     `known`: Outlines that were loaded before the new captures were saved.
+
+    `made`: Those of :func:`new_outlines`; made here if they are not given.
     """
     infos = store.load_captures(opened)
     held = {number: place for place, number in enumerate(known.capture_ids.tolist())}
-    others = [info.capture_id for info in infos if info.capture_id not in held]
-    made = dict(zip(others, _make([store.load_motion(opened, number) for number in others])))
+    made = new_outlines(opened, known) if made is None else made
     parts, reaches = list[Int16Array](), list[float]()
     for number in (info.capture_id for info in infos):
         if number in made:
@@ -68,7 +91,7 @@ def find_relations(opened: store.Store, new: set[str], known: store.CaptureRows)
     ]
 
 
-def _make(motions: Sequence[Motion]) -> list[tuple[Int16Array, float]]:
+def _make(motions: Sequence[Motion]) -> list[Made]:
     """Outline and reach of some motions, in their order."""
     poses = (copies.copy_poses(motion) for motion in motions)
     return [(outline(each), copies.reach(each)) for each in poses]
