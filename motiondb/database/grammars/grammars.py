@@ -388,8 +388,9 @@ class Grammars:
             When the ending is another one, or a file cannot be written.
         """
         facts = self.facts(sequence, seed)
+        files = write_with_provenance(sequence, facts, Path(path))
         return extended(
-            WrittenSequence, facts, **write_with_provenance(sequence, facts, Path(path))
+            WrittenSequence, facts, output=files["output"], provenance=files["provenance"]
         )
 
     def save(
