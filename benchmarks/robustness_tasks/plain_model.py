@@ -144,6 +144,7 @@ def _allows(world: World, step: Step, happened: bool | None, undisturbed: bool) 
     """Whether a step may have ended as it did; changes the world if it happened."""
     change, before = CHANGES[step.verb], deepcopy(world)
     is_optional = step.verb in MAY_REFUSE or not undisturbed
+    is_optional |= step.verb == "rescue" and world == World()  # there may be no file yet
     try:
         change(world, step.arguments, step.by)
         is_refused = False
