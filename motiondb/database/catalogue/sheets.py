@@ -135,18 +135,24 @@ def import_words(opened: store.Store, path: str | Path) -> ImportReport:
     is read, so they do nothing for captures that are there.
     """
     sheet = read_sheet(path)
-    with store.reading(opened):
-        infos = {info.name: info for info in store.load_captures(opened)}
-    named = [(infos[name], entry) for name, entry in sheet.entries.items() if name in infos]
-    notes = [*sheet.notes, *_read_already(sheet, infos)]
-    numbers = [info.capture_id for info, _ in named]
-    with updating.changing(opened, "words", {"sheet": str(path)}, numbers):
-        for info, entry in named:
-            captions = captions_within(info.name, entry.captions, info.duration, notes)
-            if captions:
-                store.save_captions(opened, info.capture_id, captions)
-            store.save_tags(opened, info.capture_id, {**info.tags, **entry.tags})
+    with store.transaction(opened):
+        infos = _captures_by_name(opened)
+        named = [(infos[name], entry) for name, entry in sheet.entries.items() if name in infos]
+        notes = [*sheet.notes, *_read_already(sheet, infos)]
+        numbers = [info.capture_id for info, _ in named]
+        with updating.changing(opened, "words", {"sheet": str(path)}, numbers):
+            for info, entry in named:
+                captions = captions_within(info.name, entry.captions, info.duration, notes)
+                if captions:
+                    store.save_captions(opened, info.capture_id, captions)
+                store.save_tags(opened, info.capture_id, {**info.tags, **entry.tags})
     return ImportReport(len(named), tuple(sheet.unknown(infos)), tuple(notes))
+
+
+def _captures_by_name(opened: store.Store) -> dict[str, CaptureInfo]:
+    """The captures, read in the transaction that changes them: others may have changed them."""
+    assert opened.in_transaction
+    return {info.name: info for info in store.load_captures(opened)}
 
 
 def export_words(opened: store.Store, path: str | Path, where: str) -> SheetWritten:
@@ -182,12 +188,11 @@ def import_events(opened: store.Store, path: str | Path) -> EventReport:
     Nothing is learned from events, so the learned model does not change.
     """
     sheet = read_event_sheet(path)
-    with store.reading(opened):
-        infos = {info.name: info for info in store.load_captures(opened)}
-    problems = sheet.unknown(infos)
     captures = count = 0
-    named = [infos[name] for name in sheet.entries if name in infos]
     with store.transaction(opened):
+        infos = _captures_by_name(opened)
+        problems = sheet.unknown(infos)
+        named = [infos[name] for name in sheet.entries if name in infos]
         run_id = store.start_run(opened, "events", {"sheet": str(path)})
         with store.noting_edits(opened, run_id, [info.capture_id for info in named]):
             for info in named:
