@@ -30,6 +30,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
         ShownActivity,
         ShownSegment,
     )
+    from motiondb.answers.questions import Comparison
     from motiondb.database.catalogue import exporting
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
@@ -295,6 +296,46 @@ class Captures(Archive):
 
         with self.session.reading():
             return write_matches(self.store, answer.matches, Path(folder), question, self.export)
+
+    def compare(
+        self,
+        first: str | Path | Motion,
+        second: str | Path | Motion,
+        png: str | Path | None = None,
+        parts: tuple[tuple[float | None, float | None], ...] = ((None, None), (None, None)),
+    ) -> Comparison:
+        """Align two motions by dynamic time warping, and measure how far they are apart.
+
+        Poses are compared on the standard body, relative to the pelvis and the heading.
+
+        Parameters
+        ----------
+        first : str, Path or Motion
+            A file, the name of a stored capture, or a motion.
+        second : str, Path or Motion
+            The same.
+        png : str or Path, optional
+            Draw the distances of all poses with the alignment into this file.
+        parts : pair of pairs of float or None
+            Start and end of the part of either that is compared, seconds.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture, or a part lies outside it.
+        """
+        from motiondb.database.comparing import compare
+
+        both = (first, second)
+        motions = [self.motion(each, *part) for each, part in zip(both, parts)]
+        names = ["motion" if isinstance(each, Motion) else str(each) for each in both]
+        starts = [part[0] or 0.0 for part in parts]
+        return compare(
+            (names[0], names[1]),
+            (motions[0], motions[1]),
+            (starts[0], starts[1]),
+            None if png is None else Path(png),
+        )
 
     def draw_matches(
         self,
