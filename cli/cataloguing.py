@@ -20,6 +20,7 @@ def register(app: typer.Typer) -> None:
     app.command()(add)
     app.command()(show)
     app.command()(export)
+    app.command()(joints)
     fetching = options.Commands(
         help="Download captures from public databases.", no_args_is_help=True
     )
@@ -271,12 +272,14 @@ def export(
     loop: options.Loop = False,
     in_place: options.InPlace = False,
     mirror: options.Mirror = False,
+    onto: options.Onto = None,
+    joint_map: options.RigMap = None,
 ) -> None:
     """Write a capture to a file; in its original format, the file is the added one.
 
     With an option that changes the motion, or a part of it, a new file is written.
     """
-    changes = options.motion_changes(unit, fps, loop, in_place, mirror)
+    changes = options.motion_changes(unit, fps, loop, in_place, mirror, onto, joint_map)
     with shared.database() as base:
         exported = base.export(name, output, start, end, canonical, changes)
     if printing.as_json(shared, exported):
@@ -290,6 +293,45 @@ def export(
         printing.say(f"  its skeleton: {exported.skeleton}")
     for line in exported.changes:
         printing.say(f"  {line}")
+
+
+def joints(
+    shared: options.Shared,
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="FILE|CAPTURE", help="A file (.bvh, .fbx, .glb, .gltf), or a capture's name."
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", callback=options.output_name, help="Write a joint map (.map)."
+        ),
+        options.WRITTEN,
+    ] = None,
+) -> None:
+    """Show which joints of a file have which roles; propose them for unknown names.
+
+    The joint map that -o writes is for add and export --onto (--joint-map).
+    """
+    from motiondb import propose_joints
+
+    if Path(name).is_file():
+        found = propose_joints(name, output)
+    else:
+        with shared.database() as base:
+            found = propose_joints(base.clip(name), output, name)
+    if printing.as_json(shared, found):
+        return
+    how = "known names" if found.is_known else "names of no convention: these roles are a proposal"
+    printing.say(f"{name}: {printing.number(found.joints, 'joint')}, {how}")
+    for role, joint in found.roles.items():
+        printing.say(f"  {role} = {joint}")
+    if found.missing:
+        printing.say(f"  not found, but needed: {', '.join(found.missing)}")
+    if output is not None:
+        printing.say(f"joint map: {output}")
 
 
 def _accepts() -> bool:

@@ -11,6 +11,10 @@ motiondb add cleaned --replace
 motiondb show ana/walk_1 --png walk.png
 motiondb export ana/walk_1 -o walk.bvh
 motiondb export ana/walk_1 --from 1 --to 2.5 -o step.glb
+motiondb export ana/walk_1 --loop --in-place --fps 60 --unit m -o cycle.bvh
+motiondb export ana/walk_1 --onto rig.fbx -o walk_on_rig.bvh
+motiondb joints rig.fbx -o rig.map
+motiondb join ana/walk_1:0-2 ana/jump_1:0.5-2.5 -o walk_jump.bvh
 motiondb join ana/walk_1:0-2 ana/kick_1:1-3 -o joined.bvh
 motiondb list --where 'performer=ana and duration>5' --sort -duration
 motiondb list --csv > captures.csv

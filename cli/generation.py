@@ -48,13 +48,15 @@ def generate(
     loop: options.Loop = False,
     in_place: options.InPlace = False,
     mirror: options.Mirror = False,
+    onto: options.Onto = None,
+    joint_map: options.RigMap = None,
 ) -> None:
     """Generate a motion from a sentence, and say which of its actions the motion shows.
 
     A file beside it names its sources. The exit code is 1 if an action is not shown, or cannot be
     confirmed.
     """
-    changes = options.motion_changes(unit, fps, loop, in_place, mirror)
+    changes = options.motion_changes(unit, fps, loop, in_place, mirror, onto, joint_map)
     with (
         shared.database(writing=save is not None) as base,
         printing.progress(shared) as tell,
@@ -99,12 +101,14 @@ def join(
     loop: options.Loop = False,
     in_place: options.InPlace = False,
     mirror: options.Mirror = False,
+    onto: options.Onto = None,
+    joint_map: options.RigMap = None,
 ) -> None:
     """Join parts of captures, such as `walk:0-2 kick:1-3`, with the blending of generate.
 
     A file beside it names its sources. Each seam is reported.
     """
-    changes = options.motion_changes(unit, fps, loop, in_place, mirror)
+    changes = options.motion_changes(unit, fps, loop, in_place, mirror, onto, joint_map)
     with shared.database() as base:
         options.output_name(output)
         joined = base.join(parts)

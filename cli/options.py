@@ -159,16 +159,31 @@ Loop = Annotated[
 ]
 InPlace = Annotated[bool, typer.Option("--in-place", help="Take the travel over the ground out.")]
 Mirror = Annotated[bool, typer.Option("--mirror", help="Exchange left and right.")]
+Onto = Annotated[
+    Path | None,
+    typer.Option("--onto", help="A rig (.bvh, .fbx, .glb): put the motion on its joints."),
+]
+RigMap = Annotated[
+    Path | None,
+    typer.Option("--joint-map", help="A file of lines `role = joint` for a rig of unknown names."),
+]
 
 
 def motion_changes(
-    unit: str | None, fps: float | None, loop: bool, in_place: bool, mirror: bool
+    unit: str | None,
+    fps: float | None,
+    loop: bool,
+    in_place: bool,
+    mirror: bool,
+    onto: Path | None,
+    joint_map: Path | None,
 ) -> MotionChanges:
     """Return how a motion is changed before it is written."""
-    from motiondb import MotionChanges, unit_from_name
+    from motiondb import MotionChanges, read_joint_map, unit_from_name
 
     metres = None if unit is None else unit_from_name(unit)
-    return MotionChanges(metres, fps, loop, in_place, mirror)
+    names = {} if joint_map is None else read_joint_map(joint_map)
+    return MotionChanges(metres, fps, loop, in_place, mirror, onto, names)
 
 
 def protect(forced: bool) -> None:

@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from motiondb.fetch import CMU_TERMS, CMU_URL, FetchLimits, FetchSettings, fetch_cmu
     from motiondb.files import ReadLimits, read_capture, unit_from_name
     from motiondb.files.own_files import check_overwriting, protect_others
+    from motiondb.files.rigs import JointProposal, propose_joints
     from motiondb.files.safe_files import read_user_text
     from motiondb.files.sheet_writer import write_table
     from motiondb.generate.shown_actions import JudgedAction
@@ -112,6 +113,7 @@ __all__ = [
     "GrammarSize",
     "Grammars",
     "Joined",
+    "JointProposal",
     "JudgedAction",
     "Knowledge",
     "KnowledgeError",
@@ -164,6 +166,7 @@ __all__ = [
     "listed_capture",
     "load_knowledge",
     "open",
+    "propose_joints",
     "protect_others",
     "read_capture",
     "read_joint_map",
@@ -193,6 +196,7 @@ _PLACES = {
     "motiondb.answers.scenes": "scene_row",
     "motiondb.database.grammars.grammar_facts": "grammar_row",
     "motiondb.files": "ReadLimits read_capture unit_from_name",
+    "motiondb.files.rigs": "JointProposal propose_joints",
     "motiondb.files.safe_files": "read_user_text",
     "motiondb.files.sheet_writer": "write_table",
     "motiondb.files.own_files": "check_overwriting protect_others",

@@ -9,6 +9,7 @@ from typing import Any, Literal
 from motiondb.answers.learning import StartAnswer
 from motiondb.answers.plain import OPTIONAL, SPREAD, extended
 from motiondb.answers.questions import WordProbability
+from motiondb.generate.onto import Fit
 from motiondb.learn.drift import Drift
 from motiondb.records import Caption, CaptureInfo, Event, Relation
 
@@ -169,6 +170,7 @@ class Exported:
     is_added_file: bool  # Whether the bytes are those of the file that was added
     changes: tuple[str, ...] = ()  # What was done to the motion
     skeleton: Path | None = field(default=None, metadata=OPTIONAL)  # The ASF beside an AMC
+    fit: Fit | None = field(default=None, metadata=OPTIONAL)  # How well a rig follows the motion
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from motiondb.answers.plain import OPTIONAL
 from motiondb.answers.questions import UnderstoodQuestion, WordProbability
 from motiondb.generate.joining import Seam
+from motiondb.generate.onto import Fit
 from motiondb.generate.smoothness import Smoothness
 from motiondb.search.chances import WordSource
 
@@ -74,6 +75,7 @@ class WrittenMotion(GeneratedAnswer):
     output: str
     provenance: str
     changes: tuple[str, ...] = ()  # What was done to the motion before it was written
+    fit: Fit | None = field(default=None, metadata=OPTIONAL)  # How well a rig follows the motion
     capture: str | None = field(default=None, metadata=OPTIONAL)
 
 
@@ -103,6 +105,7 @@ class WrittenJoin(JoinedAnswer):
     output: str
     provenance: str
     changes: tuple[str, ...] = ()
+    fit: Fit | None = field(default=None, metadata=OPTIONAL)
 
 
 @dataclass(frozen=True)

@@ -42,16 +42,16 @@ def resampled(clip: Clip, fps: float, is_cycle: bool = False) -> Clip:
     share = times - low
 
     def between(values: FloatArray) -> FloatArray:
-        part = share.reshape(-1, *(1,) * (values.ndim - 1))
-        return values[low] * (1.0 - part) + values[high] * part
+        each = share.reshape(-1, *(1,) * (values.ndim - 1))
+        return values[low] * (1.0 - each) + values[high] * each
 
     turns = rotation.normalize(clip.local_rotations)
-    part = np.repeat(share[:, None], turns.shape[1], axis=1)
+    shares = np.repeat(share[:, None], turns.shape[1], axis=1)
     moved = clip.joint_positions
     return replace(
         clip,
         fps=float(fps),
-        local_rotations=rotation.unroll(rotation.slerp(turns[low], turns[high], part)),
+        local_rotations=rotation.unroll(rotation.slerp(turns[low], turns[high], shares)),
         root_positions=between(clip.root_positions),
         joint_positions=None if moved is None else between(moved),
     )
@@ -119,7 +119,7 @@ class Hips:
             changed.skeleton.offsets if changed.joint_positions is None else changed.joint_positions
         )
         above = int(whole.skeleton.parents[inside[0]])
-        at, turned = kinematics.clip_positions(_part(whole, 0, 1))
+        at, turned = kinematics.clip_positions(part(whole, 0, 1))
         back = np.broadcast_to(rotation.conjugate(turned[:, above]), (count, 4))
         places[:, inside[0]] = rotation.rotate(back, changed.root_positions - at[:, above])
         local[:, inside[0]] = rotation.multiply(back, changed.local_rotations[:, 0])
@@ -138,7 +138,7 @@ def from_hips(clip: Clip, user_map: Mapping[str, str] | None = None) -> Hips:
     if hips == 0:
         return Hips(clip, clip, tuple(range(len(parents))))
     inside = {hips}
-    inside |= {j for j, _ in enumerate(parents) if _is_below(parents, j, hips)}
+    inside |= {j for j, _ in enumerate(parents) if is_below(parents, j, hips)}
     joints = sorted(inside)
     number = {joint: place for place, joint in enumerate(joints)}
     at, turned = kinematics.clip_positions(clip)
@@ -147,7 +147,7 @@ def from_hips(clip: Clip, user_map: Mapping[str, str] | None = None) -> Hips:
     skeleton, moved = clip.skeleton, clip.joint_positions
     offsets = skeleton.offsets[joints].copy()
     offsets[0] = 0.0
-    part = replace(
+    below = replace(
         skeleton,
         names=tuple(skeleton.names[joint] for joint in joints),
         parents=np.array([number.get(int(parents[joint]), -1) for joint in joints]),
@@ -156,7 +156,7 @@ def from_hips(clip: Clip, user_map: Mapping[str, str] | None = None) -> Hips:
         channels=(),
     )
     places = None if moved is None else moved[:, joints].copy()
-    new = replace(clip, skeleton=part, local_rotations=local, joint_positions=places)
+    new = replace(clip, skeleton=below, local_rotations=local, joint_positions=places)
     return Hips(moved_root(new, at[:, hips]), clip, tuple(joints))
 
 
@@ -173,21 +173,21 @@ def hips_joint(skeleton: Skeleton, user_map: Mapping[str, str] | None = None) ->
     return next((j for j in chains[0] if all(j in chain for chain in chains[1:])), 0)
 
 
-def _is_below(parents: IntArray, joint: int, above: int) -> bool:
+def is_below(parents: IntArray, joint: int, above: int) -> bool:
     """Say whether a joint hangs from another one."""
     while joint >= 0 and joint != above:
         joint = int(parents[joint])
     return joint == above
 
 
-def _part(clip: Clip, first: int, behind: int) -> Clip:
+def part(clip: Clip, first: int, behind: int) -> Clip:
     """Return some frames of a clip."""
-    part, moved = slice(first, behind), clip.joint_positions
+    chosen, moved = slice(first, behind), clip.joint_positions
     return replace(
         clip,
-        local_rotations=clip.local_rotations[part],
-        root_positions=clip.root_positions[part],
-        joint_positions=None if moved is None else moved[part],
+        local_rotations=clip.local_rotations[chosen],
+        root_positions=clip.root_positions[chosen],
+        joint_positions=None if moved is None else moved[chosen],
     )
 
 

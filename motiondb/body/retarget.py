@@ -53,7 +53,7 @@ def to_motion(
     """Turn a clip into a motion on the canonical body at 30 frames a second."""
     keypoints = clip_keypoints(clip, user_map)
     if not keep_implausible:
-        reason = cleaning.implausible(keypoints, clip.fps, _leg_length(keypoints))
+        reason = cleaning.implausible(keypoints, clip.fps, legs_of(keypoints))
         if reason:
             raise ImplausibleError(
                 f"motion: expected the motion of a person, found {reason}. Check the frame rate "
@@ -64,7 +64,7 @@ def to_motion(
 
 def motion_from_positions(keypoints: FloatArray, fps: float) -> Motion:
     """Solve the canonical body for joint positions; `keypoints` (frames, 21, 3)."""
-    leg_length = _leg_length(keypoints)
+    leg_length = legs_of(keypoints)
     points, notes = cleaning.clean(keypoints, fps, leg_length)
     points = resample(points, fps) * (body.LEG_LENGTH / leg_length)
     rotations = solve_rotations(points)
@@ -235,7 +235,7 @@ def _frame(left: FloatArray, up: FloatArray) -> FloatArray:
     return rotation.from_matrix(np.stack([x, y, z], axis=-1))
 
 
-def _leg_length(points: FloatArray) -> float:
+def legs_of(points: FloatArray) -> float:
     """Return the median length of hip-knee-ankle over the frames that hold numbers, metres."""
     known = points[np.isfinite(points).all(axis=(1, 2))]
     if len(known) == 0:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from motiondb import store
 from motiondb.answers.catalogue import Exported
 from motiondb.body.features import FEATURE_STEP
-from motiondb.body.retarget import to_clip, to_motion
+from motiondb.body.retarget import to_motion
 from motiondb.database.archive import Archive
 from motiondb.database.catalogue import browsing, filter_words
 from motiondb.database.catalogue.parts import cut_clip, cut_motion
@@ -241,26 +241,31 @@ class Captures(Archive):
         whole = start is None and end is None and not canonical and not asked.are_any
         with self.session.reading():
             info = store.load_capture(self.store, name)
-            if canonical:
-                motion = store.load_motion(self.store, info.capture_id)
-                clip = to_clip(cut_motion(motion, start, end))
+            if canonical or asked.onto is not None:
+                motion = cut_motion(store.load_motion(self.store, info.capture_id), start, end)
             else:
                 source = store.load_source(self.store, info.capture_id)
                 if whole and path.suffix.lower() == Path(source.own_name).suffix.lower():
                     return exporting.write_added(info, source, path, self.clip(name).unit)
-                clip = cut_clip(self.clip(name), start, end)
-            asked = self._with_joint_map(info, asked, canonical)
-        clip, said = exporting.write_changed(clip, path, asked)
-        unit = "m" if path.suffix.lower() in exporting.GLTF else exporting.unit_name(clip.unit)
-        return Exported(info.name, path, clip.fps, clip.n_frames, unit, False, said)
+                motion, clip = None, cut_clip(self.clip(name), start, end)
+                asked = self._with_joint_map(info, asked)
+        if motion is not None:
+            made = exporting.write_motion(motion, path, asked)
+        else:
+            made = exporting.write_changed(clip, path, asked)
+        unit = exporting.unit_in(path, made.clip)
+        clip = made.clip
+        return Exported(
+            info.name, path, clip.fps, clip.n_frames, unit, False, made.said, None, made.fit
+        )
 
     def _with_joint_map(
-        self, info: CaptureInfo, asked: exporting.MotionChanges, canonical: bool
+        self, info: CaptureInfo, asked: exporting.MotionChanges
     ) -> exporting.MotionChanges:
         """Return the changes with the joint map with which a capture was added."""
         runs = {run.run_id: run for run in store.load_runs(self.store)}
         added = runs[info.run_id].parameters.get("joint_map")
-        if canonical or asked.joint_map or not isinstance(added, dict):
+        if asked.joint_map or not isinstance(added, dict):
             return asked
         return replace(asked, joint_map={str(k): str(v) for k, v in added.items()})
 

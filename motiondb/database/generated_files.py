@@ -18,8 +18,8 @@ from motiondb.body.retarget import to_clip
 from motiondb.database.catalogue.exporting import (
     MotionChanges,
     check_changes,
-    unit_name,
-    write_changed,
+    unit_in,
+    write_motion,
 )
 from motiondb.database.catalogue.parts import write_bytes
 from motiondb.files import to_bvh
@@ -52,13 +52,14 @@ def write_with_provenance(
     kept = {k: v for k, v in said if k != "question" and (k != "words_from" or v)}
     beside = provenance_path(path)
     check_overwriting(beside)
-    clip, said = write_changed(to_clip(made.motion), path, asked)
+    done = write_motion(made.motion, path, asked)
     written: dict[str, object] = {"written_by": WRITER, "sha256": digest_of(path)}
-    if said or asked.are_any:
-        written |= {"changes": said, "fps": clip.fps, "unit": unit_name(clip.unit)}
+    if asked.are_any:
+        unit = unit_in(path, done.clip)
+        written |= {"changes": done.said, "fps": done.clip.fps, "unit": unit}
     runs = {"frames": frame_runs(made)}
     write_bytes(beside, json.dumps({**written, **kept, **runs}, indent=1).encode())
-    return {"output": str(path), "provenance": str(beside), "changes": said}
+    return {"output": str(path), "provenance": str(beside), "changes": done.said, "fit": done.fit}
 
 
 def draw_generated(made: Made, title: str, path: str | Path) -> Path:

@@ -84,14 +84,8 @@ def lock_feet(
     local = motion.local_rotations.astype(np.float64)
     for foot, side in enumerate("lr"):
         hip, knee, ankle, toe = (_I[f"{side}_{j}"] for j in ("hip", "knee", "ankle", "toe"))
-        phases = _phases(positions[:, [ankle, toe], 1], contacts[:, foot])
-        along = positions[:, toe] - positions[:, ankle]
-        turned = yaw(_turns(along, phases))
-        ends = positions[:, ankle], positions[:, ankle] + rotation.rotate(turned, along)
-        moved = _corrections(*ends, contacts[:, foot], phases)
-        target = _without_knee_pop(
-            positions[:, hip], positions[:, knee], positions[:, ankle], moved
-        )
+        turned, moved = hold(positions[:, ankle], positions[:, toe], contacts[:, foot])
+        target = without_pop(positions[:, hip], positions[:, knee], positions[:, ankle], moved)
         ahead = rotation.rotate(
             world[:, 0], np.broadcast_to(np.array([0.0, 0.0, 1.0]), (len(target), 3))
         )
@@ -106,7 +100,21 @@ def lock_feet(
     return replace(motion, local_rotations=rotation.unroll(local).astype(np.float32))
 
 
-def _without_knee_pop(
+def hold(
+    ankle: FloatArray, toe: FloatArray, contact: NDArray[np.bool_]
+) -> tuple[FloatArray, FloatArray]:
+    """Turns (frames, 4) of a foot and displacements (frames, 3) of its ankle that hold it in place.
+
+    `ankle` and `toe` (frames, 3) on the standard body, `contact` (frames,).
+    """
+    phases = _phases(np.stack([ankle, toe], axis=1)[..., 1], contact)
+    along = toe - ankle
+    turned = yaw(_turns(along, phases))
+    moved = _corrections(ankle, ankle + rotation.rotate(turned, along), contact, phases)
+    return turned, moved
+
+
+def without_pop(
     hip: FloatArray, knee: FloatArray, ankle: FloatArray, moved: FloatArray
 ) -> FloatArray:
     """Targets (frames, 3) of the ankle that do not snap the knee straight.

@@ -30,3 +30,21 @@ def test_join(command, learned_file: Path, tmp_path: Path) -> None:
     assert len(facts["seams"]) == 1
     assert read_capture(out).duration == pytest.approx(facts["seconds"], abs=1e-3)
     assert Path(facts["provenance"]).exists()
+
+
+def test_onto_a_rig_of_unknown_names(command, learned_file: Path, tmp_path: Path) -> None:
+    rig, out = tmp_path / "rig.bvh", tmp_path / "out.bvh"
+    text = (Path(__file__).parent.parent.parent / "sample_data/captures/ana/bow_1.bvh").read_text()
+    for word in ("ROOT ", "JOINT "):
+        text = text.replace(word, f"{word}b_x_")
+    rig.write_text(text)
+    export = ("export", "ana/walk_1", "-o", out, "--onto", rig, "--db", learned_file)
+    refused = command(*export)
+    assert refused.code == 1
+    assert f"A proposal was written to {tmp_path / 'rig.map'}: check it" in refused.err
+    facts = answer(command(*export, "--joint-map", tmp_path / "rig.map", "--json"))
+    assert facts["fit"]["foot_error"] < 0.01
+    assert read_capture(out).skeleton.names[1] == "b_x_Spine"
+    shown = answer(command("joints", rig, "--json"))
+    assert shown["roles"]["l_knee"] == "b_x_LeftLeg"
+    assert shown["is_known"] is False

@@ -44,7 +44,7 @@ def test_a_cycle_of_a_walk_closes(fps: float) -> None:
 def test_too_short_and_too_long_for_a_cycle() -> None:
     clip = read_capture(CAPTURES / "walk_1.bvh")
     with pytest.raises(QueryError) as caught:
-        looped(changes._part(clip, 0, 9))
+        looped(changes.part(clip, 0, 9))
     assert str(caught.value) == (
         "loop: expected at least 0.47 s of motion, found 0.30 s. Choose a longer part."
     )

@@ -13,13 +13,17 @@ from pathlib import Path
 from motiondb import store
 from motiondb.answers.catalogue import Exported
 from motiondb.body import changes, retarget
+from motiondb.body.joint_names import joint_map
+from motiondb.body.joint_proposals import map_text
 from motiondb.database.catalogue.parts import write_bytes, write_clip
-from motiondb.errors import QueryError
+from motiondb.errors import QueryError, SkeletonError
 from motiondb.files.limits import MAX_FPS, MIN_FPS
 from motiondb.files.own_files import check_overwriting
+from motiondb.files.rigs import read_rig
 from motiondb.files.units import UNITS
 from motiondb.generate.loops import Loop, looped
-from motiondb.records import CaptureInfo, Clip
+from motiondb.generate.onto import Fit, at_rest, onto
+from motiondb.records import CaptureInfo, Clip, Motion
 
 GLTF = (".glb", ".gltf")  # Endings of a format whose unit is the metre
 
@@ -41,8 +45,11 @@ class MotionChanges:
         Whether the travel over the ground is taken out.
     mirror : bool
         Whether left and right are exchanged.
+    onto : Path or None
+        File with a rig (.bvh, .fbx, .glb or .gltf), onto whose joints and proportions the motion on
+        the canonical body is put.
     joint_map : mapping of str to str
-        Role -> joint name, for skeletons that no convention fits.
+        Role -> joint name, for a rig, or a capture, that no convention fits.
     """
 
     unit: float | None = None
@@ -50,6 +57,7 @@ class MotionChanges:
     loop: bool = False
     in_place: bool = False
     mirror: bool = False
+    onto: Path | None = None
     joint_map: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -135,12 +143,77 @@ def unit_name(unit: float) -> str:
     return next((name for name, metres in UNITS.items() if metres == unit), f"{unit:.4g} m")
 
 
-def write_changed(clip: Clip, path: Path, asked: MotionChanges) -> tuple[Clip, tuple[str, ...]]:
-    """Write a clip with changes; return what was written, and what was done."""
+def unit_in(path: Path, clip: Clip) -> str:
+    """Return the name of the length unit in which a file has a clip."""
+    return "m" if path.suffix.lower() in GLTF else unit_name(clip.unit)
+
+
+@dataclass(frozen=True, eq=False)
+class Written:
+    """A motion that was written."""
+
+    clip: Clip  # As it stands in the file
+    said: tuple[str, ...]  # What was done
+    fit: Fit | None = None  # How well a rig follows it
+
+
+def write_changed(clip: Clip, path: Path, asked: MotionChanges) -> Written:
+    """Write a clip with changes."""
     check_changes(asked, path)
     clip, said = changed(clip, asked)
     write_clip(clip, path)
-    return clip, said
+    return Written(clip, said)
+
+
+def write_motion(motion: Motion, path: Path, asked: MotionChanges) -> Written:
+    """Write a motion of the canonical body, or of a rig, with changes."""
+    if asked.onto is None:
+        return write_changed(retarget.to_clip(motion), path, asked)
+    check_changes(asked, path)
+    rig = read_rig(asked.onto)
+    fitted = onto(motion, rig, _map_of(rig, path, asked))
+    clip, said = changed(fitted.clip, asked)
+    if path.suffix.lower() not in GLTF:  # glTF has the frames of the rig's own joints
+        clip = at_rest(clip, fitted.rig)
+    write_clip(clip, path)
+    return Written(clip, (*_say_fit(asked.onto, fitted.fit), *said), fitted.fit)
+
+
+def _map_of(rig: Clip, path: Path, asked: MotionChanges) -> Mapping[str, str]:
+    """Return the joint map of a rig; without one for unknown names, write a proposal and say so."""
+    assert asked.onto is not None
+    try:
+        joint_map(rig.skeleton, asked.joint_map)
+    except SkeletonError as error:
+        if asked.joint_map:
+            raise
+        proposal = path.with_name(f"{asked.onto.stem}.map")
+        text = map_text(rig.skeleton, asked.onto.name)
+        if proposal.exists():
+            place = f"{proposal} exists already and stays as it is"
+        else:
+            write_bytes(proposal, text.encode())
+            place = f"A proposal was written to {proposal}"
+        raise SkeletonError(
+            f"{asked.onto}: {error} {place}: check it, and pass --joint-map {proposal}."
+        ) from None
+    return asked.joint_map
+
+
+def _say_fit(rig: Path, fit: Fit) -> list[str]:
+    """Say how well a rig follows a motion."""
+
+    def mm(metres: float) -> str:
+        return f"{1000 * metres:.0f}"
+
+    return [
+        f"onto {rig.name}: {fit.driven} of {fit.joints} joints follow the motion, the others hang "
+        f"from them; the legs are {fit.scale:.2f} times those of the canonical body",
+        f"onto: the feet are {mm(fit.foot_error)} mm from their places in the mean "
+        f"({mm(fit.most_foot_error)} at most), the hands {mm(fit.hand_error)} mm "
+        f"({mm(fit.most_hand_error)} at most; {fit.hands}); feet in contact slip "
+        f"{100 * fit.slip:.1f} cm/s, in the motion {100 * fit.slip_of_motion:.1f}",
+    ]
 
 
 def write_added(info: CaptureInfo, source: store.Source, path: Path, unit: float) -> Exported:

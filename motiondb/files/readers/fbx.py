@@ -33,7 +33,7 @@ from motiondb.records import Clip, Skeleton
 _CPU_SECONDS = 30.0
 """Processor time of the child for a file of 10 MB, in proportion for larger ones: a take of 20,000
 frames with 80 joints needs about 10 s."""
-ALL = "*"  # For the child: read every take
+ALL, POSE = "*", "#pose"  # For the child: read every take, or the pose in the file
 
 
 def read_fbx(data: bytes, path: object, options: ReadOptions | None = None) -> Clip:
@@ -46,6 +46,12 @@ def read_fbx(data: bytes, path: object, options: ReadOptions | None = None) -> C
 def read_takes(data: bytes, path: object, options: ReadOptions | None = None) -> dict[str, Clip]:
     """Read every take in the bytes of an FBX file, by its label."""
     return _read(data, path, replace(options or ReadOptions(), take=ALL))
+
+
+def read_pose(data: bytes, path: object, options: ReadOptions | None = None) -> Clip:
+    """Read the pose in which the joints of an FBX file stand: a clip of one frame."""
+    (clip,) = _read(data, path, replace(options or ReadOptions(), take=POSE)).values()
+    return clip
 
 
 def _read(data: bytes, path: object, options: ReadOptions) -> dict[str, Clip]:
@@ -109,8 +115,8 @@ def convert(source: str, target: str, given: list[str]) -> None:
     arrays: dict[str, Any] = {}
     try:
         with open_file(source) as file:
-            scene = FbxFile(file.read(), "", options)
-        labels = scene.labels if take == ALL else (scene.chosen(take),)
+            scene = FbxFile(file.read(), "", options, take == POSE)
+        labels = scene.labels if take in (ALL, POSE) else (scene.chosen(take),)
         arrays["labels"] = np.array(labels, dtype=str)
         for number, label in enumerate(labels):
             clip = scene.clip(label)

@@ -93,13 +93,21 @@ class Scene:
     def transforms(
         self, take: int, number: int, times: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return places (frames, 3), rotations (frames, 4) and scales (frames, 3) of a node."""
+        """Return places (frames, 3), rotations (frames, 4) and scales (frames, 3) of a node.
+
+        `take`: Number of a take; -1 for the pose in the file.
+        """
         import ufbx
 
-        anim, node = self._anims[take], self._nodes[number]
+        node = self._nodes[number]
         rows = []
         for time in times.tolist():
-            (place, (x, y, z, w), scale) = ufbx.evaluate_transform(anim, node, time)
+            transform = (
+                node.local_transform
+                if take < 0
+                else ufbx.evaluate_transform(self._anims[take], node, time)
+            )
+            (place, (x, y, z, w), scale) = transform
             rows.append((*place, w, x, y, z, *scale))
         table = np.array(rows)
         return table[:, :3], table[:, 3:7], table[:, 7:]

@@ -55,12 +55,15 @@ class FbxFile:
     ``labels`` names them. Where there is one only, the label may be left out.
     """
 
-    def __init__(self, data: bytes, path: object, options: ReadOptions) -> None:
+    def __init__(
+        self, data: bytes, path: object, options: ReadOptions, is_pose: bool = False
+    ) -> None:
+        """Open a file; ``is_pose``: for the pose in which its joints stand, in place of takes."""
         self._path, self._options, self._n_bytes = path, options, len(data)
         self._scene = Scene(data, path)
         self._bodies = _find_bodies(self._scene, path)
-        self._fps = options.fps or self._rate()
-        self._found = self._find_takes()
+        self._fps = options.fps or (MIN_FPS if is_pose else self._rate())
+        self._found = {"": (-1, self._largest())} if is_pose else self._find_takes()
         self.labels = tuple(self._found)
 
     def chosen(self, label: str) -> str:
@@ -121,8 +124,14 @@ class FbxFile:
             names = _distinct(names)
         return dict(zip(names, pairs))
 
+    def _largest(self) -> _Body:
+        """Return the skeleton with the most joints."""
+        return max(self._bodies, key=lambda body: len(body.joints))
+
     def _times(self, take: int) -> FloatArray:
         """Return the times of the frames of a take, seconds."""
+        if take < 0:
+            return np.zeros(1)
         _, begin, end = self._scene.takes[take]
         seconds = end - begin
         if not (math.isfinite(begin) and math.isfinite(seconds) and seconds >= 0.0):

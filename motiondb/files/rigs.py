@@ -1,0 +1,200 @@
+"""Rigs: skeletons of others, onto which motion is put. A rig is a clip of one frame, its pose.
+
+BVH: the pose without rotations. FBX: the pose in which the joints stand in the file, of the person
+with the most joints. glTF: that of the nodes; the joints are those of the first skin, or of the
+animated nodes where there is none. Meshes are not read.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from motiondb.body import rotation
+from motiondb.body.joint_names import REQUIRED, joint_map
+from motiondb.body.joint_proposals import map_text, propose_map
+from motiondb.errors import CaptureError, SkeletonError
+from motiondb.files.formats import read_capture_bytes, read_file
+from motiondb.files.json_text import parse_json
+from motiondb.files.limits import ReadOptions, guarded
+from motiondb.files.safe_files import output_file
+from motiondb.records import Clip, FloatArray, Skeleton
+
+ENDINGS = (".bvh", ".fbx", ".glb", ".gltf")  # Of files that hold a rig
+_MOST_JSON = 100_000_000  # Bytes of the document of a glTF file
+
+
+def read_rig(path: Path | str) -> Clip:
+    """Read the rig in a file (CaptureError if there is none)."""
+    path = Path(path)
+    ending, options = path.suffix.lower(), ReadOptions()
+    if ending not in ENDINGS:
+        known = ", ".join(ENDINGS)
+        raise CaptureError(path, f"expected a rig ({known}), found ending {ending!r}.")
+    data = read_file(path, options)
+    if ending == ".bvh":
+        clip = read_capture_bytes(data, "bvh", path=path, options=options)
+        still = np.tile(rotation.IDENTITY, (1, len(clip.skeleton.names), 1))
+        return replace(
+            clip, local_rotations=still, root_positions=np.zeros((1, 3)), joint_positions=None
+        )
+    with guarded(path):
+        if ending == ".fbx":
+            from motiondb.files.readers.fbx import read_pose
+
+            return read_pose(data, path, options)
+        return _read_gltf(data, path)
+
+
+def _read_gltf(data: bytes, path: Path) -> Clip:
+    """Read the joints of a glTF file."""
+    document = _document(data, path)
+    nodes = document.get("nodes", []) if isinstance(document, dict) else []
+    skins = document.get("skins", []) if isinstance(document, dict) else []
+    if skins:
+        chosen = {int(joint) for joint in skins[0].get("joints", [])}
+    else:
+        chosen = {number for number, node in enumerate(nodes) if "mesh" not in node}
+    parents = {int(child): n for n, node in enumerate(nodes) for child in node.get("children", [])}
+    if len(chosen) < 2 or not chosen <= set(range(len(nodes))):
+        raise CaptureError(
+            path, "expected a skin with joints, found none. Export the skeleton with the file."
+        )
+    matrices: dict[int, FloatArray] = {}
+    order: list[int] = []
+    for number in sorted(chosen):
+        chain = [number]
+        while chain[-1] in parents and parents[chain[-1]] not in matrices:
+            chain.append(parents[chain[-1]])
+            if len(chain) > len(nodes):
+                raise CaptureError(path, "expected a tree of nodes, found a circle.")
+        for node in reversed(chain):
+            if node not in matrices:
+                own = _matrix(nodes[node])
+                above = matrices.get(parents.get(node, -1), np.eye(4))
+                matrices[node] = above @ own
+                order += [node] if node in chosen else []
+    return _clip(nodes, parents, order, matrices, path)
+
+
+def _clip(
+    nodes: list[Any],
+    parents: dict[int, int],
+    order: list[int],
+    matrices: dict[int, FloatArray],
+    path: Path,
+) -> Clip:
+    """Return the pose of joints, given in an order in which parents come before children."""
+    number = {node: joint for joint, node in enumerate(order)}
+    above = []
+    for node in order:
+        parent = parents.get(node, -1)
+        while parent >= 0 and parent not in number:
+            parent = parents.get(parent, -1)
+        above.append(number.get(parent, -1))
+    if above.count(-1) != 1:
+        raise CaptureError(path, f"expected one skeleton, found {above.count(-1)}. Export one.")
+    places = np.array([matrices[node][:3, 3] for node in order])
+    turns = np.array([_turn(matrices[node][:3, :3]) for node in order])
+    local, offsets = turns.copy(), places.copy()
+    for joint, parent in enumerate(above):
+        if parent >= 0:
+            back = rotation.conjugate(turns[parent])
+            local[joint] = rotation.multiply(back, turns[joint])
+            offsets[joint] = rotation.rotate(back, places[joint] - places[parent])
+    offsets[0] = 0.0
+    names = tuple(str(nodes[node].get("name", f"joint{node}")) for node in order)
+    skeleton = Skeleton(names, np.array(above), offsets)
+    return Clip(skeleton, 30.0, local[None], places[None, 0], format="gltf", unit=1.0)
+
+
+def _document(data: bytes, path: Path) -> Any:  # noqa: ANN401  JSON of any shape
+    """Return the JSON document of a glTF file in either form."""
+    text = data
+    if data[:4] == b"glTF":
+        length = int.from_bytes(data[12:16], "little")
+        text = data[20 : 20 + length]
+        if data[16:20] != b"JSON" or len(text) < length:
+            raise CaptureError(path, "expected a whole glTF file, found one that is cut short.")
+    try:
+        return parse_json(text, _MOST_JSON)
+    except ValueError as error:
+        raise CaptureError(path, f"{error}. Export it again.") from None
+
+
+def _matrix(node: Any) -> FloatArray:  # noqa: ANN401  JSON of any shape
+    """Return the transform (4, 4) of a node."""
+    if "matrix" in node:
+        return np.array(node["matrix"], dtype=float).reshape(4, 4).T
+    x, y, z, w = node.get("rotation", (0.0, 0.0, 0.0, 1.0))
+    matrix = np.eye(4)
+    turn = rotation.to_matrix(rotation.normalize(np.array([w, x, y, z], dtype=float)))
+    matrix[:3, :3] = turn * np.array(node.get("scale", (1.0, 1.0, 1.0)), dtype=float)
+    matrix[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
+    return matrix
+
+
+def _turn(linear: FloatArray) -> FloatArray:
+    """Return the rotation of a matrix (3, 3) with a scale."""
+    return rotation.from_matrix(rotation.normalize(linear.T).T)
+
+
+@dataclass(frozen=True)
+class JointProposal:
+    """Which joints of a file have which roles."""
+
+    file: str
+    joints: int
+    is_known: bool  # Whether a convention names the joints; otherwise the roles are proposed
+    roles: dict[str, str]  # Role -> joint
+    missing: tuple[str, ...]  # Needed roles for which no joint is found
+    map: str | None  # Joint map that was written
+
+
+def propose_joints(
+    of: Path | str | Clip, output: Path | None = None, name: str = ""
+) -> JointProposal:
+    """Say which joints of a file or a clip have which roles, and write a joint map.
+
+    Parameters
+    ----------
+    of : Path, str or Clip
+        A file with a rig or a capture (.bvh, .fbx, .glb or .gltf), or a clip.
+    output : Path or None
+        Joint map to write, with the roles and a list of all joints.
+    name : str
+        What to call it; the name of the file if not given.
+
+    Returns
+    -------
+    JointProposal
+        The roles, proposed where no convention names the joints.
+
+    Raises
+    ------
+    CaptureError
+        When the file cannot be read.
+    """
+    skeleton = (of if isinstance(of, Clip) else read_rig(of)).skeleton
+    name = name or ("clip" if isinstance(of, Clip) else str(of))
+    try:
+        joint_map(skeleton)
+        is_known = True
+    except SkeletonError:
+        is_known = False
+    roles = propose_map(skeleton)
+    if output is not None:
+        with output_file(output) as draft:
+            draft.write_text(map_text(skeleton, Path(name).name), encoding="utf-8")
+    missing = () if is_known else tuple(role for role in REQUIRED if role not in roles)
+    return JointProposal(
+        name,
+        len(skeleton.names),
+        is_known,
+        roles,
+        missing,
+        None if output is None else str(output),
+    )

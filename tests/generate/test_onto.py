@@ -1,0 +1,82 @@
+"""Motion on rigs of three conventions (``rigs.py``): errors of feet and hands, and slip."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rigs import RIGS, mixamo
+
+from motiondb.body import body, changes, kinematics, retarget
+from motiondb.files import read_capture
+from motiondb.generate.onto import at_rest, onto
+from motiondb.records import Motion
+
+CAPTURES = Path(__file__).parent.parent.parent / "sample_data" / "captures" / "ana"
+
+
+def motion(name: str) -> Motion:
+    return retarget.to_motion(read_capture(CAPTURES / f"{name}.bvh"))
+
+
+@pytest.mark.parametrize("rig", RIGS)
+@pytest.mark.parametrize("name", ["walk_1", "jump_1"])
+def test_feet_and_hands_are_kept(rig: str, name: str) -> None:
+    source = motion(name)
+    fitted = onto(source, RIGS[rig]())
+    fit = fitted.fit
+    assert fit.foot_error < 0.006  # metres
+    assert fit.most_foot_error < 0.025
+    assert fit.hand_error < (0.04 if rig == "Unreal" else 0.012)  # its arms are shorter
+    assert fit.slip < fit.slip_of_motion + 0.001
+    assert fit.hands == "in place"
+    again = retarget.to_motion(fitted.clip)
+    away = np.linalg.norm(again.joint_positions() - source.joint_positions(), axis=-1).mean(axis=0)
+    assert away.max() < 0.07
+    assert away[[body.INDEX["l_ankle"], body.INDEX["r_ankle"]]].max() < 0.015
+
+
+@pytest.mark.parametrize("rig", RIGS)
+def test_bones_keep_their_lengths_and_the_pose_of_the_rig_has_no_rotations(rig: str) -> None:
+    made = RIGS[rig]()
+    fitted = onto(motion("walk_1"), made)
+    places = kinematics.clip_positions(fitted.clip)[0]
+    rest = kinematics.clip_positions(fitted.rig)[0][0]
+    parents = made.skeleton.parents
+    hips = changes.hips_joint(made.skeleton)
+    for joint, parent in enumerate(parents):
+        if parent >= 0 and joint != hips:
+            lengths = np.linalg.norm(places[:, joint] - places[:, parent], axis=-1)
+            assert lengths == pytest.approx(np.linalg.norm(rest[joint] - rest[parent]), abs=1e-6)
+    world = at_rest(fitted.clip, fitted.rig)
+    np.testing.assert_allclose(kinematics.clip_positions(world)[0], places, atol=1e-9)
+    for joint, parent in enumerate(parents):
+        if parent >= 0:
+            way = rest[joint] - rest[parent]
+            np.testing.assert_allclose(world.skeleton.offsets[joint], way, atol=1e-9)
+
+
+def test_a_rig_in_its_own_pose_stays_in_it() -> None:
+    rig = mixamo()
+    pose = retarget.to_motion(rig)
+    fitted = onto(pose, rig)
+    places = kinematics.clip_positions(fitted.clip)[0][0]
+    rest = kinematics.clip_positions(rig)[0][0]
+    rest = rest - rest[0] * [1.0, 0.0, 1.0]
+    places = places - places[0] * [1.0, 0.0, 1.0]
+    trunk = [not re.search("Arm|Hand", name) for name in rig.skeleton.names]
+    assert np.abs(places - rest)[trunk].max() < 0.02  # the heights of ankles differ
+
+
+def test_hands_follow_the_arm_where_arms_are_much_longer() -> None:
+    rig = mixamo()
+    offsets = rig.skeleton.offsets.copy()
+    for name in ("LeftForeArm", "LeftHand", "RightForeArm", "RightHand"):
+        offsets[rig.skeleton.names.index(f"mixamorig:{name}")] *= 1.6
+    long = rig.__class__(**{**vars(rig), "skeleton": rig.skeleton.__class__(
+        rig.skeleton.names, rig.skeleton.parents, offsets)})  # fmt: skip
+    fit = onto(motion("walk_1"), long).fit
+    assert fit.hands == "by the arm"
+    assert fit.hand_error < 0.02
