@@ -259,7 +259,11 @@ def export(
     name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
     output: Annotated[
         Path,
-        typer.Option("-o", "--output", help="File: .bvh, .glb or .gltf, or as it was added."),
+        typer.Option(
+            "-o",
+            "--output",
+            help="File: .bvh, .glb or .gltf; arrays: .npz, .csv or .parquet; or as it was added.",
+        ),
         options.WRITTEN,
     ],
     start: options.From = None,

@@ -10,6 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
+
 from motiondb import store
 from motiondb.answers.catalogue import Exported
 from motiondb.body import changes, retarget
@@ -17,15 +19,18 @@ from motiondb.body.joint_names import joint_map
 from motiondb.body.joint_proposals import map_text
 from motiondb.database.catalogue.parts import write_bytes, write_clip
 from motiondb.errors import QueryError, SkeletonError
+from motiondb.files.arrays import ARRAY_ENDINGS, write_arrays
 from motiondb.files.limits import MAX_FPS, MIN_FPS
 from motiondb.files.own_files import check_overwriting
 from motiondb.files.rigs import read_rig
 from motiondb.files.units import UNITS
+from motiondb.generate.contact import find_contacts
 from motiondb.generate.loops import Loop, looped
 from motiondb.generate.onto import Fit, at_rest, onto
-from motiondb.records import CaptureInfo, Clip, Motion
+from motiondb.records import MOTION_FPS, BoolArray, CaptureInfo, Clip, Motion
 
-GLTF = (".glb", ".gltf")  # Endings of a format whose unit is the metre
+GLTF = (".glb", ".gltf")
+METRES = (*GLTF, *ARRAY_ENDINGS)  # Endings of formats whose unit is the metre
 
 
 @dataclass(frozen=True)
@@ -75,9 +80,9 @@ def check_changes(asked: MotionChanges, path: Path) -> None:
         )
     if unit is not None and not 0 < unit < math.inf:
         raise QueryError(f"unit: expected a length above 0 metres, found {unit:g}.")
-    if unit is not None and unit != 1.0 and path.suffix.lower() in GLTF:
+    if unit is not None and unit != 1.0 and path.suffix.lower() in METRES:
         raise QueryError(
-            f"{path}: expected the unit m for {path.suffix}, found {unit:g} m. glTF is in metres."
+            f"{path}: expected the unit m for {path.suffix}, found {unit:g} m. It is in metres."
         )
 
 
@@ -145,7 +150,7 @@ def unit_name(unit: float) -> str:
 
 def unit_in(path: Path, clip: Clip) -> str:
     """Return the name of the length unit in which a file has a clip."""
-    return "m" if path.suffix.lower() in GLTF else unit_name(clip.unit)
+    return "m" if path.suffix.lower() in METRES else unit_name(clip.unit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,8 +166,20 @@ def write_changed(clip: Clip, path: Path, asked: MotionChanges) -> Written:
     """Write a clip with changes."""
     check_changes(asked, path)
     clip, said = changed(clip, asked)
-    write_clip(clip, path)
-    return Written(clip, said)
+    return Written(clip, (*said, *_write(clip, path, asked)))
+
+
+def _write(clip: Clip, path: Path, asked: MotionChanges) -> tuple[str, ...]:
+    """Write a clip in the format that the ending names; return what is missing in the file."""
+    if path.suffix.lower() not in ARRAY_ENDINGS:
+        write_clip(clip, path)
+        return ()
+    try:
+        write_arrays(clip, path, _contacts(clip, asked))
+    except SkeletonError as error:
+        write_arrays(clip, path)
+        return (f"without contacts of the feet: {error}",)
+    return ()
 
 
 def write_motion(motion: Motion, path: Path, asked: MotionChanges) -> Written:
@@ -175,8 +192,8 @@ def write_motion(motion: Motion, path: Path, asked: MotionChanges) -> Written:
     clip, said = changed(fitted.clip, asked)
     if path.suffix.lower() not in GLTF:  # glTF has the frames of the rig's own joints
         clip = at_rest(clip, fitted.rig)
-    write_clip(clip, path)
-    return Written(clip, (*_say_fit(asked.onto, fitted.fit), *said), fitted.fit)
+    missing = _write(clip, path, asked)
+    return Written(clip, (*_say_fit(asked.onto, fitted.fit), *said, *missing), fitted.fit)
 
 
 def _map_of(rig: Clip, path: Path, asked: MotionChanges) -> Mapping[str, str]:
@@ -214,6 +231,14 @@ def _say_fit(rig: Path, fit: Fit) -> list[str]:
         f"({mm(fit.most_hand_error)} at most; {fit.hands}); feet in contact slip "
         f"{100 * fit.slip:.1f} cm/s, in the motion {100 * fit.slip_of_motion:.1f}",
     ]
+
+
+def _contacts(clip: Clip, asked: MotionChanges) -> BoolArray:
+    """Which foot, left or right, is on the ground: array (frames, 2), found at 30 a second."""
+    motion = retarget.to_motion(clip, asked.joint_map, keep_implausible=True)
+    found = find_contacts(motion.joint_positions())
+    frames = np.round(np.arange(clip.n_frames) / clip.fps * MOTION_FPS).astype(np.int64)
+    return np.asarray(found[np.minimum(frames, len(found) - 1)])
 
 
 def write_added(info: CaptureInfo, source: store.Source, path: Path, unit: float) -> Exported:
