@@ -259,7 +259,7 @@ def export(
     name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
     output: Annotated[
         Path,
-        typer.Option("-o", "--output", help="File: .bvh, .glb or .gltf, or as it was added."),
+        typer.Option("-o", "--output", help="File: .bvh, .glb, .gltf, .fbx or .usd, or as added."),
         options.WRITTEN,
     ],
     start: options.From = None,
