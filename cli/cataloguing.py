@@ -259,7 +259,12 @@ def export(
     name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
     output: Annotated[
         Path,
-        typer.Option("-o", "--output", help="File: .bvh, .glb, .gltf, .fbx or .usd, or as added."),
+        typer.Option(
+            "-o",
+            "--output",
+            help="File: .bvh, .glb, .gltf, .fbx or .usd; arrays: .npz, .csv or .parquet; or as it "
+            "was added.",
+        ),
         options.WRITTEN,
     ],
     start: options.From = None,

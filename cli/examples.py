@@ -10,6 +10,7 @@ motiondb add take1 take2.bvh --prefix studio2/
 motiondb add cleaned --replace
 motiondb show ana/walk_1 --png walk.png
 motiondb export ana/walk_1 -o walk.bvh
+motiondb export ana/walk_1 -o walk.npz
 motiondb export ana/walk_1 --from 1 --to 2.5 -o step.glb
 motiondb export ana/walk_1 --loop --in-place --fps 60 --unit m -o cycle.bvh
 motiondb export ana/walk_1 --onto rig.fbx -o walk_on_rig.bvh
@@ -29,6 +30,8 @@ motiondb merge other.duckdb --prefix studio2/
 motiondb backup copy.duckdb
 motiondb learn
 motiondb learn --start cmu
+motiondb learn --where 'performer!=16'
+motiondb evaluate --where 'performer=16'
 motiondb symbols --png space.png
 motiondb search "walk, turn left, sit down"
 motiondb search "jump twice" --where performer=ana --export answers
@@ -36,6 +39,7 @@ motiondb like ana/walk_1 --from 1 --to 3
 motiondb like take.bvh --by-motion-alone
 motiondb describe ana/walk_1
 motiondb describe --where 'performer=ana' -o words.csv
+motiondb compare ana/walk_1 boris/walk_1 --png both.png
 motiondb batch questions.txt --json
 motiondb batch questions.tsv > answers.tsv
 motiondb generate "a person walks then kicks" -o walk.bvh

@@ -13,6 +13,7 @@ from motiondb.cli.keeping import print_start
 def register(app: typer.Typer) -> None:
     """Add the commands to the app."""
     app.command()(learn)
+    app.command()(evaluate)
     app.command()(symbols)
 
 
@@ -33,8 +34,9 @@ def learn(
         ),
     ] = None,
     seed: options.Seed = 0,
+    where: options.Where = "",
 ) -> None:
-    """Learn motion symbols, their space and their words from all captures of the database.
+    """Learn motion symbols, their space and their words from the captures of the database.
 
     With --start, symbols and words of other captures are used, so that a database without captions
     can be searched by words. The weight of own captions grows with their number.
@@ -46,7 +48,7 @@ def learn(
     with shared.database(writing=True) as base, printing.progress(shared) as tell:
         settings = LearnSettings(n_symbols=n_symbols, seed=seed)
         drift = base.drift()
-        learning = base.learn(settings, lambda what, share: tell(what, share, 1.0), start)
+        learning = base.learn(settings, lambda what, share: tell(what, share, 1.0), start, where)
         first = base.start_facts()
     size = learned_summary(learning)
     if printing.as_json(shared, extended(LearnAnswer, size, drift=drift, start=first)):
@@ -71,6 +73,33 @@ def learn(
             "No words yet: `like` works, `search` needs words (motiondb words set, or motiondb "
             "learn --start cmu)."
         )
+
+
+def evaluate(shared: options.Shared, where: options.Where = "") -> None:
+    """Measure the answers about captures that the database has not learned from.
+
+    Learn from the others first (learn --where). Their captions only judge: words, captions and
+    examples are asked for among these captures, and intervals of timed captions in their captures.
+    """
+    with shared.database() as base, printing.progress(shared) as tell:
+        report = base.evaluate(where, lambda what, share: tell(what, share, 1.0))
+    if printing.as_json(shared, report):
+        return
+    rows = [
+        [
+            score.task,
+            score.measure,
+            str(score.questions),
+            "-" if score.value is None else f"{score.value:.3f}",
+            "-" if score.chance is None else f"{score.chance:.3f}",
+        ]
+        for score in report.scores
+    ]
+    printing.say(
+        f"learned from {printing.number(report.learned_from, 'capture')}, judged by "
+        f"{printing.number(report.judged, 'other')} with captions"
+    )
+    printing.print_table("", ["task", "measure", "questions", "value", "chance"], rows)
 
 
 def symbols(shared: options.Shared, png: options.Png = None) -> None:

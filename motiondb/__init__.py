@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from motiondb.answers.plain import to_json
     from motiondb.answers.questions import like_answer, search_answer, words_over_time
     from motiondb.answers.scenes import scene_row
+    from motiondb.body.kinematics import forward_kinematics
     from motiondb.database import MotionDB
     from motiondb.database.catalogue.cataloguing import check_captures
     from motiondb.database.catalogue.exporting import MotionChanges
@@ -42,15 +43,20 @@ if TYPE_CHECKING:
     from motiondb.database.scenes.scene_making import SceneSettings
     from motiondb.database.scenes.scene_texts import SceneText
     from motiondb.database.scenes.scenes import Scene, Scenes
+    from motiondb.database.tables import Tables
     from motiondb.errors import (
         CaptureError,
+        HeldError,
+        ImplausibleError,
         KnowledgeError,
         MotionDBError,
         NotLearnedError,
         QueryError,
         SceneError,
         SheetError,
+        SkeletonError,
         StoreError,
+        UnknownWordsError,
     )
     from motiondb.fetch import CMU_TERMS, CMU_URL, FetchLimits, FetchSettings, fetch_cmu
     from motiondb.files import ReadLimits, read_capture, unit_from_name
@@ -113,6 +119,8 @@ __all__ = [
     "GrammarSettings",
     "GrammarSize",
     "Grammars",
+    "HeldError",
+    "ImplausibleError",
     "Joined",
     "JointProposal",
     "JudgedAction",
@@ -143,13 +151,16 @@ __all__ = [
     "Scenes",
     "SheetError",
     "ShownAction",
+    "SkeletonError",
     "Source",
     "StandalonePage",
     "StoreError",
     "StoredScene",
     "Suggestions",
+    "Tables",
     "Taking",
     "Tree",
+    "UnknownWordsError",
     "Validation",
     "WordAnswer",
     "WordSource",
@@ -162,6 +173,7 @@ __all__ = [
     "check_overwriting",
     "compact",
     "fetch_cmu",
+    "forward_kinematics",
     "grammar_row",
     "learned_summary",
     "like_answer",
@@ -196,6 +208,8 @@ _PLACES = {
     "motiondb.answers.making": "Source",
     "motiondb.answers.plain": "to_json",
     "motiondb.answers.scenes": "scene_row",
+    "motiondb.body.kinematics": "forward_kinematics",
+    "motiondb.database.tables": "Tables",
     "motiondb.database.grammars.grammar_facts": "grammar_row",
     "motiondb.files": "ReadLimits read_capture unit_from_name",
     "motiondb.files.rigs": "JointProposal propose_joints",
@@ -220,8 +234,8 @@ _PLACES = {
     "motiondb.database.scenes.scene_making": "SceneSettings",
     "motiondb.database.scenes.scene_texts": "SceneText",
     "motiondb.database.scenes.scenes": "Scene Scenes",
-    "motiondb.errors": "CaptureError KnowledgeError MotionDBError NotLearnedError "
-    "QueryError SceneError SheetError StoreError",
+    "motiondb.errors": "CaptureError HeldError ImplausibleError KnowledgeError MotionDBError "
+    "NotLearnedError QueryError SceneError SheetError SkeletonError StoreError UnknownWordsError",
     "motiondb.fetch": "CMU_TERMS CMU_URL FetchLimits FetchSettings fetch_cmu",
     "motiondb.grammar.cfg.context_free": "Tree",
     "motiondb.grammar.derivation.plan": "Plan",

@@ -120,6 +120,26 @@ class Clip:
         """Length in seconds, every frame lasting 1 / fps."""
         return self.n_frames / self.fps
 
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints, in the order of all arrays; parents come before children."""
+        return self.skeleton.names
+
+    def world_positions(self) -> FloatArray:
+        """World positions of all joints at the clip's rate: array (frames, joints, 3), metres.
+
+        In the world frame of the file, right-handed.
+        """
+        from motiondb.body.kinematics import clip_positions
+
+        return clip_positions(self)[0]
+
+    def world_rotations(self) -> FloatArray:
+        """World rotations of all joints: array (frames, joints, 4), unit quaternions w, x, y, z."""
+        from motiondb.body.kinematics import clip_positions
+
+        return clip_positions(self)[1]
+
 
 @dataclass(frozen=True, eq=False)
 class Motion:

@@ -116,3 +116,35 @@ def learned_summary(model: LearnedModel) -> LearnedSummary:
         len(model.association.words),
         model.run_id,
     )
+
+
+@dataclass(frozen=True)
+class Score:
+    """The mean of a measure over questions about captures that were not learned from."""
+
+    task: str  # words, captions, examples, intervals or descriptions
+    measure: str
+    questions: int
+    value: float | None  # None without questions
+    chance: float | None  # What guessing would reach; None where it was not computed
+
+
+@dataclass(frozen=True)
+class WordScore:
+    """How well captures that show a word are found by it."""
+
+    word: str
+    captures: int  # Captures whose captions hold it
+    average_precision: float
+    chance: float
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """How well a database answers about captures that it has not learned from."""
+
+    where: str
+    learned_from: int  # Number of captures
+    judged: int  # Number of captures
+    scores: tuple[Score, ...]
+    words: tuple[WordScore, ...]

@@ -54,6 +54,32 @@ def forward(
     return _among(places, chosen, n_joints), _among(turns, chosen, n_joints)
 
 
+def forward_kinematics(
+    parents: IntArray, offsets: FloatArray, local_rotations: FloatArray, root_positions: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Compute where the joints of any skeleton are in the world, and how they are turned.
+
+    Parameters
+    ----------
+    parents : array (joints,)
+        Number of the parent of every joint, -1 for the root; parents come before children.
+    offsets : array (joints, 3) or (frames, joints, 3), metres
+        From the parent, in the parent's frame.
+    local_rotations : array (frames, joints, 4)
+        Unit quaternions w, x, y, z, relative to the parent.
+    root_positions : array (frames, 3), metres
+        In the world.
+
+    Returns
+    -------
+    positions : array (frames, joints, 3), metres
+        In the world.
+    rotations : array (frames, joints, 4)
+        Unit quaternions w, x, y, z, in the world.
+    """
+    return forward(parents, offsets, local_rotations, root_positions)
+
+
 def _frames_first(rows: FloatArray) -> FloatArray:
     """Return an array (joints, values, frames) as (frames, joints, values)."""
     return np.ascontiguousarray(rows.transpose(2, 0, 1))

@@ -12,6 +12,7 @@ from motiondb import store
 from motiondb.answers.catalogue import Exported
 from motiondb.body.features import FEATURE_STEP
 from motiondb.body.retarget import to_motion
+from motiondb.database import searching
 from motiondb.database.archive import Archive
 from motiondb.database.catalogue import browsing, filter_words
 from motiondb.database.catalogue.parts import cut_clip, cut_motion
@@ -29,6 +30,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
         ShownActivity,
         ShownSegment,
     )
+    from motiondb.answers.questions import Comparison
     from motiondb.database.catalogue import exporting
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
@@ -213,7 +215,9 @@ class Captures(Archive):
             Name of the capture.
         path : str or Path
             The ending says the format: .bvh, .fbx, .glb, .gltf, .usd, .usda or .usdc, or the
-            ending of the added file. With the added AMC, its skeleton is written beside it (.asf).
+            ending of the added file; .npz, .csv and .parquet hold positions, velocities and
+            contacts of the feet (see :mod:`motiondb.files.arrays`). With the added AMC, its
+            skeleton is written beside it (.asf).
         start : float, optional
             Start of the part of the capture, seconds. A part of a capture is always written as a
             new file.
@@ -291,6 +295,92 @@ class Captures(Archive):
 
         with self.session.reading():
             return write_matches(self.store, answer.matches, Path(folder), question, self.export)
+
+    def compare(
+        self,
+        first: str | Path | Motion,
+        second: str | Path | Motion,
+        png: str | Path | None = None,
+        parts: tuple[tuple[float | None, float | None], ...] = ((None, None), (None, None)),
+    ) -> Comparison:
+        """Align two motions by dynamic time warping, and measure how far they are apart.
+
+        Poses are compared on the standard body, relative to the pelvis and the heading.
+
+        Parameters
+        ----------
+        first : str, Path or Motion
+            A file, the name of a stored capture, or a motion.
+        second : str, Path or Motion
+            The same.
+        png : str or Path, optional
+            Draw the distances of all poses with the alignment into this file.
+        parts : pair of pairs of float or None
+            Start and end of the part of either that is compared, seconds.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture, or a part lies outside it.
+        """
+        from motiondb.database.comparing import compare
+
+        both = (first, second)
+        motions = [self.motion(each, *part) for each, part in zip(both, parts)]
+        names = ["motion" if isinstance(each, Motion) else str(each) for each in both]
+        starts = [part[0] or 0.0 for part in parts]
+        return compare(
+            (names[0], names[1]),
+            (motions[0], motions[1]),
+            (starts[0], starts[1]),
+            None if png is None else Path(png),
+        )
+
+    def draw_matches(
+        self,
+        answer: WordAnswer | ExampleAnswer,
+        path: str | Path,
+        title: str = "",
+        example: Motion | None = None,
+    ) -> Path:
+        """Draw the first matches of an answer as rows of stick figures, as PNG.
+
+        Parameters
+        ----------
+        answer : WordAnswer or ExampleAnswer
+            The answer of ``search`` or ``like``.
+        path : str or Path
+            The picture.
+        title : str
+            Title of the picture.
+        example : Motion, optional
+            The example, which is drawn above the matches.
+
+        Raises
+        ------
+        MotionDBError
+            When the answer has no matches, or the picture cannot be written.
+        """
+        return searching.draw_matches(self.session, answer.matches, path, title, example)
+
+    def draw_reasons(self, answer: WordAnswer, path: str | Path, title: str = "") -> Path:
+        """Draw the best match over a timeline of contributions for each word, as PNG.
+
+        Parameters
+        ----------
+        answer : WordAnswer
+            The answer of ``search``, but not one by symbols.
+        path : str or Path
+            The picture.
+        title : str
+            Title of the picture.
+
+        Raises
+        ------
+        QueryError
+            When the answer has no reasons.
+        """
+        return searching.draw_reasons(self.session, answer, path, title)
 
     def captions(self, name: str) -> tuple[Caption, ...]:
         """The captions of a capture.

@@ -26,11 +26,12 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
         SymbolSegment,
         WordRow,
     )
-    from motiondb.answers.learning import StartAnswer
+    from motiondb.answers.learning import Evaluation, StartAnswer
     from motiondb.database.generating import Generated
     from motiondb.database.grammars.grammars import Grammars
     from motiondb.database.joining import Joined
     from motiondb.database.scenes.scenes import Scenes
+    from motiondb.database.tables import Tables
     from motiondb.learn.drift import Drift
     from motiondb.learn.knowledge import Knowledge
     from motiondb.learn.learned_model import LearnedModel
@@ -128,6 +129,7 @@ class MotionDB(Captures):
         settings: LearnSettings | None = None,
         progress: Progress | None = None,
         start: str | Path | Knowledge | None = None,
+        where: str = "",
     ) -> LearnedModel:
         """Derive symbols, their space and their words from all captures; replaces earlier ones.
 
@@ -142,18 +144,53 @@ class MotionDB(Captures):
             :meth:`export_knowledge`. Its symbols and words are taken over, and own captions count
             more the more there are. None: the start that the database used before, if any;
             "none": nothing.
+        where : str
+            Filter on the catalogue: learn from these captures alone. The others are not searched;
+            :meth:`evaluate` measures the answers about them.
 
         Raises
         ------
         MotionDBError
-            When the database holds no captures, or fewer segments than the requested symbols.
+            When no captures match, or they have fewer segments than the requested symbols.
         KnowledgeError
             When there is no such knowledge.
         """
         from motiondb.database.learn import learn_run
         from motiondb.learn.recognition import LearnSettings
 
-        return learn_run.learn(self.store, settings or LearnSettings(), progress, start)
+        return learn_run.learn(self.store, settings or LearnSettings(), progress, start, where)
+
+    def evaluate(self, where: str = "", progress: Progress | None = None) -> Evaluation:
+        """Measure the answers about captures that the database has not learned from.
+
+        Their captions judge, and are no evidence. Words, captions and examples are asked for among
+        these captures, where an example may find takes of its own performer; intervals of timed
+        captions are found in their captures.
+
+        Parameters
+        ----------
+        where : str
+            Filter on the catalogue: these captures. Learn from the others before (:meth:`learn`).
+        progress : callable, optional
+            Called with the step and the share of it that is done.
+
+        Raises
+        ------
+        NotLearnedError
+            When the database has not learned, or learned no words.
+        QueryError
+            When it has learned from one of the captures, or fewer than two have captions.
+        """
+        from motiondb.database.evaluating import evaluate
+
+        return evaluate(self.session, where, progress or (lambda _what, _share: None))
+
+    @cached_property
+    def tables(self) -> Tables:
+        """Captures, captions, segments, symbols, words and matches as Arrow tables."""
+        from motiondb.database.tables import Tables
+
+        return Tables(self.session)
 
     def is_learned(self) -> bool:
         """Whether the database has learned."""
@@ -409,52 +446,6 @@ class MotionDB(Captures):
         from motiondb.database import showing
 
         return showing.draw_symbols(self.learned, path)
-
-    def draw_matches(
-        self,
-        answer: WordAnswer | ExampleAnswer,
-        path: str | Path,
-        title: str = "",
-        example: Motion | None = None,
-    ) -> Path:
-        """Draw the first matches of an answer as rows of stick figures, as PNG.
-
-        Parameters
-        ----------
-        answer : WordAnswer or ExampleAnswer
-            The answer of ``search`` or ``like``.
-        path : str or Path
-            The picture.
-        title : str
-            Title of the picture.
-        example : Motion, optional
-            The example, which is drawn above the matches.
-
-        Raises
-        ------
-        MotionDBError
-            When the answer has no matches, or the picture cannot be written.
-        """
-        return searching.draw_matches(self.session, answer.matches, path, title, example)
-
-    def draw_reasons(self, answer: WordAnswer, path: str | Path, title: str = "") -> Path:
-        """Draw the best match over a timeline of contributions for each word, as PNG.
-
-        Parameters
-        ----------
-        answer : WordAnswer
-            The answer of ``search``, but not one by symbols.
-        path : str or Path
-            The picture.
-        title : str
-            Title of the picture.
-
-        Raises
-        ------
-        QueryError
-            When the answer has no reasons.
-        """
-        return searching.draw_reasons(self.session, answer, path, title)
 
     def generate(
         self,

@@ -1,7 +1,8 @@
 """Work of Blender: turn a BVH file into FBX. Run by :mod:`.fbx_writer`, in Blender's Python.
 
 It imports nothing of motiondb, which Blender does not have. Joints are called j0, j1, ... in the
-BVH file, because Blender changes some names as it reads them; the true ones come through the standard input.
+BVH file, because Blender changes some names as it reads them; the true ones come through the
+standard input.
 """
 
 from __future__ import annotations

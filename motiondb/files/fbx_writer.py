@@ -63,10 +63,10 @@ def write_fbx(clip: Clip, path: Path | str) -> None:
         bvh, fbx = Path(folder, "a.bvh"), Path(folder, "a.fbx")
         plain = replace(clip.skeleton, names=tuple(f"j{n}" for n in range(len(names))))
         write_bvh(replace(clip, skeleton=plain, unit=1.0), bvh)
-        command, names = [*find_blender(), "--", str(bvh), str(fbx)], json.dumps(said).encode()
+        command, listed = [*find_blender(), "--", str(bvh), str(fbx)], json.dumps(said).encode()
         try:
             done = subprocess.run(
-                command, input=names, capture_output=True, timeout=_SECONDS, check=False
+                command, input=listed, capture_output=True, timeout=_SECONDS, check=False
             )
         except (OSError, subprocess.TimeoutExpired) as error:
             raise CaptureError(path, f"expected Blender to write FBX, found: {error}.") from None

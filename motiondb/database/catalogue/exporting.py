@@ -11,6 +11,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 
+import numpy as np
+
 from motiondb import store
 from motiondb.answers.catalogue import Exported
 from motiondb.body import changes, retarget
@@ -18,16 +20,20 @@ from motiondb.body.joint_names import joint_map
 from motiondb.body.joint_proposals import map_text
 from motiondb.database.catalogue.parts import check_motion_file, write_bytes, write_clip
 from motiondb.errors import QueryError, SkeletonError
+from motiondb.files.arrays import ARRAY_ENDINGS, write_arrays
 from motiondb.files.limits import MAX_FPS, MIN_FPS
 from motiondb.files.own_files import check_overwriting
 from motiondb.files.rigs import read_rig
 from motiondb.files.units import UNITS
+from motiondb.generate.contact import find_contacts
 from motiondb.generate.loops import Loop, looped
 from motiondb.generate.onto import Fit, at_rest, onto
-from motiondb.records import CaptureInfo, Clip, Motion
+from motiondb.records import MOTION_FPS, BoolArray, CaptureInfo, Clip, Motion
 
 GLTF = (".glb", ".gltf")
-FIXED_UNITS = MappingProxyType({".glb": 1.0, ".gltf": 1.0, ".fbx": 0.01})
+FIXED_UNITS = MappingProxyType(
+    {".glb": 1.0, ".gltf": 1.0, ".fbx": 0.01} | dict.fromkeys(ARRAY_ENDINGS, 1.0)
+)
 """Ending -> metres per length unit, of formats that are written in no other."""
 
 
@@ -84,7 +90,8 @@ def check_changes(asked: MotionChanges, path: Path) -> None:
             f"{path}: expected the unit {unit_name(fixed or 1.0)} for {path.suffix}, which has no "
             f"other, found {unit_name(unit)}."
         )
-    check_motion_file(path)
+    if path.suffix.lower() not in ARRAY_ENDINGS:
+        check_motion_file(path)
 
 
 def changed(clip: Clip, asked: MotionChanges) -> tuple[Clip, tuple[str, ...]]:
@@ -167,8 +174,20 @@ def write_changed(clip: Clip, path: Path, asked: MotionChanges) -> Written:
     """Write a clip with changes."""
     check_changes(asked, path)
     clip, said = changed(clip, asked)
-    write_clip(clip, path)
-    return Written(clip, said)
+    return Written(clip, (*said, *_write(clip, path, asked)))
+
+
+def _write(clip: Clip, path: Path, asked: MotionChanges) -> tuple[str, ...]:
+    """Write a clip in the format that the ending names; return what is missing in the file."""
+    if path.suffix.lower() not in ARRAY_ENDINGS:
+        write_clip(clip, path)
+        return ()
+    try:
+        write_arrays(clip, path, _contacts(clip, asked))
+    except SkeletonError as error:
+        write_arrays(clip, path)
+        return (f"without contacts of the feet: {error}",)
+    return ()
 
 
 def write_motion(motion: Motion, path: Path, asked: MotionChanges) -> Written:
@@ -181,8 +200,8 @@ def write_motion(motion: Motion, path: Path, asked: MotionChanges) -> Written:
     clip, said = changed(fitted.clip, asked)
     if path.suffix.lower() not in GLTF:  # glTF has the frames of the rig's own joints
         clip = at_rest(clip, fitted.rig)
-    write_clip(clip, path)
-    return Written(clip, (*_say_fit(asked.onto, fitted.fit), *said), fitted.fit)
+    missing = _write(clip, path, asked)
+    return Written(clip, (*_say_fit(asked.onto, fitted.fit), *said, *missing), fitted.fit)
 
 
 def _map_of(rig: Clip, path: Path, asked: MotionChanges) -> Mapping[str, str]:
@@ -220,6 +239,14 @@ def _say_fit(rig: Path, fit: Fit) -> list[str]:
         f"({mm(fit.most_hand_error)} at most; {fit.hands}); feet in contact slip "
         f"{100 * fit.slip:.1f} cm/s, in the motion {100 * fit.slip_of_motion:.1f}",
     ]
+
+
+def _contacts(clip: Clip, asked: MotionChanges) -> BoolArray:
+    """Which foot, left or right, is on the ground: array (frames, 2), found at 30 a second."""
+    motion = retarget.to_motion(clip, asked.joint_map, keep_implausible=True)
+    found = find_contacts(motion.joint_positions())
+    frames = np.round(np.arange(clip.n_frames) / clip.fps * MOTION_FPS).astype(np.int64)
+    return np.asarray(found[np.minimum(frames, len(found) - 1)])
 
 
 def write_added(info: CaptureInfo, source: store.Source, path: Path, unit: float) -> Exported:

@@ -10,7 +10,7 @@ import numpy as np
 from motiondb import store
 from motiondb.database.learn.start import find_start
 from motiondb.database.session import load_features
-from motiondb.errors import MotionDBError
+from motiondb.errors import MotionDBError, QueryError
 from motiondb.learn import name_order
 from motiondb.learn.codec import from_values
 from motiondb.learn.drift import Drift, DriftBaseline, count_word_use, measure_drift
@@ -29,8 +29,11 @@ def learn(
     settings: LearnSettings,
     progress: Progress | None = None,
     start: str | Path | Knowledge | None = None,
+    where: str = "",
 ) -> LearnedModel:
     """Derive everything from the captures that were captured (not generated), and save it.
+
+    `where`: Filter on the catalogue: only these.
 
     `start`: What to start from (:func:`motiondb.database.learn.start.find_start`). None: the
     start that the database used when it learned before, if any.
@@ -41,7 +44,7 @@ def learn(
     for _ in range(_ATTEMPTS):
         with store.released(opened) as let_go:
             tell("features", 0.0)
-            pool, taught, names = _load_taught(opened)
+            pool, taught, names = _load_taught(opened, where)
             let_go()
             rng = np.random.default_rng(settings.seed)
             started = None if knowledge is None else begin(knowledge, taught.synonyms)
@@ -57,8 +60,8 @@ def learn(
             own_numbers = {number: capture for capture, number in numbers.items()}
             model = name_order.renumber_model(model, own_numbers)
         with store.transaction(opened):
-            if _same(_load_catalogue(opened), taught):
-                return _save(opened, settings, model, tell)
+            if _same(_load_catalogue(opened, where), taught):
+                return _save(opened, settings, model, tell, where)
         tell("captures changed, again", 0.0)
     raise MotionDBError(
         f"{opened.path}: expected captures and words to stay as they are while learning, found "
@@ -68,10 +71,10 @@ def learn(
 
 
 def _save(
-    opened: store.Store, settings: LearnSettings, model: LearnedModel, tell: Progress
+    opened: store.Store, settings: LearnSettings, model: LearnedModel, tell: Progress, where: str
 ) -> LearnedModel:
     tell("saving", 0.0)
-    parameters = asdict(settings)
+    parameters = {**asdict(settings), **({"where": where} if where else {})}
     if model.started is not None:
         origin = model.started.knowledge.origin
         parameters["start"] = {"name": origin.name, "sha256": origin.digest}
@@ -82,10 +85,16 @@ def _save(
     return model
 
 
-def _load_taught(opened: store.Store) -> tuple[FeaturePool, TaughtWords, dict[int, str]]:
+def _load_taught(
+    opened: store.Store, where: str
+) -> tuple[FeaturePool, TaughtWords, dict[int, str]]:
     """Features, captions and names of the captured captures, of one revision."""
     with store.reading(opened):
-        taught = _load_catalogue(opened)
+        taught = _load_catalogue(opened, where)
+        if not taught.performers and where:
+            raise QueryError(
+                f"learn: expected captures that match {where!r}, found none. Give another filter."
+            )
         if not taught.performers:
             raise MotionDBError(
                 f"{opened.path}: expected captures to learn from, found none. "
@@ -96,9 +105,10 @@ def _load_taught(opened: store.Store) -> tuple[FeaturePool, TaughtWords, dict[in
         return load_features(opened).only(taught.performers), taught, names
 
 
-def _load_catalogue(opened: store.Store) -> TaughtWords:
-    """Performers and captions of the captured captures."""
-    captured = {i.capture_id: i for i in store.load_captures(opened) if i.kind == "captured"}
+def _load_catalogue(opened: store.Store, where: str) -> TaughtWords:
+    """Performers and captions of the captured captures that match a filter."""
+    infos = store.load_captures(opened, where)
+    captured = {i.capture_id: i for i in infos if i.kind == "captured"}
     captions = {c: v for c, v in store.load_captions(opened).items() if c in captured}
     return TaughtWords(captions, store.load_synonyms(opened), performers_of(captured))
 

@@ -1,0 +1,262 @@
+"""How well a database that learned from some captures answers about others.
+
+The captures in question must have captions, which only judge: they are no evidence here. They are
+cut and scored by the learned symbols, as a generated capture is, and searched among themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from motiondb import store
+from motiondb.answers.learning import Evaluation, Score, WordScore
+from motiondb.errors import QueryError
+from motiondb.language.vocabulary import MODIFIERS, words_of
+from motiondb.learn.learned import Learned
+from motiondb.learn.recognition import recognise_capture
+from motiondb.meaning.counting import join_tables
+from motiondb.records import Caption, CaptureInfo, Motion
+from motiondb.search.asked_words import learned_words
+from motiondb.search.by_example import search_motion
+from motiondb.search.by_words import search_words
+from motiondb.search.described import describe
+
+if TYPE_CHECKING:
+    from motiondb.database.session import Session
+
+Tell = Callable[[str, float], None]
+LIKELY = 0.5  # Probability from which on a word is said of a capture
+HALF = 0.5  # Overlap of two intervals from which on they count as the same
+
+
+@dataclass(frozen=True, eq=False)
+class _Held:
+    """The captures in question, and the model that sees them."""
+
+    session: Session
+    learned: Learned  # With segments of the captures in question, and without their captions
+    infos: tuple[CaptureInfo, ...]
+    captions: dict[int, tuple[Caption, ...]]
+    said: dict[int, frozenset[str]]  # Capture -> words of its captions
+    motions: dict[int, Motion]
+
+    @property
+    def numbers(self) -> list[int]:
+        """Numbers of the captures."""
+        return [info.capture_id for info in self.infos]
+
+    def ranked(self, text: str, among: Sequence[int] | None = None) -> list[int]:
+        """The captures, best first, for a question in words, from their motion alone."""
+        allowed = self.numbers if among is None else list(among)
+        asked = learned_words(self.learned)
+        answer = search_words(asked, text, allowed, len(allowed), written=False)
+        return self._in_order([m.capture for m in answer.matches], allowed)
+
+    def alike(self, number: int) -> list[int]:
+        """The other captures, best first, by the motion of one."""
+        allowed = [other for other in self.numbers if other != number]
+        pool, motion = self.session.features, self.motions[number]
+        answer = search_motion(self.learned, pool, motion, allowed, len(allowed))
+        return self._in_order([m.capture for m in answer.matches], allowed)
+
+    def _in_order(self, names: Sequence[str], allowed: Sequence[int]) -> list[int]:
+        """Numbers in the order of names; those that were not found come last."""
+        by_name = {info.name: info.capture_id for info in self.infos}
+        found = list(dict.fromkeys(by_name[name] for name in names))
+        return found + [number for number in allowed if number not in set(found)]
+
+
+def evaluate(session: Session, where: str, tell: Tell) -> Evaluation:
+    """Score words, captions, examples, intervals and descriptions of other captures."""
+    with session.reading():
+        held = _load(session, where)
+        tell("words", 0.0)
+        words = _words(held)
+        tell("captions", 0.3)
+        scores = [_mean_words(words), *_captions(held)]
+        tell("examples", 0.5)
+        scores += _examples(held)
+        tell("intervals", 0.8)
+        scores += [*_intervals(held), *_descriptions(held)]
+        tell("intervals", 1.0)
+        n_learned = len(session.learned.rows)
+        return Evaluation(where, n_learned, len(held.infos), tuple(scores), tuple(words))
+
+
+def _load(session: Session, where: str) -> _Held:
+    """Load the captures in question, which must not have been learned from."""
+    opened, learned = session.store, session.learned
+    infos = [i for i in store.load_captures(opened, where) if i.kind == "captured"]
+    known = [info.name for info in infos if info.capture_id in learned.rows]
+    if known:
+        raise QueryError(
+            "evaluate: expected captures that the database has not learned from, found "
+            f"{len(known)} that it has, such as {known[0]}. Learn from the others: motiondb learn "
+            f"--where 'not ({where or 'FILTER'})'."
+        )
+    captions = store.load_captions(opened)
+    said = {
+        info.capture_id: frozenset(
+            word
+            for caption in captions.get(info.capture_id, ())
+            for word in words_of(caption.words, learned.synonyms, learned.lemmas)
+        )
+        for info in infos
+    }
+    infos = [info for info in infos if said[info.capture_id]]
+    if len(infos) < 2:
+        raise QueryError(
+            "evaluate: expected two or more captures with captions that match, found "
+            f"{len(infos)}. Give another filter with --where."
+        )
+    motions = {i.capture_id: store.load_motion(opened, i.capture_id) for i in infos}
+    tables = [recognise_capture(learned, number, motion) for number, motion in motions.items()]
+    seen = replace(
+        learned,
+        segments=join_tables(learned.segments, *tables),
+        captions={n: c for n, c in learned.captions.items() if n not in said},
+    )
+    own = {info.capture_id: captions[info.capture_id] for info in infos}
+    return _Held(session, seen, tuple(infos), own, said, motions)
+
+
+def _words(held: _Held) -> list[WordScore]:
+    """Average precision of every learned word that some of the captures show, and not all."""
+    rows = []
+    for word in held.learned.association.words:
+        right = {number for number, words in held.said.items() if word in words}
+        if not 0 < len(right) < len(held.infos):
+            continue
+        try:
+            ranked = held.ranked(word)
+        except QueryError:  # such as a word of the language of questions
+            continue
+        rows.append(
+            WordScore(
+                word, len(right), average_precision(ranked, right), len(right) / len(held.infos)
+            )
+        )
+    return rows
+
+
+def average_precision(ranked: Sequence[int], right: set[int] | frozenset[int]) -> float:
+    """Mean of the precision at every right answer of a ranking.
+
+    >>> average_precision([7, 3, 5], {7, 5})
+    0.8333333333333333
+    """
+    places = [place for place, number in enumerate(ranked, start=1) if number in right]
+    return sum(n / place for n, place in enumerate(places, start=1)) / len(right)
+
+
+def _mean_words(words: Sequence[WordScore]) -> Score:
+    values, chances = [w.average_precision for w in words], [w.chance for w in words]
+    return _score("words", "mean average precision", values, chances)
+
+
+def _captions(held: _Held) -> list[Score]:
+    """How early a capture is found by its own caption, or by one with the same words."""
+    learned, reciprocal, first, chance = held.learned, [], [], []
+    for number, captions in held.captions.items():
+        whole = [c for c in captions if c.start is None and c.end is None]
+        for caption in whole:
+            words = frozenset(words_of(caption.words, learned.synonyms, learned.lemmas))
+            try:
+                ranked = held.ranked(caption.words)
+            except QueryError:  # no word of it is known
+                continue
+            right = {n for n, said in held.said.items() if words <= said} | {number}
+            place = min(ranked.index(n) for n in right) + 1
+            reciprocal.append(1.0 / place)
+            first.append(float(place == 1))
+            chance.append(len(right) / len(held.infos))
+    return [
+        _score("captions", "mean reciprocal rank", reciprocal),
+        _score("captions", "found first", first, chance),
+    ]
+
+
+def _examples(held: _Held) -> list[Score]:
+    """How early captures that share an action word with an example are found by its motion."""
+    precision, first, chance = [], [], []
+    actions = {number: words - MODIFIERS for number, words in held.said.items()}
+    for number, words in actions.items():
+        right = {n for n, others in actions.items() if n != number and words & others}
+        if right:
+            ranked = held.alike(number)
+            precision.append(average_precision(ranked, right))
+            first.append(float(ranked[0] in right))
+            chance.append(len(right) / (len(held.infos) - 1))
+    return [
+        _score("examples", "mean average precision", precision, chance),
+        _score("examples", "best answer right", first, chance),
+    ]
+
+
+def _intervals(held: _Held) -> list[Score]:
+    """How far the interval that is found in a capture overlaps with that of a timed caption."""
+    overlaps = []
+    asked = learned_words(held.learned)
+    for info in held.infos:
+        number = info.capture_id
+        for caption in held.captions[number]:
+            if caption.start is None and caption.end is None:
+                continue
+            start = caption.start or 0.0
+            end = info.duration if caption.end is None else caption.end
+            try:
+                features = held.session.features.of_capture
+                answer = search_words(
+                    asked, caption.words, [number], 1, written=False, features=features
+                )
+            except QueryError:
+                continue
+            found = answer.matches[0] if answer.matches else None
+            overlaps.append(0.0 if found is None else _overlap(found.start, found.end, start, end))
+    return [
+        _score("intervals", "mean overlap", overlaps),
+        _score("intervals", f"overlap of {HALF:g} or more", [float(o >= HALF) for o in overlaps]),
+    ]
+
+
+def _overlap(start: float, end: float, low: float, high: float) -> float:
+    """Intersection of two intervals (seconds) over their union.
+
+    >>> _overlap(0.0, 2.0, 1.0, 3.0)
+    0.3333333333333333
+    """
+    common = max(0.0, min(end, high) - max(start, low))
+    return common / (max(end, high) - min(start, low))
+
+
+def _descriptions(held: _Held) -> list[Score]:
+    """Precision and recall of the words that the motion of captures is described by."""
+    known = set(held.learned.association.words)
+    precision, recall = [], []
+    for number, motion in held.motions.items():
+        told = describe(held.learned, motion)
+        likely = {w for d in told for w, p in d.words if p is not None and p >= LIKELY}
+        right = held.said[number] & known
+        if likely:
+            precision.append(len(likely & right) / len(likely))
+        if right:
+            recall.append(len(likely & right) / len(right))
+    return [
+        _score("descriptions", "precision of words", precision),
+        _score("descriptions", "recall of words", recall),
+    ]
+
+
+def _score(task: str, measure: str, values: Sequence[float], chance: Sequence[float] = ()) -> Score:
+    """A mean over questions; without any, None."""
+    return Score(
+        task,
+        measure,
+        len(values),
+        float(np.mean(values)) if values else None,
+        float(np.mean(chance)) if chance else None,
+    )

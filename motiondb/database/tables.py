@@ -1,0 +1,177 @@
+"""What a database holds as Arrow tables, which pandas, polars and DuckDB read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from motiondb import store
+from motiondb.errors import MotionDBError
+from motiondb.files.arrays import NO_PYARROW
+from motiondb.records import MOTION_FPS, Caption, Match
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+    from motiondb.database.session import Session
+    from motiondb.search.by_example import ExampleAnswer
+    from motiondb.search.by_words import WordAnswer
+
+
+class Tables:
+    """Arrow tables of a database; they need the library pyarrow (``motiondb[arrow]``).
+
+    ``to_pandas()`` of a table gives a data frame, ``polars.from_arrow(table)`` one of polars.
+
+    Parameters
+    ----------
+    session : Session
+        The open database.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+
+    def captures(self, where: str = "") -> pa.Table:
+        """The catalogue: its columns, captions as a list of texts, and a column for every tag.
+
+        Durations are in seconds, leg lengths in metres. The column of a tag is called ``tag.NAME``.
+
+        Parameters
+        ----------
+        where : str
+            Filter on the catalogue.
+
+        Raises
+        ------
+        MotionDBError
+            When pyarrow is not installed, or the filter cannot be read.
+        """
+        with self._session.reading():
+            infos = store.load_captures(self._session.store, where)
+            captions = store.load_captions(self._session.store)
+        columns: dict[str, Any] = {c: [getattr(i, c) for i in infos] for c in store.COLUMNS}
+        columns["captions"] = [[c.words for c in captions.get(i.capture_id, ())] for i in infos]
+        for tag in sorted({tag for info in infos for tag in info.tags}):
+            columns[f"tag.{tag}"] = [info.tags.get(tag) for info in infos]
+        return _table(columns)
+
+    def captions(self) -> pa.Table:
+        """Captions with their captures: capture, words, start and end (seconds, or null).
+
+        Raises
+        ------
+        MotionDBError
+            When pyarrow is not installed.
+        """
+        with self._session.reading():
+            names = {i.capture_id: i.name for i in store.load_captures(self._session.store)}
+            captions = store.load_captions(self._session.store)
+        rows = [(names[number], c) for number, spoken in captions.items() for c in spoken]
+        return _table(
+            {
+                "capture": [name for name, _ in rows],
+                **{f.name: [getattr(c, f.name) for _, c in rows] for f in fields(Caption)},
+            }
+        )
+
+    def segments(self) -> pa.Table:
+        """Segments of all learned captures: capture, start and end (seconds), symbol.
+
+        ``log_likelihood`` is that of the symbol and ``background`` that of the background model,
+        both in nats per frame.
+
+        Raises
+        ------
+        MotionDBError
+            When pyarrow is not installed.
+        NotLearnedError
+            When the database has not learned.
+        """
+        learned = self._session.learned
+        table = learned.segments
+        names = {number: info.name for number, info in learned.captures.items()}
+        return _table(
+            {
+                "capture": [names[number] for number in table.capture_ids.tolist()],
+                "start": table.starts / MOTION_FPS,
+                "end": table.ends / MOTION_FPS,
+                "symbol": table.symbols,
+                "log_likelihood": table.log_likelihoods,
+                "background": table.backgrounds,
+            }
+        )
+
+    def symbols(self) -> pa.Table:
+        """Motion symbols: symbol, cluster, coordinates in the symbol space, number of segments.
+
+        Raises
+        ------
+        MotionDBError
+            When pyarrow is not installed.
+        NotLearnedError
+            When the database has not learned.
+        """
+        learned = self._session.learned
+        n = learned.symbols.n_symbols
+        return _table(
+            {
+                "symbol": np.arange(n),
+                "cluster": learned.space.clusters,
+                "coordinates": [row.tolist() for row in learned.space.coordinates],
+                "count": np.bincount(learned.segments.symbols, minlength=n),
+            }
+        )
+
+    def words(self) -> pa.Table:
+        """t(word | symbol): word, symbol, probability; the symbol -1 is NULL. Zeros are left out.
+
+        Raises
+        ------
+        MotionDBError
+            When pyarrow is not installed.
+        NotLearnedError
+            When the database has not learned.
+        """
+        association = self._session.learned.association
+        translation = np.asarray(association.translation)
+        rows, columns = np.nonzero(translation)
+        return _table(
+            {
+                "word": [association.words[number] for number in columns.tolist()],
+                "symbol": rows - 1,
+                "probability": translation[rows, columns],
+            }
+        )
+
+    def matches(self, answer: WordAnswer | ExampleAnswer | Iterable[Match]) -> pa.Table:
+        """The matches of an answer of ``search`` or ``like``, a row each; times in seconds.
+
+        Parameters
+        ----------
+        answer : WordAnswer, ExampleAnswer, or iterable of Match
+            The answer, or matches.
+
+        Raises
+        ------
+        MotionDBError
+            When pyarrow is not installed.
+        """
+        found: Any = answer
+        matches: list[Match] = list(getattr(found, "matches", found))
+        names = [field.name for field in fields(Match) if field.name != "parts"]
+        columns: dict[str, Any] = {name: [getattr(m, name) for m in matches] for name in names}
+        columns["words"] = [list(match.words) for match in matches]
+        return _table(columns)
+
+
+def _table(columns: Mapping[str, Any]) -> pa.Table:
+    """An Arrow table of columns."""
+    try:
+        import pyarrow as pa
+    except ImportError:
+        raise MotionDBError(f"tables: {NO_PYARROW}") from None
+    return pa.table(dict(columns))
