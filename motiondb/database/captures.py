@@ -214,10 +214,10 @@ class Captures(Archive):
         name : str
             Name of the capture.
         path : str or Path
-            The ending says the format: .bvh, .glb or .gltf, or the ending of the added file; .npz,
-            .csv and .parquet hold positions, velocities and contacts of the feet (see
-            :mod:`motiondb.files.arrays`). With the added AMC, its skeleton is written beside it
-            (.asf).
+            The ending says the format: .bvh, .fbx, .glb, .gltf, .usd, .usda or .usdc, or the
+            ending of the added file; .npz, .csv and .parquet hold positions, velocities and
+            contacts of the feet (see :mod:`motiondb.files.arrays`). With the added AMC, its
+            skeleton is written beside it (.asf).
         start : float, optional
             Start of the part of the capture, seconds. A part of a capture is always written as a
             new file.
@@ -241,7 +241,6 @@ class Captures(Archive):
         from motiondb.database.catalogue import exporting
 
         path, asked = Path(path), changes or exporting.MotionChanges()
-        exporting.check_changes(asked, path)
         whole = start is None and end is None and not canonical and not asked.are_any
         with self.session.reading():
             info = store.load_capture(self.store, name)

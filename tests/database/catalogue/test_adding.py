@@ -121,7 +121,7 @@ def test_export_gives_the_very_bytes_and_remove_forgets(tmp_path: Path, some: Pa
         whole = read_capture(out)
         assert part.n_frames == 30
         assert np.allclose(part.root_positions, whole.root_positions[15:45], atol=1e-5)
-        with pytest.raises(QueryError, match=r"j\.xyz: expected an ending \.bvh, \.glb or \.gltf"):
+        with pytest.raises(QueryError, match=r"j\.xyz: expected an ending \.bvh, \.fbx, \.glb"):
             db.export("ana/jump_1", tmp_path / "j.xyz")
         with pytest.raises(QueryError, match="expected the name of a capture"):
             db.remove(["ana/jump_1", "nobody"])
