@@ -262,7 +262,8 @@ def export(
         typer.Option(
             "-o",
             "--output",
-            help="File: .bvh, .glb or .gltf; arrays: .npz, .csv or .parquet; or as it was added.",
+            help="File: .bvh, .glb, .gltf, .fbx or .usd; arrays: .npz, .csv or .parquet; or as it "
+            "was added.",
         ),
         options.WRITTEN,
     ],

@@ -39,6 +39,7 @@ motiondb like ana/walk_1 --from 1 --to 3
 motiondb like take.bvh --by-motion-alone
 motiondb describe ana/walk_1
 motiondb describe --where 'performer=ana' -o words.csv
+motiondb compare ana/walk_1 boris/walk_1 --png both.png
 motiondb batch questions.txt --json
 motiondb batch questions.tsv > answers.tsv
 motiondb generate "a person walks then kicks" -o walk.bvh

@@ -91,7 +91,11 @@ def animation_name(path: Path | None) -> Path | None:
 
 def motion_name(path: Path | None) -> Path | None:
     """Check how the name of a generated motion ends; what it is, is checked by the command."""
-    check_ending(path, (".bvh", ".glb", ".gltf"))
+    check_ending(path, (".bvh", ".fbx", ".glb", ".gltf", ".usd", ".usda", ".usdc"))
+    if path is not None:
+        from motiondb import check_motion_file
+
+        check_motion_file(path)
     return path
 
 
@@ -142,7 +146,9 @@ ExportFolder = Annotated[
 ]
 Output = Annotated[
     Path,
-    typer.Option("-o", "--output", callback=motion_name, help="File: .bvh, .glb or .gltf."),
+    typer.Option(
+        "-o", "--output", callback=motion_name, help="File: .bvh, .glb, .gltf, .fbx or .usd."
+    ),
     WRITTEN,
 ]
 

@@ -22,6 +22,7 @@ def register(app: typer.Typer) -> None:
     app.command()(search)
     app.command()(like)
     app.command()(describe)
+    app.command()(compare)
 
 
 def search(
@@ -274,6 +275,32 @@ def describe(
     first = 1 if example is not None else 0
     columns = ["capture", "start", "end", "words"]
     printing.print_table("", columns[first:], [row[first:] for row in rows])
+
+
+def compare(
+    shared: options.Shared,
+    first: Annotated[str, typer.Argument(help="A file, or the name of a stored capture.")],
+    second: Annotated[str, typer.Argument(help="The other.")],
+    png: options.Png = None,
+) -> None:
+    """Align two motions in time, and say how far they are apart.
+
+    Poses are compared on the standard body, relative to the pelvis and the heading. --png draws the
+    distances of all poses with the alignment.
+    """
+    with shared.database() as base:
+        told = base.compare(first, second, png)
+    if printing.as_json(shared, told):
+        return
+    mirrored = f"; with the mirror image of the first {told.mirrored_distance:.3f} m"
+    printing.say(f"mean distance of joints: {told.distance:.3f} m{mirrored}")
+    printing.say(f"lengths: {told.first_seconds:.2f} s and {told.second_seconds:.2f} s")
+    farthest = ", ".join(f"{each.joint} {each.distance:.3f} m" for each in told.joints[:5])
+    printing.say(f"farthest apart: {farthest}")
+    marks = [told.alignment[n * (len(told.alignment) - 1) // 8] for n in range(9)]
+    printing.say("aligned (s): " + ", ".join(f"{a:.2f}={b:.2f}" for a, b in marks))
+    if png:
+        printing.say(f"picture: {png}")
 
 
 def _print_explanations(answer: WordAnswer) -> None:

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from motiondb.database.catalogue.cataloguing import check_captures
     from motiondb.database.catalogue.exporting import MotionChanges
     from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
+    from motiondb.database.catalogue.parts import check_motion_file
     from motiondb.database.catalogue.rescuing import rescue
     from motiondb.database.checking import check_file
     from motiondb.database.generating import Generated
@@ -168,6 +169,7 @@ __all__ = [
     "changes_saved",
     "check_captures",
     "check_file",
+    "check_motion_file",
     "check_overwriting",
     "compact",
     "fetch_cmu",
@@ -219,6 +221,7 @@ _PLACES = {
     "motiondb.database.checking": "check_file",
     "motiondb.database.learned_grammar": "LearnedGrammar",
     "motiondb.database.catalogue.exporting": "MotionChanges",
+    "motiondb.database.catalogue.parts": "check_motion_file",
     "motiondb.database.catalogue.file_reading": "AddSettings read_joint_map",
     "motiondb.database.catalogue.rescuing": "rescue",
     "motiondb.database.grammars.grammar_learning": "GrammarSettings",

@@ -42,7 +42,7 @@ CREATE TABLE source (
     format VARCHAR NOT NULL,
     file_name VARCHAR NOT NULL,
     skeleton_name VARCHAR,                  -- NULL: the file carries its own skeleton
-    data BLOB USING COMPRESSION uncompressed NOT NULL,          -- zlib
+    data BLOB USING COMPRESSION uncompressed NOT NULL,          -- zlib; empty: left out
     skeleton_data BLOB USING COMPRESSION uncompressed           -- zlib
 );
 

@@ -6,12 +6,14 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+import psutil
 from matplotlib.figure import Figure
 from measured_run import machine, versions
 
 from real_tasks.real_page import table
 
 Row = dict[str, float]
+N_COLOURS = 10  # Colours of lines, after which they begin anew
 PACKAGES = ("motiondb", "numpy", "scipy", "numba", "duckdb")
 TIMES = (
     # name in rows, name on the page, target at 40 hours (s)
@@ -57,7 +59,12 @@ def write_page(rows: Sequence[Row], captures: Path, path: Path) -> None:
     picture.parent.mkdir(parents=True, exist_ok=True)
     draw(rows, hours, picture)
     last = max(hours)
-    head = ["", *(f"{h:.2g} hours" for h in hours), "exponent", "target at 40 hours"]
+    head = [
+        "",
+        *(f"{h:.2g} hours" if h != 1 else "1 hour" for h in map(_rounded, hours)),
+        "exponent",
+        "target at 40 hours",
+    ]
     blocks = [
         "# Growth with the hours of motion",
         f"How do time, memory and size grow? Measured by `python benchmarks/growth.py` on "
@@ -70,8 +77,9 @@ def write_page(rows: Sequence[Row], captures: Path, path: Path) -> None:
         f"value over log hours; the largest size here is {last:.2g} hours.",
         table(head, [_line(rows, hours, entry, _seconds) for entry in TIMES]),
         table(head, [_line(rows, hours, entry, _bytes) for entry in SIZES]),
-        f"Beside the originals, file and cache take {_beside(rows[-1], hours[-1])} an hour at "
-        f"{last:.2g} hours (target: at most 60 MB).",
+        _beside(rows, hours),
+        f"{_missing(rows)}Other load on a machine whose threads share cores changes processor "
+        f"times too (load at the end {psutil.getloadavg()[0]:.1f} on {psutil.cpu_count()} cores).",
         f"![Growth of times and sizes](pictures/{picture.name})",
     ]
     path.write_text("\n\n".join(blocks) + "\n", encoding="utf-8")
@@ -79,20 +87,21 @@ def write_page(rows: Sequence[Row], captures: Path, path: Path) -> None:
 
 def draw(rows: Sequence[Row], hours: Sequence[float], path: Path) -> None:
     """Times and sizes over hours, both axes logarithmic."""
-    figure = Figure(figsize=(10.0, 4.5), layout="constrained")
+    figure = Figure(figsize=(11.0, 6.5), layout="constrained")
     for place, (entries, unit, title) in enumerate(
         ((TIMES, 1.0, "processor seconds"), (SIZES, 2.0**20, "MiB")), start=1
     ):
         axes = figure.add_subplot(1, 2, place)
-        for key, name, _ in entries:
+        for number, (key, name, _) in enumerate(entries):
             pairs = [(h, r[key] / unit) for h, r in zip(hours, rows) if r.get(key)]
             if pairs:
-                axes.plot(*zip(*pairs), marker="o", label=name.replace("`", ""))
+                style = "-" if number < N_COLOURS else "--"
+                axes.plot(*zip(*pairs), style, marker="o", label=name.replace("`", ""))
         axes.set_xscale("log")
         axes.set_yscale("log")
         axes.set_xlabel("hours of motion")
         axes.set_title(title)
-        axes.legend(fontsize=6)
+        axes.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2)
     figure.savefig(path, dpi=110)
 
 
@@ -113,6 +122,10 @@ def _line(
     ]
 
 
+def _rounded(hours: float) -> float:
+    return float(f"{hours:.2g}")
+
+
 def _seconds(value: float) -> str:
     if value < 1.0:
         return f"{1000.0 * value:.0f} ms"
@@ -127,6 +140,21 @@ def _per_hour(rows: Sequence[Row], hours: Sequence[float]) -> str:
     return f"{rows[-1]['text bytes'] / hours[-1] / 1e6:.0f} MB"
 
 
-def _beside(row: Row, hours: float) -> str:
-    taken = row.get("file bytes", 0.0) + row.get("cache bytes", 0.0)
-    return f"{(taken - row.get('originals bytes', 0.0)) / hours / 1e6:.0f} MB"
+def _missing(rows: Sequence[Row]) -> str:
+    """That some figures are missing, where they are."""
+    wanted = [key for key, _, _ in (*TIMES, *SIZES)]
+    whole = all(key in row for row in rows for key in wanted)
+    return "" if whole else "What is missing was not measured: the command was interrupted. "
+
+
+def _beside(rows: Sequence[Row], hours: Sequence[float]) -> str:
+    """What file and cache take beside the originals, for the largest size that was learned."""
+    sized = [(row, h) for row, h in zip(rows, hours) if "file bytes" in row]
+    if not sized:
+        return ""
+    row, length = sized[-1]
+    taken = row["file bytes"] + row["cache bytes"] - row["originals bytes"]
+    return (
+        f"Beside the originals, file and cache take {taken / length / 1e6:.0f} MB an hour at "
+        f"{length:.2g} hours (target: at most 60 MB)."
+    )

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import zip_longest
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from motiondb.answers.plain import fields_of
+from motiondb.answers.plain import OPTIONAL, fields_of
 from motiondb.language.question import tree
 from motiondb.language.question.tree import NotUsed
 from motiondb.language.translation.decoding import Decoding
@@ -283,3 +284,26 @@ def search_answer(answer: WordAnswer, explain: bool = True) -> SearchAnswer:
         written=written,
         by_meaning={word: each.heard for word, each in answer.taken.items() if each.nearest},
     )
+
+
+@dataclass(frozen=True)
+class JointDistance:
+    """How far a joint is apart in two aligned motions, metres, relative to pelvis and heading."""
+
+    joint: str
+    distance: float
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two motions, aligned by dynamic time warping on the standard body."""
+
+    first: str
+    second: str
+    distance: float  # Mean over the alignment and the joints, metres
+    mirrored_distance: float  # The same with the mirror image of the first
+    first_seconds: float
+    second_seconds: float
+    joints: tuple[JointDistance, ...]  # Farthest first
+    alignment: tuple[tuple[float, float], ...]  # Times of both that correspond, seconds
+    png: Path | None = field(default=None, metadata=OPTIONAL)

@@ -30,6 +30,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
         ShownActivity,
         ShownSegment,
     )
+    from motiondb.answers.questions import Comparison
     from motiondb.database.catalogue import exporting
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
@@ -213,10 +214,10 @@ class Captures(Archive):
         name : str
             Name of the capture.
         path : str or Path
-            The ending says the format: .bvh, .glb or .gltf, or the ending of the added file; .npz,
-            .csv and .parquet hold positions, velocities and contacts of the feet (see
-            :mod:`motiondb.files.arrays`). With the added AMC, its skeleton is written beside it
-            (.asf).
+            The ending says the format: .bvh, .fbx, .glb, .gltf, .usd, .usda or .usdc, or the
+            ending of the added file; .npz, .csv and .parquet hold positions, velocities and
+            contacts of the feet (see :mod:`motiondb.files.arrays`). With the added AMC, its
+            skeleton is written beside it (.asf).
         start : float, optional
             Start of the part of the capture, seconds. A part of a capture is always written as a
             new file.
@@ -240,7 +241,6 @@ class Captures(Archive):
         from motiondb.database.catalogue import exporting
 
         path, asked = Path(path), changes or exporting.MotionChanges()
-        exporting.check_changes(asked, path)
         whole = start is None and end is None and not canonical and not asked.are_any
         with self.session.reading():
             info = store.load_capture(self.store, name)
@@ -295,6 +295,46 @@ class Captures(Archive):
 
         with self.session.reading():
             return write_matches(self.store, answer.matches, Path(folder), question, self.export)
+
+    def compare(
+        self,
+        first: str | Path | Motion,
+        second: str | Path | Motion,
+        png: str | Path | None = None,
+        parts: tuple[tuple[float | None, float | None], ...] = ((None, None), (None, None)),
+    ) -> Comparison:
+        """Align two motions by dynamic time warping, and measure how far they are apart.
+
+        Poses are compared on the standard body, relative to the pelvis and the heading.
+
+        Parameters
+        ----------
+        first : str, Path or Motion
+            A file, the name of a stored capture, or a motion.
+        second : str, Path or Motion
+            The same.
+        png : str or Path, optional
+            Draw the distances of all poses with the alignment into this file.
+        parts : pair of pairs of float or None
+            Start and end of the part of either that is compared, seconds.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture, or a part lies outside it.
+        """
+        from motiondb.database.comparing import compare
+
+        both = (first, second)
+        motions = [self.motion(each, *part) for each, part in zip(both, parts)]
+        names = ["motion" if isinstance(each, Motion) else str(each) for each in both]
+        starts = [part[0] or 0.0 for part in parts]
+        return compare(
+            (names[0], names[1]),
+            (motions[0], motions[1]),
+            (starts[0], starts[1]),
+            None if png is None else Path(png),
+        )
 
     def draw_matches(
         self,

@@ -177,7 +177,7 @@ class Generated:
         Parameters
         ----------
         path : str or Path
-            The ending says the format: .bvh, .glb or .gltf.
+            The ending says the format: .bvh, .fbx, .glb, .gltf, .usd, .usda or .usdc.
         changes : MotionChanges, optional
             How the motion is changed before; the origin of its frames is that before the changes.
 

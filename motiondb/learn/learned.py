@@ -14,7 +14,7 @@ the same up to the last number (``14_06`` and ``14_20``).
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import islice
@@ -50,6 +50,7 @@ from motiondb.records import (
     Association,
     Caption,
     CaptureInfo,
+    Float32Array,
     FloatArray,
     IntArray,
 )
@@ -90,6 +91,7 @@ def family_of(name: str) -> str:
     return stem if stem and not stem.endswith("/") else name
 
 
+KEPT_FRAMES = 256  # Captures whose whitened features are kept: some 5 MB
 LEAST_ALIKE = 0.5  # Smallest cosine of a caption and what motion suggests, to be named
 
 
@@ -148,6 +150,25 @@ class Learned(LearnedModel):
         mine, theirs = vars(self), vars(self.prepared.source)
         same = all(mine[name] is theirs[name] for name in FOLLOWED)
         return self.prepared.arrays if same else {}
+
+    @cached_property
+    def _projected(self) -> dict[int, Float32Array]:
+        """Whitened features by capture, those asked for last."""
+        return {}
+
+    def frames_of(self, capture: int, features: Callable[[int], Float32Array]) -> Float32Array:
+        """Whitened features of a capture (frames, D); those asked for last are kept.
+
+        `features`: Recognition features of a capture by its number.
+        """
+        kept = self._projected
+        frames = kept.pop(capture, None)
+        if frames is None:
+            frames = self.feature_space.project(features(capture))
+        kept[capture] = frames  # at the end, as the one asked for last
+        for old in list(kept)[:-KEPT_FRAMES]:
+            kept.pop(old, None)
+        return frames
 
     @cached_property
     def n_posture_and_travel(self) -> int:

@@ -1,6 +1,7 @@
 """Pictures of motions, symbols and answers: PNG, and animations as GIF."""
 
 from motiondb.pictures.animation import draw_animation
+from motiondb.pictures.comparison import comparison_figure
 from motiondb.pictures.hits import hits_figure
 from motiondb.pictures.scenes import draw_scene_animation, scene_paths_figure
 from motiondb.pictures.space import space_figure
@@ -15,6 +16,7 @@ __all__ = [
     "TerminalCard",
     "Timeline",
     "TreePicture",
+    "comparison_figure",
     "draw_animation",
     "draw_scene_animation",
     "hits_figure",

@@ -150,7 +150,7 @@ def refine_places(
     kept = [not ordered and (fix or place.unknown) for fix, place in zip(fixed, places)]
     if edges is None or (all(kept) and not is_order(reading)):
         return Placed(tuple(places))
-    frames = asked.learned.feature_space.project(features(capture))
+    frames = asked.learned.frames_of(capture, features)
     evidence = [
         edges.evidence(frames, words) if words and known.issuperset(words) else None
         for words in (_words(asked, part) for part in reading.parts)

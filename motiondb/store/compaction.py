@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from contextlib import suppress
 from pathlib import Path
 
@@ -84,6 +85,8 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
                     f"{path}: expected room for a copy beside it, found too little. "
                     "The old file was kept; look at the disk."
                 )
+            if os.name == "nt":  # there, a file that is open cannot be replaced
+                store.close()
             new.replace(path)
         except (StoreError, duckdb.Error) as error:
             cause = error if isinstance(error, duckdb.Error) else error.__cause__

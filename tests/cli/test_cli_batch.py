@@ -68,3 +68,15 @@ def test_the_catalogue_sorted_and_as_csv(command: Any, learned_file: Path) -> No
     assert any("someone bows politely" in row["caption"] for row in rows)
     assert command("list", "--sort", "mod", "--db", learned_file).code == 2
     assert command("list", "--faulty", "--json", "--db", learned_file).out == "[]\n"
+
+
+def test_two_motions_are_compared(command: Any, learned_file: Path) -> None:
+    asked = ("compare", "ana/walk_1", "boris/walk_1", "--db", learned_file)
+    told = json.loads(command(*asked, "--json").out)
+    assert told["alignment"][0] == [0.0, 0.0]
+    assert 0.0 < told["distance"] < 0.3
+    other = json.loads(command("compare", "ana/walk_1", "ana/bow_1", *asked[3:], "--json").out)
+    assert other["distance"] > told["distance"]
+    ended = command(*asked, "--png", "both.png")
+    assert ended.out.startswith("mean distance of joints: ")
+    assert Path("both.png").read_bytes()[:4] == b"\x89PNG"

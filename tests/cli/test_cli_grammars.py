@@ -100,7 +100,7 @@ def test_parse_tells_when_terminals_have_too_few_members(
         (
             ("generate", "fight", "-o", "x.txt"),
             2,
-            "expected a name that ends in .bvh, .glb or .gltf",
+            "expected a name that ends in .bvh, .fbx, .glb",
         ),
         (("generate", "fight", "-o", "x.bvh", "--save", "boris/punch_1"), 2, "a name that is free"),
         (("generate", "fight", "-o", "x.bvh", "--save", ""), 2, "expected a name for the capture"),

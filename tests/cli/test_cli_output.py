@@ -98,7 +98,7 @@ def test_outputs_are_refused_before_the_work(command: Any, learned_file: Path) -
     for words, told in (
         (("knowledge", "export", "."), ".: expected a file that can be written, found: a folder;"),
         (("knowledge", "export", ".."), "..: expected a file that can be written, found: a folder"),
-        (("generate", "no such word", "-o", "new.txt"), "a name that ends in .bvh, .glb or .gltf"),
+        (("generate", "no such word", "-o", "new.txt"), "a name that ends in .bvh, .fbx, .glb"),
         (("generate", "no such word", "-o", "taken.bvh"), "taken.bvh: expected a new file"),
         (("grammar", "generate", "none", "-o", "taken.bvh"), "taken.bvh: expected a new file"),
         (("show", "none", "--gif", "new.png"), "a name that ends in .gif, found '.png'."),

@@ -192,7 +192,7 @@ def test_a_generated_motion_writes_itself_with_its_provenance(
     assert facts.provenance == str(tmp_path / "kick.bvh.provenance.json")
     motiondb.write_bvh(made.motion, tmp_path / "plain.bvh")
     assert (tmp_path / "plain.bvh").read_bytes() == (tmp_path / "kick.bvh").read_bytes()
-    with pytest.raises(motiondb.MotionDBError, match=r"expected an ending .bvh, .glb or .gltf"):
+    with pytest.raises(motiondb.MotionDBError, match=r"expected an ending .bvh, .fbx, .glb"):
         made.write(tmp_path / "kick.txt")
     assert not (tmp_path / "kick.txt").exists()
     with pytest.raises(motiondb.MotionDBError, match=r"or a motiondb\.Motion, found Generated"):

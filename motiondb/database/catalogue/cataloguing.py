@@ -40,10 +40,10 @@ def add_captures(
     if settings.prefix:
         store.check_new_name(f"{settings.prefix}x", "capture")
     sheets = sheets.below(settings.prefix)
-    found = [(path, folder) for folder in folders for path in _files(folder, settings.within)]
-    usable, unusable = _text_names([path for path, _ in found])
+    at_hand = [(path, folder) for folder in folders for path in _files(folder, settings.within)]
+    usable, unusable = _text_names([path for path, _ in at_hand])
     readable = set(usable)
-    paths = {path: folder for path, folder in reversed(found) if path in readable}
+    paths = {path: folder for path, folder in reversed(at_hand) if path in readable}
     named = {path: settings.prefix + capture_name(_below(path, paths[path])) for path in paths}
     names = {name: path for path, name in named.items()}
     problems = unusable + [

@@ -9,6 +9,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from motiondb.answers.catalogue import Exported
 from motiondb.body import changes, retarget
 from motiondb.body.joint_names import joint_map
 from motiondb.body.joint_proposals import map_text
-from motiondb.database.catalogue.parts import write_bytes, write_clip
+from motiondb.database.catalogue.parts import check_motion_file, write_bytes, write_clip
 from motiondb.errors import QueryError, SkeletonError
 from motiondb.files.arrays import ARRAY_ENDINGS, write_arrays
 from motiondb.files.limits import MAX_FPS, MIN_FPS
@@ -30,7 +31,10 @@ from motiondb.generate.onto import Fit, at_rest, onto
 from motiondb.records import MOTION_FPS, BoolArray, CaptureInfo, Clip, Motion
 
 GLTF = (".glb", ".gltf")
-METRES = (*GLTF, *ARRAY_ENDINGS)  # Endings of formats whose unit is the metre
+FIXED_UNITS = MappingProxyType(
+    {".glb": 1.0, ".gltf": 1.0, ".fbx": 0.01} | dict.fromkeys(ARRAY_ENDINGS, 1.0)
+)
+"""Ending -> metres per length unit, of formats that are written in no other."""
 
 
 @dataclass(frozen=True)
@@ -80,10 +84,14 @@ def check_changes(asked: MotionChanges, path: Path) -> None:
         )
     if unit is not None and not 0 < unit < math.inf:
         raise QueryError(f"unit: expected a length above 0 metres, found {unit:g}.")
-    if unit is not None and unit != 1.0 and path.suffix.lower() in METRES:
+    fixed = FIXED_UNITS.get(path.suffix.lower(), unit)
+    if unit is not None and unit != fixed:
         raise QueryError(
-            f"{path}: expected the unit m for {path.suffix}, found {unit:g} m. It is in metres."
+            f"{path}: expected the unit {unit_name(fixed or 1.0)} for {path.suffix}, which has no "
+            f"other, found {unit_name(unit)}."
         )
+    if path.suffix.lower() not in ARRAY_ENDINGS:
+        check_motion_file(path)
 
 
 def changed(clip: Clip, asked: MotionChanges) -> tuple[Clip, tuple[str, ...]]:
@@ -150,7 +158,7 @@ def unit_name(unit: float) -> str:
 
 def unit_in(path: Path, clip: Clip) -> str:
     """Return the name of the length unit in which a file has a clip."""
-    return "m" if path.suffix.lower() in METRES else unit_name(clip.unit)
+    return unit_name(FIXED_UNITS.get(path.suffix.lower(), clip.unit))
 
 
 @dataclass(frozen=True, eq=False)

@@ -65,17 +65,57 @@ def outside(duration: float, start: float | None, end: float | None) -> str:
     )
 
 
+ENDINGS = (".bvh", ".fbx", ".glb", ".gltf", ".usd", ".usda", ".usdc")
+"""Endings of files that motion is written to."""
+
+
+def check_motion_file(path: Path) -> None:
+    """Check that motion can be written to a file of this name, before it is made.
+
+    Parameters
+    ----------
+    path : Path
+        The file; its ending says the format.
+
+    Raises
+    ------
+    QueryError
+        When the ending is another one.
+    CaptureError
+        When the format needs Blender or a package that is not installed.
+    """
+    ending = path.suffix.lower()
+    if ending not in ENDINGS:
+        *most, last = ENDINGS
+        raise QueryError(
+            f"{path}: expected an ending {', '.join(most)} or {last}, found {ending or 'none'!r}."
+        )
+    if ending == ".fbx":
+        from motiondb.files.fbx_writer import check_blender
+
+        check_blender(path)
+    elif ending.startswith(".usd"):
+        from motiondb.files.usd_writer import check_usd
+
+        check_usd(path)
+
+
 def write_clip(clip: Clip, path: Path) -> Path:
-    """Write BVH, or glTF for endings .glb and .gltf."""
+    """Write a clip in the format that the ending of the file says."""
+    check_motion_file(path)
     ending = path.suffix.lower()
     if ending == ".bvh":
         files.write_bvh(clip, path)
-    elif ending in (".glb", ".gltf"):
-        files.write_gltf(clip, path)
+    elif ending == ".fbx":
+        from motiondb.files.fbx_writer import write_fbx
+
+        write_fbx(clip, path)
+    elif ending.startswith(".usd"):
+        from motiondb.files.usd_writer import write_usd
+
+        write_usd(clip, path)
     else:
-        raise QueryError(
-            f"{path}: expected an ending .bvh, .glb or .gltf, found {ending or 'none'!r}."
-        )
+        files.write_gltf(clip, path)
     return path
 
 

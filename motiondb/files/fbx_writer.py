@@ -1,0 +1,78 @@
+"""Writer of FBX, through Blender where it is installed: the program, or the package bpy.
+
+The format is not public, and Blender's exporter is the one that is free and well kept. Blender runs
+in a process of its own. The pose without rotations becomes the pose of the bones; every bone points
+along its Y axis, as Blender's do. The unit is the centimetre, y is up.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+from motiondb.errors import CaptureError
+from motiondb.files.bvh_writer import write_atomically, write_bvh
+from motiondb.files.safe_files import open_file
+from motiondb.records import Clip
+
+UNIT = 0.01  # Metres: what Blender writes
+_SECONDS = 600.0  # More than an hour of motion takes
+_SCRIPT = Path(__file__).with_name("blender_fbx.py")
+
+
+def find_blender() -> list[str]:
+    """Return the command that runs a script in Blender; empty if it is not installed."""
+    program = shutil.which("blender")
+    if program is not None:
+        how = ["--background", "--factory-startup", "--python-exit-code", "1", "--python"]
+        return [program, *how, str(_SCRIPT)]
+    if importlib.util.find_spec("bpy") is not None:
+        return [sys.executable, "-P", str(_SCRIPT)]
+    return []
+
+
+def check_blender(path: object) -> None:
+    """Refuse to write FBX where Blender is not installed (CaptureError)."""
+    if not find_blender():
+        raise CaptureError(
+            path,
+            "expected Blender, which writes FBX, found neither a program `blender` on the PATH nor "
+            "the package bpy. Install Blender (https://www.blender.org), or write .glb or .bvh.",
+        )
+
+
+def write_fbx(clip: Clip, path: Path | str) -> None:
+    """Write a clip with y up as FBX; the file is written whole or not at all (CaptureError)."""
+    path = Path(path)
+    check_blender(path)
+    names = clip.skeleton.names
+    said = {
+        "joints": names,
+        "armature": "Armature",
+        "take": path.stem,
+        "frames": clip.n_frames,
+        "leaves": bool(clip.skeleton.end_sites),
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        bvh, fbx = Path(folder, "a.bvh"), Path(folder, "a.fbx")
+        plain = replace(clip.skeleton, names=tuple(f"j{n}" for n in range(len(names))))
+        write_bvh(replace(clip, skeleton=plain, unit=1.0), bvh)
+        command, listed = [*find_blender(), "--", str(bvh), str(fbx)], json.dumps(said).encode()
+        try:
+            done = subprocess.run(
+                command, input=listed, capture_output=True, timeout=_SECONDS, check=False
+            )
+        except (OSError, subprocess.TimeoutExpired) as error:
+            raise CaptureError(path, f"expected Blender to write FBX, found: {error}.") from None
+        if not fbx.is_file():
+            lines = (done.stderr + done.stdout).decode("utf-8", "replace").strip().splitlines()
+            reason = next((line for line in reversed(lines) if "Error" in line), "no file")
+            raise CaptureError(path, f"expected Blender to write FBX, found: {reason[:200]}.")
+        with open_file(fbx) as file:
+            write_atomically(path, file.read())
