@@ -80,9 +80,20 @@ class EdgeMap:
 
         Shapes: `frames` (frames, D).
         """
-        slope = self.weights[:, list(words)].mean(axis=1)
+        (evidence,) = self.evidence_of_each(frames, [words])
+        return evidence
+
+    def evidence_of_each(
+        self, frames: Float32Array | FloatArray, groups: Sequence[Sequence[int]]
+    ) -> list[FloatArray]:
+        """As :meth:`evidence`, of several groups of words."""
         cues = (frame_cues(frames) - self.centre) / self.spread
-        return np.asarray(cues @ slope + self.floors[list(words)].mean())
+        return [
+            np.asarray(
+                cues @ self.weights[:, list(words)].mean(axis=1) + self.floors[list(words)].mean()
+            )
+            for words in groups
+        ]
 
 
 @dataclass(frozen=True, eq=False)

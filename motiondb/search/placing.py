@@ -151,10 +151,12 @@ def refine_places(
     if edges is None or (all(kept) and not is_order(reading)):
         return Placed(tuple(places))
     frames = asked.learned.frames_of(capture, features)
-    evidence = [
-        edges.evidence(frames, words) if words and known.issuperset(words) else None
-        for words in (_words(asked, part) for part in reading.parts)
-    ]
+    groups = [_words(asked, part) for part in reading.parts]
+    told = [bool(words) and known.issuperset(words) for words in groups]
+    found_of = iter(
+        edges.evidence_of_each(frames, [words for words, tells in zip(groups, told) if tells])
+    )
+    evidence = [next(found_of) if tells else None for tells in told]
     if ordered:
         return _ordered(places, np.stack([each for each in evidence if each is not None]))
     bounds = [0, *(place.start for place in places[1:]), FEATURE_STEP * len(frames)]
