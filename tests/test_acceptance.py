@@ -172,8 +172,7 @@ def test_words_find_what_shows_them(db: MotionDB) -> None:
 def test_words_in_order_are_found_in_order(db: MotionDB) -> None:
     """A11: intervals of the actions follow one another in the answer."""
     for match in db.search("walk, turn left, sit down", limit=5).matches:
-        times = [part.split()[-2].split("-") for part in match.reason.split("; ")]
-        starts = [float(start) for start, _ in times]
+        starts = [part.start for part in match.parts]
         assert len(starts) == 3
         assert starts == sorted(starts)
         assert match.start == pytest.approx(starts[0], abs=0.01)

@@ -32,7 +32,10 @@ COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "add": ("add", "more", "--words", "more/captions.tsv"),
         "add one": ("add", "more/ana/wave_1.bvh"),
+        "backup": ("backup", "copy.duckdb"),
         "compact": ("compact",),
+        "compare": ("compare", "ana/walk_1", "boris/walk_1", "--png", "compared.png"),
+        "describe": ("describe", "ana/walk_1", "-o", "told.csv"),
         "events import": ("events", "import", "events.tsv"),
         "export": ("export", "boris/long_2", "-o", "out.glb"),
         "fetch cmu": ("fetch", "cmu", "--subjects", "90", "--yes", "--base-url", SITE,
@@ -53,10 +56,16 @@ COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "grammar parse": ("grammar", "parse", GRAMMAR, "kept", "--png", "tree.png"),
         "grammar remove": ("grammar", "remove", GRAMMAR),
         "grammar show": ("grammar", "show", GRAMMAR, "--png", "grammar.png"),
+        "join": (
+            "join", "ana/walk_1:0-1", "boris/kick_1:0-1", "-o", "joined.bvh", "--png", "joined.png",
+        ),
+        "joints": ("joints", "ana/walk_1", "-o", "walk.map"),
         "knowledge export": ("knowledge", "export", "known.knowledge"),
         "learn": ("learn", "--symbols", "3"),
         "like": ("like", "boris/kick_1", "--png", "like.png"),
+        "merge": ("merge", "other.duckdb"),
         "remove": ("remove", "ana/bow_1", "boris/kick_1"),
+        "rename": ("rename", "ana/bow_1", "ana/bowing"),
         "rescue": ("rescue", DB, "-o", "rescued.duckdb"),
         "scene draw": ("scene", "draw", "stroll.tactics", "-o", "drawn.png"),
         "scene make": (
@@ -75,6 +84,9 @@ COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "search": ("search", "walk", "--png", "hits.png"),
         "show": ("show", "ana/walk_1", "--png", "shown.png"),
         "symbols": ("symbols", "--png", "symbols.png"),
+        "tags set": ("tags", "set", "ana/bow_1", "mood=calm"),
+        "undo": ("undo",),
+        "words export": ("words", "export", "sheet.tsv"),
         "words import": ("words", "import", "words.tsv"),
         "words set": ("words", "set", "ana/bow_1", "bow to the audience", "--keep"),
         "words synonyms": ("words", "synonyms", "synonyms.txt"),
@@ -84,8 +96,8 @@ COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 command's name, where one command writes in several ways with a word more."""
 ASKING: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
+        "batch": ("batch", "questions.txt"),
         "check": ("check",),
-        "describe": ("describe", "ana/walk_1"),
         "events show": ("events", "show", "ana/walk_1"),
         "grammar compare": ("grammar", "compare", GRAMMAR),
         "grammar list": ("grammar", "list"),
@@ -97,11 +109,13 @@ ASKING: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "scene list": ("scene", "list"),
         "scene suggest": ("scene", "suggest", "basketball", "hold"),
         "scene validate": ("scene", "validate", "basketball", "hold pass run catch layup"),
+        "words history": ("words", "history", "ana/bow_1"),
     }
 )
 """Command -> words with which it asks. They take no option that writes a file."""
-NOT_ATTACKED = ("serve",)
-"""Commands that do not end by themselves; ``tests/page`` attacks the server."""
+NOT_ATTACKED = ("serve", "evaluate")
+"""``serve`` does not end by itself, and ``tests/page`` attacks it; ``evaluate`` only asks, of a
+database that has learned from a part of its captures."""
 WITHOUT_DATABASE = ("rescue", "scene grammar check", "scene report", "scene suggest",
                     "scene validate")  # fmt: skip
 """Commands that take no ``--db``, or not needed."""
@@ -135,6 +149,8 @@ def prepare(base: Path, database: Path) -> None:
     (base / "words.tsv").write_text(
         "file\twords\tperformer\nana/bow_1\tbow low\tann\nboris/kick_1\tkick high\tbob\n"
     )
+    shutil.copy(database, base / "other.duckdb")
+    (base / "questions.txt").write_text("walk\nkick or punch\n")
     (base / "synonyms.txt").write_text("stroll = walk\nleap = jump\n")
     (base / "stroll.grammar").write_text(
         'grammar stroll\nstart S\nS -> walk | walk S\nwalk := "walk"\n'

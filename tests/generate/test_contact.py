@@ -138,7 +138,7 @@ def test_a_nearly_straight_knee_does_not_snap() -> None:
     hip, ankle = np.array([[0.0, 0.85, 0.0]]), np.array([[0.0, 0.0023, 0.0]])
     along = (0.43**2 - 0.42**2 + 0.8477**2) / (2 * 0.8477)
     knee = hip + np.array([[0.0, -along, np.sqrt(0.43**2 - along**2)]])
-    target = contact._without_knee_pop(hip, knee, ankle, np.array([[0.0, -0.0022, 0.0]]))
+    target = contact.without_pop(hip, knee, ankle, np.array([[0.0, -0.0022, 0.0]]))
     ahead = np.array([[0.0, 0.0, 1.0]])
     upper, _ = kinematics.two_bone(hip, knee, ankle, target, ahead)
     moved = np.linalg.norm(hip + rotation.rotate(upper, knee - hip) - knee)

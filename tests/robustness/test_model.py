@@ -20,11 +20,16 @@ PURE = {
     "read_folder", "read_grammar", "suggest", "validate",
 }  # fmt: skip
 VARIANTS = {
-    "chain", "complete", "find_actions", "generate_variants",
+    "caption_history", "chain", "complete", "evaluate", "faulty_files", "find_actions",
+    "generate_variants", "same_files", "tables", "tag_rows",
     "log_note", "parse", "searchable", "start_knowledge", "strip", "taken_in_filter",
     "taken_in_pattern", "taken_words", "why_unchecked", "word_sources",
 }  # fmt: skip
 """Questions that the steps do not ask; their tests are in ``tests/database``."""
+NOT_YET = {
+    "backup", "export_matches", "export_words", "join", "merge", "rename", "set_tags", "undo",
+}  # fmt: skip
+"""Changes and files that the steps do not make yet; their tests are in ``tests/database``."""
 
 
 def test_every_verb_is_a_step_or_named_as_none() -> None:
@@ -32,7 +37,7 @@ def test_every_verb_is_a_step_or_named_as_none() -> None:
     for topic in (MotionDB, Grammars, Scenes):
         names = {name for name in dir(topic) if not name.startswith("_")}
         left = {name for name in names if not re.search(rf"\b{name}\b", source)}
-        assert {name for name in left if not BESIDE.match(name)} <= MADE | PURE | VARIANTS
+        assert {name for name in left if not BESIDE.match(name)} <= MADE | PURE | VARIANTS | NOT_YET
 
 
 def test_a_chain_of_steps_makes_no_difference(
