@@ -84,6 +84,11 @@ def generate(
     printing.note_taken(motions[0].taken, motions[0].suggested, motions[0].unknown)
     printing.note_sources(motions[0].sources)
     _print_generated(shared, motions, facts, variants)
+    if changes.are_any and not shared.json:
+        printing.say(
+            "The verdicts, frames and seconds above, pictures, and what --save keeps, are of the "
+            "motion before it was changed."
+        )
     if not all(made.shows_all for made in motions):
         raise typer.Exit(1)
 

@@ -20,6 +20,7 @@ from motiondb.records import Clip, FloatArray, IntArray, Skeleton
 _SWAY_SECONDS = 0.35
 """Standard deviation of the weights by which the path over the ground is averaged: about a third of
 a cycle of walking, so that the sway of a step is not travel."""
+TURNED = 0.35  # Radians (20 degrees) from which on a cycle turns, as in ``generate.loops``
 _FLIP = np.array([-1.0, 1.0, 1.0])  # Mirror image in the plane x = 0
 _FLIP_TURN = np.array([1.0, 1.0, -1.0, -1.0])
 _LIKE = 0.05  # Length of the difference of two bones, as a share, below which they are alike
@@ -64,12 +65,29 @@ def _with_next(clip: Clip) -> Clip:
     over = root[-2] - root[-3] if len(root) > 2 else np.zeros(3)
     root[-1] = root[-2] + over * np.array([1.0, 0.0, 1.0])
     root[-1, 1] = root[0, 1]
+    turns = clip.local_rotations[again]
+    turns[-1, 0] = rotation.multiply(_turn_of(turns[:-1, 0]), turns[-1, 0])
     clip = replace(
         clip,
-        local_rotations=clip.local_rotations[again],
+        local_rotations=turns,
         joint_positions=None if moved is None else moved[again],
     )
     return moved_root(clip, root)
+
+
+def _turn_of(roots: FloatArray) -> FloatArray:
+    """The turn about y of a cycle and its last step; none below ``TURNED``, which sways."""
+
+    def about_y(since: FloatArray, until: FloatArray) -> float:
+        turn = rotation.multiply(until, rotation.conjugate(since))
+        angle = 2.0 * np.arctan2(turn[2], turn[0])
+        return float((angle + np.pi) % (2.0 * np.pi) - np.pi)
+
+    turn = about_y(roots[0], roots[-1])
+    if abs(turn) < TURNED:
+        return np.array([1.0, 0.0, 0.0, 0.0])
+    angle = turn + (about_y(roots[-2], roots[-1]) if len(roots) > 1 else 0.0)
+    return np.asarray(rotation.from_axis_angle(np.array([0.0, 1.0, 0.0]), angle))
 
 
 def upright(clip: Clip, user_map: Mapping[str, str] | None = None) -> Clip:

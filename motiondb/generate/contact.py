@@ -207,6 +207,8 @@ def _without_flicker(contact: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 def _foot_speeds(positions: FloatArray) -> FloatArray:
     """Ground speed of the slower of ankle and toe: array (frames, 2), metres a second."""
+    if len(positions) < 2:
+        return np.zeros((len(positions), 2))
     places = positions[:, FEET][..., [0, 2]]
     speeds = np.linalg.norm(np.gradient(places, axis=0), axis=-1) * MOTION_FPS
     return np.minimum(speeds[:, ::2], speeds[:, 1::2])

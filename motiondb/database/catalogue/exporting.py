@@ -82,8 +82,10 @@ def check_changes(asked: MotionChanges, path: Path) -> None:
         raise QueryError(
             f"fps: expected a frame rate from {MIN_FPS:g} to {MAX_FPS:g}, found {fps:g}."
         )
-    if unit is not None and not 0 < unit < math.inf:
-        raise QueryError(f"unit: expected a length above 0 metres, found {unit:g}.")
+    if unit is not None and not LEAST_UNIT <= unit <= LARGEST_UNIT:
+        raise QueryError(
+            f"unit: expected {LEAST_UNIT:g} to {LARGEST_UNIT:g} metres, found {unit:g}."
+        )
     fixed = FIXED_UNITS.get(path.suffix.lower(), unit)
     if unit is not None and unit != fixed:
         raise QueryError(
@@ -137,13 +139,11 @@ def _say_loop(loop: Loop) -> list[str]:
     if abs(loop.turn) > math.radians(0.5):
         said.append(f"loop: a turn of {math.degrees(loop.turn):.1f} degrees was taken out")
     if loop.gap > _WIDE:
-        said.append(
-            "loop: the ends are far apart, so the seam will be seen; choose another part (--from, "
-            "--to)"
-        )
+        said.append("loop: the ends are far apart, so the seam will be seen; choose another part")
     return said
 
 
+LEAST_UNIT, LARGEST_UNIT = 1e-4, 10.0  # Metres; a body in other units is not found again
 _WIDE = 0.25  # Metres between both ends of a cycle that no blend hides
 
 
