@@ -261,7 +261,13 @@ def _sort_readings(opened: store.Store, readings: Sequence[ReadFile], replacing:
         if reading.source is None:
             continue
         if reading.source.sha256 in digests:
-            known.append((reading.name, digests[reading.source.sha256]))
+            holder = digests[reading.source.sha256]
+            known.append((reading.name, holder))
+            if replacing and reading.name in names and holder != reading.name:
+                problems.append(
+                    f"{reading.path}: expected new content for {reading.name}, found that of "
+                    f"{holder}; {reading.name} was not replaced. Rename or remove {holder} first."
+                )
         elif reading.name in names and not replacing:
             problems.append(
                 f"{reading.path}: expected a new name, found another capture called "

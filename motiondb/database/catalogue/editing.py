@@ -103,6 +103,14 @@ def undo(opened: store.Store, run: int | None) -> Undone:
             for edit in edits["added"]:
                 store.remove_capture(opened, edit.capture_id)
             renamed = [e for e in edits["changed"] if names[e.capture_id] != e.name]
+            moving = {e.capture_id for e in (*renamed, *edits["added"])}
+            held = {name for capture, name in names.items() if capture not in moving}
+            for edit in renamed:
+                if edit.name in held:
+                    raise QueryError(
+                        f"{edit.name}: expected the name to be free, found another capture. "
+                        "Rename or remove that one first."
+                    )
             for edit in renamed:
                 store.rename_capture(opened, edit.capture_id, f"//{edit.capture_id}")
             for edit in renamed:

@@ -167,4 +167,5 @@ def _left_out(other: store.Store) -> list[str]:
     }
     told = [f"{what} ({count})" for what, count in counts.items() if count]
     told += ["what it learned"] if store.is_learned(other) else []
-    return [f"not taken over: {', '.join(told)}, and the history of its captions"]
+    told += ["the history of its captions"]
+    return [f"not taken over: {', '.join(told)}"]

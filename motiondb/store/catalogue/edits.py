@@ -17,6 +17,7 @@ from motiondb.errors import QueryError
 from motiondb.records import Caption, Event
 from motiondb.store.catalogue.annotations import load_captions, load_events
 from motiondb.store.catalogue.runs import load_runs
+from motiondb.store.catalogue.trash import load_trash
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.transactions import transaction
 
@@ -102,39 +103,57 @@ def load_edits(
 def find_undoable(store: Store, run_id: int | None = None) -> int:
     """Find the run that ``undo`` takes back: the latest that changed captures, or a given one.
 
-    A run is refused if a later one changed one of its captures, and was not undone.
+    A run is refused if a later one changed one of its captures and still counts: one that was not
+    undone, or the undoing of an earlier run.
     """
     touched: dict[int, set[int]] = {}
     for run, capture in store.connection.execute("SELECT run_id, capture_id FROM edit").fetchall():
         touched.setdefault(run, set()).add(capture)
     runs = {run.run_id: run for run in load_runs(store) if run.run_id in touched}
-    settled: set[int] = set()  # undone, or the undoing of another
-    for number in sorted(runs, reverse=True):
-        if runs[number].kind == UNDO and number not in settled:
-            settled |= {number, int(str(runs[number].parameters["run"]))}
+    target = {n: int(str(r.parameters["run"])) for n, r in runs.items() if r.kind == UNDO}
+    undone: set[int] = set()
+    for number in sorted(target, reverse=True):
+        if number not in undone:
+            undone.add(target[number])
     if run_id is None:
+        settled = undone | target.keys()
         open_runs = sorted(n for n in set(runs) - settled if runs[n].kind in UNDOABLE)
         if not open_runs:
             raise QueryError(
                 f"{store.path}: expected a change of captures to undo, found none. "
                 "motiondb info lists the runs."
             )
+        final = _final_runs(store)
+        if open_runs[-1] in final:
+            before = [n for n in open_runs if n not in final]
+            hint = f" motiondb undo {before[-1]} takes back the change before." if before else ""
+            raise QueryError(
+                f"run {open_runs[-1]} ({runs[open_runs[-1]].kind}): expected its captures in the "
+                "trash, found that it was emptied (motiondb compact). Add the files again." + hint
+            )
         return open_runs[-1]
-    undone_by = {int(str(r.parameters["run"])) for r in runs.values() if r.kind == UNDO}
     is_known = run_id in runs and runs[run_id].kind in UNDOABLE
-    if not is_known or (run_id in settled and run_id in undone_by):
-        actual = "one that was undone" if is_known else "none that changed captures alone"
+    if not is_known or run_id in undone:
+        actual = "one that was undone" if is_known else "none that changed captures, and only these"
         raise QueryError(
             f"run {run_id}: expected a run that can be undone, found {actual}. motiondb info lists "
             "the runs."
         )
-    later = [n for n in runs if n > run_id and n not in settled and touched[n] & touched[run_id]]
+    counting = [n for n in runs if n not in undone and target.get(n, 0) <= run_id]
+    later = [n for n in counting if n > run_id and touched[n] & touched[run_id]]
     if later:
         raise QueryError(
             f"run {run_id}: expected captures that nothing has changed since, found that run "
             f"{max(later)} ({runs[max(later)].kind}) changed some. Undo that one first."
         )
     return run_id
+
+
+def _final_runs(store: Store) -> set[int]:
+    """The runs that removed captures which are neither there again nor in the trash."""
+    kept = _numbers(store) | {number for number, _ in load_trash(store)}
+    query = "SELECT run_id, capture_id FROM edit WHERE kind = 'removed'"
+    return {run for run, n in store.connection.execute(query).fetchall() if n not in kept}
 
 
 def _numbers(store: Store) -> set[int]:

@@ -33,6 +33,9 @@ _THERE = {
     "derivation": "AND EXISTS (FROM main.grammar g WHERE g.grammar_id = derivation.grammar_id "
     "AND g.run_id <= derivation.run_id)",
 }  # Table -> which of the rows can be restored: those of captures and grammars that are there
+_ONCE = "AND sha256 NOT IN (SELECT sha256 FROM trash.source)"
+_LAST = "AND (SELECT count(*) FROM trash.capture c WHERE c.sha256 = source.sha256) = 1"
+# The same content may be removed twice: its source is kept once, until the last of them is restored
 
 
 def put_in_trash(store: Store, capture_id: int) -> None:
@@ -43,7 +46,7 @@ def put_in_trash(store: Store, capture_id: int) -> None:
         connection.execute(
             f"CREATE TABLE IF NOT EXISTS trash.{table} AS SELECT * FROM main.{table} LIMIT 0"
         )
-        rows = rows.format(schema="main")
+        rows = f"{rows.format(schema='main')} {_ONCE if table == 'source' else ''}"
         connection.execute(
             f"INSERT INTO trash.{table} BY NAME SELECT * FROM main.{table} WHERE {rows}",
             {"number": capture_id},
@@ -74,8 +77,10 @@ def restore_capture(store: Store, capture_id: int) -> None:
         for table, rows in _OF_CAPTURE.items():
             if table != "scene_player":
                 rows = f"{rows.format(schema='trash')} {_THERE.get(table, '')}"
+                once = "DISTINCT ON (sha256)" if table == "source" else ""
                 connection.execute(
-                    f"INSERT INTO main.{table} BY NAME SELECT * FROM trash.{table} WHERE {rows}",
+                    f"INSERT INTO main.{table} BY NAME SELECT {once} * FROM trash.{table} "
+                    f"WHERE {rows}",
                     asked,
                 )
         connection.execute(
@@ -85,7 +90,8 @@ def restore_capture(store: Store, capture_id: int) -> None:
             asked,
         )
         for table in reversed(_OF_CAPTURE):  # the source is found by the capture
-            rows = f"{_OF_CAPTURE[table].format(schema='trash')} {_THERE.get(table, '')}"
+            only = _LAST if table == "source" else _THERE.get(table, "")
+            rows = f"{_OF_CAPTURE[table].format(schema='trash')} {only}"
             connection.execute(f"DELETE FROM trash.{table} WHERE {rows}", asked)
         touch(store, motions=True)
 

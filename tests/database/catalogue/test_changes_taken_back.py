@@ -167,3 +167,61 @@ def test_faulty_files_are_noted_until_they_are_mended(base: MotionDB, some: Path
     bad.unlink()
     base.add(some)
     assert base.faulty_files() == []
+
+
+def test_content_that_was_removed_twice_is_brought_back(base: MotionDB, some: Path) -> None:
+    before = catalogue(base)
+    base.remove(["ana/bow_1"])
+    base.add(some)
+    base.remove(["ana/bow_1"])
+    base.undo()  # the second removal
+    assert "ana/bow_1" in {info.name for info in base.captures()}
+    base.undo()  # the adding
+    base.undo()  # the first removal
+    assert catalogue(base) == before
+    assert base.check() == []
+
+
+def test_an_undoing_of_an_earlier_change_counts_as_later(base: MotionDB) -> None:
+    for value in ("1", "2"):
+        base.set_tags({"a": value}, ["ana/bow_1"])
+    first = base.undo().run
+    second = base.undo().run
+    with pytest.raises(QueryError, match=rf"found that run {second} \(undo\) changed some"):
+        base.undo(first)
+    base.undo(second)
+    base.undo(first)
+    (info,) = base.captures("name=ana/bow_1")
+    assert info.tags["a"] == "2"
+
+
+def test_a_name_that_is_taken_since_is_not_given_back(base: MotionDB) -> None:
+    base.rename("ana/bow_1", "ana/bowing")
+    run = base.session.store.connection.execute("SELECT max(run_id) FROM edit").fetchone()[0]
+    base.rename("ana/jump_1", "ana/bow_1")
+    with pytest.raises(QueryError, match="expected the name to be free"):
+        base.undo(run)
+
+
+def test_a_final_removal_names_the_change_before_it(base: MotionDB) -> None:
+    base.set_tags({"a": "1"}, ["ana/bow_1"])
+    base.remove(["boris/kick_1"])
+    path = base.store.path
+    base.close()
+    motiondb.compact(path)
+    with motiondb.open(path) as db:
+        with pytest.raises(QueryError, match=r"motiondb undo (\d+) takes back") as refused:
+            db.undo()
+        run = int(str(refused.value).split("motiondb undo ")[1].split()[0])
+        assert db.undo(run).changed == ("ana/bow_1",)
+
+
+def test_a_file_that_repeats_another_capture_replaces_nothing_and_says_so(
+    base: MotionDB, tmp_path: Path, samples_folder: Path
+) -> None:
+    again = tmp_path / "again"
+    (again / "ana").mkdir(parents=True)
+    shutil.copy(samples_folder / "ana" / "jump_1.bvh", again / "ana" / "bow_1.bvh")
+    report = base.add(again, settings=AddSettings(replace=True))
+    assert report.added == ()
+    assert "ana/bow_1 was not replaced" in report.problems[0]

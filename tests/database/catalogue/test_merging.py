@@ -42,7 +42,7 @@ def test_what_two_databases_know_comes_together(
         )
         assert report.notes == (
             "ana/bow_1: performer stays 'A'; the other database has 'B'",
-            "not taken over: synonyms (1), and the history of its captions",
+            "not taken over: synonyms (1), the history of its captions",
         )
         assert db.captions("ana/bow_1") == (Caption("she bows"), Caption("a bow"))
         assert db.captures("name=ana/bow_1")[0].tags == {"performer": "A", "mood": "glad"}
