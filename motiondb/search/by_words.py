@@ -223,7 +223,7 @@ def search_words(
         reasons=tuple(each.why for each in ranked),
         strength=best_strength(asked, judged, threshold),
         doubtful=is_doubtful([each.sure for each in judged])
-        or (is_order and all(map(_is_weak, judged))),
+        or (is_order and known and all(map(_is_weak, judged))),
         suggests=tuple(partial(learned.captions_like, each.capture) for each in ranked),
         threshold=threshold,
         vocabulary=asked.names,

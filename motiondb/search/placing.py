@@ -138,40 +138,37 @@ def refine_places(
     """
     edges, placed = asked.learned.edges, asked.learned.placed
     known = frozenset[int]() if placed is None else placed.words
+    groups = [_words(asked, part) for part in reading.parts]
     fixed = [
         edges is None
         or not part.actions
         or part.seconds > 0.0
-        or not known.issuperset(_words(asked, part))
+        or not known.issuperset(words)
         or (written and _is_labelled(asked, capture, part))
-        for part in reading.parts
+        for part, words in zip(reading.parts, groups)
     ]
     ordered = is_order(reading) and not any(fixed)
     kept = [not ordered and (fix or place.unknown) for fix, place in zip(fixed, places)]
     if edges is None or (all(kept) and not is_order(reading)):
         return Placed(tuple(places))
     frames = asked.learned.frames_of(capture, features)
-    groups = [_words(asked, part) for part in reading.parts]
-    told = [bool(words) and known.issuperset(words) for words in groups]
-    found_of = iter(
-        edges.evidence_of_each(frames, [words for words, tells in zip(groups, told) if tells])
-    )
-    evidence = [next(found_of) if tells else None for tells in told]
+    learned = [k for k, words in enumerate(groups) if words and known.issuperset(words)]
+    each = edges.evidence_of_each(frames, [groups[k] for k in learned])
     if ordered:
-        return _ordered(places, np.stack([each for each in evidence if each is not None]))
+        return _ordered(places, np.stack(each))
+    evidence = dict(zip(learned, each))
     bounds = [0, *(place.start for place in places[1:]), FEATURE_STEP * len(frames)]
     refined, end = [], 0
-    for k, (place, found) in enumerate(zip(places, evidence)):
-        if found is not None and not kept[k]:
-            start, stop = _refined(found, (place.start, place.end), (end, bounds[k + 1]))
+    for k, place in enumerate(places):
+        if k in evidence and not kept[k]:
+            start, stop = _refined(evidence[k], (place.start, place.end), (end, bounds[k + 1]))
             place = replace(place, start=start, end=stop)
         refined.append(place)
         end = place.end
     not_seen = is_order(reading) and not all(
-        found is None
-        or _reaches_half(found, place)
-        or (written and _is_labelled_there(asked, capture, part, place))
-        for part, place, found in zip(reading.parts, refined, evidence)
+        _reaches_half(found, refined[k])
+        or (written and _is_labelled_there(asked, capture, reading.parts[k], refined[k]))
+        for k, found in evidence.items()
     )
     if not_seen:
         return Placed(tuple(replace(place, right=None) for place in refined), False)
