@@ -105,6 +105,7 @@ def add(
             help="Keep the motions without the files, which then cannot be exported as they were.",
         ),
     ] = False,
+    cluster: options.Cluster = None,
 ) -> None:
     """Add captures, with captions and events of sheets; files with faults are left out (exit 1)."""
     from motiondb import (
@@ -133,10 +134,11 @@ def add(
         originals=not no_originals,
     )
     with (
+        printing.cluster(cluster) as workers,
         shared.database(writing=True, create=True) as base,
         printing.progress(shared) as tell,
     ):
-        report = base.add(folders, words, settings, tell, events)
+        report = base.add(folders, words, settings, tell, events, workers)
         total, drift = len(base.captures()), base.drift()
         wordless = bool(total) and not base.all_captions() and base.start_facts() is None
     if not printing.as_json(shared, extended(AddAnswer, report, captures=total, drift=drift)):
