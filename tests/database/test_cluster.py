@@ -52,21 +52,24 @@ def certificate(folder: Path) -> dict[str, str]:
     cert, secret = folder / "cert.pem", folder / "key.pem"
     cert.write_bytes(signed.public_bytes(pem))
     secret.write_bytes(key.private_bytes(pem, form, serialization.NoEncryption()))
-    prefix = "DASK_DISTRIBUTED__COMM__TLS__"
-    roles = ("SCHEDULER", "WORKER", "CLIENT")
-    files = {"CERT": str(cert), "KEY": str(secret)}
-    return {f"{prefix}CA_FILE": str(cert)} | {
-        f"{prefix}{role}__{what}": file for role in roles for what, file in files.items()
+    prefix, roles = "distributed.comm.tls", ("scheduler", "worker", "client")
+    files = {"cert": str(cert), "key": str(secret)}
+    return {f"{prefix}.ca-file": str(cert)} | {
+        f"{prefix}.{role}.{what}": file for role in roles for what, file in files.items()
     }
 
 
 @pytest.fixture
 def processes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Processes]:
     import dask.config
+    import distributed  # noqa: F401  its defaults, before some are set for a while
 
     settings = certificate(tmp_path)
     place = tmp_path / "scheduler.json"
-    env, common = os.environ | settings, ["--scheduler-file", str(place), "--protocol", "tls"]
+    in_env = {
+        f"DASK_{k.replace('.', '__').replace('-', '_').upper()}": settings[k] for k in settings
+    }
+    env, common = os.environ | in_env, ["--scheduler-file", str(place), "--protocol", "tls"]
 
     def start(what: str, *options: str) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", f"distributed.cli.dask_{what}", *common, *options]
@@ -76,7 +79,7 @@ def processes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Proce
 
     running = [start("scheduler", "--host", "127.0.0.1", "--port", "0")]
     running += [start("worker", "--nthreads", "1", "--no-nanny") for _ in range(2)]
-    with dask.config.set(dask.config.collect_env(settings)):
+    with dask.config.set(settings):
         while not place.exists():
             assert running[0].poll() is None
             time.sleep(0.1)
