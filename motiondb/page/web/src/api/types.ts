@@ -305,6 +305,11 @@ export interface ErrorReply {
   error: ErrorFacts;
 }
 
+export interface ExamplesReply {
+  examples: ProvenQuestion[];
+  words: string[];
+}
+
 export interface ExplainedExclusion {
   amount: number;
   log_odds: number;
@@ -723,6 +728,12 @@ export interface PlayerVerdict {
 export interface Positions {
   start: number;
   end: number;
+}
+
+export interface ProvenQuestion {
+  question: string;
+  capture: string;
+  probability: number;
 }
 
 export interface RefusedFile {
