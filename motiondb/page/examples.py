@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, pairwise
 
 from motiondb.database import MotionDB
 from motiondb.errors import QueryError
@@ -68,7 +68,7 @@ def _candidates(db: MotionDB, words: list[str]) -> Iterator[str]:
     for _ in range(MOST_ASKED):
         yield from islice(singles, 1)
         yield from islice(orders, 1)
-    yield from (f"{a} or {b}" for a, b in zip(words, words[1:]))
+    yield from (f"{a} or {b}" for a, b in pairwise(words))
 
 
 def _told_orders(db: MotionDB, words: set[str]) -> Iterator[str]:
@@ -78,9 +78,7 @@ def _told_orders(db: MotionDB, words: set[str]) -> Iterator[str]:
         for caption in row.captions:
             pieces = [piece.strip() for piece in caption.words.lower().split(",")]
             named = [min(verbs_in(p) & words, default="") for p in pieces]
-            told.update(
-                (f"{a}, {b}", None) for a, b in zip(named, named[1:]) if a and b and a != b
-            )
+            told.update((f"{a}, {b}", None) for a, b in pairwise(named) if a and b and a != b)
         if len(told) > MOST_CAPTIONS:
             break
     yield from told

@@ -10,8 +10,9 @@ An example is ``performer in (14, 16) and not (duration<2.5 or caption~walk)``. 
     value       text up to the next "and", "or" or closing parenthesis, or anything in quotes
 
 A name is a column of the catalogue, ``caption`` (the texts that people wrote about the capture), a
-tag, or a head of the catalogue's table where no tag has this name (``HEADS``). Two values are compared as numbers if both are numbers, and otherwise as text without regard
-to case; ``~`` always compares text.
+tag, or a head of the catalogue's table where no tag has this name (``HEADS``). Two values are
+compared as numbers if both are numbers, and otherwise as text without regard to case; ``~`` always
+compares text.
 
 A condition on captions holds if it holds for at least one caption of the capture. With ``!=``,
 ``!~`` or ``not in`` it holds if no caption equals (or contains) the value. If a capture lacks the
