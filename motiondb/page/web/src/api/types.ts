@@ -512,6 +512,7 @@ export interface LearnResult {
   words: number;
   run: number;
   kind: "learn";
+  start: string | null;
 }
 
 export interface LearnedTake {
@@ -524,6 +525,7 @@ export interface LearnedTake {
 export interface LearningBody {
   symbols?: number | null;
   seed?: number;
+  start?: string | null;
 }
 
 export interface LikeReply {
@@ -908,6 +910,13 @@ export interface SequenceReply {
   stretches: Stretch[];
 }
 
+export interface ShippedStart {
+  name: string;
+  words: number;
+  captions: number;
+  credit: string;
+}
+
 export interface ShownActivity {
   activity: number;
   start: number;
@@ -1033,6 +1042,7 @@ export interface Status {
   drift: Drift | null;
   accepts: Accepted;
   folders: AllowedFolder[];
+  starts: ShippedStart[];
   running_jobs: number;
 }
 
