@@ -307,6 +307,11 @@ export interface ErrorReply {
   error: ErrorFacts;
 }
 
+export interface ExamplesReply {
+  examples: ProvenQuestion[];
+  words: string[];
+}
+
 export interface ExplainedExclusion {
   amount: number;
   log_odds: number;
@@ -734,6 +739,12 @@ export interface PlayerVerdict {
 export interface Positions {
   start: number;
   end: number;
+}
+
+export interface ProvenQuestion {
+  question: string;
+  capture: string;
+  probability: number;
 }
 
 export interface RefusedFile {
