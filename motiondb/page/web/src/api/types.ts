@@ -250,8 +250,10 @@ export interface DiagramShape {
 
 export interface DownloadBody {
   items: Part[];
-  format?: "bvh" | "glb" | "source";
+  format?: "bvh" | "glb" | "npz" | "source";
   canonical?: boolean;
+  fps?: number | null;
+  onto?: string | null;
 }
 
 export interface Drift {
@@ -469,6 +471,15 @@ export interface JobsReply {
 export interface JoinedTree {
   kind: "in_order" | "at_once" | "both" | "any_of";
   parts: (ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree)[];
+}
+
+export interface JointProposal {
+  file: string;
+  joints: number;
+  is_known: boolean;
+  roles: Record<string, string>;
+  missing: string[];
+  map: string | null;
 }
 
 export interface JumpReport {
