@@ -166,7 +166,7 @@ export interface CaptureDetails {
   copies: number;
   relations: Relation[];
   events: ShownEvent[];
-  segments: ShownSegment[];
+  segments: WordedSegment[];
   activities: ShownActivity[];
   recognised: WordsOverTime[];
   sources: Source[];
@@ -964,14 +964,6 @@ export interface ShownMatch {
   timeline: Timeline;
 }
 
-export interface ShownSegment {
-  symbol: number;
-  start: number;
-  end: number;
-  log_likelihood: number | null;
-  known: boolean;
-}
-
 export interface SideOfAction {
   side: string;
   limb: string;
@@ -1106,7 +1098,7 @@ export interface TerminalSymbol {
 }
 
 export interface Timeline {
-  segments: ShownSegment[];
+  segments: WordedSegment[];
   words: Caption[];
 }
 
@@ -1178,6 +1170,16 @@ export interface WordSource {
   start_captions: number;
   own_captions: number;
   weight: number;
+}
+
+export interface WordedSegment {
+  symbol: number;
+  start: number;
+  end: number;
+  log_likelihood: number | null;
+  known: boolean;
+  word: string | null;
+  word_probability: number | null;
 }
 
 export interface WordedTerminal {
