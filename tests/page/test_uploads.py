@@ -6,6 +6,7 @@ import errno
 import io
 from pathlib import Path, PurePosixPath
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -118,6 +119,30 @@ def test_an_uploaded_file_is_an_example_like_a_stored_one(
     assert actual["matches"][0]["capture"] == "ana/walk_1"
     body = {"items": [{"ref": ref}], "format": "bvh"}
     assert client.post("/api/download", json=body).content.startswith(b"HIERARCHY")
+
+
+def test_a_download_is_put_onto_an_uploaded_rig_at_a_rate(
+    client: TestClient, samples_folder: Path
+) -> None:
+    data = (samples_folder / "ana" / "walk_1.bvh").read_bytes()
+    other = data.replace(b"LeftUpLeg", b"b_l_thigh")
+    files = [("files", ("rig.bvh", data)), ("files", ("other.bvh", other))]
+    sent = client.post("/api/uploads", files=files).json()
+    rig, unknown = (file["ref"] for file in sent["files"])
+    body = {"items": [{"ref": "capture:ana/bow_1", "end": 1.0}], "format": "npz", "onto": rig}
+    answer = client.post("/api/download", json=body | {"fps": 24.0})
+    with np.load(io.BytesIO(answer.content)) as held:
+        assert (float(held["fps"]), len(held["time"])) == (24.0, 24)
+        assert held["joints"][0] == "Hips"
+    assert client.get("/api/joints", params={"ref": rig}).json()["is_known"]
+    proposed = client.get("/api/joints", params={"ref": unknown}).json()
+    assert not proposed["is_known"]
+    assert proposed["roles"]["l_hip"] == "b_l_thigh"
+    changed = client.post("/api/download", json=body | {"format": "source"})
+    assert changed.status_code == 400
+    assert "found source, which is the file as it was added" in changed.json()["error"]["message"]
+    stored = client.get("/api/joints", params={"ref": "capture:ana/bow_1"})
+    assert "expected an uploaded file, found something else." in stored.json()["error"]["message"]
 
 
 def test_the_fault_of_an_uploaded_file_does_not_tell_where_it_lies(client: TestClient) -> None:

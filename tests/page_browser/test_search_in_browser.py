@@ -100,11 +100,12 @@ def test_the_motions_of_answers_in_sight_travel_in_one_request(asked_server, new
 
 
 def test_a_dropped_file_is_the_example(asked_server, new_page, samples_folder):
-    page = _open(new_page, asked_server)
+    page = _open(new_page, asked_server, "#/search?q=walk&limit=5")
+    page.locator(".answer").first.wait_for()
     drop_files(page, "#view", [samples_folder / "fatou" / "kick_1.bvh"])
     page.get_by_role("heading", name="Like kick_1.bvh").wait_for()
     page.locator(".answer").first.wait_for()
-    assert "kick" in page.locator(".answer").first.inner_text()
+    page.locator(".answer", has_text="kick").first.wait_for()
     assert "like=upload" in page.url
 
 

@@ -11,6 +11,7 @@ from fastapi import APIRouter, Query
 from motiondb.answers.catalogue import SymbolRow, SymbolSegment
 from motiondb.answers.plain import fields_of
 from motiondb.answers.questions import WordsOverTime, words_over_time
+from motiondb.page.examples import ExamplesReply, examples_of
 from motiondb.page.refs import load_motion, read_ref
 from motiondb.page.replies import LikeReply, SearchReply, like_reply, search_reply
 from motiondb.page.routes.parameters import LONGEST_TEXT, End, Limit, RefText, Start, Where
@@ -86,6 +87,12 @@ def router(page: Page) -> APIRouter:
         with page.held.use() as db, db.session.reading():
             answer = db.search(q, where, limit, by_symbols, exact=exact)
             return search_reply(db, answer, round(time.perf_counter() - began, 4))
+
+    @routes.get("/api/examples")
+    def examples() -> ExamplesReply:
+        """Questions that find something in this database, each with its first answer."""
+        with page.held.use() as db, db.session.reading():
+            return examples_of(db)
 
     @routes.get("/api/like")
     def like(

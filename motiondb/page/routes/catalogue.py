@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Annotated
 
 from fastapi import APIRouter, Query
@@ -11,6 +12,7 @@ from motiondb.answers.catalogue import DatabaseInfo, WordRow
 from motiondb.answers.plain import fields_of
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.browsing import BrowsedCapture, Facet
+from motiondb.database.learn.start import shipped_starts
 from motiondb.errors import QueryError
 from motiondb.files.folder import CAPTURE_ENDINGS
 from motiondb.learn.drift import Drift
@@ -69,6 +71,16 @@ class AllowedFolder:
     name: str
 
 
+@dataclass(frozen=True)
+class ShippedStart:
+    """Knowledge that is shipped with motiondb, from which learning can start."""
+
+    name: str
+    words: int
+    captions: int
+    credit: str
+
+
 @dataclass(frozen=True, kw_only=True)
 class Status(DatabaseInfo):
     """The contents of the database, and what the page may do."""
@@ -79,6 +91,7 @@ class Status(DatabaseInfo):
     drift: Drift | None
     accepts: Accepted
     folders: list[AllowedFolder]
+    starts: tuple[ShippedStart, ...]
     running_jobs: int
 
 
@@ -319,6 +332,15 @@ def _condition(column: str, value: str) -> str | None:
     return f"{column}={quotes[0]}{value}{quotes[0]}" if quotes else None
 
 
+@cache
+def _starts() -> tuple[ShippedStart, ...]:
+    """Return the knowledge that is shipped with motiondb."""
+    return tuple(
+        ShippedStart(each["name"], each["words"], each["captions"], each["credit"])
+        for each in shipped_starts()
+    )
+
+
 def _status(page: Page, db: MotionDB) -> Status:
     info, drift = info_and_drift(db)
     limits, folders = page.settings.limits, page.settings.folders
@@ -340,5 +362,6 @@ def _status(page: Page, db: MotionDB) -> Status:
             AllowedFolder(n, without_surrogates(folder.name or str(folder)))
             for n, folder in enumerate(folders)
         ],
+        starts=_starts(),
         running_jobs=sum(not job.is_over for job in page.jobs.all()),
     )

@@ -106,7 +106,7 @@ test("every number of --explain is shown, and they add up", () => {
   const [row] = reasonRows({ log_odds: 2.45, together: 0, words: [word], excluded: [], suggests: [] });
   assert.equal(
     row!.detail,
-    "usual −1.200, as part of the caption +0.700, symbol 2 +3.000 (0.0–1.5 s)," +
+    "usual −1.200, likeness +0.700, symbol 2 +3.000 (0.0–1.5 s)," +
       " symbol 1 −0.400 (1.5–2.0 s), others +0.350",
   );
   const shown = [...row!.detail.matchAll(/([+−])(\d+\.\d{3})/g)].map(

@@ -251,8 +251,10 @@ export interface DiagramShape {
 
 export interface DownloadBody {
   items: Part[];
-  format?: "bvh" | "glb" | "source";
+  format?: "bvh" | "glb" | "npz" | "source";
   canonical?: boolean;
+  fps?: number | null;
+  onto?: string | null;
 }
 
 export interface Drift {
@@ -304,6 +306,11 @@ export interface ErrorFacts {
 
 export interface ErrorReply {
   error: ErrorFacts;
+}
+
+export interface ExamplesReply {
+  examples: ProvenQuestion[];
+  words: string[];
 }
 
 export interface ExplainedExclusion {
@@ -474,6 +481,15 @@ export interface JoinedTree {
   parts: (ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree)[];
 }
 
+export interface JointProposal {
+  file: string;
+  joints: number;
+  is_known: boolean;
+  roles: Record<string, string>;
+  missing: string[];
+  map: string | null;
+}
+
 export interface JumpReport {
   player: string;
   foot: string;
@@ -515,6 +531,7 @@ export interface LearnResult {
   words: number;
   run: number;
   kind: "learn";
+  start: string | null;
 }
 
 export interface LearnedTake {
@@ -527,6 +544,7 @@ export interface LearnedTake {
 export interface LearningBody {
   symbols?: number | null;
   seed?: number;
+  start?: string | null;
 }
 
 export interface LikeReply {
@@ -733,6 +751,12 @@ export interface Positions {
   end: number;
 }
 
+export interface ProvenQuestion {
+  question: string;
+  capture: string;
+  probability: number;
+}
+
 export interface RefusedFile {
   name: string;
   message: string;
@@ -905,6 +929,13 @@ export interface SequenceReply {
   stretches: Stretch[];
 }
 
+export interface ShippedStart {
+  name: string;
+  words: number;
+  captions: number;
+  credit: string;
+}
+
 export interface ShownActivity {
   activity: number;
   start: number;
@@ -1030,6 +1061,7 @@ export interface Status {
   drift: Drift | null;
   accepts: Accepted;
   folders: AllowedFolder[];
+  starts: ShippedStart[];
   running_jobs: number;
 }
 

@@ -11,9 +11,16 @@ import { VIEWS } from "../views/registry.ts";
 import type { Context, OpenView } from "../views/view.ts";
 import { makeJobs } from "./jobs.ts";
 import { makeMessages } from "./messages.ts";
+import { makeQuestionBox } from "./question_box.ts";
 import { go, parseRoute, routeTo } from "./router.ts";
 
 const FIRST = VIEWS[0]!.name;
+
+/** What a view is about, for the title of its tab: the question, the capture, the grammar. */
+function titleOf(parameters: URLSearchParams): string {
+  const about = ["capture", "q", "like", "name", "open"].map((name) => parameters.get(name)).find(Boolean);
+  return about?.replace(/^(capture|upload|made|sequence|kept):/, "") ?? "";
+}
 
 /** Start the page: ask for the state of the database, then show the view of the address. */
 export async function startPage(root: HTMLElement): Promise<void> {
@@ -49,7 +56,21 @@ export async function startPage(root: HTMLElement): Promise<void> {
     fail: (fault) => (isAbort(fault) ? undefined : messages.fail(messageOf(fault))),
   };
   const jobs = makeJobs(context);
-  const links = VIEWS.map((view) => h("a", { href: routeTo(view.name), class: "nav-link" }, view.title));
+  const question = makeQuestionBox(context);
+  const links = new Map(
+    VIEWS.filter((view) => view.place !== "asking").map((view) => [
+      view.name,
+      h("a", { href: routeTo(view.name), class: "nav-link" }, view.title),
+    ]),
+  );
+  const linksOf = (place?: string): HTMLElement[] =>
+    VIEWS.filter((view) => view.place === place).map((view) => links.get(view.name)!);
+  const explore = h(
+    "details",
+    { class: "nav-more" },
+    h("summary", { class: "nav-link" }, "Explore"),
+    h("div", { class: "nav-menu" }, linksOf("explore")),
+  );
   const database = h("span", { class: "database" });
   const lost = h(
     "p",
@@ -69,7 +90,8 @@ export async function startPage(root: HTMLElement): Promise<void> {
         h("span", { class: "brand-mark", "aria-hidden": "true" }),
         "motiondb",
       ),
-      h("nav", { "aria-label": "Views", class: "nav" }, links),
+      question.element,
+      h("nav", { "aria-label": "Views", class: "nav" }, linksOf(), explore),
       database,
       jobs.element,
     ),
@@ -102,14 +124,17 @@ export async function startPage(root: HTMLElement): Promise<void> {
       host.replaceChildren();
       host.className = `view view-${view.name}`;
       shown = view.name;
-      document.title = `${view.title} · motiondb`;
-      links.forEach((link, i) => {
-        if (VIEWS[i] !== view) return link.removeAttribute("aria-current");
-        link.setAttribute("aria-current", "page");
-        link.scrollIntoView({ block: "nearest", inline: "nearest" }); // in a narrow window
-      });
+      for (const [name, link] of links) {
+        if (name === view.name) link.setAttribute("aria-current", "page");
+        else link.removeAttribute("aria-current");
+      }
+      explore.classList.toggle("current", view.place === "explore");
+      explore.open = false;
       open = view.open(host, context);
     }
+    const about = titleOf(route.parameters);
+    document.title = [...(about ? [about] : []), view.title, "motiondb"].join(" · ");
+    question.show(view.name === "search" ? (route.parameters.get("q") ?? "") : "");
     open?.update(route.parameters);
   }
 
@@ -141,9 +166,15 @@ export async function startPage(root: HTMLElement): Promise<void> {
     const typed = event.target as HTMLElement;
     if (event.key === "/" && !typed.matches("input, textarea, select") && !event.ctrlKey) {
       event.preventDefault();
-      if (shown !== "search") go(routeTo("search"));
-      setTimeout(() => document.querySelector<HTMLElement>("#question")?.focus());
+      question.focus();
     }
+    if (event.key === "Escape" && explore.open) {
+      explore.open = false;
+      explore.querySelector("summary")?.focus();
+    }
+  });
+  addEventListener("pointerdown", (event) => {
+    if (!explore.contains(event.target as Node)) explore.open = false;
   });
   showStatus();
   show();

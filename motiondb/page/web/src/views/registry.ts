@@ -8,4 +8,4 @@ import { search } from "./search/search.ts";
 import { symbols } from "./symbols/symbols.ts";
 import type { View } from "./view.ts";
 
-export const VIEWS: readonly View[] = [catalogue, search, generate, symbols, grammar, boardView];
+export const VIEWS: readonly View[] = [catalogue, search, generate, boardView, symbols, grammar];

@@ -20,6 +20,7 @@ import { wholeWords } from "./row.ts";
 import { makeRows } from "./rows.ts";
 import { makeTable } from "./table.ts";
 import { makeThumbs } from "./thumbs.ts";
+import { makeWelcome } from "./welcome.ts";
 
 interface Wanted {
   typed: string;
@@ -52,7 +53,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     class: "field",
     id: "filter",
     type: "search",
-    placeholder: "performer = ana and duration > 10",
+    placeholder: "words, a name, or length > 10",
     "aria-describedby": "filter-fault",
     spellcheck: false,
   });
@@ -96,14 +97,16 @@ function open(host: HTMLElement, context: Context): OpenView {
   const facetBox = h(
     "details",
     { class: "facet-box", open: innerWidth > 900 },
-    h("summary", {}, "Narrow down"),
+    h("summary", {}, "Filter by value"),
     facets.element,
   );
+  const welcome = makeWelcome(context);
   const content = h("div", { class: "catalogue-content" });
   const side = h("div", { class: "catalogue-side", hidden: true });
   fill(
     host,
     h("h1", { class: "hidden-heading" }, "Catalogue"),
+    welcome.element,
     h("div", { class: "catalogue-bar" }, form, summary, tools),
     filterFault,
     notice,
@@ -181,6 +184,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       return;
     }
     showRows();
+    welcome.load();
   }
 
   function showRows(): void {
@@ -251,6 +255,8 @@ function open(host: HTMLElement, context: Context): OpenView {
       };
       filter.value = wanted.typed;
       duplicates.setAttribute("aria-pressed", String(wanted.duplicates));
+      const narrowed = wanted.typed !== "" || wanted.picks.length > 0 || wanted.duplicates;
+      welcome.element.hidden = narrowed || wanted.capture !== "";
       const key = JSON.stringify([wanted.typed, wanted.picks, wanted.sort, wanted.duplicates]);
       if (key !== asked) {
         asked = key;

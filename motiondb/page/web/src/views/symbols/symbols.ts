@@ -246,4 +246,4 @@ function open(host: HTMLElement, context: Context): OpenView {
   };
 }
 
-export const symbols: View = { name: "symbols", title: "Symbols", open };
+export const symbols: View = { name: "symbols", title: "Symbols", place: "explore", open };
