@@ -283,8 +283,7 @@ def _word_routes(routes: APIRouter, page: Page) -> None:
             except QueryError as error:
                 page.edits.pop()
                 raise PageError(
-                    f"{last.capture}: expected the words of this edit, found others."
-                    " They were changed since, and stay as they are.",
+                    f"{last.capture}: its words stay as they are. {error}",
                     409,
                     "ConflictError",
                 ) from error

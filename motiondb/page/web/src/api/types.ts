@@ -102,6 +102,7 @@ export interface BoardKinds {
   kinds: string[];
   teams: string[];
   grammars: string[];
+  grounds: Ground[];
 }
 
 export interface BoardRemoved {
@@ -422,6 +423,13 @@ export interface GrammarReply {
 
 export interface GrammarsReply {
   grammars: ListedGrammar[];
+}
+
+export interface Ground {
+  grammar: string;
+  kinds: string[];
+  teams: string[];
+  places: string[];
 }
 
 export interface GuardReport {

@@ -132,6 +132,13 @@ function placesOf(match: ShownMatch, options: AnswerOptions, seek: (time: number
   );
 }
 
+/** The address of the found part of a capture. */
+function placeOf({ capture, start, end, place }: ShownMatch): Record<string, string> {
+  const part: Record<string, string> =
+    place === "unknown" ? {} : { start: start.toFixed(3), end: end.toFixed(3) };
+  return { capture, ...part };
+}
+
 export function makeAnswer(
   context: { stage: Stage; motions: Motions },
   match: ShownMatch,
@@ -165,7 +172,7 @@ export function makeAnswer(
     on: { change: () => actions?.select(match, checkbox.checked) },
   });
   const name = actions
-    ? h("a", { href: routeTo("catalogue", { capture: match.capture }), class: "capture-name" }, match.capture)
+    ? h("a", { href: routeTo("catalogue", placeOf(match)), class: "capture-name" }, match.capture)
     : h("span", { class: "capture-name" }, match.capture);
   const explain = match.explain
     ? h(
