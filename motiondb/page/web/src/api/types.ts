@@ -144,6 +144,7 @@ export interface CaptionBody {
 export interface CaptionsBody {
   capture: string;
   words: CaptionBody[];
+  before?: CaptionBody[] | null;
 }
 
 export interface CaptureDetails {
