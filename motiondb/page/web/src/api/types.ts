@@ -144,6 +144,7 @@ export interface CaptionBody {
 export interface CaptionsBody {
   capture: string;
   words: CaptionBody[];
+  before?: CaptionBody[] | null;
 }
 
 export interface CaptureDetails {
@@ -167,7 +168,7 @@ export interface CaptureDetails {
   copies: number;
   relations: Relation[];
   events: ShownEvent[];
-  segments: ShownSegment[];
+  segments: WordedSegment[];
   activities: ShownActivity[];
   recognised: WordsOverTime[];
   sources: Source[];
@@ -972,14 +973,6 @@ export interface ShownMatch {
   timeline: Timeline;
 }
 
-export interface ShownSegment {
-  symbol: number;
-  start: number;
-  end: number;
-  log_likelihood: number | null;
-  known: boolean;
-}
-
 export interface SideOfAction {
   side: string;
   limb: string;
@@ -1114,7 +1107,7 @@ export interface TerminalSymbol {
 }
 
 export interface Timeline {
-  segments: ShownSegment[];
+  segments: WordedSegment[];
   words: Caption[];
 }
 
@@ -1186,6 +1179,16 @@ export interface WordSource {
   start_captions: number;
   own_captions: number;
   weight: number;
+}
+
+export interface WordedSegment {
+  symbol: number;
+  start: number;
+  end: number;
+  log_likelihood: number | null;
+  known: boolean;
+  word: string | null;
+  word_probability: number | null;
 }
 
 export interface WordedTerminal {
