@@ -946,6 +946,7 @@ export interface ShownMatch {
   interval_probability: number | null;
   place: string;
   parts: MatchPart[];
+  in_order: boolean | null;
   explain: Explanation | null;
   ref: string;
   duration: number;
