@@ -28,7 +28,7 @@ import numpy as np
 
 from robustness_tasks.databases import SAMPLES, import_everything
 from robustness_tasks.model_processes import CALLS, Answer, Harm, Server, Worker
-from robustness_tasks.model_verbs import DB, SCENE, Hand
+from robustness_tasks.model_verbs import DB, OTHER, SCENE, Hand
 from robustness_tasks.plain_model import (
     DONE,
     REFUSED,
@@ -148,7 +148,39 @@ def tiny(folder: Path) -> Material:
             clip = read_capture(SAMPLES / "captures" / f"{name}.bvh")
             write_bvh(cut_clip(clip, 0.2, 0.2 + SHORTEST + 0.1 * (number % 3)), path)
         seconds[path.stem] = read_capture(path).duration
-    return Material(folder, seconds, ("A1",) if (folder / SCENE).exists() else ())
+    players = ("A1",) if (folder / SCENE).exists() else ()
+    return Material(folder, seconds, players, _other(folder, list(seconds)[:4]))
+
+
+def _other(folder: Path, names: Sequence[str]) -> dict[str, Kept]:
+    """Make a database to merge with some captures, their words, tags and events."""
+    import motiondb
+
+    if not (folder / OTHER).exists():
+        sheet = folder / "events.tsv"
+        rows = [f"{name}\t{number}\tcontact\n" for number, name in enumerate(names)]
+        sheet.write_text(f"file\tframe\tevent\n{''.join(rows)}")
+        new = folder / f"{os.getpid()}.duckdb"
+        with motiondb.open(new) as db:
+            for name in names:
+                db.add(folder / f"{name}.bvh")
+                db.set_words(name, f"from elsewhere, {name}")
+            db.import_events(sheet)
+            db.set_tags({"performer": "zoe", "studio": "other"}, names[1:])
+            shutil.rmtree(db.store.path.with_name(f"{new.name}.cache"), ignore_errors=True)
+        new.rename(folder / OTHER)
+    with motiondb.open(folder / OTHER, read_only=True) as db:
+        infos, captions, events = db.captures(), db.all_captions(), db.all_events()
+    return {
+        i.name: Kept(
+            i.kind,
+            i.sha256,
+            dict(i.tags),
+            tuple((c.words, c.start, c.end) for c in captions[i.capture_id]),
+            tuple((e.frame, e.name) for e in events[i.capture_id]),
+        )
+        for i in infos
+    }
 
 
 def _learn(folder: Path, material: Material) -> None:
@@ -315,7 +347,7 @@ class Chain:
             said = world.captures[given["name"]].captions if facts else ()
             counts = [len(world.captures)]
             expected = {"said": said, "counts": counts, "events": [], "found": given["name"]}
-        elif verb == "rescue" and facts:
+        elif verb in ("rescue", "backup") and facts:
             rescued = {n: [k.digest, len(k.captions)] for n, k in world.captures.items()}
             expected = {"rescued": rescued, "wrong": []}
         elif verb.startswith("ask") and "answer" in facts:
@@ -346,7 +378,9 @@ class Chain:
             faults.append(f"no world in which this can be: {told}")
         differences = [difference(world.facts(), seen) for world in worlds]
         if worlds and "" not in differences:
-            faults.append(f"the database differs: {' or else '.join(sorted(set(differences)))}")
+            told = "; ".join(f"{s.verb} {dict(s.arguments)} {s.ended}" for s in steps)
+            where = " or else ".join(sorted(set(differences)))
+            faults.append(f"the database differs: {where}; after {told}")
         revision = looked.facts["revision"]
         if revision < self.revision:
             faults.append(f"the revision went back from {self.revision} to {revision}")

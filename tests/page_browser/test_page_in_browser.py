@@ -5,6 +5,8 @@ from __future__ import annotations
 import pytest
 from page_tools import AXE, serious, wait_for, wait_for_figure
 
+import motiondb
+
 VIEWS = {
     "catalogue": ("#/catalogue?capture=ana/long_1", ".caption"),
     "copies": ("#/catalogue?show=duplicates", ".duplicate-group"),
@@ -74,6 +76,24 @@ def test_an_empty_database_says_what_to_do(serve_copy, new_page, tmp_path):
     page.get_by_role("button", name="Add captures").first.wait_for()
 
 
+def test_captures_without_captions_are_searched_with_words_of_others(
+    serve_copy, new_page, some, tmp_path
+):
+    with motiondb.open(tmp_path / "wordless.duckdb") as db:
+        db.add(some)
+    page = new_page(f"{serve_copy(database=tmp_path / 'wordless.duckdb')}#/search?q=jump")
+    page.get_by_text("expected a database that has learned, found only captures").wait_for()
+    page.get_by_role("button", name="Learn…").click()
+    dialog = page.get_by_role("dialog")
+    assert dialog.get_by_label("Learn from").input_value() == "cmu"
+    dialog.get_by_text(
+        "The data used in this project was obtained from mocap.cs.cmu.edu"
+    ).wait_for()
+    dialog.get_by_role("button", name="Learn", exact=True).click()
+    page.locator(".answer").first.wait_for()  # the question is asked again by itself
+    page.locator(".message", has_text="Started from cmu.").wait_for()
+
+
 def test_a_server_that_ended_is_noticed(browser, asked_server, new_page):
     page = new_page("about:blank")
     page.route("**/api/status", lambda route: route.abort())
@@ -85,8 +105,6 @@ def test_a_server_that_ended_is_noticed(browser, asked_server, new_page):
 
 
 def test_a_change_by_another_program_appears(serve_copy, new_page, tmp_path):
-    import motiondb
-
     page = new_page(f"{serve_copy()}#/catalogue?where=performer%3Dana")
     page.locator(".row-capture").first.wait_for()
     with motiondb.open(tmp_path / "copy.duckdb", wait=60.0) as db:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Annotated
 
 from fastapi import APIRouter, Query
@@ -11,6 +13,7 @@ from motiondb.answers.catalogue import DatabaseInfo, WordRow
 from motiondb.answers.plain import fields_of
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.browsing import BrowsedCapture, Facet
+from motiondb.database.learn.start import shipped_starts
 from motiondb.errors import QueryError
 from motiondb.files.folder import CAPTURE_ENDINGS
 from motiondb.learn.drift import Drift
@@ -47,6 +50,7 @@ class CaptionsBody(Body):
 
     capture: Text
     words: list[CaptionBody]
+    before: list[CaptionBody] | None = None  # Those that were edited: others are not overwritten
 
 
 @dataclass(frozen=True)
@@ -69,6 +73,16 @@ class AllowedFolder:
     name: str
 
 
+@dataclass(frozen=True)
+class ShippedStart:
+    """Knowledge that is shipped with motiondb, from which learning can start."""
+
+    name: str
+    words: int
+    captions: int
+    credit: str
+
+
 @dataclass(frozen=True, kw_only=True)
 class Status(DatabaseInfo):
     """The contents of the database, and what the page may do."""
@@ -79,6 +93,7 @@ class Status(DatabaseInfo):
     drift: Drift | None
     accepts: Accepted
     folders: list[AllowedFolder]
+    starts: tuple[ShippedStart, ...]
     running_jobs: int
 
 
@@ -246,9 +261,11 @@ def _word_routes(routes: APIRouter, page: Page) -> None:
     def set_captions(body: CaptionsBody) -> WordsEdited:
         """Replace all captions of a capture; an empty list removes them."""
         page.check_writable()
-        captions = tuple(Caption(c.words, c.start, c.end) for c in body.words)
+        captions = _captions(body.words)
         with page.held.use() as db, page.editing:
             find_row(db, body.capture)
+            if body.before is not None:
+                _check_same(db, body.capture, _captions(body.before))
             return _change(page, db, body.capture, captions)
 
     @routes.get("/api/undo")
@@ -270,8 +287,7 @@ def _word_routes(routes: APIRouter, page: Page) -> None:
             except QueryError as error:
                 page.edits.pop()
                 raise PageError(
-                    f"{last.capture}: expected the words of this edit, found others."
-                    " They were changed since, and stay as they are.",
+                    f"{last.capture}: its words stay as they are. {error}",
                     409,
                     "ConflictError",
                 ) from error
@@ -285,6 +301,23 @@ def find_row(db: MotionDB, name: str) -> BrowsedCapture:
     if row is None:
         raise unknown("capture", name, "It may have been removed.")
     return row
+
+
+def _captions(bodies: Sequence[CaptionBody]) -> tuple[Caption, ...]:
+    return tuple(Caption(each.words, each.start, each.end) for each in bodies)
+
+
+def _check_same(db: MotionDB, capture: str, before: Sequence[Caption]) -> None:
+    """Refuse an edit of words that were changed since they were read."""
+    now = db.captions(capture)
+    if set(now) != set(before):
+        said = "; ".join(caption.words for caption in now) or "none"
+        raise PageError(
+            f"{capture}: expected the words that were edited, found others: {said}. They were"
+            " changed meanwhile; nothing is saved.",
+            409,
+            "ConflictError",
+        )
 
 
 def _change(page: Page, db: MotionDB, capture: str, captions: tuple[Caption, ...]) -> WordsEdited:
@@ -319,6 +352,15 @@ def _condition(column: str, value: str) -> str | None:
     return f"{column}={quotes[0]}{value}{quotes[0]}" if quotes else None
 
 
+@cache
+def _starts() -> tuple[ShippedStart, ...]:
+    """Return the knowledge that is shipped with motiondb."""
+    return tuple(
+        ShippedStart(each["name"], each["words"], each["captions"], each["credit"])
+        for each in shipped_starts()
+    )
+
+
 def _status(page: Page, db: MotionDB) -> Status:
     info, drift = info_and_drift(db)
     limits, folders = page.settings.limits, page.settings.folders
@@ -340,5 +382,6 @@ def _status(page: Page, db: MotionDB) -> Status:
             AllowedFolder(n, without_surrogates(folder.name or str(folder)))
             for n, folder in enumerate(folders)
         ],
+        starts=_starts(),
         running_jobs=sum(not job.is_over for job in page.jobs.all()),
     )

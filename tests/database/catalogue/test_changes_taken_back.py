@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 import motiondb
-from motiondb import AddSettings, MotionDB, QueryError
+from motiondb import AddSettings, MotionDB, QueryError, store
+from motiondb.database.learn import updating
 
 TABLES = ("capture", "capture_tag", "caption", "event", "motion_frame", "relation", "source")
 
@@ -93,8 +94,8 @@ def test_a_change_is_not_taken_back_where_a_later_one_would_be_lost(base: Motion
     with pytest.raises(QueryError) as error:
         base.undo(words)
     assert str(error.value) == (
-        f"run {words}: expected captures that nothing has changed since, found that run {later} "
-        "(words) changed some. Undo that one first."
+        f"run {words} (words): expected captures that nothing has changed since, found that run "
+        f"{later} (words) changed some. Undo that one first."
     )
     base.undo(later)
     base.undo(words)
@@ -104,6 +105,22 @@ def test_a_change_is_not_taken_back_where_a_later_one_would_be_lost(base: Motion
     assert kinds == [("add", []), *bows]
     with pytest.raises(QueryError, match="found one that was undone"):
         base.undo(words)
+
+
+def test_a_change_before_one_that_cannot_be_undone_stays(base: MotionDB) -> None:
+    earlier = base.set_tags({"mood": "glad"}, ["ana/jump_1"])
+    words = base.set_words("ana/bow_1", "a bow").run_id
+    number = base.captures("name=ana/bow_1")[0].capture_id
+    with updating.changing(base.store, "scene remove", {}, [number]):  # as of a player of a scene
+        store.remove_capture(base.store, number)
+    with pytest.raises(QueryError) as error:
+        base.undo()
+    assert str(error.value) == (
+        f"run {words} (words): expected captures that nothing has changed since, found that run "
+        f"{words + 1} (scene remove) changed some. That cannot be undone. motiondb undo {words - 1}"
+        " takes back the change before."
+    )
+    assert list(base.undo(words - 1).changed) == earlier
 
 
 def test_compacting_makes_removals_final(base: MotionDB) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import motiondb
-from motiondb import Caption, MotionDBError, QueryError, StoreError
+from motiondb import Caption, MotionDBError, QueryError
 
 
 def test_what_two_databases_know_comes_together(

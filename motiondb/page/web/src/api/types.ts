@@ -102,6 +102,7 @@ export interface BoardKinds {
   kinds: string[];
   teams: string[];
   grammars: string[];
+  grounds: Ground[];
 }
 
 export interface BoardRemoved {
@@ -143,6 +144,7 @@ export interface CaptionBody {
 export interface CaptionsBody {
   capture: string;
   words: CaptionBody[];
+  before?: CaptionBody[] | null;
 }
 
 export interface CaptureDetails {
@@ -166,7 +168,7 @@ export interface CaptureDetails {
   copies: number;
   relations: Relation[];
   events: ShownEvent[];
-  segments: ShownSegment[];
+  segments: WordedSegment[];
   activities: ShownActivity[];
   recognised: WordsOverTime[];
   sources: Source[];
@@ -424,6 +426,13 @@ export interface GrammarsReply {
   grammars: ListedGrammar[];
 }
 
+export interface Ground {
+  grammar: string;
+  kinds: string[];
+  teams: string[];
+  places: string[];
+}
+
 export interface GuardReport {
   player: string;
   target: string;
@@ -523,6 +532,7 @@ export interface LearnResult {
   words: number;
   run: number;
   kind: "learn";
+  start: string | null;
 }
 
 export interface LearnedTake {
@@ -535,6 +545,7 @@ export interface LearnedTake {
 export interface LearningBody {
   symbols?: number | null;
   seed?: number;
+  start?: string | null;
 }
 
 export interface LikeReply {
@@ -919,6 +930,13 @@ export interface SequenceReply {
   stretches: Stretch[];
 }
 
+export interface ShippedStart {
+  name: string;
+  words: number;
+  captions: number;
+  credit: string;
+}
+
 export interface ShownActivity {
   activity: number;
   start: number;
@@ -954,14 +972,6 @@ export interface ShownMatch {
   licence: string | null;
   kind: string;
   timeline: Timeline;
-}
-
-export interface ShownSegment {
-  symbol: number;
-  start: number;
-  end: number;
-  log_likelihood: number | null;
-  known: boolean;
 }
 
 export interface SideOfAction {
@@ -1045,6 +1055,7 @@ export interface Status {
   drift: Drift | null;
   accepts: Accepted;
   folders: AllowedFolder[];
+  starts: ShippedStart[];
   running_jobs: number;
 }
 
@@ -1097,7 +1108,7 @@ export interface TerminalSymbol {
 }
 
 export interface Timeline {
-  segments: ShownSegment[];
+  segments: WordedSegment[];
   words: Caption[];
 }
 
@@ -1169,6 +1180,16 @@ export interface WordSource {
   start_captions: number;
   own_captions: number;
   weight: number;
+}
+
+export interface WordedSegment {
+  symbol: number;
+  start: number;
+  end: number;
+  log_likelihood: number | null;
+  known: boolean;
+  word: string | null;
+  word_probability: number | null;
 }
 
 export interface WordedTerminal {

@@ -4,6 +4,8 @@ import { remove } from "../api/client.ts";
 import type { JobReply } from "../api/types.ts";
 import { fill, h } from "../dom/element.ts";
 import type { Context } from "../views/view.ts";
+import { plural } from "../parts/text.ts";
+import { openLearning } from "../views/catalogue/learning.ts";
 import { progressBar } from "../parts/progress.ts";
 
 const isActive = (job: JobReply): boolean => job.state === "running" || job.state === "waiting";
@@ -19,7 +21,12 @@ export function outcome(job: JobReply): string {
     return `${result.added} added, ${result.known} already there${broken}.`;
   }
   if (result?.kind === "learn") {
-    return `${result.captures} captures, ${result.segments} segments, ${result.symbols} symbols, ${result.words} words.`;
+    const from = result.start ? ` Started from ${result.start}.` : "";
+    const none =
+      result.words === 0
+        ? " Questions in words cannot be answered yet: nobody has written about these captures."
+        : "";
+    return `Learned from ${plural(result.captures, "capture")}: ${plural(result.symbols, "kind")} of movement, ${plural(result.words, "word")}.${from}${none}`;
   }
   if (result?.kind === "grammar") {
     const lost = result.no_longer_editable;
@@ -101,6 +108,11 @@ export function makeJobs(context: Context): { element: HTMLElement } {
 
   const running = new Set<string>();
   context.live.listen((news) => {
+    if (news.kind === "forgotten") {
+      const lost = news.jobs.filter((id) => running.delete(id)).length;
+      if (lost > 0) context.notify("The server was started again; the work that was going on has ended.");
+      return show();
+    }
     if (news.kind !== "job") return;
     show();
     const { job } = news;
@@ -108,7 +120,12 @@ export function makeJobs(context: Context): { element: HTMLElement } {
     else if (running.delete(job.id)) {
       if (job.state === "failed") context.fail(new Error(`${job.title}: ${outcome(job)}`));
       // The board shows the scene that follows a dragged player: no word at every drag.
-      else if (job.kind !== "scene-update") context.notify(`${job.title}: ${outcome(job)}`);
+      else if (job.kind !== "scene-update") {
+        const wordless = job.result?.kind === "learn" && job.result.words === 0;
+        const cure = { label: "Learn words of others…", run: () => openLearning(context) };
+        const about = job.kind === "learn" ? "" : `${job.title}: `;
+        context.notify(`${about}${outcome(job)}`, wordless ? cure : undefined);
+      }
       void context.refresh().catch(context.fail);
     }
   });

@@ -10,9 +10,9 @@ import { plural, seconds } from "../../parts/text.ts";
 import { go } from "../../shell/router.ts";
 import type { Context, OpenView, View } from "../view.ts";
 import { openAdding } from "./adding.ts";
-import { makeDetails, type Details } from "./details.ts";
+import { makeDetails, type Details, type Place } from "./details.ts";
 import { showDuplicates } from "./duplicates.ts";
-import { editInPlace, makeWordsActions, withWholeWords } from "./editing.ts";
+import { editInPlace, isEditing, makeWordsActions, withWholeWords } from "./editing.ts";
 import { makeFacets } from "./facets.ts";
 import { combine, readPicks, togglePick, writePick, type Pick } from "./filter.ts";
 import { openLearning, reasonToLearn } from "./learning.ts";
@@ -28,10 +28,27 @@ interface Wanted {
   sort: string;
   capture: string;
   duplicates: boolean;
+  /** The part and the moment of the shown capture. */
+  place: Place;
+}
+
+const WHOLE: Place = { part: null, time: null };
+
+/** The part and the moment of a capture that an address names. */
+function placeOf(parameters: URLSearchParams): Place {
+  const number = (name: string): number | null => {
+    const text = parameters.get(name);
+    return text === null || !Number.isFinite(Number(text)) ? null : Number(text);
+  };
+  const [start, end] = [number("start"), number("end")];
+  return {
+    part: start !== null && end !== null && end > start ? [start, end] : null,
+    time: number("time"),
+  };
 }
 
 function open(host: HTMLElement, context: Context): OpenView {
-  let wanted: Wanted = { typed: "", picks: [], sort: "name", capture: "", duplicates: false };
+  let wanted: Wanted = { typed: "", picks: [], sort: "name", capture: "", duplicates: false, place: WHOLE };
   let asked = "";
   let details: Details | null = null;
   let shown = "";
@@ -130,13 +147,19 @@ function open(host: HTMLElement, context: Context): OpenView {
   }
 
   function route(change: Partial<Wanted>): void {
-    const next = { ...wanted, ...change };
+    const place = change.capture === undefined ? wanted.place : WHOLE;
+    const next = { ...wanted, place, ...change };
     const query = new URLSearchParams();
     if (next.typed.trim()) query.set("where", next.typed.trim());
     for (const pick of next.picks) query.append("pick", writePick(pick));
     if (next.sort !== "name") query.set("sort", next.sort);
     if (next.duplicates) query.set("show", "duplicates");
-    if (next.capture) query.set("capture", next.capture);
+    if (next.capture) {
+      query.set("capture", next.capture);
+      const { part, time } = next.place;
+      part?.forEach((value, i) => query.set(i === 0 ? "start" : "end", value.toFixed(3)));
+      if (time !== null) query.set("time", time.toFixed(2));
+    }
     go(`#/catalogue?${query.toString()}`, change.capture === undefined);
   }
 
@@ -145,8 +168,11 @@ function open(host: HTMLElement, context: Context): OpenView {
       cell,
       wholeWords(capture),
       `Words of ${capture.name}`,
-      (line) => actions.replace(capture.name, withWholeWords(capture.words, line)),
-      () => table.refresh(),
+      (line) => actions.replace(capture.name, withWholeWords(capture.words, line), capture.words),
+      () => {
+        table.refresh();
+        if (missed) void load();
+      },
     );
   }
 
@@ -166,7 +192,12 @@ function open(host: HTMLElement, context: Context): OpenView {
     }
   }
 
+  /** Whether the database changed while words were typed; the rows are asked for after that. */
+  let missed = false;
+
   async function load(): Promise<void> {
+    missed = isEditing(table.element);
+    if (missed) return;
     const where = combine(wanted.typed, wanted.picks);
     filterFault.textContent = "";
     filter.removeAttribute("aria-invalid");
@@ -183,6 +214,8 @@ function open(host: HTMLElement, context: Context): OpenView {
       } else context.fail(fault);
       return;
     }
+    missed = isEditing(table.element);
+    if (missed) return; // typing began while the rows were on their way
     showRows();
     welcome.load();
   }
@@ -224,7 +257,7 @@ function open(host: HTMLElement, context: Context): OpenView {
   }
 
   function showSide(): void {
-    if (wanted.capture === shown) return;
+    if (wanted.capture === shown) return details?.select(wanted.place.part);
     shown = wanted.capture;
     side.hidden = shown === "";
     host.classList.toggle("with-side", shown !== "");
@@ -236,10 +269,18 @@ function open(host: HTMLElement, context: Context): OpenView {
       return;
     }
     if (!details) {
-      details = makeDetails(context, actions, () => route({ capture: "" }));
+      details = makeDetails(
+        context,
+        actions,
+        () => route({ capture: "" }),
+        (moved) => {
+          const place = { ...wanted.place, ...moved };
+          if (JSON.stringify(place) !== JSON.stringify(wanted.place)) route({ place });
+        },
+      );
       fill(side, details.element);
     }
-    void details.show(shown);
+    void details.show(shown, wanted.place);
   }
 
   showNotice();
@@ -252,6 +293,7 @@ function open(host: HTMLElement, context: Context): OpenView {
         sort: parameters.get("sort") ?? "name",
         capture: parameters.get("capture") ?? "",
         duplicates: parameters.get("show") === "duplicates",
+        place: placeOf(parameters),
       };
       filter.value = wanted.typed;
       duplicates.setAttribute("aria-pressed", String(wanted.duplicates));
