@@ -202,3 +202,55 @@ def test_a_read_only_page_offers_no_changes(serve_copy, new_page):
     for name in ("Add captures", "Learn…", "Add words", "Remove this capture…"):
         assert page.get_by_role("button", name=name).count() == 0
     assert page.get_by_text("read only").count() > 0
+
+
+def test_words_being_typed_are_neither_drawn_over_nor_saved(serve_copy, new_page, tmp_path):
+    page = new_page(f"{serve_copy()}#/catalogue?where=performer%3Dana")
+    row = _row(page, "ana/bow_1")
+    row.locator(".words-button").click()
+    field = page.get_by_label("Words of ana/bow_1")
+    field.fill("half of a sen")
+    changed = page.expect_response(lambda answer: "/api/status" in answer.url)
+    with changed, motiondb.open(tmp_path / "copy.duckdb", wait=60.0) as db:
+        db.set_words("ana/bow_1", "a deep curtsy")
+    page.wait_for_timeout(1000)  # the rows would be drawn by now
+    assert field.input_value() == "half of a sen"
+    assert page.evaluate("() => document.activeElement.className") == "in-place"
+    assert _row(page, "ana/bow_1").count() == 1
+    with motiondb.open(tmp_path / "copy.duckdb", read_only=True, wait=60.0) as db:
+        assert [caption.words for caption in db.captions("ana/bow_1")] == ["a deep curtsy"]
+    field.press("Enter")  # versions are compared
+    dialog = page.get_by_role("dialog")
+    dialog.get_by_text("found others: a deep curtsy").wait_for()
+    dialog.get_by_role("button", name="Cancel").click()
+    row.get_by_text("a deep curtsy").wait_for()
+    row.locator(".words-button").click()
+    page.get_by_label("Words of ana/bow_1").fill("a very deep curtsy")
+    page.get_by_label("Words of ana/bow_1").press("Enter")
+    row.get_by_text("a very deep curtsy").wait_for()  # nobody changed it since
+    page.get_by_text("Words of ana/bow_1 saved").wait_for()
+
+
+def test_after_a_restart_of_the_server_nothing_stale_stays(serve_copy, new_page, tmp_path):
+    address = serve_copy()
+    page = new_page(f"{address}#/catalogue?capture=ana/bow_1")
+    wait_for_figure(page)
+    lost = {"id": "j1", "kind": "learn", "title": "learn", "state": "running", "what": "words",
+            "share": 0.5, "error": None, "preview": None, "started": 1.0, "seconds": 9.0,
+            "message": None, "error_kind": None, "result": None, "curve": []}  # fmt: skip
+    page.route("**/api/jobs", lambda route: route.fulfill(json={"jobs": [lost]}))
+    page.reload()
+    page.locator(".jobs-button", has_text="learn 50 %").wait_for()
+    page.unroute("**/api/jobs")
+    page.context.set_offline(True)
+    page.get_by_label("Filter").fill("bow")
+    page.keyboard.press("Enter")
+    page.locator(".message.fault", has_text="The server does not answer").wait_for()
+    page.evaluate("() => document.dispatchEvent(new Event('visibilitychange'))")  # connects again
+    page.locator(".lost:visible").wait_for()
+    page.context.set_offline(False)
+    page.evaluate("() => document.dispatchEvent(new Event('visibilitychange'))")
+    page.locator(".lost:visible").wait_for(state="hidden")
+    page.locator(".message.fault").wait_for(state="hidden")
+    page.locator(".jobs").wait_for(state="hidden")
+    page.locator(".summary", has_text=" of 101 captures").wait_for()  # asked again

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Annotated
@@ -49,6 +50,7 @@ class CaptionsBody(Body):
 
     capture: Text
     words: list[CaptionBody]
+    before: list[CaptionBody] | None = None  # Those that were edited: others are not overwritten
 
 
 @dataclass(frozen=True)
@@ -259,9 +261,11 @@ def _word_routes(routes: APIRouter, page: Page) -> None:
     def set_captions(body: CaptionsBody) -> WordsEdited:
         """Replace all captions of a capture; an empty list removes them."""
         page.check_writable()
-        captions = tuple(Caption(c.words, c.start, c.end) for c in body.words)
+        captions = _captions(body.words)
         with page.held.use() as db, page.editing:
             find_row(db, body.capture)
+            if body.before is not None:
+                _check_same(db, body.capture, _captions(body.before))
             return _change(page, db, body.capture, captions)
 
     @routes.get("/api/undo")
@@ -297,6 +301,23 @@ def find_row(db: MotionDB, name: str) -> BrowsedCapture:
     if row is None:
         raise unknown("capture", name, "It may have been removed.")
     return row
+
+
+def _captions(bodies: Sequence[CaptionBody]) -> tuple[Caption, ...]:
+    return tuple(Caption(each.words, each.start, each.end) for each in bodies)
+
+
+def _check_same(db: MotionDB, capture: str, before: Sequence[Caption]) -> None:
+    """Refuse an edit of words that were changed since they were read."""
+    now = db.captions(capture)
+    if set(now) != set(before):
+        said = "; ".join(caption.words for caption in now) or "none"
+        raise PageError(
+            f"{capture}: expected the words that were edited, found others: {said}. They were"
+            " changed meanwhile; nothing is saved.",
+            409,
+            "ConflictError",
+        )
 
 
 def _change(page: Page, db: MotionDB, capture: str, captions: tuple[Caption, ...]) -> WordsEdited:

@@ -144,6 +144,7 @@ export interface CaptionBody {
 export interface CaptionsBody {
   capture: string;
   words: CaptionBody[];
+  before?: CaptionBody[] | null;
 }
 
 export interface CaptureDetails {
@@ -167,7 +168,7 @@ export interface CaptureDetails {
   copies: number;
   relations: Relation[];
   events: ShownEvent[];
-  segments: ShownSegment[];
+  segments: WordedSegment[];
   activities: ShownActivity[];
   recognised: WordsOverTime[];
   sources: Source[];
@@ -1033,6 +1034,7 @@ export interface ShownMatch {
   interval_probability: number | null;
   place: string;
   parts: MatchPart[];
+  in_order: boolean | null;
   explain: Explanation | null;
   ref: string;
   duration: number;
@@ -1040,14 +1042,6 @@ export interface ShownMatch {
   licence: string | null;
   kind: string;
   timeline: Timeline;
-}
-
-export interface ShownSegment {
-  symbol: number;
-  start: number;
-  end: number;
-  log_likelihood: number | null;
-  known: boolean;
 }
 
 export interface SideOfAction {
@@ -1195,7 +1189,7 @@ export interface TerminalSymbol {
 }
 
 export interface Timeline {
-  segments: ShownSegment[];
+  segments: WordedSegment[];
   words: Caption[];
 }
 
@@ -1267,6 +1261,16 @@ export interface WordSource {
   start_captions: number;
   own_captions: number;
   weight: number;
+}
+
+export interface WordedSegment {
+  symbol: number;
+  start: number;
+  end: number;
+  log_likelihood: number | null;
+  known: boolean;
+  word: string | null;
+  word_probability: number | null;
 }
 
 export interface WordedTerminal {

@@ -108,6 +108,11 @@ export function makeJobs(context: Context): { element: HTMLElement } {
 
   const running = new Set<string>();
   context.live.listen((news) => {
+    if (news.kind === "forgotten") {
+      const lost = news.jobs.filter((id) => running.delete(id)).length;
+      if (lost > 0) context.notify("The server was started again; the work that was going on has ended.");
+      return show();
+    }
     if (news.kind !== "job") return;
     show();
     const { job } = news;

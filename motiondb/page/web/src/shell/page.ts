@@ -1,6 +1,6 @@
 /** The frame around all views: navigation, state of the database, jobs, messages. */
 
-import { get, isAbort, messageOf } from "../api/client.ts";
+import { ApiError, get, isAbort, messageOf, UNREACHABLE } from "../api/client.ts";
 import { openLive } from "../api/live.ts";
 import { serverMotions } from "../api/motions.ts";
 import type { Status } from "../api/types.ts";
@@ -53,7 +53,10 @@ export async function startPage(root: HTMLElement): Promise<void> {
       return asking;
     },
     notify: messages.notify,
-    fail: (fault) => (isAbort(fault) ? undefined : messages.fail(messageOf(fault))),
+    fail: (fault) =>
+      isAbort(fault)
+        ? undefined
+        : messages.fail(messageOf(fault), fault instanceof ApiError ? fault.kind : ""),
   };
   const jobs = makeJobs(context);
   const question = makeQuestionBox(context);
@@ -155,9 +158,16 @@ export async function startPage(root: HTMLElement): Promise<void> {
 
   live.listen((news) => {
     if (news.kind === "connection") {
+      const wasLost = !lost.hidden;
       lost.hidden = news.open;
-      // Changes made before the connection was open were not reported.
-      if (news.open) void context.refresh().catch(context.fail);
+      if (!news.open) return;
+      messages.settle(UNREACHABLE);
+      // Changes made before the connection was open were not reported. What a view could not ask
+      // for meanwhile, it asks for now, whether or not the database changed.
+      if (wasLost) told = -1;
+      void context.refresh().catch(context.fail);
+    } else if (news.kind === "forgotten") {
+      return;
     } else if (news.kind === "job") open?.news?.(news);
     else void catchUp(news.revision).catch(context.fail);
   });

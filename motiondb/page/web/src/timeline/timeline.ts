@@ -1,7 +1,7 @@
 /** A take over time: lanes of blocks, a cursor, and a part selected by dragging. */
 
 import { fill, h } from "../dom/element.ts";
-import { packRows, type Lane } from "./lanes.ts";
+import { packRows, type Block, type Lane } from "./lanes.ts";
 import { niceTicks } from "./ticks.ts";
 
 export type Interval = readonly [start: number, end: number];
@@ -11,7 +11,7 @@ export interface Timeline {
   setLanes(lanes: readonly Lane[]): void;
   setTime(time: number): void;
   /** The highlighted part: the interval that a question matched. */
-  setLit(parts: readonly Interval[]): void;
+  setLit(parts: readonly Interval[], likely?: boolean): void;
   readonly selection: Interval | null;
   setSelection(selection: Interval | null): void;
 }
@@ -111,12 +111,12 @@ export function makeTimeline(options: TimelineOptions): Timeline {
     setTime(time) {
       cursor.style.left = percent(time);
     },
-    setLit(parts) {
+    setLit(parts, likely = true) {
       fill(
         litLayer,
         parts.map(([start, end]) =>
           h("div", {
-            class: "timeline-lit",
+            class: likely ? "timeline-lit" : "timeline-lit unlikely",
             style: { left: percent(start), width: `${((end - start) / duration) * 100}%` },
           }),
         ),
@@ -132,6 +132,12 @@ export function makeTimeline(options: TimelineOptions): Timeline {
   };
 }
 
+function classOf(block: Block): string {
+  const { faint, missing, colour } = block;
+  const tinted = colour !== undefined && colour !== "transparent";
+  return `block${faint ? " faint" : ""}${missing ? " missing" : ""}${tinted ? " tinted" : ""}`;
+}
+
 function laneElement(lane: Lane, percent: (time: number) => string, duration: number): HTMLElement {
   const rows = packRows(lane.blocks);
   const count = Math.max(...rows) + 1;
@@ -139,7 +145,7 @@ function laneElement(lane: Lane, percent: (time: number) => string, duration: nu
     h(
       "li",
       {
-        class: block.faint ? "block faint" : "block",
+        class: classOf(block),
         title: block.title,
         "aria-label": block.title,
         style: {

@@ -12,7 +12,7 @@ import type { Context, OpenView, View } from "../view.ts";
 import { openAdding } from "./adding.ts";
 import { makeDetails, type Details, type Place } from "./details.ts";
 import { showDuplicates } from "./duplicates.ts";
-import { editInPlace, makeWordsActions, withWholeWords } from "./editing.ts";
+import { editInPlace, isEditing, makeWordsActions, withWholeWords } from "./editing.ts";
 import { makeFacets } from "./facets.ts";
 import { combine, readPicks, togglePick, writePick, type Pick } from "./filter.ts";
 import { openLearning, reasonToLearn } from "./learning.ts";
@@ -168,8 +168,11 @@ function open(host: HTMLElement, context: Context): OpenView {
       cell,
       wholeWords(capture),
       `Words of ${capture.name}`,
-      (line) => actions.replace(capture.name, withWholeWords(capture.words, line)),
-      () => table.refresh(),
+      (line) => actions.replace(capture.name, withWholeWords(capture.words, line), capture.words),
+      () => {
+        table.refresh();
+        if (missed) void load();
+      },
     );
   }
 
@@ -189,7 +192,12 @@ function open(host: HTMLElement, context: Context): OpenView {
     }
   }
 
+  /** Whether the database changed while words were typed; the rows are asked for after that. */
+  let missed = false;
+
   async function load(): Promise<void> {
+    missed = isEditing(table.element);
+    if (missed) return;
     const where = combine(wanted.typed, wanted.picks);
     filterFault.textContent = "";
     filter.removeAttribute("aria-invalid");
@@ -206,6 +214,8 @@ function open(host: HTMLElement, context: Context): OpenView {
       } else context.fail(fault);
       return;
     }
+    missed = isEditing(table.element);
+    if (missed) return; // typing began while the rows were on their way
     showRows();
     welcome.load();
   }

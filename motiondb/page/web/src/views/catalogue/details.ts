@@ -1,6 +1,6 @@
 /** The panel of one capture: its player, its words, where it comes from, its copies. */
 
-import { get, messageOf, remove } from "../../api/client.ts";
+import { ApiError, get, messageOf, remove } from "../../api/client.ts";
 import type { CaptureDetails } from "../../api/types.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
@@ -13,7 +13,7 @@ import { captionLane, stretchLane, symbolLane, wordLane, type Lane } from "../..
 import type { Interval } from "../../timeline/timeline.ts";
 import { go, routeTo } from "../../shell/router.ts";
 import type { Context } from "../view.ts";
-import { makeCaptionList, type WordsActions } from "./editing.ts";
+import { isEditing, makeCaptionList, type WordsActions } from "./editing.ts";
 import { addressWith } from "../compare/address.ts";
 import { askWords } from "./part_words.ts";
 
@@ -220,12 +220,14 @@ export function makeDetails(
       await ready;
     },
     async reload() {
-      if (!facts) return;
+      const asked = name;
       try {
-        facts = await get<CaptureDetails>("/api/capture", { name: facts.name });
+        const answer = await get<CaptureDetails>("/api/capture", { name: asked });
+        if (name !== asked || isEditing(element)) return; // what is typed is compared when it is saved
+        facts = answer;
         showFacts();
-      } catch {
-        leave(); // it was removed
+      } catch (fault) {
+        if (name === asked && fault instanceof ApiError && fault.status === 404) leave(); // removed
       }
     },
     select: (part) => {

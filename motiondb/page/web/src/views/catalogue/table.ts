@@ -3,6 +3,7 @@
 import type { CaptureRow } from "../../api/types.ts";
 import { h } from "../../dom/element.ts";
 import { makeVirtualList, type VirtualList } from "../../parts/virtual.ts";
+import { isEditing } from "./editing.ts";
 import { COLUMNS, makeRow, ROW_HEIGHT, showRow, type RowParts } from "./row.ts";
 import type { Rows } from "./rows.ts";
 import type { Thumbs } from "./thumbs.ts";
@@ -65,7 +66,7 @@ export function makeTable(options: TableOptions): Table {
     render(row, index) {
       indices.set(row, index);
       const capture = rows.at(index);
-      if (row.querySelector("input")) return; // its words are being edited
+      if (isEditing(row)) return; // its words are being edited
       showRow(parts.get(row)!, index, capture, {
         chosen: capture !== null && capture.name === chosen,
         canEdit: options.canEdit(),
