@@ -241,6 +241,8 @@ class Captures(Archive):
         from motiondb.database.catalogue import exporting
 
         path, asked = Path(path), changes or exporting.MotionChanges()
+        is_named = asked.of_motion.are_any or path.suffix.lower() in exporting.ARRAY_ENDINGS
+        exporting.check_joint_map(asked, is_named and not canonical)
         whole = start is None and end is None and not canonical and not asked.are_any
         with self.session.reading():
             info = store.load_capture(self.store, name)

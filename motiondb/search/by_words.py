@@ -305,6 +305,7 @@ def _match(
         placing.interval_probability(answer.sure.whole, places, reading),
         "unknown" if any(place.unknown for place in places) else "known",
         parts,
+        placed.in_order,
     )
 
 

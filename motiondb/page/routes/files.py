@@ -155,7 +155,7 @@ def download(page: Page, asked: DownloadBody) -> Response:
                 said = {"scene": ref.name, "folder": str(made), "output": output}
                 page.jobs.ask_scene_worker("scene-files", "write the scene", said)
         with page.held.use() as db, db.session.reading():
-            for part, ref, target in targets:
+            for part, _, target in targets:
                 if not any(target.iterdir()):
                     _write(page, db, part, target, asked, changes)
         files = sorted(path for path in folder.rglob("*") if path.is_file())

@@ -1,8 +1,8 @@
 """What runs changed in captures: to undo a run, and to tell how captions came about.
 
 A row of the table ``edit`` holds a capture as it was before a run changed it; parts that the run
-left alone are NULL. A run that undoes another one is a run like any other, with rows of its own, so
-that it can be undone too.
+left alone are NULL. The table of synonyms is noted as the tags of the number SYNONYMS. A run that
+undoes another one is a run like any other, with rows of its own, so that it can be undone too.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 from motiondb.errors import QueryError
 from motiondb.records import Caption, Event
-from motiondb.store.catalogue.annotations import load_captions, load_events
+from motiondb.store.catalogue.annotations import load_captions, load_events, load_synonyms
 from motiondb.store.catalogue.runs import Run, load_runs
 from motiondb.store.catalogue.trash import load_trash
 from motiondb.store.connection.handle import Store
@@ -23,6 +23,8 @@ from motiondb.store.connection.transactions import transaction
 
 UNDOABLE = ("add", "remove", "rename", "words", "tags", "events", "merge", "generate", "undo")
 """Kinds of runs that can be undone; grammars and scenes are not restored with their captures."""
+SYNONYMS = -1
+"""The number by which the table of synonyms is noted, which belongs to no capture."""
 UNDO = "undo"
 """Kind of a run that undoes another one; its parameter ``run`` is the number of that."""
 
@@ -59,6 +61,7 @@ def noting_edits(store: Store, run_id: int, touched: Iterable[int] = ()) -> Iter
     """
     wanted = set(touched)
     before, there = _load_states(store, wanted), _numbers(store)
+    synonyms = load_synonyms(store)
     yield
     after, now = _load_states(store, wanted & there), _numbers(store)
     names = dict(store.connection.execute("SELECT capture_id, name FROM capture").fetchall())
@@ -73,6 +76,8 @@ def noting_edits(store: Store, run_id: int, touched: Iterable[int] = ()) -> Iter
                 for part in ("tags", "captions", "events")
             }
             edits.append(Edit(run_id, number, "changed", old.name, **parts))
+    if load_synonyms(store) != synonyms:
+        edits.append(Edit(run_id, SYNONYMS, "changed", "synonyms", synonyms))
     _save_edits(store, edits)
 
 

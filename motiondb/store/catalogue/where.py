@@ -10,9 +10,9 @@ An example is ``performer in (14, 16) and not (duration<2.5 or caption~walk)``. 
     value       text up to the next "and", "or" or closing parenthesis, or anything in quotes
 
 A name is a column of the catalogue, ``caption`` (the texts that people wrote about the capture), a
-tag, or a head of the catalogue's table where no tag has this name (``HEADS``). Two values are
-compared as numbers if both are numbers, and otherwise as text without regard to case; ``~`` always
-compares text.
+tag (in quotes where it is like a word of the syntax: ``"in"=yes``), or a head of the catalogue's
+table where no tag has this name (``HEADS``). Two values are compared as numbers if both are
+numbers, and otherwise as text without regard to case; ``~`` always compares text.
 
 A condition on captions holds if it holds for at least one caption of the capture. With ``!=``,
 ``!~`` or ``not in`` it holds if no caption equals (or contains) the value. If a capture lacks the
@@ -186,7 +186,7 @@ class _Reader:
 
     def single(self, depth: int) -> tuple[Filter, ...]:
         """Parse ``single``: a negation, a group in parentheses, or a condition."""
-        if self.says("not") and (self.kind(1) == "word" or self.next(1) == "("):
+        if self.says("not") and (self.kind(1) in ("word", "quoted") or self.next(1) == "("):
             self.place += 1
             if depth >= MOST_DEPTH:
                 return self.one_of(depth + 1)  # raises QueryError
@@ -206,11 +206,19 @@ class _Reader:
     def condition(self) -> Filter:
         """Parse ``condition``: a comparison, or a name and the list of its values."""
         start = self.place
-        while self.kind() == "word" and not self.says("and", "or") and not self._begins_list():
+        is_quoted = self.kind() == "quoted"
+        self.place += is_quoted
+        while (
+            not is_quoted
+            and self.kind() == "word"
+            and not self.says("and", "or")
+            and not self._begins_list()
+        ):
             self.place += 1
         if self.place == start:
             raise self.refusal(start)
         name = self.text[self.tokens[start].start() : self.tokens[self.place - 1].end()]
+        name = name[1:-1] if is_quoted else name
         if self._begins_list():
             return self._list(name, start)
         if self.kind() != "operator":

@@ -242,3 +242,41 @@ def test_a_file_that_repeats_another_capture_replaces_nothing_and_says_so(
     report = base.add(again, settings=AddSettings(replace=True))
     assert report.added == ()
     assert "ana/bow_1 was not replaced" in report.problems[0]
+
+
+def test_synonyms_are_taken_back_before_what_was_changed_before_them(
+    base: MotionDB, tmp_path: Path
+) -> None:
+    table = tmp_path / "synonyms.txt"
+    for text in ("hop = jump\n", "leap = jump\n"):
+        table.write_text(text)
+        base.set_synonyms(table)
+    assert base.undo().changed == ("synonyms",)
+    assert motiondb.store.load_synonyms(base.store) == {"hop": "jump"}
+    done = base.undo()
+    assert motiondb.store.load_synonyms(base.store) == {}
+    base.undo(done.run)
+    assert motiondb.store.load_synonyms(base.store) == {"hop": "jump"}
+    assert base.captions("ana/jump_1")[0].words == "she jumps"
+    assert base.check() == []
+
+
+def test_the_history_of_words_goes_on_through_a_replacement(
+    base: MotionDB, tmp_path: Path, samples_folder: Path
+) -> None:
+    again = tmp_path / "again"
+    (again / "ana").mkdir(parents=True)
+    shutil.copy(samples_folder / "boris" / "idle_1.bvh", again / "ana" / "jump_1.bvh")
+    base.add(again, settings=AddSettings(replace=True))
+    base.set_words("ana/jump_1", "she waits")
+    said = [(v.kind, [c.words for c in v.words]) for v in base.caption_history("ana/jump_1")]
+    assert said == [
+        ("add", []), ("words", ["she jumps"]), ("add", ["she jumps"]), ("words", ["she waits"])
+    ]  # fmt: skip
+
+
+def test_a_tag_named_like_a_word_of_filters_is_quoted_there(base: MotionDB) -> None:
+    base.set_tags({"in": "yes"}, ["ana/jump_1"])
+    assert [info.name for info in base.captures('"in"=yes and not "in"=no')] == ["ana/jump_1"]
+    with pytest.raises(QueryError, match="characters that can be printed"):
+        base.set_tags({"mood": "a\tb"}, ["ana/jump_1"])
