@@ -20,7 +20,7 @@ from motiondb.learn.drift import Drift
 from motiondb.page.errors import PageError, unknown
 from motiondb.page.held import info_and_drift
 from motiondb.page.replies import CaptureDetails, CaptureRow, capture_details, capture_row
-from motiondb.page.routes.parameters import Body, Name, Seconds, Text, Where
+from motiondb.page.routes.parameters import LONGEST_TEXT, Body, Name, Seconds, Text, Where
 from motiondb.page.settings import SHEET_ENDINGS, SKELETON_ENDINGS, VERSION
 from motiondb.page.state import Page, WordEdit
 from motiondb.page.uploads import without_surrogates
@@ -105,6 +105,7 @@ class CapturePage:
     offset: int
     revision: int
     captures: list[CaptureRow]
+    found: int | None = None  # Number, from 0, of the row that was asked for by name
 
 
 @dataclass(frozen=True)
@@ -199,12 +200,16 @@ def router(page: Page) -> APIRouter:
         sort: Annotated[str, Query(max_length=200)] = "name",
         offset: Annotated[int, Query(ge=0, le=10**9)] = 0,
         limit: Annotated[int, Query(ge=1, le=1000)] = 100,
+        find: Annotated[str, Query(max_length=LONGEST_TEXT)] = "",
     ) -> CapturePage:
-        """Rows of the catalogue: filtered, sorted, and one page at a time."""
+        """Rows of the catalogue: filtered, sorted, and one page at a time; `find`: a name."""
         with page.held.use() as db, db.session.reading():
             browsed = db.browse(where, sort, offset, limit)
             rows = [capture_row(row) for row in browsed.rows]
-            return CapturePage(browsed.total, offset, db.revision(), rows)
+            every = db.browse(where, sort, limit=browsed.total).rows if find else ()
+            names = [row.info.name for row in every]
+            found = names.index(find) if find in names else None
+            return CapturePage(browsed.total, offset, db.revision(), rows, found)
 
     @routes.get("/api/facets")
     def facets(where: Where = "") -> FacetsReply:

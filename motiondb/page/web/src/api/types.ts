@@ -182,6 +182,7 @@ export interface CapturePage {
   offset: number;
   revision: number;
   captures: CaptureRow[];
+  found: number | null;
 }
 
 export interface CaptureRow {

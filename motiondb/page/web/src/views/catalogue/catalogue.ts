@@ -160,7 +160,8 @@ function open(host: HTMLElement, context: Context): OpenView {
       part?.forEach((value, i) => query.set(i === 0 ? "start" : "end", value.toFixed(3)));
       if (time !== null) query.set("time", time.toFixed(2));
     }
-    go(`#/catalogue?${query.toString()}`, change.capture === undefined);
+    const text = query.toString();
+    go(text ? `#/catalogue?${text}` : "#/catalogue", change.capture === undefined);
   }
 
   function editWords(capture: CaptureRow, cell: HTMLElement): void {
@@ -203,7 +204,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     filter.removeAttribute("aria-invalid");
     try {
       await Promise.all([
-        rows.ask(where, wanted.sort),
+        rows.ask(where, wanted.sort, wanted.capture),
         facets.load(wanted.typed, wanted.picks).catch(() => undefined), // the rows tell the fault
       ]);
     } catch (fault) {
@@ -230,6 +231,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     if (rows.total > 0) {
       if (!table.element.isConnected) fill(content, table.element);
       table.reset(wanted.sort);
+      if (rows.found !== null && wanted.capture) table.reveal(rows.found);
     } else if (filtered) {
       fill(
         content,
@@ -258,11 +260,14 @@ function open(host: HTMLElement, context: Context): OpenView {
 
   function showSide(): void {
     if (wanted.capture === shown) return details?.select(wanted.place.part);
+    const left = shown;
     shown = wanted.capture;
     side.hidden = shown === "";
     host.classList.toggle("with-side", shown !== "");
     table.choose(shown || null);
     if (!shown) {
+      const inside = side.contains(document.activeElement);
+      if (inside || document.activeElement === document.body) table.focus(left);
       details?.close();
       details = null;
       side.replaceChildren();

@@ -101,7 +101,7 @@ export function makeDetails(
   async function removeCapture(): Promise<void> {
     const sure = await askWhether(
       `Remove ${name}?`,
-      "The capture, its words and what was learned from its words are removed from the database. The command motiondb undo brings them back.",
+      "The capture, its words and what was learned from its words are removed from the database.",
       "Remove",
     );
     if (!sure) return;
@@ -137,7 +137,8 @@ export function makeDetails(
     under,
   );
   element.addEventListener("keydown", (event) => {
-    if (event.key === "Escape" && !document.fullscreenElement) leave();
+    const inside = (event.target as HTMLElement).closest("dialog, input, select"); // these it ends itself
+    if (event.key === "Escape" && !inside && !document.fullscreenElement) leave();
   });
 
   function showFacts(): void {
@@ -271,7 +272,7 @@ function factList(facts: CaptureDetails): HTMLElement {
     ["Performer", facts.tags["performer"] ?? null],
     ["Licence", facts.tags["licence"] ?? "not known"],
     ["Format", facts.format],
-    ["File", facts.path],
+    ["File", facts.path.split(/[/\\]/).at(-1) ?? ""],
     ...Object.entries(facts.tags).filter(([key]) => key !== "performer" && key !== "licence"),
     ...facts.notes.map((note): [string, string] => ["Note", note]),
     ...facts.sources.map((one): [string, string] => [

@@ -93,7 +93,7 @@ export function showRow(
   const others = Object.entries(capture.tags).filter(([key]) => !OWN_COLUMN.has(key));
   fill(
     tags,
-    others.map(([key, value]) => h("span", { class: "tag", title: `${key} = ${value}` }, value)),
+    others.map(([key, value]) => h("span", { class: "tag", title: `${key} = ${value}` }, `${key}: ${value}`)),
   );
   licence.textContent = capture.tags["licence"] ?? "unknown";
   licence.title = capture.tags["licence"] ?? "The licence of this capture is not known.";

@@ -14,6 +14,10 @@ export interface Table {
   reset(sort: string): void;
   refresh(): void;
   choose(name: string | null): void;
+  /** Bring a row into sight. */
+  reveal(index: number): void;
+  /** Give the row of a capture the focus, if it is in sight; else the table. */
+  focus(name: string): void;
   close(): void;
 }
 
@@ -137,6 +141,12 @@ export function makeTable(options: TableOptions): Table {
     choose(name) {
       chosen = name;
       list.refresh();
+    },
+    reveal: (index) => list.reveal(index),
+    focus(name) {
+      const index = rows.find(name);
+      const row = index < 0 ? null : list.row(index);
+      (row ?? element).focus({ preventScroll: true });
     },
     close: () => list.close(),
   };
