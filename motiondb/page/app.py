@@ -22,6 +22,7 @@ from motiondb.page.routes import (
     asking,
     boards,
     catalogue,
+    changes,
     files,
     grammars,
     jobs,
@@ -32,7 +33,7 @@ from motiondb.page.routes import (
 from motiondb.page.settings import BUNDLE, NO_BUNDLE, VERSION, PageSettings, bundle_file
 from motiondb.page.state import Page
 
-_ROUTES = (catalogue, asking, making, motions, grammars, boards, scenes, files, jobs)
+_ROUTES = (catalogue, changes, asking, making, motions, grammars, boards, scenes, files, jobs)
 _KINDS = {404: "UnknownError", 405: "MethodError", 413: "TooLargeError", 415: "KindError"}
 """Kind of error by HTTP status."""
 

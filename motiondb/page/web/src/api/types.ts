@@ -197,6 +197,25 @@ export interface CaptureRow {
   copies: number;
 }
 
+export interface CaptureTagsBody {
+  captures: string[];
+  tags: Record<string, string>;
+}
+
+export interface CaptureWordsBody {
+  captures: string[];
+  words: string;
+}
+
+export interface CapturesBody {
+  captures: string[];
+}
+
+export interface CapturesChanged {
+  changed: string[];
+  undo: number;
+}
+
 export interface CapturesRemoved {
   removed: string[];
 }
@@ -847,6 +866,11 @@ export interface Relation {
   distance: number;
 }
 
+export interface RenameBody {
+  old: string;
+  new: string;
+}
+
 export interface RepeatedTree {
   kind: "repeated";
   part: ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree;
@@ -1315,6 +1339,8 @@ export interface WordsUndone {
   capture: string;
   words: Caption[];
   left: number;
+  what: string;
+  captures: number;
 }
 
 export interface WrittenAnswer {

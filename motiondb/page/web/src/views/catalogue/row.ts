@@ -63,6 +63,8 @@ export function showRow(
   capture: CaptureRow | null,
   options: {
     chosen: boolean;
+    /** Whether it is one of several that are selected. */
+    picked: boolean;
     canEdit: boolean;
     thumbs: Thumbs;
   },
@@ -86,7 +88,22 @@ export function showRow(
     for (const cell of cells.slice(1)) cell.replaceChildren();
     return;
   }
-  fill(name, h("span", { class: "capture-name" }, capture.name), badges(capture));
+  fill(
+    name,
+    h(
+      "label",
+      { class: "check" },
+      h("input", {
+        type: "checkbox",
+        tabindex: -1,
+        checked: options.picked,
+        "data-pick": capture.name,
+        "aria-label": `Select ${capture.name}`,
+      }),
+      h("span", { class: "capture-name" }, capture.name),
+    ),
+    badges(capture),
+  );
   length.textContent = seconds(capture.duration);
   performer.textContent = capture.tags["performer"] ?? "";
   fill(words, wordsOf(capture, options.canEdit));
