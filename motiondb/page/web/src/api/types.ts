@@ -486,6 +486,8 @@ export interface ImpossibleMotion {
 export interface JobReply {
   what: string;
   share: number;
+  whole: number | null;
+  left: number | null;
   error: number | null;
   preview: string | null;
   id: string;
