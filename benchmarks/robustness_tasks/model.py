@@ -18,6 +18,7 @@ import multiprocessing
 import os
 import shutil
 import tempfile
+import traceback
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
@@ -117,9 +118,13 @@ def run(seeds: Sequence[int], database: Path, processes: int = 1) -> Iterator[Ou
 
 def _run_chains(seeds: Sequence[int], material: Material, told: Connection) -> None:
     """Run a chain for each seed, and tell what becomes of every step."""
-    for seed in seeds:
-        for outcome in chain(seed, material):
-            told.send(outcome)
+    try:
+        for seed in seeds:
+            for outcome in chain(seed, material):
+                told.send(outcome)
+    except BaseException:  # the usual end would wait for processes that wait for this one
+        traceback.print_exc()
+        os._exit(1)
 
 
 def prepared(folder: Path) -> Material:

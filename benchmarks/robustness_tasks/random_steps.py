@@ -127,7 +127,8 @@ def _add(of: Chooser) -> dict[str, Any]:
 
 def _remove(of: Chooser) -> dict[str, Any]:
     names = of.some(of.world.captures, 2) if of.world.captures else []
-    return {"names": [*names, *([NOBODY] if of.rng.random() < 0.1 or not names else [])]}
+    more = [NOBODY] if of.rng.random() < 0.1 or not names else []
+    return {"names": list(dict.fromkeys([*names, *more]))}
 
 
 def _set_words(of: Chooser) -> dict[str, Any]:

@@ -116,7 +116,7 @@ def make_motion(
         if method == "trajectory":
             return _from_symbols(learned, takes, wanted)
         sources = _sources(learned, wanted, anyway)
-        made_of_excerpts = excerpt_motion(takes, sources, rng, choice)
+        made_of_excerpts = excerpt_motion(learned, takes, sources, rng, choice)
         return _from_excerpts(learned, takes, wanted, sources, made_of_excerpts)
 
 

@@ -86,6 +86,7 @@ class MadeSequence:
     # Parameters of the edit, which are stored with the sequence when it is saved
     how: dict[str, object] = field(default_factory=dict)
     saved: str = ""  # Name of the capture that holds it, or ""
+    run: int = 0  # The run that learned or edited its grammar
 
 
 @dataclass(frozen=True)

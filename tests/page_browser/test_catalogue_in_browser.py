@@ -254,3 +254,29 @@ def test_after_a_restart_of_the_server_nothing_stale_stays(serve_copy, new_page,
     page.locator(".message.fault").wait_for(state="hidden")
     page.locator(".jobs").wait_for(state="hidden")
     page.locator(".summary", has_text=" of 101 captures").wait_for()  # asked again
+
+
+def test_bad_files_are_named_and_what_was_added_is_linked(
+    serve_copy, new_page, samples_folder, tmp_path
+):
+    good = tmp_path / "good.bvh"
+    good.write_bytes((samples_folder / "ana" / "bow_1.bvh").read_bytes())
+    (tmp_path / "odd.txt").write_bytes(good.read_bytes())
+    (tmp_path / "empty.bvh").write_bytes(b"")
+    (tmp_path / "binary.bvh").write_bytes(bytes(range(256)) * 8)
+    page = new_page(f"{serve_copy(database=tmp_path / 'new.duckdb')}#/catalogue")
+    page.get_by_role("button", name="Add captures").first.click()
+    names = ("good.bvh", "odd.txt", "empty.bvh", "binary.bvh")
+    page.get_by_label("Choose files…").set_input_files([tmp_path / name for name in names])
+    page.get_by_text("3 captures ready to be added.").wait_for()
+    refused = page.locator(".refused").inner_text()
+    assert "odd.txt" in refused
+    assert "found BVH. Let its name end in .bvh." in refused
+    page.get_by_role("button", name="Add to the database").click()
+    page.get_by_role("button", name="Show the problems").click()
+    listed = page.locator(".job li").all_inner_texts()
+    assert len(listed) == 2
+    assert any(text.startswith("empty.bvh:") for text in listed)
+    assert any(text.startswith("binary.bvh:") for text in listed)
+    page.locator(".job-added").get_by_role("link", name="good", exact=True).click()
+    page.get_by_role("heading", name="good", exact=True).wait_for()

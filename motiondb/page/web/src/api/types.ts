@@ -207,6 +207,22 @@ export interface Collision {
   depth: number;
 }
 
+export interface CompareReply {
+  grammars: ComparedGrammar[];
+}
+
+export interface ComparedGrammar {
+  kind: string;
+  nonterminals: number;
+  rules: number;
+  bits: number;
+  strings: number | null;
+  held_out: number | null;
+  new: number;
+  outside: number;
+  mean_length: number;
+}
+
 export interface CourtShape {
   width: number;
   length: number;
@@ -280,6 +296,11 @@ export interface DuplicateGroup {
 
 export interface DuplicatesReply {
   groups: DuplicateGroup[];
+}
+
+export interface EditBody {
+  grammar: string;
+  run: number;
 }
 
 export interface ElementShape {
@@ -390,6 +411,11 @@ export interface GenerateReply {
   variants: MadeReply[];
 }
 
+export interface GrammarEdited {
+  grammar: string;
+  no_longer_editable: string[];
+}
+
 export interface GrammarLearned {
   kind: "grammar";
   grammar: string;
@@ -420,6 +446,7 @@ export interface GrammarReply {
   text: string;
   text_with_loops: string;
   sequences: string[];
+  edits: string[];
 }
 
 export interface GrammarsReply {
@@ -459,6 +486,8 @@ export interface ImpossibleMotion {
 export interface JobReply {
   what: string;
   share: number;
+  whole: number | null;
+  left: number | null;
   error: number | null;
   preview: string | null;
   id: string;
@@ -662,6 +691,12 @@ export interface NamedBoardBody {
   name: string;
 }
 
+export interface NextTerminal {
+  terminal: string | null;
+  end: boolean;
+  probability: number;
+}
+
 export interface NotUsed {
   text: string;
   reason: string;
@@ -675,6 +710,37 @@ export interface PaceReport {
   player: string;
   before: number;
   after: number;
+}
+
+export interface ParseAnswer {
+  string: string[];
+  spans: [number, number][];
+  learned_from: boolean;
+  distances: number[];
+  usual_distance: number | null;
+  unlike: number[];
+  share_unlike: number;
+  is_unlike: boolean;
+  sentences: ParsedSentence[];
+  fault: ParseFault | null;
+}
+
+export interface ParseBody {
+  grammar: string;
+  capture: string;
+}
+
+export interface ParseFault {
+  position: number;
+  found: string | null;
+  expected: string[];
+  may_end: boolean;
+  says: string;
+}
+
+export interface ParsedSentence {
+  string: string[];
+  tree: string;
 }
 
 export interface Part {
@@ -696,6 +762,7 @@ export interface PlacedSymbol {
   seconds: number;
   words: WordProbability[];
   at: number[];
+  typical: PlayableSegment | null;
 }
 
 export interface PlayableAlternative {
@@ -790,6 +857,12 @@ export interface RepeatedTree {
 export interface RootPath {
   fps: number;
   points: [number, number][];
+}
+
+export interface RulesBody {
+  grammar: string;
+  run: number;
+  text: string;
 }
 
 export interface SaveBody {
@@ -1068,6 +1141,10 @@ export interface Stretch {
   edits: string[];
 }
 
+export interface SuggestReply {
+  next: NextTerminal[];
+}
+
 export interface SymbolCluster {
   cluster: number;
   weight: number;
@@ -1085,6 +1162,13 @@ export interface SymbolShare {
   from: number;
   to: number;
   share: number;
+}
+
+export interface TerminalBody {
+  grammar: string;
+  run: number;
+  terminal: string;
+  to: string;
 }
 
 export interface TerminalRow {
