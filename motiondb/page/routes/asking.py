@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -34,10 +35,18 @@ class DescribeReply:
 
 
 @dataclass(frozen=True, kw_only=True)
+class PlayableSegment(SymbolSegment):
+    """A segment of a symbol that can be played."""
+
+    ref: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class PlacedSymbol(SymbolRow):
-    """A motion symbol with its coordinates."""
+    """A motion symbol with its coordinates and its most typical segment."""
 
     at: list[float]
+    typical: PlayableSegment | None
 
 
 @dataclass(frozen=True)
@@ -58,13 +67,6 @@ class SpaceReply:
     stress: list[float]
     symbols: list[PlacedSymbol]
     clusters: list[SymbolCluster]
-
-
-@dataclass(frozen=True, kw_only=True)
-class PlayableSegment(SymbolSegment):
-    """A segment of a symbol that can be played."""
-
-    ref: str
 
 
 @dataclass(frozen=True)
@@ -134,6 +136,7 @@ def router(page: Page) -> APIRouter:
         """The symbol space: coordinates, clusters, and the words of every symbol."""
         with page.held.use() as db:
             rows, space = db.symbol_rows(), db.learned.space
+            typical = [_playable(db.symbol_segments(row.symbol)[:1]) for row in rows]
         clusters = [
             SymbolCluster(number, float(weight), mean.tolist(), covariance.tolist())
             for number, (weight, mean, covariance) in enumerate(
@@ -141,8 +144,8 @@ def router(page: Page) -> APIRouter:
             )
         ]
         placed = [
-            PlacedSymbol(**fields_of(row), at=at.tolist())
-            for row, at in zip(rows, space.coordinates)
+            PlacedSymbol(**fields_of(row), at=at.tolist(), typical=next(iter(first), None))
+            for row, at, first in zip(rows, space.coordinates, typical)
         ]
         stress = [float(value) for value in space.stress]
         return SpaceReply(space.coordinates.shape[1], stress, placed, clusters)
@@ -156,10 +159,10 @@ def router(page: Page) -> APIRouter:
         """The segments of a symbol, most typical first."""
         with page.held.use() as db:
             rows = db.symbol_segments(symbol)
-        shown = [
-            PlayableSegment(**fields_of(row), ref=f"capture:{row.capture}")
-            for row in rows[offset : offset + limit]
-        ]
-        return SegmentsReply(symbol, len(rows), shown)
+        return SegmentsReply(symbol, len(rows), _playable(rows[offset : offset + limit]))
 
     return routes
+
+
+def _playable(segments: Sequence[SymbolSegment]) -> list[PlayableSegment]:
+    return [PlayableSegment(**fields_of(one), ref=f"capture:{one.capture}") for one in segments]

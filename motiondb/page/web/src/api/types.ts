@@ -782,6 +782,7 @@ export interface PlacedSymbol {
   seconds: number;
   words: WordProbability[];
   at: number[];
+  typical: PlayableSegment | null;
 }
 
 export interface PlayableAlternative {
