@@ -182,6 +182,7 @@ export interface CapturePage {
   offset: number;
   revision: number;
   captures: CaptureRow[];
+  found: number | null;
 }
 
 export interface CaptureRow {
@@ -194,6 +195,25 @@ export interface CaptureRow {
   words: Caption[];
   learned: boolean;
   copies: number;
+}
+
+export interface CaptureTagsBody {
+  captures: string[];
+  tags: Record<string, string>;
+}
+
+export interface CaptureWordsBody {
+  captures: string[];
+  words: string;
+}
+
+export interface CapturesBody {
+  captures: string[];
+}
+
+export interface CapturesChanged {
+  changed: string[];
+  undo: number;
 }
 
 export interface CapturesRemoved {
@@ -762,6 +782,7 @@ export interface PlacedSymbol {
   seconds: number;
   words: WordProbability[];
   at: number[];
+  typical: PlayableSegment | null;
 }
 
 export interface PlayableAlternative {
@@ -844,6 +865,11 @@ export interface Relation {
   start: number;
   end: number;
   distance: number;
+}
+
+export interface RenameBody {
+  old: string;
+  new: string;
 }
 
 export interface RepeatedTree {
@@ -1314,6 +1340,8 @@ export interface WordsUndone {
   capture: string;
   words: Caption[];
   left: number;
+  what: string;
+  captures: number;
 }
 
 export interface WrittenAnswer {

@@ -3,6 +3,7 @@
 import type { Caption, Stretch, WordedSegment, WordsOverTime } from "../api/types.ts";
 import { probability } from "../parts/text.ts";
 import { tintOf } from "../parts/tint.ts";
+import { routeTo } from "../shell/router.ts";
 
 export interface Block {
   start: number;
@@ -14,6 +15,8 @@ export interface Block {
   colour?: string;
   /** Drawn faintly: not known. */
   faint?: boolean;
+  /** An address that shows more of it, and the words of its link. */
+  more?: { href: string; text: string };
   /** Hatched: it was asked for, and is not shown. */
   missing?: boolean;
 }
@@ -58,6 +61,7 @@ export function symbolLane(segments: readonly Segment[]): Lane {
       label: word ? (p! >= SURE ? word : `${word}?`) : String(symbol),
       title: `${word ? `${word} ${probability(p)}, ` : ""}symbol ${symbol}, ${span(start, end)}${known ? "" : "; unlike everything learned"}`,
       faint: !known || (word !== null && word !== undefined && p! < SURE),
+      more: { href: routeTo("symbols", { symbol }), text: "Show on the map of movements" },
     })),
   };
 }

@@ -26,6 +26,9 @@ export interface TimelineOptions {
   small?: boolean;
 }
 
+/** A file without a server has no other views to go to. */
+const hasViews = (): boolean => document.getElementById("motiondb-data") === null;
+
 /** A drag shorter than this is a click, pixels. */
 const CLICK = 4;
 /** A press this near to an end of the selection moves that end, pixels. */
@@ -45,6 +48,21 @@ export function makeTimeline(options: TimelineOptions): Timeline {
     { class: options.small ? "timeline small" : "timeline", role: "group", "aria-label": options.label },
     area,
   );
+  // A click on a block says what it is, with a link to where more is known of it.
+  const more = h("p", { class: "timeline-more", role: "status", hidden: true });
+  element.append(more);
+  let shown: readonly Lane[] = [];
+
+  function showMore(event: PointerEvent): void {
+    const at = document.elementsFromPoint(event.clientX, event.clientY);
+    const mark = at.find((one): one is HTMLElement => one.matches("[data-block]"));
+    const [lane, number] = (mark?.dataset["block"] ?? "").split("/").map(Number);
+    const block = mark ? shown[lane!]?.blocks[number!] : undefined;
+    more.hidden = !block?.more;
+    if (!block?.more) return;
+    fill(more, `${block.title}. `, hasViews() ? h("a", { href: block.more.href }, block.more.text) : null);
+  }
+
   let selection: Interval | null = null;
   fill(
     ruler,
@@ -97,15 +115,18 @@ export function makeTimeline(options: TimelineOptions): Timeline {
       options.onSelect?.(null);
     }
     options.onSeek(timeOf(event));
+    showMore(event);
   });
   area.addEventListener("pointercancel", () => (pressed = null));
 
   return {
     element,
     setLanes(lanes) {
+      shown = lanes.filter((lane) => lane.blocks.length > 0);
+      more.hidden = true;
       fill(
         lanesBox,
-        lanes.filter((lane) => lane.blocks.length > 0).map((lane) => laneElement(lane, percent, duration)),
+        shown.map((lane, n) => laneElement(lane, n, percent, duration)),
       );
     },
     setTime(time) {
@@ -138,7 +159,12 @@ function classOf(block: Block): string {
   return `block${faint ? " faint" : ""}${missing ? " missing" : ""}${tinted ? " tinted" : ""}`;
 }
 
-function laneElement(lane: Lane, percent: (time: number) => string, duration: number): HTMLElement {
+function laneElement(
+  lane: Lane,
+  number: number,
+  percent: (time: number) => string,
+  duration: number,
+): HTMLElement {
   const rows = packRows(lane.blocks);
   const count = Math.max(...rows) + 1;
   const blocks = lane.blocks.map((block, i) =>
@@ -148,6 +174,7 @@ function laneElement(lane: Lane, percent: (time: number) => string, duration: nu
         class: classOf(block),
         title: block.title,
         "aria-label": block.title,
+        ...(block.more ? { "data-block": `${number}/${i}` } : {}),
         style: {
           left: percent(block.start),
           width: `${((block.end - block.start) / duration) * 100}%`,
