@@ -48,7 +48,7 @@ def remove(
         if where.strip():
             found = [info.name for info in base.captures(where, exact=True)]
             if found and not yes and not _is_sure(found):
-                raise typer.Exit(2)
+                raise typer.Exit(1)
         gone = base.remove(names or (), where)
     if not printing.as_json(shared, Removed(gone)):
         printing.say(f"removed {', '.join(gone)}" if gone else "no capture matches")
@@ -129,6 +129,9 @@ def merge(
     Files with the same content are the same capture. What is not taken over is said; captures whose
     names are taken are left out (exit 1).
     """
+    from motiondb import MotionDB
+
+    MotionDB.check_merge(other, prefix, shared.wait)
     with (
         shared.database(writing=True, create=True) as base,
         printing.progress(shared) as tell,

@@ -6,7 +6,7 @@ import csv
 import io
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -67,6 +67,8 @@ def batch(
     from motiondb import MotionDBError
 
     questions = list(_read(file))
+    if not questions:
+        raise MotionDBError(f"{file}: expected a question in a line, found none. Write some.")
     problems = []
     with shared.database() as base:
         printing.note_unlearned(base)
@@ -155,7 +157,21 @@ def _read(file: Path) -> Iterator[_Question]:
         )
     for number, line in lines[1:]:
         cells = next(csv.reader(io.StringIO(line), delimiter="\t"))
-        yield _to_question(number, dict(zip(header, (cell.strip() for cell in cells))))
+        one = _to_question(number, dict(zip(header, (cell.strip() for cell in cells))))
+        if '"' in line and line.count('"') % 2:  # csv would take the rest of the line for one cell
+            one = replace(one, fault='expected quotation marks in pairs, found one alone (").')
+        elif len(cells) > len(header):
+            why = f"expected at most {len(header)} cells, as in the header, found {len(cells)}."
+            one = replace(one, fault=why)
+        yield one
+
+
+def _is_number(column: str, text: str) -> bool:
+    """Whether the cell of a column is empty or a number."""
+    try:
+        return not text or (int if column == "limit" else float)(text) is not None
+    except ValueError:
+        return False
 
 
 def _to_question(number: int, cells: dict[str, str]) -> _Question:
@@ -167,8 +183,11 @@ def _to_question(number: int, cells: dict[str, str]) -> _Question:
     try:
         times = [float(cells[c]) if cells.get(c) else None for c in ("start", "end")]
         limit = int(cells["limit"]) if cells.get("limit") else None
-    except ValueError as error:
-        return _Question(number, words or like, bool(like), fault=f"expected a number: {error}.")
+    except ValueError:
+        wrong = next(c for c in ("limit", "start", "end") if not _is_number(c, cells.get(c, "")))
+        kind = "a whole number" if wrong == "limit" else "a number of seconds"
+        fault = f"expected {kind} in the column {wrong}, found {cells[wrong]!r}."
+        return _Question(number, words or like, bool(like), fault=fault)
     if words and any(time is not None for time in times):
         fault = "expected start and end for an example only, found them with a question."
         return _Question(number, words, fault=fault)

@@ -68,10 +68,10 @@ def generate(
             options.output_name(picture)
             if name is not None:
                 base.check_name_free(name)
-        motions = base.generate_variants(words, variants, seed, method, exact, anyway)
+        motions = base.generate_variants(words, variants, seed, method, exact, anyway, changes)
         facts = []
         for number, (made, (path, name, picture)) in enumerate(zip(motions, names), 1):
-            facts.append(replace(made.write(path, changes), capture=name))
+            facts.append(replace(made.write(path, changes.of_file), capture=name))
             if picture is not None:
                 made.draw(picture)
             if html is not None:
@@ -84,11 +84,6 @@ def generate(
     printing.note_taken(motions[0].taken, motions[0].suggested, motions[0].unknown)
     printing.note_sources(motions[0].sources)
     _print_generated(shared, motions, facts, variants)
-    if changes.are_any and not shared.json:
-        printing.say(
-            "The verdicts, frames and seconds above, pictures, and what --save keeps, are of the "
-            "motion before it was changed."
-        )
     if not all(made.shows_all for made in motions):
         raise typer.Exit(1)
 
@@ -116,8 +111,8 @@ def join(
     changes = options.motion_changes(unit, fps, loop, in_place, mirror, onto, joint_map)
     with shared.database() as base:
         options.output_name(output)
-        joined = base.join(parts)
-        facts = joined.write(output, changes)
+        joined = base.join(parts, changes)
+        facts = joined.write(output, changes.of_file)
         if png is not None:
             joined.draw(png)
     if not printing.as_json(shared, facts):

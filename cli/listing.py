@@ -118,11 +118,14 @@ def _list_faulty(shared: options.Shared, as_csv: bool) -> None:
 
 
 def _list_duplicates(shared: options.Shared, where: str, limit: int | None, as_csv: bool) -> None:
+    from motiondb.answers.catalogue import Duplicates
+
     with shared.database() as base:
         infos = {info.name: info for info in base.captures()}
         groups = base.duplicates(where)
-        files = [each for each in base.same_files() if not where or each.capture in infos]
-    if printing.as_json(shared, groups[:limit]):
+        chosen = {info.name for info in base.captures(where)} if where.strip() else {*infos}
+        files = [each for each in base.same_files() if each.capture in chosen]
+    if printing.as_json(shared, Duplicates(tuple(groups[:limit]), tuple(files[:limit]))):
         return
     rows = [
         [

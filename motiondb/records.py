@@ -380,6 +380,9 @@ class Match:
         capture. "" for an example and for a search by symbols, which measure no place.
     parts : tuple of MatchPart
         Parts of a question in words, in order.
+    in_order : bool or None
+        For actions in order: whether the capture is seen to show them in this order; None if the
+        question asks for no order, or the motion does not tell.
     """
 
     rank: int
@@ -393,6 +396,7 @@ class Match:
     interval_probability: float | None = None
     place: str = ""
     parts: tuple[MatchPart, ...] = ()
+    in_order: bool | None = None
 
 
 @dataclass(frozen=True, order=True)

@@ -18,8 +18,9 @@ import multiprocessing
 import os
 import shutil
 import tempfile
+import traceback
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
@@ -28,13 +29,15 @@ import numpy as np
 
 from robustness_tasks.databases import SAMPLES, import_everything
 from robustness_tasks.model_processes import CALLS, Answer, Harm, Server, Worker
-from robustness_tasks.model_verbs import DB, SCENE, Hand
+from robustness_tasks.model_verbs import DB, OTHER, SCENE, Hand
 from robustness_tasks.plain_model import (
     DONE,
     REFUSED,
     UNKNOWN,
+    Change,
     Kept,
     Step,
+    Words,
     World,
     difference,
     futures,
@@ -117,9 +120,13 @@ def run(seeds: Sequence[int], database: Path, processes: int = 1) -> Iterator[Ou
 
 def _run_chains(seeds: Sequence[int], material: Material, told: Connection) -> None:
     """Run a chain for each seed, and tell what becomes of every step."""
-    for seed in seeds:
-        for outcome in chain(seed, material):
-            told.send(outcome)
+    try:
+        for seed in seeds:
+            for outcome in chain(seed, material):
+                told.send(outcome)
+    except BaseException:  # the usual end would wait for processes that wait for this one
+        traceback.print_exc()
+        os._exit(1)
 
 
 def prepared(folder: Path) -> Material:
@@ -148,7 +155,39 @@ def tiny(folder: Path) -> Material:
             clip = read_capture(SAMPLES / "captures" / f"{name}.bvh")
             write_bvh(cut_clip(clip, 0.2, 0.2 + SHORTEST + 0.1 * (number % 3)), path)
         seconds[path.stem] = read_capture(path).duration
-    return Material(folder, seconds, ("A1",) if (folder / SCENE).exists() else ())
+    players = ("A1",) if (folder / SCENE).exists() else ()
+    return Material(folder, seconds, players, _other(folder, list(seconds)[:4]))
+
+
+def _other(folder: Path, names: Sequence[str]) -> dict[str, Kept]:
+    """Make a database to merge with some captures, their words, tags and events."""
+    import motiondb
+
+    if not (folder / OTHER).exists():
+        sheet = folder / "events.tsv"
+        rows = [f"{name}\t{number}\tcontact\n" for number, name in enumerate(names)]
+        sheet.write_text(f"file\tframe\tevent\n{''.join(rows)}")
+        new = folder / f"{os.getpid()}.duckdb"
+        with motiondb.open(new) as db:
+            for name in names:
+                db.add(folder / f"{name}.bvh")
+                db.set_words(name, f"from elsewhere, {name}")
+            db.import_events(sheet)
+            db.set_tags({"performer": "zoe", "studio": "other"}, names[1:])
+            shutil.rmtree(db.store.path.with_name(f"{new.name}.cache"), ignore_errors=True)
+        new.rename(folder / OTHER)
+    with motiondb.open(folder / OTHER, read_only=True) as db:
+        infos, captions, events = db.captures(), db.all_captions(), db.all_events()
+    return {
+        i.name: Kept(
+            i.kind,
+            i.sha256,
+            dict(i.tags),
+            tuple((c.words, c.start, c.end) for c in captions[i.capture_id]),
+            tuple((e.frame, e.name) for e in events[i.capture_id]),
+        )
+        for i in infos
+    }
 
 
 def _learn(folder: Path, material: Material) -> None:
@@ -223,6 +262,21 @@ class Chain:
             {name: values[0] for name, values in facts["grammars"].items()},
             {}, facts["scenes"],
         )  # fmt: skip
+        begun = self.holder.do("begin").facts
+        for name, number in begun["numbers"].items():
+            self.world.captures[name].number = number
+        now = {kept.number: (name, kept) for name, kept in self.world.captures.items()}
+        for serial, (kind, edits) in enumerate(begun["runs"], start=1):
+            before = {
+                number: None
+                if edit == "added"
+                else (name, replace(now[number][1], captions=_said(captions)))
+                for number, edit, name, _, captions in edits
+            }
+            names = tuple(name for _, _, name, *_ in edits)
+            self.world.history.append(Change(serial, kind, names, before, frozenset()))
+        self.world.latest = len(begun["runs"])
+        self.world.numbers = max(begun["numbers"].values())
 
     def step(self, number: int) -> tuple[str, str, str, str, bool, list[str]]:
         """One step: verb, by whom, harm, how it ended, whether it happened, faults."""
@@ -315,7 +369,7 @@ class Chain:
             said = world.captures[given["name"]].captions if facts else ()
             counts = [len(world.captures)]
             expected = {"said": said, "counts": counts, "events": [], "found": given["name"]}
-        elif verb == "rescue" and facts:
+        elif verb in ("rescue", "backup") and facts:
             rescued = {n: [k.digest, len(k.captions)] for n, k in world.captures.items()}
             expected = {"rescued": rescued, "wrong": []}
         elif verb.startswith("ask") and "answer" in facts:
@@ -346,7 +400,9 @@ class Chain:
             faults.append(f"no world in which this can be: {told}")
         differences = [difference(world.facts(), seen) for world in worlds]
         if worlds and "" not in differences:
-            faults.append(f"the database differs: {' or else '.join(sorted(set(differences)))}")
+            told = "; ".join(f"{s.verb} {dict(s.arguments)} {s.ended}" for s in steps)
+            where = " or else ".join(sorted(set(differences)))
+            faults.append(f"the database differs: {where}; after {told}")
         revision = looked.facts["revision"]
         if revision < self.revision:
             faults.append(f"the revision went back from {self.revision} to {revision}")
@@ -400,6 +456,10 @@ class Chain:
     def _no_synonyms(self) -> str:
         (self.place / "given" / "none.txt").write_text("")
         return "given/none.txt"
+
+
+def _said(captions: Sequence[Any] | None) -> tuple[Words, ...]:
+    return tuple((c.words, c.start, c.end) for c in captions or ())
 
 
 def chain(seed: int, material: Material, steps: int = STEPS) -> Iterator[Outcome]:

@@ -18,6 +18,8 @@ from robustness_tasks.plain_model import Arguments
 
 DB = "motions.duckdb"
 SCENE = "scene.pickle"
+OTHER = "other.duckdb"
+"""The database that is merged, beside the material."""
 
 
 class Hand:
@@ -96,6 +98,8 @@ class Hand:
                     for name in db.grammars.names()
                 },
                 "scenes": scenes,
+                "trash": sorted(name for _, name in store.load_trash(db.store)),
+                "history": [[kind, [e.name for e in edits]] for kind, edits in _history(db)],
             }
             wrong = [f"unlearned: {name}" for name in db.unlearned()] if db.is_learned() else []
             wrong += [f"a run without an end: {run}" for run in db.runs() if not run["finished"]]
@@ -104,6 +108,21 @@ class Hand:
             wrong += db.check()
             wrong += counted_otherwise(db) if db.is_learned() else []
         return {"facts": facts, "wrong": wrong, "revision": revision}
+
+    def begun(self) -> dict[str, Any]:
+        """Numbers of the captures, and what runs changed, in a database that is taken over."""
+        runs = [(kind, [tuple(vars(e).values())[1:6] for e in edits])
+                for kind, edits in _history(self.db)]  # fmt: skip
+        return {"numbers": {i.name: i.capture_id for i in self.db.captures()}, "runs": runs}
+
+
+def _history(db: MotionDB) -> list[tuple[str, list[Any]]]:
+    """The kind of every run that changed captures, with its edits by name; oldest first."""
+    kinds = {run.run_id: run.kind for run in store.load_runs(db.store)}
+    edits: dict[int, list[Any]] = {}
+    for edit in store.load_edits(db.store):
+        edits.setdefault(edit.run_id, []).append(edit)
+    return [(kinds[run], sorted(of, key=lambda e: e.name)) for run, of in sorted(edits.items())]
 
 
 def _digest(db: MotionDB, name: str) -> str:
@@ -240,6 +259,28 @@ def _ask_scene(hand: Hand, given: Arguments) -> Any:
     return {"answer": repr(told)}
 
 
+def _undo(hand: Hand, given: Arguments) -> None:
+    """Take back the latest change, or the one so many changes of captures back."""
+    if not given["back"]:
+        hand.db.undo()
+        return
+    runs = sorted({edit.run_id for edit in store.load_edits(hand.db.store)})
+    hand.db.undo(runs[-given["back"]] if len(runs) >= given["back"] else 0)
+
+
+def _join(hand: Hand, given: Arguments) -> None:
+    name = given["name"]
+    hand.db.join([f"{name}:0-0.3", name]).write(_out(hand, given))
+
+
+def _backup(hand: Hand, given: Arguments) -> Any:
+    new = _out(hand, given)
+    hand.db.backup(new)
+    with motiondb.open(new, read_only=True) as db:
+        said = {i.name: [i.sha256, len(db.captions(i.name))] for i in db.captures()}
+        return {"rescued": said, "wrong": db.check()}
+
+
 def _compact(hand: Hand, _given: Arguments) -> None:
     hand.close()
     motiondb.compact(hand.path, wait=60.0)
@@ -269,6 +310,13 @@ VERBS: Mapping[str, Callable[[Hand, Arguments], Any]] = MappingProxyType(
         "import events": lambda hand, given: hand.db.import_events(
             hand.place / given["events sheet"]
         ),
+        "undo": _undo,
+        "rename": lambda hand, given: hand.db.rename(given["old"], given["new"]),
+        "set tags": lambda hand, given: hand.db.set_tags(given["tags"], given["names"]),
+        "merge": lambda hand, given: hand.db.merge(hand.material / OTHER, given["prefix"], wait=60),
+        "join": _join,
+        "export words": lambda hand, given: hand.db.export_words(_out(hand, given)),
+        "backup": _backup,
         "set synonyms": lambda hand, given: hand.db.set_synonyms(hand.place / given["file"]),
         "learn": _learn,
         "save generated": _save_generated,

@@ -39,11 +39,40 @@ class Kept:
     tags: dict[str, str] | str
     captions: tuple[Words, ...] | str = ()
     events: tuple[tuple[int, str], ...] = ()
+    number: int = 0  # the same by whatever name; 0: not given yet
+
+
+@dataclass(frozen=True)
+class Change:
+    """What a run changed in captures: number -> name and capture before, None if it was added.
+
+    The synonyms are noted as the tags of the number SYNONYMS.
+    """
+
+    serial: int
+    verb: str
+    names: tuple[str, ...]  # of the captures: before the change, or of new ones
+    before: Mapping[int, tuple[str, Kept] | None]
+    removed: frozenset[int]
+    undoes: int = 0  # serial of the run that it takes back
+
+
+@dataclass(frozen=True)
+class Removed:
+    """A capture in the trash, with what may be restored beside it."""
+
+    name: str
+    kept: Kept
+    derived: tuple[str, int] | None  # grammar and its version
+    players: tuple[tuple[str, int, int], ...]  # scene, its version, player
+
+
+SYNONYMS = -1
 
 
 @dataclass
 class World:
-    """Everything that must be in the database, and the edits that the server can undo."""
+    """Everything that must be in the database, its history, and the edits of the server."""
 
     captures: dict[str, Kept] = field(default_factory=dict)
     synonyms: dict[str, str] = field(default_factory=dict)
@@ -51,9 +80,14 @@ class World:
     grammars: dict[str, str] = field(default_factory=dict)  # name -> digest
     sequences: dict[str, str] = field(default_factory=dict)  # capture -> grammar that derived it
     scenes: dict[str, list[str | None]] = field(default_factory=dict)  # name -> captures of players
-    edits: list[tuple[str, tuple[Words, ...] | str, tuple[Words, ...]]] = field(
-        default_factory=list
-    )
+    edits: list[int] = field(default_factory=list)  # serials of the server's changes of words
+    history: list[Change] = field(default_factory=list)
+    trash: dict[int, Removed] = field(default_factory=dict)
+    versions: dict[tuple[str, str], int] = field(default_factory=dict)  # of grammars and scenes
+    latest: int = 0  # serial of the latest run that changed captures
+    numbers: int = 0  # given to captures so far
+    players: set[int] = field(default_factory=set)  # numbers of captures that scenes brought
+    undoes: int = 0  # serial of what the step under way takes back
     files: dict[str, str] = field(default_factory=dict)  # file that was written -> digest
 
     def facts(self) -> dict[str, Any]:
@@ -62,7 +96,7 @@ class World:
             name: [digest, sorted(c for c, by in self.sequences.items() if by == name)]
             for name, digest in self.grammars.items()
         }
-        captures = {name: list(vars(kept).values()) for name, kept in self.captures.items()}
+        captures = {name: list(vars(kept).values())[:5] for name, kept in self.captures.items()}
         return {
             "captures": captures,
             "synonyms": self.synonyms,
@@ -70,6 +104,8 @@ class World:
             "grammars": grammars,
             "scenes": self.scenes,
             "files": self.files,
+            "trash": sorted(removed.name for removed in self.trash.values()),
+            "history": [[KINDS.get(c.verb, c.verb), list(c.names)] for c in self.history],
         }
 
     def learn_from(self, seen: Mapping[str, Any]) -> None:
@@ -79,6 +115,31 @@ class World:
         self.vocabulary = seen["vocabulary"]
         self.grammars = {name: facts[0] for name, facts in seen["grammars"].items()}
         self.files = dict(seen["files"])
+
+    def remember(self, verb: str, before: World) -> None:
+        """Number new captures, and note what a verb changed in captures, for an undoing."""
+        for kept in self.captures.values():
+            if not kept.number:
+                self.numbers += 1
+                kept.number = self.numbers
+                self.players |= {kept.number} if verb == "keep scene" else set()
+        now = {kept.number: (name, kept) for name, kept in self.captures.items()}
+        then = {kept.number: (name, kept) for name, kept in before.captures.items()}
+        changed: dict[int, tuple[str, Kept] | None] = {
+            number: then.get(number)
+            for number in {*now, *then}
+            if now.get(number) != then.get(number)
+        }
+        if self.synonyms != before.synonyms:
+            changed[SYNONYMS] = ("synonyms", Kept("", "", dict(before.synonyms)))
+        if not changed or verb in NOT_NOTED:
+            return
+        self.latest += 1
+        removed = frozenset(then.keys() - now.keys())
+        names = (old[0] if old else now[number][0] for number, old in changed.items())
+        change = Change(self.latest, verb, tuple(sorted(names)), changed, removed, self.undoes)
+        self.history.append(change)
+        self.undoes = 0
 
     def only(self, name: str) -> Kept:
         """The capture of a name."""
@@ -147,6 +208,7 @@ def _allows(world: World, step: Step, happened: bool | None, undisturbed: bool) 
     is_optional |= step.verb == "rescue" and world == World()  # there may be no file yet
     try:
         change(world, step.arguments, step.by)
+        world.remember(step.verb, before)
         is_refused = False
     except RefusedError:
         vars(world).update(vars(before))
@@ -154,7 +216,8 @@ def _allows(world: World, step: Step, happened: bool | None, undisturbed: bool) 
     if step.ended == DONE or happened:
         return not is_refused
     vars(world).update(vars(before))
-    if step.verb == "undo" and world.edits and step.ended == REFUSED and is_refused:
+    is_edit = step.verb == "undo" and step.by == "server" and bool(world.edits)
+    if is_edit and step.ended == REFUSED and is_refused:
         world.edits.pop()  # an edit that cannot be undone is forgotten
     return step.ended != REFUSED or is_refused or is_optional
 
@@ -181,8 +244,15 @@ def _remove(world: World, given: Arguments, _by: str) -> None:
 
 def _remove_one(world: World, name: str) -> None:
     """A capture goes, with the derivation of a sequence; players of scenes lose their motion."""
-    del world.captures[name]
-    world.sequences.pop(name, None)
+    kept, grammar = world.captures.pop(name), world.sequences.pop(name, None)
+    derived = (grammar, world.versions.get(("grammar", grammar), 0)) if grammar else None
+    plays = tuple(
+        (scene, world.versions.get(("scene", scene), 0), number)
+        for scene, players in world.scenes.items()
+        for number, player in enumerate(players)
+        if player == name
+    )
+    world.trash[kept.number] = Removed(name, kept, derived, plays)
     for players in world.scenes.values():
         players[:] = [None if player == name else player for player in players]
 
@@ -202,20 +272,134 @@ def _set_captions(world: World, given: Arguments, by: str) -> None:
     for words, start, end in given["captions"]:
         if not words.strip() or (start or 0.0) >= (0.3 if end is None else end) or (end or 0) > 9.0:
             raise RefusedError
-    if by == "server":
-        world.edits.append((given["name"], kept.captions, tuple(given["captions"])))
+    if by == "server" and kept.captions != tuple(given["captions"]):
+        world.edits.append(world.latest + 1)
     kept.captions = tuple(given["captions"])
 
 
-def _undo(world: World, _given: Arguments, _by: str) -> None:
-    """The server's latest edit, if the words are still those that it wrote."""
-    if not world.edits:
+def _undo(world: World, given: Arguments, by: str) -> None:
+    """The latest change that stands, the one so many changes back, or the server's latest edit."""
+    undone = set[int]()
+    for change in reversed(world.history):
+        if change.undoes and change.serial not in undone:
+            undone.add(change.undoes)
+    if by == "server":
+        wanted = {world.edits.pop()} if world.edits else set()
+    elif given["back"]:
+        wanted = {change.serial for change in world.history[-given["back"] :][:1]}
+        wanted = wanted if len(world.history) >= given["back"] else set()
+    else:
+        standing = [c for c in world.history if not c.undoes and c.serial not in undone]
+        wanted = {c.serial for c in [c for c in standing if c.verb in UNDOABLE][-1:]}
+    found = [c for c in world.history if c.serial in wanted]
+    if not found or found[0].verb not in UNDOABLE or found[0].serial in undone:
         raise RefusedError
-    name, before, after = world.edits[-1]
-    if name not in world.captures or world.captures[name].captions != after:
+    change = found[0]
+    for later in world.history:
+        counts = later.serial not in undone and later.undoes <= change.serial
+        if later.serial > change.serial and counts and {*later.before} & {*change.before}:
+            raise RefusedError
+    _take_back(world, change)
+    world.undoes = change.serial
+
+
+def _take_back(world: World, change: Change) -> None:
+    """Bring the captures that a run changed back into the state before."""
+    names = {kept.number: name for name, kept in world.captures.items()}
+    for number, before in change.before.items():
+        if before is None:
+            _remove_one(world, names[number])
+    back = {}
+    for number, before in change.before.items():
+        if number == SYNONYMS and before is not None:
+            world.synonyms = dict(before[1].tags)
+        elif before is not None and number not in change.removed:
+            kept = world.captures.pop(names[number])
+            old = before[1]
+            back[before[0]] = replace(kept, tags=old.tags, captions=old.captions, events=old.events)
+            _rename_uses(world, {names[number]: before[0]})
+    for number in change.removed:
+        if number not in world.trash:
+            raise RefusedError
+    for name in back:
+        if name in world.captures:
+            raise RefusedError
+    world.captures |= back
+    for number in sorted(change.removed):
+        _restore(world, number)
+
+
+def _restore(world: World, number: int) -> None:
+    """Take a capture out of the trash, with its derivation and its part in a scene."""
+    removed = world.trash.pop(number)
+    digests = {kept.digest for kept in world.captures.values()}
+    if removed.name in world.captures or removed.kept.digest in digests:
         raise RefusedError
-    world.captures[name].captions = before
-    world.edits.pop()
+    world.captures[removed.name] = removed.kept
+    if removed.derived:
+        grammar, version = removed.derived
+        if grammar in world.grammars and version == world.versions.get(("grammar", grammar), 0):
+            world.sequences[removed.name] = grammar
+    for scene, version, player in removed.players:
+        if scene in world.scenes and version == world.versions.get(("scene", scene), 0):
+            world.scenes[scene][player] = removed.name
+
+
+def _rename(world: World, given: Arguments, _by: str) -> None:
+    """A capture, or all of a folder; a new name must be free."""
+    old, new = given["old"], given["new"]
+    if old.endswith("/"):
+        names = {n: new + n.removeprefix(old) for n in world.captures if n.startswith(old)}
+    else:
+        world.only(old)
+        names = {old: new}
+    if not names or any(n in world.captures and n not in names for n in names.values()):
+        raise RefusedError
+    world.captures = {names.get(name, name): kept for name, kept in world.captures.items()}
+    _rename_uses(world, names)
+
+
+def _rename_uses(world: World, names: Mapping[str, str]) -> None:
+    """Name captures anew where sequences and scenes refer to them."""
+    world.sequences = {names.get(name, name): by for name, by in world.sequences.items()}
+    for players in world.scenes.values():
+        players[:] = [names.get(player, player) if player else None for player in players]
+
+
+def _set_tags(world: World, given: Arguments, _by: str) -> None:
+    for name in given["names"]:
+        world.only(name)
+    for name in given["names"]:
+        kept = world.captures[name]
+        if isinstance(kept.tags, dict):
+            kept.tags = {k: v for k, v in {**kept.tags, **given["tags"]}.items() if v}
+
+
+def _merge(world: World, given: Arguments, _by: str) -> None:
+    """New content comes, by a free name; what is there gets the words, tags, events it lacks."""
+    here = {kept.digest: kept for kept in world.captures.values()}
+    for name, other in given["other"].items():
+        if (kept := here.get(other.digest)) is not None:
+            kept.captions = tuple(dict.fromkeys((*kept.captions, *other.captions)))
+            kept.events = tuple(sorted({*kept.events, *other.events}))
+            kept.tags = {**other.tags, **kept.tags}  # type: ignore[dict-item]
+        elif given["prefix"] + name not in world.captures:
+            world.captures[given["prefix"] + name] = replace(other, number=0)
+
+
+def _compact(world: World, _given: Arguments, _by: str) -> None:
+    world.trash.clear()
+
+
+def _write_parts(world: World, given: Arguments, _by: str) -> None:
+    world.only(given["name"])
+    for file in given["files"]:
+        world.files[file] = ANY
+
+
+def _write(world: World, given: Arguments, _by: str) -> None:
+    for file in given["files"]:
+        world.files[file] = ANY
 
 
 def _import_words(world: World, given: Arguments, _by: str) -> None:
@@ -255,6 +439,7 @@ def _learn_grammar(world: World, given: Arguments, _by: str) -> None:
     for name in given["captures"]:
         world.only(name)
     _lose_sequences(world, given["name"])
+    _renew(world, "grammar", given["name"])
     world.grammars[given["name"]] = ANY
 
 
@@ -262,7 +447,13 @@ def _remove_grammar(world: World, given: Arguments, _by: str) -> None:
     if given["name"] not in world.grammars:
         raise RefusedError
     del world.grammars[given["name"]]
+    _renew(world, "grammar", given["name"])
     _lose_sequences(world, given["name"])
+
+
+def _renew(world: World, kind: str, name: str) -> None:
+    """A grammar or scene is another one from now on, though it may have the name."""
+    world.versions[kind, name] = world.versions.get((kind, name), 0) + 1
 
 
 def _lose_sequences(world: World, grammar: str) -> None:
@@ -279,13 +470,16 @@ def _save_sequence(world: World, given: Arguments, _by: str) -> None:
 def _keep_scene(world: World, given: Arguments, _by: str) -> None:
     """A scene replaces that of its name, with the captures of its players.
 
-    There is one scene to keep, and no content is kept twice: not while it has another name.
+    There is one scene to keep, and no content is kept twice: not while other captures have it.
     """
     name = given["name"]
-    if any(any(players) for other, players in world.scenes.items() if other != name):
+    own = set(world.scenes.get(name, ()))
+    if any(k.number in world.players and n not in own for n, k in world.captures.items()):
         raise RefusedError
     if name in world.scenes:
+        before = deepcopy(world)
         _remove_scene(world, given, "")
+        world.remember("remove scene", before)
     captures = [f"{name}/{player}" for player in given["players"]]
     if set(captures) & set(world.captures):
         raise RefusedError
@@ -299,6 +493,7 @@ def _remove_scene(world: World, given: Arguments, _by: str) -> None:
         raise RefusedError
     for capture in filter(None, world.scenes.pop(given["name"])):
         _remove_one(world, capture)
+    _renew(world, "scene", given["name"])
 
 
 def _export(world: World, given: Arguments, _by: str) -> None:
@@ -352,11 +547,32 @@ CHANGES: Mapping[str, Callable[[World, Arguments, str], None]] = MappingProxyTyp
         "ask": _nothing,
         "ask grammar": _nothing,
         "ask scene": _ask_scene,
-        "compact": _nothing,
+        "rename": _rename,
+        "set tags": _set_tags,
+        "merge": _merge,
+        "join": _write_parts,
+        "export words": _write,
+        "backup": _write,
+        "compact": _compact,
         "rescue": _nothing,
     }
 )
 """Verb -> what it changes in the world."""
+NOT_NOTED = frozenset({"save sequence", "keep scene"})
+"""Verbs that change captures and of which no undoing is foreseen."""
+UNDOABLE = frozenset(
+    {"add", "remove", "rename", "set words", "set captions", "import words", "set tags",
+     "import events", "merge", "save generated", "set synonyms", "undo", "words"}
+)  # fmt: skip
+"""Verbs that can be undone."""
+KINDS = MappingProxyType(
+    {
+        "set words": "words", "set captions": "words", "import words": "words",
+        "set synonyms": "words", "set tags": "tags", "import events": "events",
+        "save generated": "generate", "remove scene": "scene remove",
+    }
+)  # fmt: skip
+"""Verb -> kind of its run, where that has another name."""
 MAY_REFUSE = frozenset(
     {"learn", "save generated", "learn grammar", "save sequence", "write generated", "ask",
      "export knowledge", "ask grammar"}

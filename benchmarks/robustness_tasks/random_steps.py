@@ -5,14 +5,14 @@ from __future__ import annotations
 import hashlib
 import shutil
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from robustness_tasks.plain_model import CHANGES, Words, World
+from robustness_tasks.plain_model import CHANGES, Kept, Words, World
 
 SAID = ("walk", "bow low", "jump, then kick", "kick", "wave", "a slow walk", "punch")
 GRAMMARS, SCENES, OUT = ("moves", "steps"), ("play", "game"), "out"
@@ -29,6 +29,7 @@ class Material:
     folder: Path
     seconds: Mapping[str, float]  # name of the file, without ending
     players: tuple[str, ...] = ()  # empty: no scene was made
+    other: Mapping[str, Kept] = field(default_factory=dict)  # captures of the database to merge
 
     def digest(self, name: str) -> str:
         """SHA-256 of a file's bytes."""
@@ -126,7 +127,8 @@ def _add(of: Chooser) -> dict[str, Any]:
 
 def _remove(of: Chooser) -> dict[str, Any]:
     names = of.some(of.world.captures, 2) if of.world.captures else []
-    return {"names": [*names, *([NOBODY] if of.rng.random() < 0.1 or not names else [])]}
+    more = [NOBODY] if of.rng.random() < 0.1 or not names else []
+    return {"names": list(dict.fromkeys([*names, *more]))}
 
 
 def _set_words(of: Chooser) -> dict[str, Any]:
@@ -162,6 +164,19 @@ def _export(of: Chooser) -> dict[str, Any]:
     return {"name": name, "files": [f"{name.replace('/', '_')}{ending}"]}
 
 
+def _rename(of: Chooser) -> dict[str, Any]:
+    old = of.capture()
+    if "/" in old and of.rng.random() < 0.3:
+        return {"old": f"{old.partition('/')[0]}/", "new": of.one(("", "more/", "moved/"))}
+    return {"old": old, "new": of.one((f"moved/{old}", "taken", of.capture()))}
+
+
+def _set_tags(of: Chooser) -> dict[str, Any]:
+    names = of.some(of.world.captures, 3) if of.world.captures else [NOBODY]
+    tags = {"performer": of.one(("ana", "dora", "")), "note": of.one(("a", "b", ""))}
+    return {"names": names, "tags": {key: tags[key] for key in of.some(tags, 2)}}
+
+
 def _grammar(of: Chooser) -> str:
     return str(of.one(sorted(of.world.grammars) or GRAMMARS))
 
@@ -172,7 +187,7 @@ CHOICES: Mapping[str, Callable[[Chooser], dict[str, Any]]] = MappingProxyType(
         "remove": _remove,
         "set words": _set_words,
         "set captions": _set_captions,
-        "undo": lambda _of: {},
+        "undo": lambda of: {"back": int(of.one((0, 0, 0, 1, 2, 3)))},
         "import words": _import_words,
         "import events": _import_events,
         "set synonyms": _set_synonyms,
@@ -195,6 +210,13 @@ CHOICES: Mapping[str, Callable[[Chooser], dict[str, Any]]] = MappingProxyType(
         "ask": lambda of: {"words": of.one(("walk", "kick")), "name": of.capture()},
         "ask grammar": lambda of: {"name": _grammar(of)},
         "ask scene": lambda of: {"name": of.one(sorted(of.world.scenes) or SCENES)},
+        "rename": _rename,
+        "set tags": _set_tags,
+        "merge": lambda of: {"prefix": of.one(("", "", "new/")), "other": of.material.other},
+        "join": lambda of: {"name": of.capture(), "files": ["join.bvh",
+                                                            "join.bvh.provenance.json"]},
+        "export words": lambda _of: {"files": ["words.tsv"]},
+        "backup": lambda of: {"files": [f"backup{of.number}.duckdb"]},
         "compact": lambda _of: {},
         "rescue": lambda of: {"file": f"rescued{of.number}.duckdb"},
     }
@@ -202,10 +224,11 @@ CHOICES: Mapping[str, Callable[[Chooser], dict[str, Any]]] = MappingProxyType(
 """Verb -> its arguments."""
 WEIGHTS: Mapping[str, float] = MappingProxyType(
     {
-        "add": 8, "remove": 3, "set words": 22, "set captions": 14, "undo": 6, "import words": 8,
+        "add": 8, "remove": 3, "set words": 22, "set captions": 14, "undo": 8, "import words": 8,
         "import events": 8, "set synonyms": 4, "learn": 0.1, "save generated": 1,
         "learn grammar": 0.1, "remove grammar": 0.15, "save sequence": 1.5, "keep scene": 0.6,
         "remove scene": 0.4, "export": 8, "write generated": 0.5, "export knowledge": 0.3,
+        "rename": 4, "set tags": 4, "merge": 0.8, "join": 2, "export words": 2, "backup": 0.3,
         "show": 0.2, "list": 12, "ask": 1, "ask grammar": 0.5, "ask scene": 0.3, "compact": 0.8,
         "rescue": 0.1,
     }
@@ -226,8 +249,6 @@ LEARNED = ("save generated", "write generated", "export knowledge", "ask")
 def choose(of: Chooser, by: str) -> tuple[str, dict[str, Any]]:
     """A verb for a process or the server, and its arguments."""
     weights = dict(BY_SERVER if by == "server" else WEIGHTS)
-    if by != "server":
-        del weights["undo"]
     for verb in LEARNED:
         if of.world.vocabulary is None and verb in weights:
             weights[verb] *= 0.1

@@ -12,6 +12,7 @@ from motiondb.answers.questions import WordProbability
 from motiondb.generate.onto import Fit
 from motiondb.learn.drift import Drift
 from motiondb.records import Caption, CaptureInfo, Event, Relation
+from motiondb.search.copies import DuplicateGroup
 
 
 @dataclass(frozen=True)
@@ -254,6 +255,14 @@ class SameFile:
 
     path: str
     capture: str
+
+
+@dataclass(frozen=True)
+class Duplicates:
+    """Captures that repeat one another, and files that were the same as a capture."""
+
+    groups: tuple[DuplicateGroup, ...]
+    same_files: tuple[SameFile, ...]
 
 
 @dataclass(frozen=True)

@@ -97,6 +97,7 @@ class LearnResult(LearnedSummary):
     """The result of a job that learns."""
 
     kind: Literal["learn"] = "learn"
+    start: str | None = None  # Name of the knowledge it started from
 
 
 def learned_summary(model: LearnedModel) -> LearnedSummary:

@@ -401,7 +401,8 @@ def joint_map(skeleton: Skeleton, user_map: Mapping[str, str] | None = None) -> 
         names += ", ..." if len(skeleton.names) > _MAX_LISTED else ""
         raise SkeletonError(
             f"skeleton: expected joints for {', '.join(missing)}, found none among: {names} "
-            f"(nearest convention: {best}). Name them in a joint map, lines of `role = joint`."
+            f"(nearest convention: {best}). Name them in a joint map, lines of `role = joint`; "
+            "motiondb joints proposes one."
         )
     return chosen
 

@@ -208,6 +208,28 @@ class Archive:
 
         return merging.merge(self.store, Path(other), prefix, wait, progress)
 
+    @staticmethod
+    def check_merge(other: str | Path, prefix: str = "", wait: float = 0.0) -> None:
+        """Refuse what :meth:`merge` would refuse, before a database is made for it.
+
+        Parameters
+        ----------
+        other : str or Path
+            The other database.
+        prefix : str
+            Put before the name of every new capture.
+        wait : float
+            Seconds to wait for another process that holds the other database.
+
+        Raises
+        ------
+        MotionDBError
+            When the other database cannot be opened, or no name can begin so.
+        """
+        from motiondb.database.catalogue import merging
+
+        merging.check(Path(other), prefix, wait)
+
     def rename(self, old: str, new: str) -> dict[str, str]:
         """Give a capture another name, or all captures of a folder another folder.
 

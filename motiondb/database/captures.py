@@ -241,6 +241,8 @@ class Captures(Archive):
         from motiondb.database.catalogue import exporting
 
         path, asked = Path(path), changes or exporting.MotionChanges()
+        is_named = asked.of_motion.are_any or path.suffix.lower() in exporting.ARRAY_ENDINGS
+        exporting.check_joint_map(asked, is_named and not canonical)
         whole = start is None and end is None and not canonical and not asked.are_any
         with self.session.reading():
             info = store.load_capture(self.store, name)
@@ -256,6 +258,7 @@ class Captures(Archive):
             made = exporting.write_motion(motion, path, asked)
         else:
             made = exporting.write_changed(clip, path, asked)
+        exporting.write_licence(path, info)
         unit = exporting.unit_in(path, made.clip)
         clip = made.clip
         return Exported(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -18,6 +19,7 @@ from motiondb.body.retarget import to_clip
 from motiondb.database.catalogue.exporting import (
     MotionChanges,
     check_changes,
+    check_joint_map,
     unit_in,
     write_motion,
 )
@@ -40,26 +42,32 @@ class Made(Protocol):
 
 
 def write_with_provenance(
-    made: Made, facts: object, path: Path, changes: MotionChanges | None = None
+    made: Made,
+    facts: object,
+    path: Path,
+    changes: MotionChanges | None = None,
+    said: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Write a motion, and beside it ``FILE.provenance.json``; the names of both files.
 
-    The frames that it lists are those of the motion before it was changed.
+    `said`: How the motion was changed already.
     """
     asked = changes or MotionChanges()
+    check_joint_map(asked, uses_names=False)
     check_changes(asked, path)
-    said = to_json(facts).items()
-    kept = {k: v for k, v in said if k != "question" and (k != "words_from" or v)}
+    told = to_json(facts).items()
+    kept = {k: v for k, v in told if k != "question" and (k != "words_from" or v)}
     beside = provenance_path(path)
     check_overwriting(beside)
     done = write_motion(made.motion, path, asked)
+    said = (*said, *done.said)
     written: dict[str, object] = {"written_by": WRITER, "sha256": digest_of(path)}
-    if asked.are_any:
+    if said or asked.are_any:
         unit = unit_in(path, done.clip)
-        written |= {"changes": done.said, "fps": done.clip.fps, "unit": unit}
-    runs = {"frames": frame_runs(made)}
+        written |= {"changes": said, "fps": done.clip.fps, "unit": unit}
+    runs = {"frames": frame_runs(made, done.clip.fps)}
     write_bytes(beside, json.dumps({**written, **kept, **runs}, indent=1).encode())
-    return {"output": str(path), "provenance": str(beside), "changes": done.said, "fit": done.fit}
+    return {"output": str(path), "provenance": str(beside), "changes": said, "fit": done.fit}
 
 
 def draw_generated(made: Made, title: str, path: str | Path) -> Path:
@@ -78,11 +86,12 @@ def sources_of(provenance: store.Provenance) -> tuple[Source, ...]:
     )
 
 
-def frame_runs(made: Made) -> list[dict[str, Any]]:
-    """Runs of frames that follow one another in one source.
+def frame_runs(made: Made, fps: float = MOTION_FPS) -> list[dict[str, Any]]:
+    """Runs of frames of a file that follow one another in one source.
 
-    Each has its frames [start, end), the first frame in the source, the step from frame to frame
-    there (1 as recorded, 2 at twice the tempo), and what was done.
+    Each has its frames [start, end) at the rate of the file, the first frame in the source at 30 a
+    second, the step from frame to frame there (1 as recorded, 2 at twice the tempo, where the file
+    has 30 a second, too), and what was done.
     """
     provenance = made.provenance
     steps = np.diff(provenance.source_frames)
@@ -99,19 +108,25 @@ def frame_runs(made: Made) -> list[dict[str, Any]]:
             end += 1
         runs.append((start, end, step))
         start = end
-    return [
-        {
-            "start": a,
-            "end": b,
-            "capture": provenance.sources[n].name
-            if (n := int(provenance.source_numbers[a])) >= 0
-            else None,
-            "source_start": round(float(provenance.source_frames[a]), 6),
-            "source_step": step,
-            "edit": provenance.edits[a],
-        }
-        for a, b, step in runs
-    ]
+    share = MOTION_FPS / fps  # Frames of the motion from one frame of the file to the next
+    told, count = [], max(1, round(n_frames / share))
+    for a, b, step in runs:
+        first, behind = math.ceil(a / share - 1e-9), min(math.ceil(b / share - 1e-9), count)
+        if first >= behind:  # a frame that a file of a lower rate leaves out
+            continue
+        number = int(provenance.source_numbers[a])
+        source = float(provenance.source_frames[a]) + step * (first * share - a)
+        told.append(
+            {
+                "start": first,
+                "end": behind,
+                "capture": provenance.sources[number].name if number >= 0 else None,
+                "source_start": round(source, 6),
+                "source_step": round(step * share, 6),
+                "edit": provenance.edits[a],
+            }
+        )
+    return told
 
 
 def _step(edit: str) -> float:

@@ -13,7 +13,7 @@ from motiondb import store
 from motiondb.answers.making import ActionVerdict, DecodedAction, GeneratedAnswer, WrittenMotion
 from motiondb.answers.plain import extended
 from motiondb.answers.questions import WordProbability, understood_question
-from motiondb.database.catalogue.exporting import MotionChanges
+from motiondb.database.catalogue.exporting import MotionChanges, change_sequence
 from motiondb.database.generated_files import (
     draw_generated,
     sources_of,
@@ -24,6 +24,7 @@ from motiondb.errors import QueryError
 from motiondb.generate.material import Takes
 from motiondb.generate.motion_making import (
     MadeMotion,
+    judge_again,
     make_motion,
 )
 from motiondb.generate.sentence_plan import speed_of
@@ -103,6 +104,8 @@ class Generated:
         clearly were all tried.
     missing : tuple of str
         Words that name an action of the sentence and are not understood.
+    changed : tuple of str
+        How the motion was changed after it was made; everything else is about the changed motion.
     """
 
     motion: Motion
@@ -126,6 +129,7 @@ class Generated:
     sources: tuple[WordSource, ...] = ()
     took_all_places: bool = False
     missing: tuple[str, ...] = ()
+    changed: tuple[str, ...] = ()
 
     @property
     def unknown(self) -> Mapping[str, tuple[str, ...]]:
@@ -179,7 +183,8 @@ class Generated:
         path : str or Path
             The ending says the format: .bvh, .fbx, .glb, .gltf, .usd, .usda or .usdc.
         changes : MotionChanges, optional
-            How the motion is changed before; the origin of its frames is that before the changes.
+            How the file differs: its unit, frame rate and rig. What makes another motion (loop, in
+            place, mirror) is not judged here; ask :meth:`MotionDB.generate_variants` for it.
 
         Returns
         -------
@@ -192,7 +197,7 @@ class Generated:
             When the ending is another one, or a file cannot be written.
         """
         facts = self.facts()
-        written = write_with_provenance(self, facts, Path(path), changes)
+        written = write_with_provenance(self, facts, Path(path), changes, self.changed)
         return extended(WrittenMotion, facts, **written)
 
     def draw(self, path: str | Path) -> Path:
@@ -214,11 +219,12 @@ def generate(
     method: str = "stitched",
     exact: bool = False,
     anyway: bool = False,
+    changes: MotionChanges | None = None,
 ) -> list[Generated]:
     """Generate up to `number` motions from a sentence: of this seed, the next one and so on.
 
-    Stitched motions of the same actions from the same places as an earlier one are left out, so
-    that there may be fewer.
+    They are judged after they were mirrored, looped or put in place. Stitched motions of the same
+    actions from the same places as an earlier one are left out, so that there may be fewer.
     """
     if not 1 <= number <= MOST_VARIANTS:
         raise QueryError(f"variants: expected 1 to {MOST_VARIANTS}, found {number}.")
@@ -247,6 +253,11 @@ def generate(
             motion = make_motion(learned, takes, text, rng, method, anyway, instead, variant)
             if not any(_is_from_same(motion, earlier) for earlier in made):
                 made.append(motion)
+                said: tuple[str, ...] = ()
+                if changes is not None and changes.of_motion.are_any:
+                    done = change_sequence(motion.made, changes)
+                    motion = judge_again(learned, takes, motion, done.made, done.first)
+                    said = done.said
                 origin = motion.made
                 provenance = store.to_provenance(
                     session.store, origin.captures, origin.frames, edits=origin.edits
@@ -260,6 +271,7 @@ def generate(
                     question=replace(one.question, text=words),
                     taken={**same, **one.taken},
                     missing=missing,
+                    changed=said,
                 )
                 motions.append(one)
             if len(motions) == number:

@@ -12,7 +12,7 @@ import numpy as np
 from motiondb import store
 from motiondb.answers.making import JoinedAnswer, JoinedPart, WrittenJoin
 from motiondb.answers.plain import extended
-from motiondb.database.catalogue.exporting import MotionChanges
+from motiondb.database.catalogue.exporting import MotionChanges, change_sequence
 from motiondb.database.catalogue.parts import outside
 from motiondb.database.generated_files import draw_generated, sources_of, write_with_provenance
 from motiondb.database.session import Session
@@ -37,13 +37,16 @@ class Joined:
     parts : tuple of JoinedPart
         The parts, in order.
     seams : tuple of Seam
-        How far the parts were apart where they meet.
+        How far the parts were apart where they meet; times of the motion before it was changed.
+    changed : tuple of str
+        How the motion was changed after the parts were joined.
     """
 
     motion: Motion
     provenance: store.Provenance
     parts: tuple[JoinedPart, ...]
     seams: tuple[Seam, ...]
+    changed: tuple[str, ...] = ()
 
     def facts(self) -> JoinedAnswer:
         """The parts, the seams and the sources, for JSON; times in seconds."""
@@ -62,7 +65,7 @@ class Joined:
         path : str or Path
             The ending says the format, such as .bvh or .glb.
         changes : MotionChanges, optional
-            How the motion is changed before.
+            How the file differs: its unit, frame rate and rig.
 
         Returns
         -------
@@ -75,7 +78,7 @@ class Joined:
             When the ending is another one, or a file cannot be written.
         """
         facts = self.facts()
-        written = write_with_provenance(self, facts, Path(path), changes or MotionChanges())
+        written = write_with_provenance(self, facts, Path(path), changes, self.changed)
         return extended(WrittenJoin, facts, **written)
 
     def draw(self, path: str | Path) -> Path:
@@ -113,7 +116,9 @@ def read_part(text: str) -> tuple[str, float | None, float | None]:
     return name, start, end
 
 
-def join_parts(session: Session, texts: Sequence[str]) -> Joined:
+def join_parts(
+    session: Session, texts: Sequence[str], changes: MotionChanges | None = None
+) -> Joined:
     """Join parts of captures, each ``CAPTURE:FROM-TO``."""
     if not texts:
         raise QueryError("join: expected at least 1 part such as walk:0.5-2, found none.")
@@ -136,18 +141,24 @@ def join_parts(session: Session, texts: Sequence[str]) -> Joined:
             parts.append(JoinedPart(info.name, first / MOTION_FPS, behind / MOTION_FPS))
         joined = join(motions, pieces)
         ids = np.array(list(numbers))
-        made = joined.made
+        made, said = joined.made, tuple[str, ...]()
+        if changes is not None and changes.of_motion.are_any:
+            done = change_sequence(made, changes)
+            made, said = done.made, done.said
         provenance = store.to_provenance(
             session.store, ids[made.captures], made.frames, edits=made.edits
         )
-    return Joined(made.motion, provenance, tuple(parts), joined.seams)
+    return Joined(made.motion, provenance, tuple(parts), joined.seams, said)
 
 
 def _known(session: Session, text: str) -> tuple[str, float | None, float | None]:
     """Read a part; the whole text may also be the name of a capture."""
     name, start, end = read_part(text)
-    if start is not None or end is not None:
-        names = {info.name for info in store.load_captures(session.store)}
-        if text in names:
-            return text, None, None
+    names = {info.name for info in store.load_captures(session.store)}
+    if text in names:
+        return text, None, None
+    if ":" in text and start is None and end is None and name not in names:
+        raise QueryError(
+            f"{text!r}: expected CAPTURE:FROM-TO in seconds, such as walk:0.5-2, found other text."
+        )
     return name, start, end

@@ -28,6 +28,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
         WordRow,
     )
     from motiondb.answers.learning import Evaluation, StartAnswer
+    from motiondb.database.catalogue.exporting import MotionChanges
     from motiondb.database.cluster import Cluster
     from motiondb.database.generating import Generated
     from motiondb.database.grammars.grammars import Grammars
@@ -507,6 +508,7 @@ class MotionDB(Captures):
         method: str = "stitched",
         exact: bool = False,
         anyway: bool = False,
+        changes: MotionChanges | None = None,
     ) -> list[Generated]:
         """Make several motions from one sentence: those of the seed and of the following seeds.
 
@@ -527,6 +529,9 @@ class MotionDB(Captures):
             As for :meth:`generate`.
         anyway : bool
             As for :meth:`generate`.
+        changes : MotionChanges, optional
+            Whether the motions are looped, put in place or mirrored before they are judged. The
+            other changes are those of files (:meth:`Generated.write`).
 
         Raises
         ------
@@ -537,15 +542,19 @@ class MotionDB(Captures):
         """
         from motiondb.database import generating
 
-        return generating.generate(self.session, words, seed, number, method, exact, anyway)
+        return generating.generate(
+            self.session, words, seed, number, method, exact, anyway, changes
+        )
 
-    def join(self, parts: Sequence[str]) -> Joined:
+    def join(self, parts: Sequence[str], changes: MotionChanges | None = None) -> Joined:
         """Join parts of captures, with the blending of generated motion.
 
         Parameters
         ----------
         parts : sequence of str
             Each ``CAPTURE:FROM-TO`` in seconds, such as "walk:0.5-2", or the name of a capture.
+        changes : MotionChanges, optional
+            Whether the motion is looped, put in place or mirrored.
 
         Raises
         ------
@@ -554,7 +563,7 @@ class MotionDB(Captures):
         """
         from motiondb.database import joining
 
-        return joining.join_parts(self.session, parts)
+        return joining.join_parts(self.session, parts, changes)
 
     def check(self) -> list[str]:
         """Faults of the store, none in a sound one."""

@@ -107,12 +107,13 @@ def find_captures(folder: Path | str, within: Path | None = None) -> list[Path]:
         for path in _visible(Path(folder))
         if path.suffix.lower() in FORMATS
         and path.is_file()
-        and (
-            path.suffix.lower() not in (".txt", ".json")
-            or (within is not None and leads_out(path, within))
-            or _is_deepmimic(path)
-        )
+        and ((within is not None and leads_out(path, within)) or holds_capture(path))
     )
+
+
+def holds_capture(path: Path) -> bool:
+    """Whether a file with the ending of a capture may hold one; ".txt" and ".json" often do not."""
+    return path.suffix.lower() not in (".txt", ".json") or _is_deepmimic(path)
 
 
 def not_read(folder: Path | str) -> tuple[str, ...]:

@@ -54,6 +54,7 @@ def _read_gltf(data: bytes, path: Path) -> Clip:
     document = _document(data, path)
     nodes = document.get("nodes", []) if isinstance(document, dict) else []
     skins = document.get("skins", []) if isinstance(document, dict) else []
+    _check_nodes(nodes, skins, path)
     if skins:
         chosen = {int(joint) for joint in skins[0].get("joints", [])}
     else:
@@ -78,6 +79,33 @@ def _read_gltf(data: bytes, path: Path) -> Clip:
                 matrices[node] = above @ own
                 order += [node] if node in chosen else []
     return _clip(nodes, parents, order, matrices, path)
+
+
+_LENGTHS = {"matrix": 16, "rotation": 4, "scale": 3, "translation": 3}  # Of a node's properties
+
+
+def _check_nodes(nodes: Any, skins: Any, path: Path) -> None:  # noqa: ANN401  JSON of any shape
+    """Refuse nodes and skins of another form than glTF gives them (CaptureError)."""
+    faults = []
+    for what, listed in (("nodes", nodes), ("skins", skins)):
+        if not isinstance(listed, list) or not all(isinstance(one, dict) for one in listed):
+            raise CaptureError(path, f"expected {what} as a list of objects, found other JSON.")
+    for number, node in enumerate(nodes):
+        for key, length in _LENGTHS.items():
+            values = node.get(key, [0] * length)
+            if not _are_numbers(values, int | float) or len(values) != length:
+                faults.append(f"node {number}: expected {length} numbers as {key}, found others")
+        if not _are_numbers(node.get("children", []), int):
+            faults.append(f"node {number}: expected numbers of nodes as children, found others")
+    if any(not _are_numbers(skin.get("joints", []), int) for skin in skins):
+        faults.append("skin: expected numbers of nodes as joints, found others")
+    if faults:
+        raise CaptureError(path, [(None, f"{fault}. Export it again.") for fault in faults[:5]])
+
+
+def _are_numbers(values: Any, kind: Any) -> bool:  # noqa: ANN401  JSON of any shape
+    """Whether a value is a list of numbers of a kind."""
+    return isinstance(values, list) and all(isinstance(value, kind) for value in values)
 
 
 def _clip(

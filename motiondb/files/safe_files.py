@@ -21,9 +21,11 @@ import os
 import re
 import stat
 import threading
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
+from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
@@ -66,6 +68,8 @@ def open_file(path: str | os.PathLike[str], within: Path | None = None) -> Binar
         if within is not None:
             check_inside(Path(path), within)
         _refuse_other_kinds(Path(path).stat().st_mode, True)  # opening a device may act on it
+        if _is_held(path):
+            raise OSError(errno.EBUSY, "the database that this program has open")
         # a pipe that has taken the name meanwhile is not waited for
         flags |= getattr(os, "O_NONBLOCK", 0)
         if within is None:
@@ -80,6 +84,38 @@ def open_file(path: str | os.PathLike[str], within: Path | None = None) -> Binar
         os.close(descriptor)
         raise
     return os.fdopen(descriptor, "rb")
+
+
+_HELD: Counter[tuple[int, int]] = Counter()
+
+
+@dataclass(frozen=True)
+class HeldFile:
+    """A database that this process has open, which nothing else here may open and close.
+
+    On POSIX, closing any descriptor of a file ends all locks that the process has on it. Another
+    process could then write to the database at the same time.
+    """
+
+    key: tuple[int, int]
+
+    @staticmethod
+    def hold(path: Path) -> HeldFile:
+        """Begin to hold a file."""
+        status = path.stat()
+        key = (status.st_dev, status.st_ino)
+        _HELD[key] += 1
+        return HeldFile(key)
+
+    def let_go(self) -> None:
+        """End to hold the file."""
+        _HELD[self.key] -= 1
+
+
+def _is_held(path: str | os.PathLike[str]) -> bool:
+    """Whether this process holds a file as a database."""
+    status = Path(path).stat()
+    return _HELD[status.st_dev, status.st_ino] > 0
 
 
 def link_target(path: Path) -> Path:
@@ -206,9 +242,11 @@ def delete_all(*files: Path) -> None:
 def is_duckdb(path: Path) -> bool:
     """Return whether there is a database file of this name, going by what stands in it."""
     try:
+        if _is_held(path):
+            return True
         with open_file(path) as file:
             return file.read(12)[8:] == b"DUCK"
-    except OSError:
+    except (OSError, ValueError):
         return False
 
 

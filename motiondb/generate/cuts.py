@@ -40,8 +40,6 @@ MOVED_COST = 0.02  # Cost of a frame by which a cut is moved, nats
 ROUGH, ROUGH_WEIGHT, MOST_ROUGH = 0.25, 10.0, 8.0
 """Change of the speed over the ground in a frame, m/s, from which on an excerpt costs more, and the
 nats of 1 m/s: captures may hold still for some frames, or skip some."""
-IDLE_WEIGHT = 6.0  # Cost of an excerpt that rests throughout where others travel, nats
-TRAVELS, AVERAGED = 0.8, 15  # Metres a second; frames over which the speed is averaged
 BREAK = 0.6  # Change of the speed over the ground in a frame, m/s, at which a capture breaks
 RESTLESS_WEIGHT = 1.5  # Cost of a cut in the quickest moment of a gesture, nats
 _ENDS = [0, *(body.INDEX[f"{side}_{joint}"] for side in "lr" for joint in ("ankle", "wrist"))]
@@ -124,16 +122,6 @@ class Position:
     is_last: bool
     is_directed: bool = False  # Whether a measured word says where it is cut
     is_timed: bool = False  # Whether a duration says how long it is
-    pace: float = 0.0  # Speed over the ground, m/s, below which the action rests; see ``pace_of``
-
-
-def pace_of(excerpts: Sequence[Excerpt], takes: dict[int, Take]) -> float:
-    """Speed below which an action rests, m/s: a third of the usual one; 0 where most stay in place.
-
-    Runs that stop join best with what follows, but who stands does not run.
-    """
-    usual = float(np.median([takes[e.capture].speeds[e.start : e.end].mean() for e in excerpts]))
-    return usual / 3.0 if usual > TRAVELS else 0.0
 
 
 def jumps_of(speeds: FloatArray) -> FloatArray:
@@ -164,13 +152,11 @@ def moved_cuts(
     for n, one in enumerate(excerpts):
         take, jumps = takes[one.capture], takes[one.capture].jumps
         period = find_period(take.poses[one.start : one.end])
-        idle = uniform_filter1d(take.speeds, AVERAGED, mode="nearest") < position.pace
         value = float(values[one.capture][one.start : one.end].mean())
         spans = _spans(one, len(take.poses), period, position)
         for start, end in [*spans, *_unbroken(one, jumps)]:
             cost = MOVED_COST * (abs(start - one.start) + abs(end - one.end))
             cost += value - float(values[one.capture][start:end].mean())
-            cost += IDLE_WEIGHT * float(idle[start:end].mean())
             rough = ROUGH_WEIGHT * (float(jumps[start:end].max()) - ROUGH)
             cost += float(np.clip(rough, 0.0, MOST_ROUGH))
             if period is None:

@@ -5,10 +5,12 @@ Notation: action k has candidates i, excerpts with cuts moved by some frames. Dy
 
     sum_k target_k(i_k) + JOIN_WEIGHT sum_k join_k(i_k, i_{k+1}),
 
-where the target cost is minus the score of the excerpt, and for "slowly" and "fast" a cost of the
-distance from the speed that is asked for. Choice 0 is that sequence. Choice c > 0 prefers place c
-of each action (:mod:`motiondb.generate.excerpts`), counted modulo their number:
-the place is made as good as the best one, and excerpts of other places cost ``OTHER_PLACE`` more.
+where the target cost is minus the score of the excerpt, which counts the frames in which the action
+is not to be seen (a run that stops joins best with what follows, but who stands does not run), and
+for "slowly" and "fast" a cost of the distance from the speed that is asked for. Choice 0 is that
+sequence. Choice c > 0 prefers place c of each action (:mod:`motiondb.generate.excerpts`), counted
+modulo their number: the place is made as good as the best one, and excerpts of other places cost
+``OTHER_PLACE`` more.
 
 Tempo: frame t of the result is frame r t of the source, so that a rate r > 1 is faster; path values
 that are speeds are multiplied by r. The *speed* of a motion is the mean speed of its joints in the
@@ -26,6 +28,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
 from motiondb.body import pose_vectors, retarget, rotation
+from motiondb.body.features import FEATURE_STEP
 from motiondb.generate import contact, cuts, stitching, variation
 from motiondb.generate.action_sources import ActionSources
 from motiondb.generate.direction import ONCE, gone
@@ -35,6 +38,7 @@ from motiondb.generate.excerpts import (
     NOT_DONE,
     REACHED,
     SHORTEST,
+    UNSEEN_WEIGHT,
     Excerpt,
     Layout,
     Movement,
@@ -45,18 +49,23 @@ from motiondb.generate.excerpts import (
     number_places,
     occurrences_in,
     recount,
+    with_unseen,
 )
 from motiondb.generate.material import Material, SequenceMotion, Takes, gather, pose_vectors_of
 from motiondb.generate.occurrences import measured_track
 from motiondb.generate.sentence_plan import PlannedAction
+from motiondb.learn.learned import Learned
+from motiondb.meaning.edge_map import averaged
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 
 JOIN_WEIGHT = 0.5  # Weight of join costs relative to target costs
 MOST_JOIN = 30.0
 """Join costs approach this, so that of seams that all do not fit, the better excerpts are taken."""
+_AT_ENDS = {"stop", "start"}  # Words of which the evidence says only that they occur
 OTHER_PLACE = 4.0
 """Cost of an excerpt of another place than the preferred one, nats, so that only a much better seam
 outweighs it."""
+SEEN = 0.5  # Share of the largest evidence of a capture from which on a frame shows an action
 MOST_EXCERPTS = 24  # Number of excerpts of an action among which the sequence is chosen
 WORST = 6.0
 """Nats by which a candidate may score below the best, besides what it costs not to do what is
@@ -119,6 +128,7 @@ class _Material(Material):
 
 
 def excerpt_motion(
+    learned: Learned,
     takes: Takes,
     actions: Sequence[ActionSources],
     rng: np.random.Generator,
@@ -128,7 +138,11 @@ def excerpt_motion(
     likely = [_likely(each) for each in actions]
     material = _gather(takes, {e.capture for each in likely for e in each})
     directed = [_direct(material, of, each) for of, each in zip(actions, likely)]
-    excerpts = [each for each, _ in directed]
+    unseen = [
+        {} if _AT_ENDS & {*words} else _unseen(learned, takes, of.action, each)
+        for of, (each, words) in zip(actions, directed)
+    ]
+    excerpts = [with_unseen(each, where) for (each, _), where in zip(directed, unseen)]
     speeds = [_speeds(material, each) for each in excerpts]
     costs = [_speed_costs(one.action, of) for of, one in zip(speeds, actions)]
     values = [np.array([e.score for e in each]) - cost for each, cost in zip(excerpts, costs)]
@@ -136,7 +150,9 @@ def excerpt_motion(
     places = [number_places(*each) for each in zip(excerpts, values, does)]
     rows = [
         _Rows(*each)
-        for each in zip(actions, excerpts, [words for _, words in directed], costs, values, places)
+        for each in zip(
+            actions, excerpts, [words for _, words in directed], costs, values, places, unseen
+        )
     ]
     picked, owners = _pick(material, rows, choice, rng)
     shown, pieces, sources, lengths = [], [], dict(material.paths), []
@@ -180,6 +196,24 @@ class _Rows:
     costs: FloatArray  # (excerpts,): of the distance from the speed that is asked for
     values: FloatArray  # (excerpts,)
     places: IntArray  # (excerpts,)
+    unseen: Mapping[int, FloatArray]  # Capture -> 1 where the action is not to be seen: (frames,)
+
+
+def _unseen(
+    learned: Learned, takes: Takes, action: PlannedAction, excerpts: Sequence[Excerpt]
+) -> dict[int, FloatArray]:
+    """Per capture 1 at the frames whose evidence for an action is below SEEN of the largest."""
+    placed, edges = learned.placed, learned.edges
+    words = [learned.word_numbers[w] for w in action.words if w in learned.word_numbers]
+    if placed is None or edges is None or not words or not placed.words.issuperset(words):
+        return {}
+    unseen = {}
+    for capture in sorted({e.capture for e in excerpts}):
+        frames = learned.frames_of(capture, takes.features.of_capture)
+        evidence = averaged(edges.evidence(frames, words))
+        least = SEEN * float(evidence.max())
+        unseen[capture] = np.repeat((evidence < least) | (least <= 0.0), FEATURE_STEP).astype(float)
+    return unseen
 
 
 def _pick(
@@ -189,10 +223,7 @@ def _pick(
     candidates = []
     for k, row in enumerate(rows):
         timed = row.of.action.seconds is not None
-        pace = (
-            0.0 if {"stop", "start"} & {*row.words} else cuts.pace_of(row.excerpts, material.takes)
-        )
-        position = cuts.Position(k == 0, k == len(rows) - 1, bool(row.words), timed, pace)
+        position = cuts.Position(k == 0, k == len(rows) - 1, bool(row.words), timed)
         preferred = row.costs + _preference(row.places, row.values, choice)
         preferred = preferred + rng.uniform(0.0, 0.05, size=len(preferred))
         moved, owner = _moved(material, row, preferred, position)
@@ -216,6 +247,9 @@ def _moved(
         for s in row.of.sources
         if s.capture in material.takes
     }
+    for capture, unseen in row.unseen.items():
+        n = min(len(unseen), len(values[capture]))
+        values[capture][:n] -= UNSEEN_WEIGHT * unseen[:n]
     return cuts.moved_cuts(row.excerpts, material.takes, values, costs, position)
 
 

@@ -64,6 +64,7 @@ DIRECTION_WEIGHT = 3.0  # Cost of an excerpt that does not go in the direction a
 NOT_DONE = 6.0
 """Further cost of an excerpt that does not reach ``REACHED``, nats: it would be told as not
 shown."""
+UNSEEN_WEIGHT = 6.0  # Cost of an excerpt in which the action is nowhere to be seen, nats
 _AHEAD = {"stop": 1.0, "start": 0.0}
 """Share of the time that a short part is extended by which lies before it. A stop is not followed
 by what comes after it, nor a start preceded by what came before."""
@@ -199,6 +200,22 @@ def _cut_to_direction(excerpt: Excerpt, path: FloatArray, direction: str, longes
     if direction != "stop":
         end = max(end, start + SHORTEST)
     return replace(excerpt, start=start, end=min(end, len(path)))
+
+
+def with_unseen(excerpts: Sequence[Excerpt], unseen: Mapping[int, FloatArray]) -> list[Excerpt]:
+    """Excerpts with the cost of frames that do not show the action, beyond the least of them.
+
+    `unseen`: capture -> 1 at such frames (frames,), else 0; empty where this is not known.
+
+    >>> excerpts = [Excerpt(7, 0, 4, 0.0, (0, 4)), Excerpt(7, 4, 8, 0.0, (4, 8))]
+    >>> [e.score for e in with_unseen(excerpts, {7: np.array([0, 0, 0, 1, 1, 1, 1, 0])})]
+    [0.0, -3.0]
+    """
+    if not unseen:
+        return list(excerpts)
+    shares = np.array([unseen[e.capture][e.start : e.end].mean() for e in excerpts])
+    costs = UNSEEN_WEIGHT * (shares - shares.min())
+    return [replace(e, score=e.score - float(cost)) for e, cost in zip(excerpts, costs)]
 
 
 def complete(excerpt: Excerpt, unusual: FloatArray) -> Excerpt:

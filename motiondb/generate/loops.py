@@ -45,16 +45,22 @@ class Loop:
     usual_step: float  # The same, of all other frames
     travel: float  # Way over the ground of a cycle, m
     turn: float  # Turn that was taken out, radians
+    turning: float  # Turn of a cycle that stays, radians
 
 
-def looped(clip: Clip, user_map: Mapping[str, str] | None = None) -> Loop:
-    """Find the cycle of a clip with y up, and close it (QueryError if the clip is too short)."""
+def looped(
+    clip: Clip, user_map: Mapping[str, str] | None = None, is_straight: bool = False
+) -> Loop:
+    """Find the cycle of a clip with y up, and close it (QueryError if the clip is too short).
+
+    `is_straight`: whether any turn of the cycle is taken out, as it is played in place.
+    """
     hips = changes.from_hips(clip, user_map)
-    loop = _looped(hips.clip, user_map)
+    loop = _looped(hips.clip, user_map, is_straight)
     return replace(loop, clip=hips.restored(loop.clip))
 
 
-def _looped(clip: Clip, user_map: Mapping[str, str] | None) -> Loop:
+def _looped(clip: Clip, user_map: Mapping[str, str] | None, is_straight: bool) -> Loop:
     """Find the cycle of a clip whose root are the hips, and close it."""
     points = retarget.clip_keypoints(clip, user_map)
     coarse = retarget.resample(points, clip.fps)
@@ -73,12 +79,13 @@ def _looped(clip: Clip, user_map: Mapping[str, str] | None) -> Loop:
     piece = stitching.Piece(0, first, behind)
     thrice = stitching.stitch([piece] * 3, {0: (path, local)}, clip.fps)
     middle = slice(behind - first, 2 * (behind - first))
-    path, turn = _straight(thrice.path[middle].copy(), clip.fps)
+    path, turn = _straight(thrice.path[middle].copy(), clip.fps, is_straight)
     made = _from_path(clip, path, thrice.rotations[middle], (first, behind), points)
     facts = _measure(made, path, user_map)
     ends = _relative(points)[[first, min(behind, len(points) - 1)]]
     gap = float(np.linalg.norm(ends[1] - ends[0], axis=-1).max())
-    return Loop(made, first / clip.fps, behind / clip.fps, gap, *facts, turn)
+    turning = float(path[:, 3].sum()) / clip.fps
+    return Loop(made, first / clip.fps, behind / clip.fps, gap, *facts, turn, turning)
 
 
 def _find(coarse: FloatArray, clip: Clip) -> tuple[int, int]:
@@ -141,10 +148,13 @@ def _to_path(clip: Clip, points: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.stack([root[:, 1], planar[:, 0], planar[:, 2], turning], axis=1), local
 
 
-def _straight(path: FloatArray, fps: float) -> tuple[FloatArray, float]:
-    """Take a small turn, and a small way, of a cycle out of its path (frames, 4)."""
+def _straight(path: FloatArray, fps: float, whole: bool) -> tuple[FloatArray, float]:
+    """Take a small turn, and a small way, of a cycle out of its path (frames, 4).
+
+    `whole`: whether a large turn is taken out, too.
+    """
     turn = float(path[:, 3].sum()) / fps
-    if abs(turn) < STRAIGHT:
+    if whole or abs(turn) < STRAIGHT:
         path[:, 3] -= turn * fps / len(path)
     else:
         turn = 0.0

@@ -70,6 +70,8 @@ class MadeMotion:
     # Number of every action's place among those that show it about as clearly as the best one (-1
     # if it is none of them), and their number; none for other methods
     places: tuple[tuple[int, int], ...] = ()
+    asked: tuple[Asked, ...] = ()  # What was judged; the others of `shown` were not made
+    sources: tuple[int, ...] = ()  # Captures that the judge leaves out
 
     @property
     def spans(self) -> tuple[tuple[int, int], ...]:
@@ -114,7 +116,7 @@ def make_motion(
         if method == "trajectory":
             return _from_symbols(learned, takes, wanted)
         sources = _sources(learned, wanted, anyway)
-        made_of_excerpts = excerpt_motion(takes, sources, rng, choice)
+        made_of_excerpts = excerpt_motion(learned, takes, sources, rng, choice)
         return _from_excerpts(learned, takes, wanted, sources, made_of_excerpts)
 
 
@@ -273,6 +275,8 @@ def _from_excerpts(
         wanted.decided,
         tuple(dict.fromkeys((*wanted.not_used, *left))),
         tuple((shown.place, shown.n_places) for shown in made_of_excerpts.shown),
+        tuple(asked),
+        tuple(captures),
     )
 
 
@@ -290,9 +294,8 @@ def _from_symbols(learned: Learned, takes: Takes, wanted: _Wanted) -> MadeMotion
     asked = [
         Asked(action, int(a), int(b)) for action, a, b in zip(wanted.actions, ends[:-1], ends[1:])
     ]
-    judged = judge_motion(
-        learned, made_of_symbols.made.motion, asked, sorted(made_of_symbols.captures)
-    )
+    sources = tuple(sorted(made_of_symbols.captures))
+    judged = judge_motion(learned, made_of_symbols.made.motion, asked, sources)
     left = [one for action in wanted.actions for one in _not_by_symbols(action)]
     return MadeMotion(
         made_of_symbols.made,
@@ -306,6 +309,42 @@ def _from_symbols(learned: Learned, takes: Takes, wanted: _Wanted) -> MadeMotion
         measure_smoothness(made_of_symbols.made, takes.motion),
         wanted.decided,
         tuple(dict.fromkeys((*wanted.not_used, *left))),
+        asked=tuple(asked),
+        sources=sources,
+    )
+
+
+def judge_again(
+    learned: Learned, takes: Takes, before: MadeMotion, made: SequenceMotion, first: int
+) -> MadeMotion:
+    """The same for a motion that was changed since: it begins at the frame ``first`` of before."""
+    count = made.motion.n_frames
+    asked = [
+        replace(
+            one,
+            start=min(max(one.start - first, 0), count),
+            end=min(max(one.end - first, 0), count),
+        )
+        for one in before.asked
+    ]
+    left = [one for one in asked if one.end > one.start]
+    with one_blas_thread():
+        judged = iter(judge_motion(learned, made.motion, left, before.sources))
+        recognised = recognise(learned, made.motion).symbols
+    why = "the cycle that was cut out does not hold it"
+    shown = [
+        next(judged)
+        if one.end > one.start
+        else JudgedAction(one.action.words, 0, 0, False, 0.0, reason=why)
+        for one in asked
+    ]
+    return replace(
+        before,
+        made=made,
+        recognised=recognised,
+        shown=(*shown, *before.shown[len(asked) :]),
+        smoothness=measure_smoothness(made, takes.motion),
+        asked=tuple(asked),
     )
 
 

@@ -375,6 +375,7 @@ FORMS = {
     "leftward": "left",
     "leftwards": "left",
     "lying": "lie",
+    "playing": "play",
     "ran": "run",
     "rightward": "right",
     "rightwards": "right",

@@ -28,6 +28,7 @@ from motiondb.answers.learning import LearnResult
 from motiondb.answers.plain import fields_of
 from motiondb.answers.scenes import SceneMade
 from motiondb.page.errors import PageError, unknown
+from motiondb.page.progress import WholeProgress
 
 MOST_JOBS = 100  # Largest number of jobs that are remembered
 MOST_POINTS = 2000  # Largest number of points of an error curve that are remembered
@@ -57,6 +58,8 @@ class JobStep:
 
     what: str
     share: float  # Share of the step that is done, 0 to 1
+    whole: float | None  # Share of the whole job that is done; it never falls. None: not known
+    left: float | None  # Seconds that are left if it goes on as fast; None: not known
     error: float | None  # -log P of the scene that is being sampled
     preview: str | None  # Ref of a first motion of a scene, before its report
 
@@ -85,6 +88,7 @@ class Job:
         self.kind, self.title = kind, title
         self.state: State = WAITING
         self.what, self.share = "", 0.0
+        self.progress = WholeProgress(kind)
         self.error: float | None = None
         self.message: str | None = None
         self.error_kind: str | None = None
@@ -118,13 +122,20 @@ class Job:
 
     def step(self) -> JobStep:
         """Return the current step for JSON."""
+        whole = self.progress.share
         return JobStep(
-            what=self.what, share=round(self.share, 4), error=self.error, preview=self.preview
+            what=self.what,
+            share=round(self.share, 4),
+            whole=None if whole is None else round(whole, 4),
+            left=None if self.is_over else self.progress.left(time.time() - self.started),
+            error=self.error,
+            preview=self.preview,
         )
 
     def tell(self, what: str, share: float, error: float | None) -> None:
         """Record the current step, the share of it that is done, and the error of a scene."""
         self.what, self.share, self.error = what, min(max(share, 0.0), 1.0), error
+        self.progress.tell(what, self.share)
         if error is not None and what.startswith("sampling"):
             self.curve.append((round(self.share, 4), error))
             del self.curve[:-MOST_POINTS]

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from motiondb.answers.catalogue import (
@@ -58,11 +59,19 @@ if TYPE_CHECKING:
     from motiondb.store import StoredScene
 
 
+@dataclass(frozen=True, kw_only=True)
+class WordedSegment(ShownSegment):
+    """An interval with its motion symbol, and the word that is most often said of the symbol."""
+
+    word: str | None = None
+    word_probability: float | None = None
+
+
 @dataclass(frozen=True)
 class Timeline:
     """The symbols and captions of a take."""
 
-    segments: tuple[ShownSegment, ...]
+    segments: tuple[WordedSegment, ...]
     words: tuple[Caption, ...]
 
 
@@ -99,6 +108,25 @@ class LikeReply(LikeAnswer):
     took: float | None
 
 
+def worded_segments(db: MotionDB, capture: str) -> tuple[WordedSegment, ...]:
+    """Return the segments of a capture, each with the word of its symbol."""
+    segments = db.segments(capture)
+    if not segments:
+        return ()
+    load = partial(db.symbol_rows, 1)
+    words = {
+        row.symbol: row.words[0] for row in db.session.kept("words of symbols", load) if row.words
+    }
+    return tuple(
+        WordedSegment(
+            **fields_of(each),
+            word=words[each.symbol].word if each.symbol in words else None,
+            word_probability=words[each.symbol].probability if each.symbol in words else None,
+        )
+        for each in segments
+    )
+
+
 def search_reply(db: MotionDB, answer: WordAnswer, took: float | None = None) -> SearchReply:
     """Return the answer to words; every match has its reasons."""
     return SearchReply(**_with_takes(db, search_answer(answer)), took=took)
@@ -133,7 +161,7 @@ def _with_take(db: MotionDB, match: Match) -> ShownMatch:
         performer=row.info.tags.get("performer"),
         licence=row.info.tags.get("licence"),
         kind=row.info.kind,
-        timeline=Timeline(tuple(db.segments(match.capture)), row.captions),
+        timeline=Timeline(worded_segments(db, match.capture), row.captions),
     )
 
 
@@ -161,7 +189,7 @@ class CaptureDetails(ListedCapture):
     copies: int
     relations: tuple[Relation, ...]
     events: tuple[ShownEvent, ...]
-    segments: tuple[ShownSegment, ...]
+    segments: tuple[WordedSegment, ...]
     activities: tuple[ShownActivity, ...]
     recognised: tuple[WordsOverTime, ...]
     sources: tuple[Source, ...] = ()
@@ -185,8 +213,15 @@ def capture_row(row: BrowsedCapture) -> CaptureRow:
     )
 
 
-def capture_details(db: MotionDB, row: BrowsedCapture) -> CaptureDetails:
-    """Return everything about one capture."""
+def described_words(db: MotionDB, name: str) -> tuple[WordsOverTime, ...]:
+    """Return the likely words of a capture over time; kept until the database changes."""
+    if not (db.is_learned() and db.learned.has_words):
+        return ()
+    return db.session.kept(("described", name), lambda: words_over_time(db.describe(name)))
+
+
+def capture_details(db: MotionDB, row: BrowsedCapture, described: bool = True) -> CaptureDetails:
+    """Return everything about one capture; its likely words, which take longest, if asked for."""
     name = row.info.name
     made: dict[str, Any] = {}
     if row.info.kind == "generated":
@@ -194,7 +229,6 @@ def capture_details(db: MotionDB, row: BrowsedCapture) -> CaptureDetails:
         made = {"sources": sources_of(provenance), "stretches": stretches(provenance)}
         if shown.string is not None:
             made |= {"grammar": shown.grammar, "string": tuple(shown.string.split())}
-    words = db.describe(name) if db.is_learned() and db.learned.has_words else ()
     return CaptureDetails(
         **fields_of(listed_capture(row.info, row.captions)),
         ref=f"capture:{name}",
@@ -202,9 +236,9 @@ def capture_details(db: MotionDB, row: BrowsedCapture) -> CaptureDetails:
         copies=row.copies,
         relations=tuple(db.relations(name)),
         events=tuple(map(shown_event, db.events(name))),
-        segments=tuple(db.segments(name)),
+        segments=worded_segments(db, name),
         activities=tuple(db.activities(name)),
-        recognised=words_over_time(words),
+        recognised=described_words(db, name) if described else (),
         **made,
     )
 

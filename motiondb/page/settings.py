@@ -29,8 +29,8 @@ class UploadLimits:
     """Limits for the data that a browser may send."""
 
     # Of one file. ten minutes of a large BVH at 120 frames a second have 60 MB
-    file_bytes: int = 100 * 2**20
-    request_bytes: int = 500 * 2**20  # Of all files of one request
+    file_bytes: int = 100_000_000
+    request_bytes: int = 500_000_000  # Of all files of one request
     # Files of one request. a data set such as that of CMU has 2,500
     files: int = 3000
     # Of all uploads that the server keeps; the oldest are dropped
@@ -68,6 +68,9 @@ class PageSettings:
         Further names by which browsers may reach the server.
     warm : bool
         Whether to load the data that questions need before the first question.
+    always_token : bool
+        Whether a token is made and required at loopback addresses, too: other users of this
+        computer can reach them.
     """
 
     database: Path
@@ -81,6 +84,7 @@ class PageSettings:
     limits: UploadLimits = UploadLimits()
     allowed_hosts: tuple[str, ...] = ()
     warm: bool = True
+    always_token: bool = False
 
     @property
     def is_local(self) -> bool:

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
+from motiondb.files.folder import holds_capture
 from motiondb.page.errors import FULL_DISK, PageError, unknown
 from motiondb.page.settings import UploadLimits, upload_kind
 
@@ -96,12 +97,7 @@ class Uploads:
             for name, stream in files:
                 self._take(upload, name, stream)
             if not upload.files:
-                why = "; ".join(f"{file.name}: {file.message}" for file in upload.refused[:5])
-                raise PageError(
-                    f"upload: expected captures or sheets of words, found none. {why}".strip(),
-                    415,
-                    "KindError",
-                )
+                raise _nothing_taken(upload)
         except BaseException:
             shutil.rmtree(folder, ignore_errors=True)
             raise
@@ -132,8 +128,10 @@ class Uploads:
                     raise
                 size, why = 0, f"expected a name that can be stored, found: {error.strerror}."
             if size > self._limits.file_bytes:
-                why = f"expected at most {self._limits.file_bytes / 1e6:.0f} MB, found more."
-            elif not why:
+                why = f"expected at most {self._limits.file_bytes / 1e6:.0f} MB, {TOO_LARGE}"
+            elif kind == "capture" and not why:
+                why = _odd_content(self._folder / upload.upload / shown)
+            if not why:
                 ref = f"upload:{upload.upload}/{shown}"
                 upload.files.append(AcceptedFile(shown, ref, size, kind))
                 return
@@ -150,6 +148,29 @@ class Uploads:
         if size > self._limits.file_bytes:
             path.unlink()
         return size
+
+
+TOO_LARGE = "found more."  # End of the sentence on a file that is too large
+
+
+def _nothing_taken(upload: UploadReply) -> PageError:
+    """Return the error that no file of an upload is taken; 413 if all are too large."""
+    why = "; ".join(f"{file.name}: {file.message}" for file in upload.refused[:5])
+    message = f"upload: expected captures or sheets of words, found none. {why}".strip()
+    if upload.refused and all(file.message.endswith(TOO_LARGE) for file in upload.refused):
+        return PageError(message, 413, "TooLargeError")
+    return PageError(message, 415, "KindError")
+
+
+def _odd_content(path: Path) -> str:
+    """Say that a file does not hold what its ending promises, and delete it; "" if it does."""
+    if holds_capture(path):
+        return ""
+    with path.open("rb") as file:
+        is_bvh = file.read(200).lstrip().startswith(b"HIERARCHY")
+    path.unlink()
+    found = "BVH. Let its name end in .bvh." if is_bvh else "something else."
+    return f"expected DeepMimic's JSON in a file with the ending {path.suffix}, found {found}"
 
 
 def _clash(name: str, others: Iterable[str]) -> str:

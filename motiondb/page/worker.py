@@ -155,8 +155,10 @@ class Workshop:
         from motiondb.learn.recognition import LearnSettings
 
         settings = LearnSettings(n_symbols=parameters["symbols"], seed=parameters["seed"])
-        learned = self.database.learn(settings, progress.progress)
-        return LearnResult(**fields_of(learned_summary(learned)))
+        learned = self.database.learn(settings, progress.progress, parameters["start"])
+        first = self.database.start_facts()
+        size = fields_of(learned_summary(learned))
+        return LearnResult(**size, start=first.name if first else None)
 
     def _learn_grammar(self, parameters: Parameters, progress: Events) -> GrammarLearned:
         from motiondb.database.grammars.grammar_learning import GrammarSettings

@@ -261,9 +261,11 @@ def _place(
     """Where a capture shows the parts of an answer, by segments and then by frames."""
     reading, capture = read[answer.hit.reading], answer.capture
     places = placing.place_answer(asked, capture, answer.hit, reading, answer.sure.parts, written)
+    length = asked.learned.captures[capture].motion_frames
     if features is None:
-        return placing.Placed(places)
-    return placing.refine_places(asked, capture, reading, places, features, written)
+        return placing.sure_of_whole(placing.Placed(places), length)
+    placed = placing.refine_places(asked, capture, reading, places, features, written)
+    return placing.sure_of_whole(placed, length)
 
 
 def _match(
@@ -303,6 +305,7 @@ def _match(
         placing.interval_probability(answer.sure.whole, places, reading),
         "unknown" if any(place.unknown for place in places) else "known",
         parts,
+        placed.in_order,
     )
 
 

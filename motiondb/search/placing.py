@@ -19,7 +19,8 @@ Otherwise the interval ends where the evidence for each frame falls to half of i
 and not of the segments. If more than ``NARROW`` of the interval would remain, it is not narrowed:
 then it shows one long activity, and not a short action with something else around it. The
 probability is that of the interval before its boundaries are refined, and so is the comparison of
-an answer with others. Actions in order that frames place have none.
+an answer with others. Actions in order that frames place have none. An interval that is the whole
+take has the probability of the take: there is no other place that could be right.
 """
 
 from __future__ import annotations
@@ -173,6 +174,18 @@ def refine_places(
     if not_seen:
         return Placed(tuple(replace(place, right=None) for place in refined), False)
     return Placed(tuple(refined))
+
+
+def sure_of_whole(placed: Placed, length: int) -> Placed:
+    """Places of which one that is the whole take is right wherever the take shows the part.
+
+    `length`: Frames of the take at 30 a second.
+    """
+    if len(placed.parts) > 1:  # of several parts, none has the take to itself
+        return placed
+    (place,) = placed.parts
+    is_whole = place.start == 0 and length - place.end <= FEATURE_STEP and not place.unknown
+    return replace(placed, parts=(replace(place, right=1.0),)) if is_whole else placed
 
 
 def is_order(reading: Reading) -> bool:

@@ -36,6 +36,7 @@ from motiondb.store.catalogue.captures import (
     save_capture,
 )
 from motiondb.store.catalogue.edits import (
+    SYNONYMS,
     UNDO,
     Edit,
     find_undoable,

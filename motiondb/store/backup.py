@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from motiondb.errors import StoreError
+from motiondb.errors import QueryError, StoreError
 from motiondb.files.safe_files import check_file_name, log_of, output_file
 from motiondb.store.compaction import attach, copy_tables
 from motiondb.store.connection.handle import Store
@@ -20,9 +20,13 @@ def backup(store: Store, path: Path, check: Callable[[Path], Sequence[str]]) -> 
     """
     check_file_name(path)
     if path.exists():
-        raise StoreError(
+        raise QueryError(
             f"{path}: expected the name of a new file, found a file of that name. "
             "Give another name."
+        )
+    if not path.absolute().parent.is_dir():
+        raise StoreError(
+            f"{path}: expected a folder that is there, found none. Make it, or give another name."
         )
     if store.lacked_log:  # the copy would not say so
         raise StoreError(store.log_note)

@@ -114,7 +114,7 @@ def test_duplicates_are_listed_in_groups(command: Any, some: Path) -> None:
     for name in ("again", "once more"):
         (some / f"boris/{name}.bvh").write_text(text + "\n" * len(name))
     command("add", some / "boris")
-    (group,) = answer(command("list", "--duplicates", "--json"))
+    (group,) = answer(command("list", "--duplicates", "--json"))["groups"]
     assert sorted(group["captures"]) == ["again", "kick_1", "once more"]
     told = command("list", "--duplicates").out
     assert "1 groups, 2 captures repeat others" in told

@@ -39,3 +39,26 @@ def test_a_day_in_the_archive(command: Any, some: Path, monkeypatch: pytest.Monk
     assert ended.out.startswith("1 capture added, 3 already there (0 of them changed), 0 problems")
     with motiondb.open("motions.duckdb", read_only=True) as db:
         assert len(db.captures()) == 4
+
+
+def test_what_is_refused_leaves_nothing_behind(command: Any, some: Path, tmp_path: Path) -> None:
+    command("add", some, "--db", "a.duckdb")
+    assert command("merge", "none.duckdb", "--db", "new.duckdb").code == 1
+    assert command("merge", "a.duckdb", "--prefix", "../", "--db", "new.duckdb").code == 2
+    assert not Path("new.duckdb").exists()
+    long = command("merge", "a.duckdb", "--prefix", 192 * "x" + "/", "--db", "new.duckdb")
+    assert long.code == 1
+    assert "ana/bow_1: expected a name that is short enough with the prefix" in long.err
+    into = command("backup", "no/where.duckdb", "--db", "a.duckdb")
+    assert (into.code, into.err) == (
+        1,
+        "error: no/where.duckdb: expected a folder that is there, found none. Make it, or give "
+        "another name.\n",
+    )
+    assert command("backup", "new.duckdb", "--db", "a.duckdb").code == 2  # there is one already
+    command("add", some / "ana" / "bow_1.bvh", "--prefix", "b/", "--db", "a.duckdb")
+    asked = "list", "--duplicates", "--json", "--db", "a.duckdb", "--where"
+    assert [f["capture"] for f in answer(command(*asked, "name~bow"))["same_files"]] == [
+        "ana/bow_1"
+    ]
+    assert answer(command(*asked, "name~kick"))["same_files"] == []

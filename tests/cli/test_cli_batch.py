@@ -34,6 +34,24 @@ def test_questions_of_a_file_are_answered_in_one_process(command: Any, learned_f
     assert (ended.code, "odd.tsv:1: expected any of the columns" in ended.err) == (2, True)
 
 
+def test_rows_that_are_no_questions_are_named(command: Any, learned_file: Path) -> None:
+    Path("odd.tsv").write_text('question\tlimit\nkick\t1\tmore\nkick\t1e3\nkick\t-1\n"kick\t1\n')
+    ended = command("batch", "odd.tsv", "--db", learned_file)
+    assert (ended.code, len(ended.out.splitlines())) == (1, 1)
+    assert [line.strip() for line in ended.err.splitlines()] == [
+        "odd.tsv:2: expected at most 2 cells, as in the header, found 3.",
+        "odd.tsv:3: expected a whole number in the column limit, found '1e3'.",
+        "odd.tsv:4: expected a limit of at least 1.",
+        'odd.tsv:5: expected quotation marks in pairs, found one alone (").',
+    ]
+    for text in ("", "question\tlimit\n"):
+        Path("empty.tsv").write_text(text)
+        ended = command("batch", "empty.tsv", "--db", learned_file)
+        assert (ended.code, ended.err) == (
+            1, "error: empty.tsv: expected a question in a line, found none. Write some.\n"
+        )  # fmt: skip
+
+
 def test_answers_are_written_with_their_origin(command: Any, learned_file: Path) -> None:
     asked = ("search", "kick", "--limit", 2, "--export", "out", "--db", learned_file)
     for _ in range(2):  # the second time over its own files

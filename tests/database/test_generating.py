@@ -37,6 +37,29 @@ def test_every_asked_action_is_said_to_be_shown_or_not(db: MotionDB) -> None:
         assert one.described[0][0] in one.words
 
 
+def test_a_changed_motion_is_judged_and_told_as_it_is_written(db: MotionDB, tmp_path: Path) -> None:
+    asked = motiondb.MotionChanges(mirror=True, fps=24.0)
+    (made,) = db.generate_variants("a person turns left", 1, changes=asked)
+    assert (made.shown[0].shown, made.shown[0].reason) == (False, "it does not go left")
+    assert not made.shown[0].done[0].endswith("measured in the motion")
+    facts = made.write(tmp_path / "a.bvh", asked.of_file)
+    assert facts.changes[0] == "mirrored: left and right are exchanged"
+    told = json.loads((tmp_path / "a.bvh.provenance.json").read_text())
+    assert told["fps"] == 24.0
+    count = round(made.motion.n_frames / MOTION_FPS * 24.0)
+    ends = [(run["start"], run["end"]) for run in told["frames"]]
+    assert [ends[0][0], *(end for _, end in ends)] == [*(start for start, _ in ends), count]
+    assert told["frames"][0]["source_step"] == 1.25
+    assert "mirror" in told["frames"][0]["edit"]
+    asked = motiondb.MotionChanges(loop=True)
+    (made,) = db.generate_variants("a person walks then kicks", 1, changes=asked)
+    walk, kick = made.shown
+    assert (walk.shown, walk.end) == (True, made.motion.n_frames)
+    assert (kick.shown, kick.reason) == (False, "the cycle that was cut out does not hold it")
+    with pytest.raises(QueryError, match="nothing would use it"):
+        made.write(tmp_path / "b.bvh", motiondb.MotionChanges(joint_map={"l_hip": "LeftUpLeg"}))
+
+
 def test_the_judge_never_sees_the_captures_used(db: MotionDB) -> None:
     """Of a word that one capture alone shows, nothing can be confirmed."""
     learned = db.learned

@@ -8,7 +8,7 @@ import pytest
 from motiondb.body import body, rotation
 from motiondb.generate import cuts
 from motiondb.generate.cuts import Position, Take, edges_of, moved_cuts, refine
-from motiondb.generate.excerpts import Excerpt
+from motiondb.generate.excerpts import UNSEEN_WEIGHT, Excerpt
 from motiondb.records import FloatArray
 
 STILL = np.tile(rotation.IDENTITY, (60, len(body.JOINTS), 1))
@@ -78,16 +78,12 @@ def test_a_break_of_the_capture_is_left_out() -> None:
     assert end == 140
 
 
-def test_who_stands_does_not_run() -> None:
-    """The last 40 frames before the cut rest; without a pace this costs nothing."""
-    speeds = np.interp(np.arange(200), [0, 100, 120, 200], [3.0, 3.0, 0.0, 0.0])
-    take = _take(speeds)
-    one = Excerpt(7, 0, 100, 0.0, (0, 100))
-    pace = cuts.pace_of([one], {7: take})
-    assert pace == pytest.approx(1.0)
-    assert _best(take, Position(False, False, pace=pace))[1] < 140
-    assert _best(take, Position(False, False))[1] == 140
-    assert cuts.pace_of([Excerpt(7, 120, 200, 0.0, (120, 200))], {7: take}) == 0.0
+def test_frames_that_do_not_show_the_action_are_cut_away() -> None:
+    """Who stands does not run."""
+    one = [Excerpt(7, 60, 140, 0.0, (60, 140))]
+    values = np.where(np.arange(200) < 120, 0.0, -UNSEEN_WEIGHT)
+    moved, _ = moved_cuts(one, {7: _take()}, {7: values}, np.zeros(1), Position(False, False))
+    assert moved.ends[np.argmin(moved.targets)] == 140 - cuts.MOST_MOVED
 
 
 def test_chosen_cuts_are_moved_to_where_both_sides_agree() -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from motiondb.body import changes, kinematics, retarget
+from motiondb.body import changes, kinematics, retarget, rotation
+from motiondb.body.pose_vectors import yaw
 from motiondb.errors import QueryError
 from motiondb.files import read_capture
 from motiondb.generate import contact
@@ -39,6 +41,22 @@ def test_a_cycle_of_a_walk_closes(fps: float) -> None:
     jerk = np.linalg.norm(np.diff(again, n=2, axis=0), axis=-1).max(axis=1)
     seam = len(places) - 2
     assert jerk[seam : seam + 2].max() < 2.0 * jerk[:seam].max()
+
+
+def test_a_cycle_in_place_does_not_turn() -> None:
+    """A walk in a circle of 45 degrees a second keeps its turn, unless it is played in place."""
+    clip = read_capture(CAPTURES / "walk_1.bvh")
+    turns = yaw(np.arange(clip.n_frames) / clip.fps * np.radians(45.0))
+    local = clip.local_rotations.copy()
+    local[:, 0] = rotation.multiply(turns, local[:, 0])
+    step = np.diff(clip.root_positions, axis=0, prepend=clip.root_positions[:1])
+    root = clip.root_positions[0] + np.cumsum(rotation.rotate(turns, step), axis=0)
+    circle = replace(clip, local_rotations=local, root_positions=root)
+    kept, taken = looped(circle), looped(circle, is_straight=True)
+    assert np.degrees(kept.turning) == pytest.approx(45.0 * kept.clip.duration, abs=10.0)
+    assert (kept.turn, taken.turning) == (0.0, pytest.approx(0.0, abs=1e-9))
+    assert taken.turn == pytest.approx(kept.turning)
+    assert taken.step < 1.3 * taken.usual_step
 
 
 def test_too_short_and_too_long_for_a_cycle() -> None:

@@ -95,6 +95,14 @@ def test_what_a_grammar_does_not_allow_is_told_of_its_player(client: TestClient)
     assert reasons["D1"].startswith("expected of D1 what the grammar basketball allows")
 
 
+def test_every_grammar_has_the_ground_that_its_diagrams_need(client: TestClient) -> None:
+    grounds = {ground["grammar"]: ground for ground in get(client, "/api/board/kinds")["grounds"]}
+    assert grounds["carrying"]["places"] == ["origin", "object", "goal"]
+    assert grounds["carrying"]["teams"] == ["player"]
+    assert grounds["carrying"]["kinds"] == ["move", "walk"]
+    assert grounds["basketball"]["teams"] == ["attack", "defence"]
+
+
 def test_a_text_that_cannot_be_read_is_an_answer_with_its_line(client: TestClient) -> None:
     board = post(client, "/api/board/check", {"text": DRILL + "5 dunk A1\n"})
     assert (board["diagram"], board["feasible"], board["line"]) == (None, False, 9)

@@ -198,3 +198,18 @@ def test_a_fault_of_the_program_has_the_form_of_all_errors(
         "message": "request: expected an answer, found a fault of the program (KeyError).",
         "status": 500,
     }
+
+
+def test_words_that_were_changed_meanwhile_are_not_overwritten(
+    learned_copy: Path, serve: Serve
+) -> None:
+    client = serve(learned_copy)
+    before = client.get("/api/capture", params={"name": "ana/bow_1"}).json()["words"]
+    body = {"capture": "ana/bow_1", "words": [{"words": "a deep curtsy"}], "before": before}
+    assert client.put("/api/captions", json=body).status_code == 200
+    refused = client.put("/api/captions", json=body | {"words": []})
+    assert refused.status_code == 409
+    assert refused.json()["error"]["message"] == (
+        "ana/bow_1: expected the words that were edited, found others: a deep curtsy. They were "
+        "changed meanwhile; nothing is saved."
+    )

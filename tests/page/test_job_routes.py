@@ -114,6 +114,20 @@ def test_a_job_whose_process_dies_does_not_say_that_nothing_was_saved(tmp_path: 
     )
 
 
+def test_learning_starts_from_shipped_knowledge_and_from_no_file(
+    learned_copy: Path, serve: Serve
+) -> None:
+    client = serve(learned_copy)
+    starts = client.get("/api/status").json()["starts"]
+    assert [(one["name"], one["words"]) for one in starts] == [("cmu", 167)]
+    assert "mocap.cs.cmu.edu" in starts[0]["credit"]
+    refused = client.post("/api/learn", json={"start": str(learned_copy)})
+    assert refused.status_code == 400
+    assert refused.json()["error"]["message"].startswith(
+        "learn: expected a start of cmu, none, found "
+    )
+
+
 def test_a_cancelled_job_leaves_the_database_as_it_was(learned_copy: Path, serve: Serve) -> None:
     client = serve(learned_copy)
     before = get(client, "/api/status")

@@ -6,6 +6,7 @@ import errno
 import io
 from pathlib import Path, PurePosixPath
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -120,6 +121,30 @@ def test_an_uploaded_file_is_an_example_like_a_stored_one(
     assert client.post("/api/download", json=body).content.startswith(b"HIERARCHY")
 
 
+def test_a_download_is_put_onto_an_uploaded_rig_at_a_rate(
+    client: TestClient, samples_folder: Path
+) -> None:
+    data = (samples_folder / "ana" / "walk_1.bvh").read_bytes()
+    other = data.replace(b"LeftUpLeg", b"b_l_thigh")
+    files = [("files", ("rig.bvh", data)), ("files", ("other.bvh", other))]
+    sent = client.post("/api/uploads", files=files).json()
+    rig, unknown = (file["ref"] for file in sent["files"])
+    body = {"items": [{"ref": "capture:ana/bow_1", "end": 1.0}], "format": "npz", "onto": rig}
+    answer = client.post("/api/download", json=body | {"fps": 24.0})
+    with np.load(io.BytesIO(answer.content)) as held:
+        assert (float(held["fps"]), len(held["time"])) == (24.0, 24)
+        assert held["joints"][0] == "Hips"
+    assert client.get("/api/joints", params={"ref": rig}).json()["is_known"]
+    proposed = client.get("/api/joints", params={"ref": unknown}).json()
+    assert not proposed["is_known"]
+    assert proposed["roles"]["l_hip"] == "b_l_thigh"
+    changed = client.post("/api/download", json=body | {"format": "source"})
+    assert changed.status_code == 400
+    assert "found source, which is the file as it was added" in changed.json()["error"]["message"]
+    stored = client.get("/api/joints", params={"ref": "capture:ana/bow_1"})
+    assert "expected an uploaded file, found something else." in stored.json()["error"]["message"]
+
+
 def test_the_fault_of_an_uploaded_file_does_not_tell_where_it_lies(client: TestClient) -> None:
     sent = client.post("/api/uploads", files=[("files", ("bad.bvh", b"HIERARCHY\nrubbish"))])
     ref = sent.json()["files"][0]["ref"]
@@ -128,3 +153,17 @@ def test_the_fault_of_an_uploaded_file_does_not_tell_where_it_lies(client: TestC
     assert answer.status_code == 400
     assert message.startswith("bad.bvh:2: expected a keyword such as JOINT or OFFSET")
     assert "/uploads/" not in message
+
+
+def test_files_that_are_all_too_large_are_told_as_too_large(tmp_path: Path) -> None:
+    uploads = Uploads(tmp_path, UploadLimits(file_bytes=10))
+    with pytest.raises(PageError) as error:
+        uploads.receive([("walk.bvh", io.BytesIO(b"x" * 11))])
+    assert error.value.status == 413
+    bvh = b"HIERARCHY"
+    kept = uploads.receive([("odd.txt", io.BytesIO(bvh)), ("a.bvh", io.BytesIO(bvh))])
+    assert [file.name for file in kept.files] == ["a.bvh"]
+    assert kept.refused[0].message == (
+        "expected DeepMimic's JSON in a file with the ending .txt, found BVH. Let its name end in "
+        ".bvh."
+    )

@@ -73,6 +73,39 @@ def test_an_action_that_cannot_be_played_turns_red_with_the_reason(asked_server,
     page.locator(".board-element.infeasible").wait_for(state="detached")
 
 
+def test_a_drawing_goes_on_from_a_ghost_is_kept_and_dropped_only_when_asked(asked_server, new_page):
+    page = opened(new_page(f"{asked_server}#/board"))
+    page.locator("[data-tool=dribble]").click()
+    drag(page, (0.0, 8.0), (1.0, 4.0))
+    page.locator("[data-ghost='0']").wait_for()
+    page.locator("[data-tool=shoot]").click()
+    drag(page, (1.0, 4.0), (0.0, 0.0))  # a coach draws the shot from where the dribble ends
+    page.locator("[aria-label^='step 2: A1 shoot']").wait_for()
+    end = page.locator("[data-ghost='0']").get_attribute("transform")
+    assert end == "translate(1 4)"  # and the dribble stays
+    page.locator("[data-tool=pass]").click()
+    drag(page, (1.0, 4.0), (-4.8, 5.6))  # between both: the shot comes a step later
+    page.locator("[aria-label^='step 2: A1 pass to A2']").wait_for()
+    page.locator("[aria-label^='step 3: A1 shoot']").wait_for()
+    page.get_by_label("Board", exact=True).select_option("give-and-go")
+    wait_for(page, "() => document.querySelectorAll('.board-element').length === 8")
+    page.go_back()
+    wait_for(page, "() => document.querySelectorAll('.board-element').length === 3")
+    page.reload()
+    wait_for(page, "() => document.querySelectorAll('.board-element').length === 3")
+    page.get_by_label("Board", exact=True).select_option("new:carrying")
+    dialog = page.get_by_role("dialog", name="Discard the unsaved drawing?")
+    dialog.get_by_role("button", name="Cancel").click()
+    wait_for(page, "() => document.querySelectorAll('.board-element').length === 3")
+    page.get_by_label("Board", exact=True).select_option("new:carrying")
+    dialog.get_by_role("button", name="Discard").click()
+    page.locator("[data-place=object]").wait_for()  # the ground of another activity
+    assert page.locator(".board-court-line, [data-tool=shoot]").count() == 0
+    page.locator("[data-place=goal]").focus()
+    page.keyboard.press("Shift+ArrowDown")
+    page.locator("[data-place=goal][transform='translate(2 0.5)']").wait_for()
+
+
 def test_players_and_actions_are_moved_by_pointer_and_keys(asked_server, new_page):
     page = opened(new_page(f"{asked_server}#/board?board=give-and-go"))
     drag(page, (0.4, 8.2), (2.0, 9.0))
@@ -119,6 +152,10 @@ def test_a_board_is_saved_as_the_text_that_the_command_line_reads(serve_copy, ne
         page.get_by_role("button", name="Download", exact=True).first.click()
     assert download.value.suggested_filename == "stroll-1.tactics"
     assert "1 walk A1 to 0 6" in Path(download.value.path()).read_text()
+    saved.write_text("nothing of the kind")
+    page.reload()
+    page.get_by_role("button", name="Edit the text…").wait_for()
+    assert page.locator(".board-player").count() == 0  # nobody of another board
 
 
 def few_rounds(route: Any) -> None:
@@ -143,7 +180,19 @@ def test_a_scene_is_made_survives_a_reload_and_follows_a_change(serve_copy, new_
     page.locator("[aria-label='step 1: A1 walk']").wait_for()
     first = made(page)
     wait_for_figure(page, ".board-scene .player-canvas")
-    assert "of" in page.locator(".board-scene summary").inner_text()
+    report = page.locator(".board-report").inner_text()
+    assert "A1 walk: at the end of its walk in step 1" in report
+    assert "(0, 6)" not in report
+    assert page.locator(".board-token").count() == 0
+    page.locator(".board-scene .player-slider").fill("1")
+    token = page.locator("[data-token=A1]")
+    before = token.get_attribute("transform")
+    page.locator(".board-scene .player-slider").fill("2")
+    wait_for(
+        page,
+        "before => document.querySelector('[data-token=A1]').getAttribute('transform') !== before",
+        before,
+    )
     assert page.evaluate(
         "() => document.querySelector('.board-scene').scrollWidth"
         " <= document.querySelector('.board-right').clientWidth"
@@ -160,7 +209,7 @@ def test_a_scene_is_made_survives_a_reload_and_follows_a_change(serve_copy, new_
     assert any("ref=first" in url for url in moves)  # seen before its report was made
     assert any(second.removeprefix("scene:") in url for url in moves)
     page.goto(f"{page.url.split('#')[0]}#/")
-    page.evaluate("() => sessionStorage.clear()")
+    page.evaluate("() => localStorage.clear()")
     page.goto(f"{page.url.split('#')[0]}#/board?scene={second}")
     page.reload()
     page.locator("[aria-label='step 1: A1 walk']").wait_for()  # the board of the scene

@@ -182,7 +182,8 @@ def test_learning_shows_progress_over_a_reload_and_can_be_cancelled(serve_copy, 
     address = serve_copy()
     page = new_page(f"{address}#/catalogue")
     page.get_by_role("button", name="Learn…").first.click()
-    page.get_by_label("Motion symbols").fill("6")
+    page.get_by_text("Settings").click()
+    page.get_by_label("Number of movements").fill("6")
     page.get_by_role("dialog").get_by_role("button", name="Learn", exact=True).click()
     page.locator(".jobs-button.active").wait_for()
     page.reload()
@@ -201,3 +202,131 @@ def test_a_read_only_page_offers_no_changes(serve_copy, new_page):
     for name in ("Add captures", "Learn…", "Add words", "Remove this capture…"):
         assert page.get_by_role("button", name=name).count() == 0
     assert page.get_by_text("read only").count() > 0
+
+
+def test_words_being_typed_are_neither_drawn_over_nor_saved(serve_copy, new_page, tmp_path):
+    page = new_page(f"{serve_copy()}#/catalogue?where=performer%3Dana")
+    row = _row(page, "ana/bow_1")
+    row.locator(".words-button").click()
+    field = page.get_by_label("Words of ana/bow_1")
+    field.fill("half of a sen")
+    changed = page.expect_response(lambda answer: "/api/status" in answer.url)
+    with changed, motiondb.open(tmp_path / "copy.duckdb", wait=60.0) as db:
+        db.set_words("ana/bow_1", "a deep curtsy")
+    page.wait_for_timeout(1000)  # the rows would be drawn by now
+    assert field.input_value() == "half of a sen"
+    assert page.evaluate("() => document.activeElement.className") == "in-place"
+    assert _row(page, "ana/bow_1").count() == 1
+    with motiondb.open(tmp_path / "copy.duckdb", read_only=True, wait=60.0) as db:
+        assert [caption.words for caption in db.captions("ana/bow_1")] == ["a deep curtsy"]
+    field.press("Enter")  # versions are compared
+    dialog = page.get_by_role("dialog")
+    dialog.get_by_text("found others: a deep curtsy").wait_for()
+    dialog.get_by_role("button", name="Cancel").click()
+    row.get_by_text("a deep curtsy").wait_for()
+    row.locator(".words-button").click()
+    page.get_by_label("Words of ana/bow_1").fill("a very deep curtsy")
+    page.get_by_label("Words of ana/bow_1").press("Enter")
+    row.get_by_text("a very deep curtsy").wait_for()  # nobody changed it since
+    page.get_by_text("Words of ana/bow_1 saved").wait_for()
+
+
+def test_after_a_restart_of_the_server_nothing_stale_stays(serve_copy, new_page, tmp_path):
+    address = serve_copy()
+    page = new_page(f"{address}#/catalogue?capture=ana/bow_1")
+    wait_for_figure(page)
+    lost = {"id": "j1", "kind": "learn", "title": "learn", "state": "running", "what": "words",
+            "share": 0.5, "error": None, "preview": None, "started": 1.0, "seconds": 9.0,
+            "message": None, "error_kind": None, "result": None, "curve": []}  # fmt: skip
+    page.route("**/api/jobs", lambda route: route.fulfill(json={"jobs": [lost]}))
+    page.reload()
+    page.locator(".jobs-button", has_text="learn 50 %").wait_for()
+    page.unroute("**/api/jobs")
+    page.context.set_offline(True)
+    page.get_by_label("Filter").fill("bow")
+    page.keyboard.press("Enter")
+    page.locator(".message.fault", has_text="The server does not answer").wait_for()
+    page.evaluate("() => document.dispatchEvent(new Event('visibilitychange'))")  # connects again
+    page.locator(".lost:visible").wait_for()
+    page.context.set_offline(False)
+    page.evaluate("() => document.dispatchEvent(new Event('visibilitychange'))")
+    page.locator(".lost:visible").wait_for(state="hidden")
+    page.locator(".message.fault").wait_for(state="hidden")
+    page.locator(".jobs").wait_for(state="hidden")
+    page.locator(".summary", has_text=" of 101 captures").wait_for()  # asked again
+
+
+def test_bad_files_are_named_and_what_was_added_is_linked(
+    serve_copy, new_page, samples_folder, tmp_path
+):
+    good = tmp_path / "good.bvh"
+    good.write_bytes((samples_folder / "ana" / "bow_1.bvh").read_bytes())
+    (tmp_path / "odd.txt").write_bytes(good.read_bytes())
+    (tmp_path / "empty.bvh").write_bytes(b"")
+    (tmp_path / "binary.bvh").write_bytes(bytes(range(256)) * 8)
+    page = new_page(f"{serve_copy(database=tmp_path / 'new.duckdb')}#/catalogue")
+    page.get_by_role("button", name="Add captures").first.click()
+    names = ("good.bvh", "odd.txt", "empty.bvh", "binary.bvh")
+    page.get_by_label("Choose files…").set_input_files([tmp_path / name for name in names])
+    page.get_by_text("3 captures ready to be added.").wait_for()
+    refused = page.locator(".refused").inner_text()
+    assert "odd.txt" in refused
+    assert "found BVH. Let its name end in .bvh." in refused
+    page.get_by_role("button", name="Add to the database").click()
+    page.get_by_role("button", name="Show the problems").click()
+    listed = page.locator(".job li").all_inner_texts()
+    assert len(listed) == 2
+    assert any(text.startswith("empty.bvh:") for text in listed)
+    assert any(text.startswith("binary.bvh:") for text in listed)
+    page.locator(".job-added").get_by_role("link", name="good", exact=True).click()
+    page.get_by_role("heading", name="good", exact=True).wait_for()
+
+
+def test_captures_are_browsed_as_previews_and_changed_together(serve_copy, new_page, tmp_path):
+    page = new_page(f"{serve_copy()}#/catalogue?where=performer%3Dana")
+    page.locator(".row-capture").first.wait_for()
+    page.get_by_role("button", name="Previews").click()
+    card = page.locator(".card", has_text="ana/jump_1")
+    card.wait_for()
+    wait_for_canvas = """() => [...document.querySelectorAll('.card')]
+        .find((card) => card.textContent.includes('ana/jump_1')).querySelector('canvas')
+        .getContext('2d').getImageData(0, 0, 220, 160).data.some((value) => value > 0)"""
+    wait_for(page, wait_for_canvas)
+    still = card.locator("canvas").evaluate("canvas => canvas.toDataURL()")
+    card.hover()  # it plays while it is pointed at
+    wait_for(
+        page,
+        """still => [...document.querySelectorAll('.card')]
+            .find((card) => card.textContent.includes('ana/jump_1')).querySelector('canvas')
+            .toDataURL() !== still""",
+        still,
+    )
+    page.get_by_role("checkbox", name="Select ana/bow_1").click()
+    page.get_by_role("checkbox", name="Select ana/jump_1").click()
+    bar = page.get_by_role("region", name="Selected captures")
+    bar.get_by_text("2 captures selected").wait_for()
+    bar.get_by_role("button", name="Licence…").click()
+    page.get_by_label("The licence of all of them").fill("CC-BY-4.0")
+    page.get_by_role("dialog").get_by_role("button", name="Set the licence").click()
+    page.get_by_text("Licence of 2 captures.").wait_for()
+    bar.get_by_role("button", name="Remove…").click()
+    page.get_by_role("dialog").get_by_role("button", name="Remove", exact=True).click()
+    page.get_by_text("10 of 99 captures").wait_for()
+    page.locator(".message", has_text="Removal of 2").get_by_role("button", name="Undo").click()
+    page.get_by_text("12 of 101 captures").wait_for()
+    page.get_by_role("button", name="Previews").click()
+    row = _row(page, "ana/jump_1")
+    row.get_by_text("CC-BY-4.0").wait_for()
+    row.get_by_role("checkbox").click()
+    bar.get_by_role("button", name="Rename…").click()
+    page.get_by_label("The new name of ana/jump_1").fill("ana/leap_1")
+    page.get_by_role("dialog").get_by_role("button", name="Rename", exact=True).click()
+    held = []
+    page.route("**/api/describe?*", lambda route: held.append(route))
+    _row(page, "ana/leap_1").get_by_text("ana/leap_1").click()
+    page.get_by_role("button", name="Download as npz").wait_for()  # before the description
+    page.locator(".details .lane-captions .block").first.wait_for()
+    wait_for(page, "() => document.querySelector('.lane-words') === null")
+    for route in held:
+        route.continue_()
+    page.locator(".details .lane-words .block").first.wait_for()

@@ -61,3 +61,17 @@ def test_a_question_that_cannot_be_made_is_refused_with_a_sentence(asked_server,
     fault = page.get_by_role("alert").filter(has_text="frobnicate")
     fault.wait_for()
     page.locator(".known-words button").first.wait_for()
+
+
+def test_an_action_that_is_not_shown_is_hatched(asked_server, new_page):
+    page = new_page("about:blank")
+
+    def unshown(route):
+        answer = route.fetch().json()
+        answer["variants"][0]["shown_actions"][1]["shown"] = False
+        route.fulfill(json=answer)
+
+    page.route("**/api/generate", unshown)
+    page.goto(f"{asked_server}{ASKED}")
+    page.locator(".lane-parts .block").first.wait_for()
+    assert page.locator(".lane-parts .block.missing").all_inner_texts() == ["kick"]

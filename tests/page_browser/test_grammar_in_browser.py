@@ -303,3 +303,45 @@ def test_a_narrow_window_does_not_scroll_sideways(grammar_server, new_page):
     page.get_by_role("button", name="Parse tree").click()
     choose_terminal(page, 0)
     assert page.evaluate(width) <= 390
+
+
+def test_rules_and_names_are_edited_undone_and_asked(serve_grammar, new_page):
+    page = new_page(f"{serve_grammar()}#/grammar?name=play")
+    rules = page.locator(".grammar-rules")
+    page.locator("[data-terminal=g]").click()
+    page.get_by_role("button", name="Rename g…").click()
+    page.get_by_label("Name of the terminal g").fill("a")
+    page.get_by_role("button", name="Rename", exact=True).click()
+    page.get_by_text("found one that is taken").wait_for()
+    page.get_by_label("Name of the terminal g").fill("dribble")
+    page.get_by_role("button", name="Rename", exact=True).click()
+    page.locator("[data-terminal=dribble]").wait_for()
+    assert "c f b dribble A [0.2]" in rules.inner_text()
+    page.get_by_role("button", name="Edit the rules…").click()
+    text = page.get_by_label("Rules as text")
+    text.fill("S -> a b")
+    page.get_by_role("button", name="Save the rules").click()
+    page.get_by_text("expected rules that derive every sentence").wait_for()
+    page.get_by_role("button", name="Cancel").click()
+    page.get_by_role("button", name="Edit the rules…").click()
+    text.fill(text.input_value().replace("S -> ", "S -> h [0.25] | "))
+    page.get_by_role("button", name="Save the rules").click()
+    page.get_by_role("button", name="Undo: rules").wait_for()
+    assert "S -> h [0.2] |" in rules.inner_text()  # all are scaled to sum to 1
+
+    page.get_by_role("button", name="What may come next").click()
+    page.locator(".suggest-list li", has_text="h 0.20").wait_for()
+    page.locator(".suggest-list button", has_text="h").click()
+    page.locator(".suggest-list li", has_text="the end 1.00").wait_for()
+    page.get_by_label("Capture", exact=True).fill("chidi/long_play_1")
+    page.get_by_role("button", name="Parse").click()
+    page.get_by_text("The grammar was learned from this capture").wait_for()
+    assert page.locator(".parse-string li").count() > 10
+    page.get_by_role("button", name="Compare with").click()
+    page.get_by_role("row", name="finite state machine").wait_for()
+
+    page.get_by_role("button", name="Undo: rules").click()
+    page.get_by_role("button", name="Undo: name of g").click()
+    page.locator("[data-terminal=g]").wait_for()
+    assert rules.inner_text().startswith("S -> a b A [0.4] | c h a")
+    page.get_by_role("button", name="Undo:").wait_for(state="detached")

@@ -5,6 +5,8 @@ from __future__ import annotations
 import pytest
 from page_tools import AXE, serious, wait_for, wait_for_figure
 
+import motiondb
+
 VIEWS = {
     "catalogue": ("#/catalogue?capture=ana/long_1", ".caption"),
     "copies": ("#/catalogue?show=duplicates", ".duplicate-group"),
@@ -42,8 +44,10 @@ def test_views_are_reached_by_keyboard_and_named(asked_server, new_page):
     assert page.evaluate("() => document.activeElement.textContent") == "Skip to the content"
     page.keyboard.press("Enter")
     assert page.evaluate("() => document.activeElement.id") == "view"
+    page.get_by_text("Explore", exact=True).click()
     page.get_by_role("link", name="Symbols").click()
     wait_for(page, "() => document.title === 'Symbols · motiondb'")
+    page.get_by_text("Explore", exact=True).click()
     assert page.get_by_role("link", name="Symbols").get_attribute("aria-current") == "page"
 
 
@@ -64,10 +68,30 @@ def test_an_empty_database_says_what_to_do(serve_copy, new_page, tmp_path):
     page = new_page(f"{address}#/search")
     page.get_by_role("heading", name="This database is empty").wait_for()
     for name in ("Generate", "Symbols", "Grammars"):
+        if name != "Generate":
+            page.get_by_text("Explore", exact=True).click()
         page.get_by_role("link", name=name).click()
         page.get_by_role("heading", name="This database is empty").wait_for()
     page.get_by_role("button", name="Go to the catalogue").click()
     page.get_by_role("button", name="Add captures").first.wait_for()
+
+
+def test_captures_without_captions_are_searched_with_words_of_others(
+    serve_copy, new_page, some, tmp_path
+):
+    with motiondb.open(tmp_path / "wordless.duckdb") as db:
+        db.add(some)
+    page = new_page(f"{serve_copy(database=tmp_path / 'wordless.duckdb')}#/search?q=jump")
+    page.get_by_text("expected a database that has learned, found only captures").wait_for()
+    page.get_by_role("button", name="Learn…").click()
+    dialog = page.get_by_role("dialog")
+    assert dialog.get_by_label("Learn from").input_value() == "cmu"
+    dialog.get_by_text(
+        "The data used in this project was obtained from mocap.cs.cmu.edu"
+    ).wait_for()
+    dialog.get_by_role("button", name="Learn", exact=True).click()
+    page.locator(".answer").first.wait_for()  # the question is asked again by itself
+    page.locator(".message", has_text="Started from cmu.").wait_for()
 
 
 def test_a_server_that_ended_is_noticed(browser, asked_server, new_page):
@@ -81,8 +105,6 @@ def test_a_server_that_ended_is_noticed(browser, asked_server, new_page):
 
 
 def test_a_change_by_another_program_appears(serve_copy, new_page, tmp_path):
-    import motiondb
-
     page = new_page(f"{serve_copy()}#/catalogue?where=performer%3Dana")
     page.locator(".row-capture").first.wait_for()
     with motiondb.open(tmp_path / "copy.duckdb", wait=60.0) as db:
@@ -94,3 +116,91 @@ def test_an_unknown_address_shows_the_catalogue(asked_server, new_page):
     page = new_page(f"{asked_server}#/nowhere")
     page.locator(".row-capture").first.wait_for()
     assert page.url.endswith("#/catalogue")
+
+
+def test_the_page_opens_on_a_question_that_finds_something(asked_server, new_page):
+    page = new_page(asked_server)
+    page.get_by_text("A library of human motion that you can ask.").wait_for()
+    assert page.locator(".row-capture").count() > 0  # the unfiltered answer
+    box = page.get_by_role("searchbox", name="What to search for")
+    examples = page.locator(".examples .chip")
+    examples.first.wait_for()
+    questions = examples.all_inner_texts()
+    assert len(questions) > 2
+    assert any("," in question for question in questions)
+    for question in questions:  # each is true of this database
+        answer = page.request.get(f"{asked_server}api/search", params={"q": question}).json()
+        assert answer["matches_anything"]
+        assert answer["matches"][0]["probability"] >= 0.5
+    examples.first.click()
+    page.locator(".answer").first.wait_for()
+    assert box.input_value() == questions[0]
+    assert page.title() == f"{questions[0]} · Search · motiondb"
+    for view in ("board", "symbols", "generate"):
+        page.goto(f"{asked_server}#/{view}")
+        page.keyboard.press("/")
+        assert page.evaluate("() => document.activeElement.id") == "question"
+    page.keyboard.type("kick")
+    page.keyboard.press("Enter")
+    page.locator(".answer", has_text="kick").first.wait_for()
+    box.fill("")
+    page.keyboard.press("Enter")
+    page.get_by_label("Filter").wait_for()
+
+
+def test_the_filter_takes_plain_words_and_the_heads_of_the_table(asked_server, new_page):
+    page = new_page(f"{asked_server}#/catalogue")
+    for typed, found in (
+        ("kick", "fatou/kick_1"),  # in names and captions
+        ("fatou kick", "fatou/kick_1"),
+        ("length > 20 and words ~ turn", "ana/long_1"),
+        ("capture ~ bow_1", "ana/bow_1"),
+    ):
+        page.get_by_label("Filter").fill(typed)
+        page.keyboard.press("Enter")
+        page.get_by_text(" of 101 captures").wait_for()
+        page.locator(".row-capture", has_text=found).wait_for()
+        assert page.locator("#filter-fault").inner_text() == ""
+
+
+def test_small_things_are_where_they_are_looked_for(asked_server, new_page):
+    page = new_page(f"{asked_server}#/catalogue?capture=fatou/kick_1")
+    row = page.locator(".row-capture[aria-selected=true]")
+    row.wait_for()  # far down the table: it is brought into sight
+    box, table = row.bounding_box(), page.locator(".table").bounding_box()
+    assert table["y"] < box["y"] < table["y"] + table["height"]
+    page.locator(".details .timeline-cursor").wait_for()
+    assert page.title() == "fatou/kick_1 · Catalogue · motiondb"
+    slider = page.locator(".details .player-slider").bounding_box()
+    area = page.locator(".details .timeline-area").bounding_box()
+    assert abs(slider["x"] + 8 - area["x"]) < 2.5  # one zero; the thumb has a radius of 8
+    assert abs(slider["x"] + slider["width"] - 8 - (area["x"] + area["width"])) < 2.5
+    page.locator(".player-canvas").focus()
+    page.keyboard.press("?")
+    page.get_by_role("dialog").wait_for()
+    page.keyboard.press("Escape")
+    page.get_by_role("dialog").wait_for(state="detached")
+    page.get_by_role("heading", name="fatou/kick_1").wait_for()  # only the dialog was closed
+    page.locator(".player-canvas").focus()
+    page.keyboard.press("Escape")
+    wait_for(page, "() => location.hash === '#/catalogue'")
+    wait_for(page, "() => document.activeElement.textContent.includes('fatou/kick_1')")
+
+    page.goto(f"{asked_server}#/search?q=walk+or+kick&limit=20")
+    page.locator(".answer").nth(11).wait_for()
+    page.evaluate("() => scrollTo(0, 900)")
+    wait_for(page, "() => scrollY === 900")
+    page.wait_for_timeout(300)
+    page.locator(".answer .capture-name").nth(8).click()
+    page.locator(".details .timeline-cursor").wait_for()
+    page.go_back()
+    wait_for(page, "() => scrollY === 900")
+
+    page.goto(f"{asked_server}#/search?like=capture:fatou/kick_1&limit=5")
+    page.locator(".answer").first.wait_for()
+    example = page.locator(".example").bounding_box()
+    answer = page.locator(".answer").first.bounding_box()
+    assert example["x"] + example["width"] < answer["x"]  # beside, not above
+    script = page.request.get(f"{asked_server}app.js", headers={"Accept-Encoding": "gzip"})
+    assert script.headers["content-encoding"] == "gzip"
+    assert script.text().startswith('"use strict"')

@@ -28,7 +28,8 @@ def test_a_question_is_understood_as_chips_and_answered(asked_server, new_page):
     ]  # fmt: skip
     first = page.locator(".answer").first
     assert "ana/long_1" in first.inner_text()
-    assert first.locator(".meter-name").all_inner_texts() == ["shown", "here"]
+    assert first.locator(".found li").count() == 3
+    assert first.locator(".answer-verdict .meter-value").count() == 1  # its certainty once
     assert first.locator(".timeline-lit").count() == 3
     assert first.locator(".lane-symbols .block").count() > 3
     assert first.locator(".lane-captions .block").count() > 0
@@ -38,7 +39,7 @@ def test_a_question_is_understood_as_chips_and_answered(asked_server, new_page):
 def test_answers_play_only_the_matched_interval(asked_server, new_page):
     page = _open(new_page, asked_server, "#/search?q=jump&limit=5", reduced_motion="no-preference")
     wait_for_figure(page, ".answer .clip-canvas")
-    interval = page.locator(".answer .time").first.inner_text()
+    interval = page.locator(".answer .found .time").first.inner_text()
     start, end = (float(number) for number in re.findall(r"[\d.]+", interval))
     places = page.evaluate(
         """async () => {
@@ -78,12 +79,40 @@ def test_the_reason_is_told_word_by_word(asked_server, new_page):
 def test_nothing_matching_is_said_plainly(asked_server, new_page):
     page = _open(new_page, asked_server, "#/search?q=walk,+kick&where=performer%3Dana&limit=5")
     page.get_by_role("heading", name="Not in this database").wait_for()
-    assert page.locator(".answer.nearest").count() > 0
+    assert page.locator(".answer:not(.likely)").count() == page.locator(".answer").count() > 0
+
+
+def test_what_is_seen_follows_what_is_likely(asked_server, new_page):
+    page = _open(new_page, asked_server, "#/search?q=bow&limit=20")
+    page.locator(".answer").first.wait_for()
+    answer = page.request.get(f"{asked_server}api/search?q=bow&limit=20").json()
+    chances = [match["probability"] for match in answer["matches"]]
+    expected = ["likely" if p >= 0.5 else "unlikely" if p >= 0.05 else "folded" for p in chances]
+    assert {"likely", "folded"} <= set(expected)
+    for grade in ("likely", "unlikely", "folded"):
+        assert page.locator(f".answer.{grade}").count() == expected.count(grade)
+    assert page.locator(".answer.folded").first.is_hidden()
+    page.get_by_text(f"{expected.count('folded')} more, all below 0.05").click()
+    assert page.locator(".answer.folded").first.is_visible()
+    assert page.locator(".answer .timeline-lit:not(.unlikely)").count() == expected.count("likely")
+    words = page.locator(".answer .lane-symbols .block").all_inner_texts()
+    assert any(word.isalpha() for word in words)  # the word of a symbol, not its number
+    page.goto(f"{asked_server}#/search?q=stroll&limit=5")
+    page.get_by_text("walk, for “stroll”").first.wait_for()
+    page.get_by_text("from beginning to end").first.wait_for()
+    asked = page.request.get(f"{asked_server}api/search?q=walk&limit=1").json()["matches"][0]
+    assert (asked["start"], asked["end"]) == (0.0, asked["duration"])
+    assert asked["interval_probability"] == asked["probability"]  # there is no other place
+    shown = page.locator(".answer .meter-value").first.inner_text()
+    assert shown == f"{asked['probability']:.2f}"  # of walking, not of the replacement
+    page.goto(f"{asked_server}#/search?q=wlak,+wave&limit=5")
+    page.locator(".remarks", has_text="wlak").wait_for()
+    assert page.locator(".remarks").inner_text().count("wlak") == 1
 
 
 def test_an_unknown_word_is_named_and_can_be_replaced(asked_server, new_page):
     page = _open(new_page, asked_server, "#/search?q=wlak,+wave&limit=5")
-    page.get_by_text("'wlak' is not in the captions").wait_for()
+    page.locator(".remarks", has_text="'wlak'").wait_for()
     page.get_by_role("button", name="walk", exact=True).click()
     wait_for(page, "() => document.querySelector('#question').value === 'walk, wave'")
     page.locator(".answer").first.wait_for()
@@ -100,11 +129,12 @@ def test_the_motions_of_answers_in_sight_travel_in_one_request(asked_server, new
 
 
 def test_a_dropped_file_is_the_example(asked_server, new_page, samples_folder):
-    page = _open(new_page, asked_server)
+    page = _open(new_page, asked_server, "#/search?q=walk&limit=5")
+    page.locator(".answer").first.wait_for()
     drop_files(page, "#view", [samples_folder / "fatou" / "kick_1.bvh"])
     page.get_by_role("heading", name="Like kick_1.bvh").wait_for()
     page.locator(".answer").first.wait_for()
-    assert "kick" in page.locator(".answer").first.inner_text()
+    page.locator(".answer", has_text="kick").first.wait_for()
     assert "like=upload" in page.url
 
 

@@ -44,3 +44,28 @@ def test_the_map_is_enlarged_and_shown_whole_again(asked_server, new_page):
             .getAttribute('transform') !== text""",
         before,
     )
+
+
+def test_a_movement_leads_to_the_map_with_figures_search_and_named_colours(asked_server, new_page):
+    page = new_page(f"{asked_server}#/catalogue?capture=ana/long_1")
+    block = page.locator(".details .lane-symbols .block").first
+    block.wait_for()
+    block.click()
+    page.get_by_role("link", name="Show on the map of movements").click()
+    page.locator(".dot.chosen").wait_for()
+    wait_for(  # small people stand on the dots
+        page,
+        """() => {
+            const canvas = document.querySelector('.symbol-figures');
+            if (!canvas.width) return false;
+            const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+            return data.filter((value, i) => i % 4 === 3 && value > 0).length > 500;
+        }""",
+    )
+    legend = page.get_by_role("list", name="Clusters").inner_text()
+    assert "walk" in legend
+    page.get_by_label("Find", exact=True).fill("kick")
+    page.locator(".dot.other").first.wait_for()
+    assert 0 < page.locator(".dot:not(.other)").count() < page.locator(".dot").count() / 2
+    page.keyboard.press("Enter")
+    page.locator(".symbol-panel .chip", has_text="kick").wait_for()

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from motiondb import store
 from motiondb.answers.catalogue import CaptionVersion, Undone
 from motiondb.database.learn import updating
 from motiondb.errors import QueryError, suggestion
 from motiondb.files.sheets import tag_fault
-from motiondb.records import CaptureInfo
+from motiondb.records import Caption, CaptureInfo
 from motiondb.store import CAPTION, COLUMNS
 
 FOLDER = "/"  # How the name of a folder of captures ends
@@ -72,6 +71,11 @@ def set_tags(
                 f"{key!r}: expected the name of a tag, found {fault}. Choose another name."
             )
     given = {key: value.strip() for key, value in tags.items()}
+    for key, value in given.items():
+        if not value.isprintable():
+            raise QueryError(
+                f"{key}: expected a value of characters that can be printed, found {value[:60]!r}."
+            )
     changed = []
     for info in infos:
         merged = {k: v for k, v in {**info.tags, **given}.items() if v}
@@ -98,6 +102,9 @@ def undo(opened: store.Store, run: int | None) -> Undone:
         }
         names = {info.capture_id: info.name for info in store.load_captures(opened)}
         there = [e.capture_id for e in (*edits["added"], *edits["changed"])]
+        if store.SYNONYMS in there:  # they change the words of every capture
+            there = [*names]
+            names[store.SYNONYMS] = "synonyms"
         parameters = {"run": number, "kind": kind}
         with updating.changing(opened, store.UNDO, parameters, there) as change:
             for edit in edits["added"]:
@@ -132,7 +139,9 @@ def undo(opened: store.Store, run: int | None) -> Undone:
 
 def _restore_parts(opened: store.Store, edit: store.Edit) -> None:
     """Save tags, captions and events as they were before an edit."""
-    if edit.tags is not None:
+    if edit.capture_id == store.SYNONYMS:
+        store.save_synonyms(opened, edit.tags or {})
+    elif edit.tags is not None:
         store.save_tags(opened, edit.capture_id, edit.tags)
     if edit.captions is not None:
         store.save_captions(opened, edit.capture_id, edit.captions)
@@ -144,12 +153,29 @@ def caption_history(opened: store.Store, name: str) -> list[CaptionVersion]:
     """The captions that a capture has had, oldest first, each with the run that set them."""
     info = store.load_capture(opened, name)
     runs = {run.run_id: run for run in store.load_runs(opened)}
-    edits = store.load_edits(opened, capture_id=info.capture_id)
-    changes = [e for e in edits if e.captions is not None and e.kind == "changed"]
     now = store.load_captions(opened, info.capture_id).get(info.capture_id, ())
-    versions: list[Any] = [*(edit.captions for edit in changes), now]
-    setters = [info.run_id, *(edit.run_id for edit in changes)]
+    versions = _versions(store.load_edits(opened), info.capture_id, info.run_id, now)
     return [
         CaptionVersion(number, runs[number].kind, runs[number].started, words)
-        for number, words in zip(setters, versions)
+        for number, words in versions
     ]
+
+
+def _versions(
+    edits: list[store.Edit], capture: int, added: int, last: tuple[Caption, ...]
+) -> list[tuple[int, tuple[Caption, ...]]]:
+    """The runs that set the captions of a capture, with these; first those of what it replaced."""
+    own = [e for e in edits if e.capture_id == capture]
+    changes = [
+        e for e in own if e.captions is not None and e.kind == "changed" and e.run_id > added
+    ]
+    words = [*(edit.captions or () for edit in changes), last]
+    versions = list(zip([added, *(edit.run_id for edit in changes)], words))
+    names = {e.name for e in own if e.kind == "added" and e.run_id == added}
+    replaced = [e for e in edits if e.kind == "removed" and e.run_id == added and e.name in names]
+    for old in replaced:
+        since = [e.run_id for e in edits if e.capture_id == old.capture_id and e.kind == "added"]
+        begun = max((run for run in since if run < added), default=0)
+        if begun:
+            versions = _versions(edits, old.capture_id, begun, old.captions or ()) + versions
+    return versions

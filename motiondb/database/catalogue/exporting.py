@@ -15,18 +15,20 @@ import numpy as np
 
 from motiondb import store
 from motiondb.answers.catalogue import Exported
-from motiondb.body import changes, retarget
+from motiondb.body import body, changes, retarget
 from motiondb.body.joint_names import joint_map
 from motiondb.body.joint_proposals import map_text
 from motiondb.database.catalogue.parts import check_motion_file, write_bytes, write_clip
 from motiondb.errors import QueryError, SkeletonError
 from motiondb.files.arrays import ARRAY_ENDINGS, write_arrays
+from motiondb.files.gltf_writer import add_copyright
 from motiondb.files.limits import MAX_FPS, MIN_FPS
 from motiondb.files.own_files import check_overwriting
 from motiondb.files.rigs import read_rig
 from motiondb.files.units import UNITS
 from motiondb.generate.contact import find_contacts
 from motiondb.generate.loops import Loop, looped
+from motiondb.generate.material import SequenceMotion
 from motiondb.generate.onto import Fit, at_rest, onto
 from motiondb.records import MOTION_FPS, BoolArray, CaptureInfo, Clip, Motion
 
@@ -59,6 +61,8 @@ class MotionChanges:
         the canonical body is put.
     joint_map : mapping of str to str
         Role -> joint name, for a rig, or a capture, that no convention fits.
+    is_cycle : bool
+        Whether the first frame follows the last already, as after ``loop``.
     """
 
     unit: float | None = None
@@ -68,11 +72,35 @@ class MotionChanges:
     mirror: bool = False
     onto: Path | None = None
     joint_map: Mapping[str, str] = field(default_factory=dict)
+    is_cycle: bool = False
+
+    @property
+    def of_motion(self) -> MotionChanges:
+        """Those that make another motion, which shows other things: loop, in place, mirror."""
+        return MotionChanges(loop=self.loop, in_place=self.in_place, mirror=self.mirror)
+
+    @property
+    def of_file(self) -> MotionChanges:
+        """The others, for a motion that the first have changed."""
+        is_cycle = self.is_cycle or self.loop
+        return replace(self, loop=False, in_place=False, mirror=False, is_cycle=is_cycle)
 
     @property
     def are_any(self) -> bool:
         """Whether anything is asked for."""
         return self != MotionChanges(joint_map=self.joint_map)
+
+
+def check_joint_map(asked: MotionChanges, uses_names: bool) -> None:
+    """Refuse a joint map that nothing uses (QueryError).
+
+    `uses_names`: Whether the joints of the motion itself are named by it.
+    """
+    if asked.joint_map and asked.onto is None and not uses_names:
+        raise QueryError(
+            "joint map: expected a rig for it (--onto RIG), found none; nothing would use it. "
+            "Name the rig, or leave the map out."
+        )
 
 
 def check_changes(asked: MotionChanges, path: Path) -> None:
@@ -96,9 +124,19 @@ def check_changes(asked: MotionChanges, path: Path) -> None:
         check_motion_file(path)
 
 
-def changed(clip: Clip, asked: MotionChanges) -> tuple[Clip, tuple[str, ...]]:
-    """Return the changed clip, and a sentence for everything that was done."""
+@dataclass(frozen=True, eq=False)
+class Changed:
+    """A clip after changes."""
+
+    clip: Clip
+    said: tuple[str, ...]  # A sentence for everything that was done
+    first: int  # Frame of the clip before at which it begins
+
+
+def changed(clip: Clip, asked: MotionChanges) -> Changed:
+    """Change a clip."""
     said: list[str] = []
+    first = 0
     if asked.loop or asked.in_place or asked.mirror:
         turned = changes.upright(clip, asked.joint_map)
         said += ["turned from z up to y up"] if turned is not clip else []
@@ -108,27 +146,61 @@ def changed(clip: Clip, asked: MotionChanges) -> tuple[Clip, tuple[str, ...]]:
         clip = changes.mirrored(clip)
         said.append("mirrored: left and right are exchanged")
     if asked.loop:
-        loop = looped(clip, asked.joint_map)
+        loop = looped(clip, asked.joint_map, asked.in_place)
+        first = round(loop.start * clip.fps)
         clip = loop.clip
         said += _say_loop(loop)
     if asked.in_place:
         hips = changes.from_hips(clip, asked.joint_map)
         way = retarget.clip_keypoints(clip, asked.joint_map)[:, 0]
-        part, length = changes.in_place(hips.clip, way, asked.loop)
+        part, length = changes.in_place(hips.clip, way, asked.loop or asked.is_cycle)
         clip = hips.restored(part)
         said.append(f"in place: {length:.2f} m of travel are taken out, the sway is kept")
     if asked.fps is not None and asked.fps != clip.fps:
         before = clip.fps
-        clip = changes.resampled(clip, asked.fps, asked.loop)
+        clip = changes.resampled(clip, asked.fps, asked.loop or asked.is_cycle)
         said.append(f"resampled from {before:g} to {asked.fps:g} frames a second")
     if asked.unit is not None:
         clip = replace(clip, unit=asked.unit)
-    return clip, tuple(said)
+    return Changed(clip, tuple(said), first)
+
+
+@dataclass(frozen=True, eq=False)
+class ChangedSequence:
+    """A new motion after changes, with the origin of its frames."""
+
+    made: SequenceMotion
+    said: tuple[str, ...]
+    first: int  # Frame of the motion before at which it begins
+
+
+def change_sequence(made: SequenceMotion, asked: MotionChanges) -> ChangedSequence:
+    """Change a new motion on the canonical body, before it is judged, drawn and kept."""
+    before = retarget.to_clip(made.motion)
+    done = changed(before, asked.of_motion)
+    clip, first = done.clip, done.first
+    size = made.motion.leg_length / body.LEG_LENGTH
+    motion = replace(
+        made.motion,
+        local_rotations=clip.local_rotations.astype(np.float32),
+        root_positions=(clip.root_positions / size).astype(np.float32),
+    )
+    frames = np.arange(first, first + clip.n_frames)
+    names = {"loop": asked.loop, "in place": asked.in_place, "mirror": asked.mirror}
+    more = [name for name, wanted in names.items() if wanted]
+    ends = np.clip(np.cumsum([0, *made.lengths]) - first, 0, clip.n_frames)
+    edits = tuple(", ".join(filter(None, [made.edits[frame], *more])) for frame in frames)
+    part = SequenceMotion(
+        motion, made.captures[frames], made.frames[frames], edits, tuple(np.diff(ends).tolist())
+    )
+    return ChangedSequence(part, done.said, first)
 
 
 def _say_loop(loop: Loop) -> list[str]:
     """Say what was done to close a cycle."""
     travel = f"it travels {loop.travel:.2f} m" if loop.travel > 0.01 else "it stays where it is"
+    if abs(loop.turning) > math.radians(0.5):
+        travel += f" and turns by {math.degrees(loop.turning):.1f} degrees"
     said = [
         f"loop: {loop.start:.2f}-{loop.end:.2f} s of the motion, {loop.clip.duration:.2f} s long; "
         f"the first frame follows the last, and {travel} a cycle",
@@ -173,8 +245,8 @@ class Written:
 def write_changed(clip: Clip, path: Path, asked: MotionChanges) -> Written:
     """Write a clip with changes."""
     check_changes(asked, path)
-    clip, said = changed(clip, asked)
-    return Written(clip, (*said, *_write(clip, path, asked)))
+    done = changed(clip, asked)
+    return Written(done.clip, (*done.said, *_write(done.clip, path, asked)))
 
 
 def _write(clip: Clip, path: Path, asked: MotionChanges) -> tuple[str, ...]:
@@ -190,6 +262,12 @@ def _write(clip: Clip, path: Path, asked: MotionChanges) -> tuple[str, ...]:
     return ()
 
 
+def write_licence(path: Path, info: CaptureInfo) -> None:
+    """Write the origin and the licence of a capture into a file that has a place for it: glTF."""
+    if path.suffix.lower() in GLTF:
+        add_copyright(path, f"{info.name}, licence {info.tags.get('licence', 'not known')}")
+
+
 def write_motion(motion: Motion, path: Path, asked: MotionChanges) -> Written:
     """Write a motion of the canonical body, or of a rig, with changes."""
     if asked.onto is None:
@@ -197,11 +275,12 @@ def write_motion(motion: Motion, path: Path, asked: MotionChanges) -> Written:
     check_changes(asked, path)
     rig = read_rig(asked.onto)
     fitted = onto(motion, rig, _map_of(rig, path, asked))
-    clip, said = changed(fitted.clip, asked)
+    done = changed(fitted.clip, asked)
+    clip = done.clip
     if path.suffix.lower() not in GLTF:  # glTF has the frames of the rig's own joints
         clip = at_rest(clip, fitted.rig)
     missing = _write(clip, path, asked)
-    return Written(clip, (*_say_fit(asked.onto, fitted.fit), *said, *missing), fitted.fit)
+    return Written(clip, (*_say_fit(asked.onto, fitted.fit), *done.said, *missing), fitted.fit)
 
 
 def _map_of(rig: Clip, path: Path, asked: MotionChanges) -> Mapping[str, str]:

@@ -14,11 +14,19 @@ from motiondb import store
 from motiondb.answers.catalogue import MergeReport
 from motiondb.database.catalogue import copy_search
 from motiondb.database.learn import updating
-from motiondb.errors import MotionDBError
+from motiondb.errors import QueryError
 from motiondb.records import Caption, CaptureInfo, Event
 
 Progress = Callable[[str, int, int], None]
 """Called with the name of the step, the number done, and the total number."""
+
+
+def check(path: Path, prefix: str, wait: float) -> None:
+    """Refuse another database that cannot be read, and a prefix that no name may have."""
+    if prefix:
+        store.check_new_name(f"{prefix}x", "capture")
+    with store.open_store(path, read_only=True, wait=wait):
+        pass
 
 
 def merge(
@@ -27,9 +35,7 @@ def merge(
     """Take over the captures of another database, all in one transaction."""
     tell = progress or (lambda _what, _done, _total: None)
     if path.exists() and path.samefile(opened.path):
-        raise MotionDBError(f"{path}: expected another database, found this one. Name another.")
-    if prefix:
-        store.check_new_name(f"{prefix}x", "capture")
+        raise QueryError(f"{path}: expected another database, found this one. Name another.")
     outlines = copy_search.load_outlines(opened)
     with (
         store.open_store(path, read_only=True, wait=wait) as other,
@@ -103,6 +109,14 @@ class _Merging:
             self.problems.append(
                 f"{name}: expected a free name, found another capture of that name here. It was "
                 "left out; rename one of them, or put a folder before the new names (--prefix)."
+            )
+            return None
+        try:
+            store.check_new_name(name, "capture")
+        except QueryError:  # the prefix and the name are names, so that they are too long
+            self.problems.append(
+                f"{info.name}: expected a name that is short enough with the prefix, found one of "
+                f"{len(name.encode())} bytes. It was left out; shorten the prefix."
             )
             return None
         motion = store.load_motion(self.other, info.capture_id)

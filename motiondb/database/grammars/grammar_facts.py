@@ -28,6 +28,7 @@ from motiondb.answers.grammars import (
 )
 from motiondb.answers.questions import DescribedWord
 from motiondb.database.generated_files import sources_of
+from motiondb.database.grammars.grammar_editing import EDIT
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
 from motiondb.database.grammars.grammar_words import Meaning
 from motiondb.database.learned_grammar import LearnedGrammar
@@ -63,7 +64,7 @@ def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> GrammarAns
         grammar=learned.name,
         run=learned.run_id,
         seed=run.seed,
-        settings={k: v for k, v in run.parameters.items() if k not in ("name", "captures")},
+        settings={k: v for k, v in run.parameters.items() if k not in ("name", "captures", EDIT)},
         captures=tuple(
             LearnedTake(
                 source.name,

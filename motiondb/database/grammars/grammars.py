@@ -17,6 +17,7 @@ from motiondb.answers.plain import extended
 from motiondb.database.captures import Captures
 from motiondb.database.generated_files import write_with_provenance
 from motiondb.database.grammars import (
+    grammar_editing,
     grammar_facts,
     grammar_learning,
     grammar_parsing,
@@ -128,6 +129,78 @@ class Grammars:
             lost = store.remove_grammar(self._session.store, name)
             store.finish_run(self._session.store, run_id)
         return lost
+
+    def edit_rules(self, name: str, text: str) -> list[str]:
+        """Replace the rules of a grammar by edited ones.
+
+        The terminals, their segments and the sentences stay. The edit can be taken back, see
+        :meth:`undo_edit`.
+
+        Parameters
+        ----------
+        name : str
+            Name of the grammar.
+        text : str
+            All rules, as in ``show(name).text``.
+
+        Returns
+        -------
+        list of str
+            Names of the generated captures that can no longer be edited, because the new rules do
+            not derive them.
+
+        Raises
+        ------
+        QueryError
+            When the rules cannot be read, use unknown terminals, or do not derive a sentence of the
+            captures. Nothing is changed then.
+        """
+        return grammar_editing.edit_rules(self._session.store, self.load(name).name, text)
+
+    def rename_terminal(self, name: str, terminal: str, to: str) -> list[str]:
+        """Give a terminal another name, also in the rules and in saved sequences.
+
+        Parameters
+        ----------
+        name : str
+            Name of the grammar.
+        terminal : str
+            Present name of the terminal.
+        to : str
+            New name: letters, digits, ``_``, ``'``, ``.`` and ``-``, beginning with a letter.
+
+        Returns
+        -------
+        list of str
+            As for :meth:`edit_rules`; no name, as the strings stay the same.
+
+        Raises
+        ------
+        QueryError
+            When there is no such terminal, or the new name is not valid or taken.
+        """
+        database = self._session.store
+        return grammar_editing.rename_terminal(database, self.load(name).name, terminal, to)
+
+    def undo_edit(self, name: str) -> str:
+        """Take the last edit of a grammar back; return what it had changed.
+
+        Parameters
+        ----------
+        name : str
+            Name of the grammar.
+
+        Raises
+        ------
+        QueryError
+            When the grammar was not edited since it was learned.
+        """
+        return grammar_editing.undo_edit(self._session.store, self.load(name).name)
+
+    def edits(self, name: str) -> tuple[str, ...]:
+        """Return what the edits of a grammar changed that can be taken back, the last first."""
+        runs = {run.run_id: run for run in store.load_runs(self._session.store)}
+        return grammar_editing.edits_of(runs, self.load(name).run_id)
 
     def meanings(self, name: str) -> tuple[grammar_words.Meaning, ...]:
         """Return the meaning of each terminal; empty meanings if the database has not learned."""

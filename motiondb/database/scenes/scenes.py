@@ -380,12 +380,13 @@ class Scenes:
             No kept scene has this name.
         """
         database = self._session.store
-        captures = store.load_scene_captures(database, name)
-        numbers = [store.load_capture(database, capture).capture_id for capture in captures]
-        with updating.changing(database, "scene remove", {"scene": name}, numbers):
-            store.remove_scene(database, name)
-            for number in numbers:
-                store.remove_capture(database, number)
+        with store.transaction(database):  # others may remove captures meanwhile
+            captures = store.load_scene_captures(database, name)
+            numbers = [store.load_capture(database, capture).capture_id for capture in captures]
+            with updating.changing(database, "scene remove", {"scene": name}, numbers):
+                store.remove_scene(database, name)
+                for number in numbers:
+                    store.remove_capture(database, number)
         return captures
 
     def draw(self, name: str, png: Path) -> Path:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -11,8 +12,15 @@ from fastapi import APIRouter, Query
 from motiondb.answers.catalogue import SymbolRow, SymbolSegment
 from motiondb.answers.plain import fields_of
 from motiondb.answers.questions import WordsOverTime, words_over_time
+from motiondb.page.examples import ExamplesReply, examples_of
 from motiondb.page.refs import load_motion, read_ref
-from motiondb.page.replies import LikeReply, SearchReply, like_reply, search_reply
+from motiondb.page.replies import (
+    LikeReply,
+    SearchReply,
+    described_words,
+    like_reply,
+    search_reply,
+)
 from motiondb.page.routes.parameters import LONGEST_TEXT, End, Limit, RefText, Start, Where
 from motiondb.page.state import Page
 
@@ -27,10 +35,18 @@ class DescribeReply:
 
 
 @dataclass(frozen=True, kw_only=True)
+class PlayableSegment(SymbolSegment):
+    """A segment of a symbol that can be played."""
+
+    ref: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class PlacedSymbol(SymbolRow):
-    """A motion symbol with its coordinates."""
+    """A motion symbol with its coordinates and its most typical segment."""
 
     at: list[float]
+    typical: PlayableSegment | None
 
 
 @dataclass(frozen=True)
@@ -51,13 +67,6 @@ class SpaceReply:
     stress: list[float]
     symbols: list[PlacedSymbol]
     clusters: list[SymbolCluster]
-
-
-@dataclass(frozen=True, kw_only=True)
-class PlayableSegment(SymbolSegment):
-    """A segment of a symbol that can be played."""
-
-    ref: str
 
 
 @dataclass(frozen=True)
@@ -87,6 +96,12 @@ def router(page: Page) -> APIRouter:
             answer = db.search(q, where, limit, by_symbols, exact=exact)
             return search_reply(db, answer, round(time.perf_counter() - began, 4))
 
+    @routes.get("/api/examples")
+    def examples() -> ExamplesReply:
+        """Questions that find something in this database, each with its first answer."""
+        with page.held.use() as db, db.session.reading():
+            return examples_of(db)
+
     @routes.get("/api/like")
     def like(
         ref: RefText,
@@ -108,8 +123,12 @@ def router(page: Page) -> APIRouter:
     def describe(ref: RefText, start: Start = None, end: End = None) -> DescribeReply:
         """The words of a motion over time, from the beginning of the part."""
         with page.held.use() as db, db.session.reading():
-            motion = load_motion(page, db, read_ref(ref), start, end)
-            words = words_over_time(db.describe(motion))
+            asked = read_ref(ref)
+            motion = load_motion(page, db, asked, start, end)
+            if asked.kind == "capture" and start is None and end is None:
+                words = described_words(db, asked.name)
+            else:
+                words = words_over_time(db.describe(motion))
         return DescribeReply(ref, round(motion.duration, 3), words)
 
     @routes.get("/api/symbols")
@@ -117,6 +136,7 @@ def router(page: Page) -> APIRouter:
         """The symbol space: coordinates, clusters, and the words of every symbol."""
         with page.held.use() as db:
             rows, space = db.symbol_rows(), db.learned.space
+            typical = [_playable(db.symbol_segments(row.symbol)[:1]) for row in rows]
         clusters = [
             SymbolCluster(number, float(weight), mean.tolist(), covariance.tolist())
             for number, (weight, mean, covariance) in enumerate(
@@ -124,8 +144,8 @@ def router(page: Page) -> APIRouter:
             )
         ]
         placed = [
-            PlacedSymbol(**fields_of(row), at=at.tolist())
-            for row, at in zip(rows, space.coordinates)
+            PlacedSymbol(**fields_of(row), at=at.tolist(), typical=next(iter(first), None))
+            for row, at, first in zip(rows, space.coordinates, typical)
         ]
         stress = [float(value) for value in space.stress]
         return SpaceReply(space.coordinates.shape[1], stress, placed, clusters)
@@ -139,10 +159,10 @@ def router(page: Page) -> APIRouter:
         """The segments of a symbol, most typical first."""
         with page.held.use() as db:
             rows = db.symbol_segments(symbol)
-        shown = [
-            PlayableSegment(**fields_of(row), ref=f"capture:{row.capture}")
-            for row in rows[offset : offset + limit]
-        ]
-        return SegmentsReply(symbol, len(rows), shown)
+        return SegmentsReply(symbol, len(rows), _playable(rows[offset : offset + limit]))
 
     return routes
+
+
+def _playable(segments: Sequence[SymbolSegment]) -> list[PlayableSegment]:
+    return [PlayableSegment(**fields_of(one), ref=f"capture:{one.capture}") for one in segments]

@@ -23,6 +23,7 @@ from motiondb.database.scenes.scene_texts import (
     count_clips,
     element_faults,
     read_board,
+    read_grammar,
     shipped,
     shipped_text,
 )
@@ -31,7 +32,8 @@ from motiondb.page.diagrams import DiagramShape, RequestedDiagram, diagram_of, d
 from motiondb.page.errors import PageError, unknown
 from motiondb.page.routes.parameters import Body, Name
 from motiondb.page.state import Page
-from motiondb.scene.language.tactics import KINDS, TEAMS
+from motiondb.scene.language.expressions import playable_kinds
+from motiondb.scene.language.tactics import KINDS, PLAYER, TEAMS
 from motiondb.scene.language.tactics_file import format_diagram
 
 NAME = r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}"
@@ -95,12 +97,23 @@ class BoardsReply:
 
 
 @dataclass(frozen=True)
+class Ground:
+    """What a diagram of a grammar may hold."""
+
+    grammar: str
+    kinds: tuple[str, ...]  # Kinds of elements that its actions can play
+    teams: tuple[str, ...]
+    places: tuple[str, ...]  # Places that a diagram must give, without the rim
+
+
+@dataclass(frozen=True)
 class BoardKinds:
-    """The kinds of elements, the teams, and the grammars of diagrams."""
+    """The kinds of elements, the teams, the grammars of diagrams, and the ground of each."""
 
     kinds: tuple[str, ...]
     teams: tuple[str, ...]
     grammars: tuple[str, ...]
+    grounds: list[Ground]
 
 
 @dataclass(frozen=True)
@@ -108,6 +121,15 @@ class BoardRemoved:
     """A diagram that was deleted."""
 
     removed: str
+
+
+def ground_of(name: str) -> Ground:
+    """Return what a diagram of a shipped grammar may hold."""
+    grammar = read_grammar(name)
+    asked = {start.team for start in grammar.starts}
+    teams = (PLAYER,) if "" in asked else tuple(team for team in TEAMS if team in asked)
+    places = tuple(place for place in grammar.places if place != "rim")
+    return Ground(name, playable_kinds(grammar.terminal), teams, places)
 
 
 def list_boards(folder: Path) -> list[BoardFile]:
@@ -216,8 +238,9 @@ def router(page: Page) -> APIRouter:
 
     @routes.get("/api/board/kinds")
     def kinds() -> BoardKinds:
-        """The kinds of elements, the teams, and the grammars."""
-        return BoardKinds(KINDS, TEAMS, shipped(GRAMMAR))
+        """The kinds of elements, the teams, the grammars, and the ground of each."""
+        names = shipped(GRAMMAR)
+        return BoardKinds(KINDS, TEAMS, names, [ground_of(name) for name in names])
 
     @routes.get("/api/board")
     def board(name: Name) -> BoardReply:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Annotated
 
 from fastapi import APIRouter, Query
@@ -11,15 +13,16 @@ from motiondb.answers.catalogue import DatabaseInfo, WordRow
 from motiondb.answers.plain import fields_of
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.browsing import BrowsedCapture, Facet
-from motiondb.errors import QueryError
+from motiondb.database.learn.start import shipped_starts
 from motiondb.files.folder import CAPTURE_ENDINGS
 from motiondb.learn.drift import Drift
 from motiondb.page.errors import PageError, unknown
 from motiondb.page.held import info_and_drift
 from motiondb.page.replies import CaptureDetails, CaptureRow, capture_details, capture_row
-from motiondb.page.routes.parameters import Body, Name, Seconds, Text, Where
+from motiondb.page.routes.changes import remove_captures, undo_last
+from motiondb.page.routes.parameters import LONGEST_TEXT, Body, Name, Seconds, Text, Where
 from motiondb.page.settings import SHEET_ENDINGS, SKELETON_ENDINGS, VERSION
-from motiondb.page.state import Page, WordEdit
+from motiondb.page.state import Edit, Page
 from motiondb.page.uploads import without_surrogates
 from motiondb.records import Caption
 from motiondb.search.copies import DuplicateGroup
@@ -47,6 +50,7 @@ class CaptionsBody(Body):
 
     capture: Text
     words: list[CaptionBody]
+    before: list[CaptionBody] | None = None  # Those that were edited: others are not overwritten
 
 
 @dataclass(frozen=True)
@@ -69,6 +73,16 @@ class AllowedFolder:
     name: str
 
 
+@dataclass(frozen=True)
+class ShippedStart:
+    """Knowledge that is shipped with motiondb, from which learning can start."""
+
+    name: str
+    words: int
+    captions: int
+    credit: str
+
+
 @dataclass(frozen=True, kw_only=True)
 class Status(DatabaseInfo):
     """The contents of the database, and what the page may do."""
@@ -79,6 +93,7 @@ class Status(DatabaseInfo):
     drift: Drift | None
     accepts: Accepted
     folders: list[AllowedFolder]
+    starts: tuple[ShippedStart, ...]
     running_jobs: int
 
 
@@ -90,6 +105,7 @@ class CapturePage:
     offset: int
     revision: int
     captures: list[CaptureRow]
+    found: int | None = None  # Number, from 0, of the row that was asked for by name
 
 
 @dataclass(frozen=True)
@@ -161,11 +177,13 @@ class UndoState:
 
 @dataclass(frozen=True)
 class WordsUndone:
-    """The words of a capture after an edit was undone."""
+    """The words of the first capture after an edit was undone."""
 
     capture: str
     words: tuple[Caption, ...]
     left: int
+    what: str  # What the edit changed: "words", "tags", "name" or "removal"
+    captures: int  # Number of captures that it changed
 
 
 def router(page: Page) -> APIRouter:
@@ -184,12 +202,16 @@ def router(page: Page) -> APIRouter:
         sort: Annotated[str, Query(max_length=200)] = "name",
         offset: Annotated[int, Query(ge=0, le=10**9)] = 0,
         limit: Annotated[int, Query(ge=1, le=1000)] = 100,
+        find: Annotated[str, Query(max_length=LONGEST_TEXT)] = "",
     ) -> CapturePage:
-        """Rows of the catalogue: filtered, sorted, and one page at a time."""
+        """Rows of the catalogue: filtered, sorted, and one page at a time; `find`: a name."""
         with page.held.use() as db, db.session.reading():
             browsed = db.browse(where, sort, offset, limit)
             rows = [capture_row(row) for row in browsed.rows]
-            return CapturePage(browsed.total, offset, db.revision(), rows)
+            every = db.browse(where, sort, limit=browsed.total).rows if find else ()
+            names = [row.info.name for row in every]
+            found = names.index(find) if find in names else None
+            return CapturePage(browsed.total, offset, db.revision(), rows, found)
 
     @routes.get("/api/facets")
     def facets(where: Where = "") -> FacetsReply:
@@ -199,18 +221,17 @@ def router(page: Page) -> APIRouter:
             return FacetsReply(total, [_facet_row(facet) for facet in db.facets(where)])
 
     @routes.get("/api/capture")
-    def capture(name: Name) -> CaptureDetails:
-        """Everything about one capture."""
+    def capture(name: Name, described: bool = True) -> CaptureDetails:
+        """Everything about one capture; without `described`, its likely words are left out."""
         with page.held.use() as db, db.session.reading():
-            return capture_details(db, find_row(db, name))
+            return capture_details(db, find_row(db, name), described)
 
     @routes.delete("/api/capture")
     def remove(name: Name) -> CapturesRemoved:
         """Remove a capture from the database."""
         page.check_writable()
-        with page.held.use() as db:
-            find_row(db, name)
-            return CapturesRemoved(db.remove([name]))
+        with page.held.use() as db, page.editing:
+            return CapturesRemoved(list(remove_captures(page, db, [name]).changed))
 
     @routes.get("/api/duplicates")
     def duplicates() -> DuplicatesReply:
@@ -246,37 +267,27 @@ def _word_routes(routes: APIRouter, page: Page) -> None:
     def set_captions(body: CaptionsBody) -> WordsEdited:
         """Replace all captions of a capture; an empty list removes them."""
         page.check_writable()
-        captions = tuple(Caption(c.words, c.start, c.end) for c in body.words)
+        captions = _captions(body.words)
         with page.held.use() as db, page.editing:
             find_row(db, body.capture)
+            if body.before is not None:
+                _check_same(db, body.capture, _captions(body.before))
             return _change(page, db, body.capture, captions)
 
     @routes.get("/api/undo")
     def undoable() -> UndoState:
         """The number of edits that can be undone, and the capture of the next one."""
-        last = page.edits[-1].capture if page.edits else None
+        last = page.edits[-1].captures[0] if page.edits else None
         return UndoState(len(page.edits), last)
 
     @routes.post("/api/undo")
     def undo() -> WordsUndone:
-        """Undo the latest edit of words that this page made."""
+        """Undo the latest edit that this page made."""
         page.check_writable()
         with page.held.use() as db, page.editing:
-            if not page.edits:
-                raise PageError("undo: expected an edit, found none.", 409, "ConflictError")
-            last = page.edits[-1]
-            try:
-                db.undo(last.run)
-            except QueryError as error:
-                page.edits.pop()
-                raise PageError(
-                    f"{last.capture}: expected the words of this edit, found others."
-                    " They were changed since, and stay as they are.",
-                    409,
-                    "ConflictError",
-                ) from error
-            page.edits.pop()  # only now: a full disk leaves the edit to be undone later
-            return WordsUndone(last.capture, db.captions(last.capture), len(page.edits))
+            last = undo_last(page, db)
+            first, left = last.captures[0], len(page.edits)
+            return WordsUndone(first, db.captions(first), left, last.what, len(last.captures))
 
 
 def find_row(db: MotionDB, name: str) -> BrowsedCapture:
@@ -287,13 +298,30 @@ def find_row(db: MotionDB, name: str) -> BrowsedCapture:
     return row
 
 
+def _captions(bodies: Sequence[CaptionBody]) -> tuple[Caption, ...]:
+    return tuple(Caption(each.words, each.start, each.end) for each in bodies)
+
+
+def _check_same(db: MotionDB, capture: str, before: Sequence[Caption]) -> None:
+    """Refuse an edit of words that were changed since they were read."""
+    now = db.captions(capture)
+    if set(now) != set(before):
+        said = "; ".join(caption.words for caption in now) or "none"
+        raise PageError(
+            f"{capture}: expected the words that were edited, found others: {said}. They were"
+            " changed meanwhile; nothing is saved.",
+            409,
+            "ConflictError",
+        )
+
+
 def _change(page: Page, db: MotionDB, capture: str, captions: tuple[Caption, ...]) -> WordsEdited:
     """Replace the captions of a capture, and remember how to undo it."""
     before = db.captions(capture)
     change = db.set_captions(capture, captions)
     after = db.captions(capture)
     if after != before:
-        page.edits.append(WordEdit(capture, change.run_id))
+        page.edits.append(Edit((capture,), (change.run_id,), "words"))
     return WordsEdited(capture, after, bool(change.counted), change.new_words, len(page.edits))
 
 
@@ -319,6 +347,15 @@ def _condition(column: str, value: str) -> str | None:
     return f"{column}={quotes[0]}{value}{quotes[0]}" if quotes else None
 
 
+@cache
+def _starts() -> tuple[ShippedStart, ...]:
+    """Return the knowledge that is shipped with motiondb."""
+    return tuple(
+        ShippedStart(each["name"], each["words"], each["captions"], each["credit"])
+        for each in shipped_starts()
+    )
+
+
 def _status(page: Page, db: MotionDB) -> Status:
     info, drift = info_and_drift(db)
     limits, folders = page.settings.limits, page.settings.folders
@@ -340,5 +377,6 @@ def _status(page: Page, db: MotionDB) -> Status:
             AllowedFolder(n, without_surrogates(folder.name or str(folder)))
             for n, folder in enumerate(folders)
         ],
+        starts=_starts(),
         running_jobs=sum(not job.is_over for job in page.jobs.all()),
     )

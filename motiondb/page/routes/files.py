@@ -18,19 +18,21 @@ from starlette.exceptions import HTTPException
 from starlette.formparsers import MultiPartException
 from starlette.responses import Response
 
-from motiondb.body import retarget
 from motiondb.database import MotionDB
-from motiondb.database.catalogue.parts import write_clip
+from motiondb.database.catalogue.exporting import MotionChanges, write_motion
+from motiondb.files.limits import MAX_FPS, MIN_FPS
+from motiondb.files.rigs import JointProposal, propose_joints
 from motiondb.page.errors import PageError
 from motiondb.page.refs import Ref, find_capture, find_kept, load_motion, load_scene, read_ref
-from motiondb.page.routes.parameters import Body, End, Part, RefText, Start
+from motiondb.page.routes.parameters import Body, End, Part, RefText, Start, Text
 from motiondb.page.state import Page
 from motiondb.page.uploads import UploadReply
 
 _PLAIN = re.compile(r"[^A-Za-z0-9._-]+")
 _TYPES = {".zip": "application/zip", ".glb": "model/gltf-binary"}
+LICENCES = "LICENCES.txt"  # In a zip: the licence of each capture, as BVH has no place for it
 MOST_ITEMS = 500  # Largest number of captures of one download
-Format = Literal["bvh", "glb", "source"]
+Format = Literal["bvh", "glb", "npz", "source"]
 _UPLOAD = {
     "requestBody": {
         "required": True,
@@ -65,11 +67,13 @@ _FILE: dict[int | str, dict[str, Any]] = {
 
 
 class DownloadBody(Body):
-    """What to download, and in which format."""
+    """What to download, in which format, at which rate, and onto which uploaded rig."""
 
     items: Annotated[list[Part], Field(min_length=1, max_length=MOST_ITEMS)]
     format: Format = "bvh"
     canonical: bool = False
+    fps: Annotated[float, Field(ge=MIN_FPS, le=MAX_FPS, allow_inf_nan=False)] | None = None
+    onto: Text | None = None
 
 
 def router(page: Page) -> APIRouter:
@@ -101,41 +105,83 @@ def router(page: Page) -> APIRouter:
         canonical: bool = False,
     ) -> Response:
         """One motion as a file; a scene as a zip."""
-        return download(page, [Part(ref=ref, start=start, end=end)], format, canonical)
+        items = [Part(ref=ref, start=start, end=end)]
+        return download(page, DownloadBody(items=items, format=format, canonical=canonical))
 
     @routes.post("/api/download", response_class=Response, responses=_FILE)
     def download_many(body: DownloadBody) -> Response:
         """Motions as files; several as a zip archive, with the provenance of generated motions."""
-        return download(page, body.items, body.format, body.canonical)
+        return download(page, body)
+
+    @routes.get("/api/joints")
+    def joints(ref: RefText) -> JointProposal:
+        """Which joints of an uploaded skeleton have which roles; proposed for unknown names."""
+        return propose_joints(_uploaded(page, ref), name=read_ref(ref).name)
 
     return routes
 
 
-def download(page: Page, parts: Sequence[Part], ending: str, canonical: bool) -> Response:
+def _uploaded(page: Page, text: str) -> Path:
+    """Return the path of an uploaded file."""
+    ref = read_ref(text)
+    upload_id, _, file = ref.name.partition("/")
+    if ref.kind != "upload" or not file:
+        raise PageError(f"{ref}: expected an uploaded file, found something else. Upload it.")
+    return page.uploads.path(upload_id, file)
+
+
+def download(page: Page, asked: DownloadBody) -> Response:
     """Return the file for some parts: one motion as it is, anything else as a zip."""
+    rig = None if asked.onto is None else _uploaded(page, asked.onto)
+    changes = MotionChanges(fps=asked.fps, onto=rig)
+    if changes.are_any and asked.format == "source":
+        raise PageError(
+            "format: expected bvh, glb or npz for a changed motion, found source, which is the "
+            "file as it was added. Choose one of these."
+        )
     with tempfile.TemporaryDirectory(dir=page.folder) as place:
         folder = Path(place)
-        targets = [(part, read_ref(part.ref), folder / f"{n:04d}") for n, part in enumerate(parts)]
+        targets = [
+            (part, read_ref(part.ref), folder / f"{n:04d}") for n, part in enumerate(asked.items)
+        ]
         for _, ref, target in targets:
             target.mkdir()
-            if ref.kind == "scene" and ending != "source":  # by a process that may need the file
+            if ref.kind in ("scene", "kept") and (changes.are_any or asked.format == "npz"):
+                raise PageError(
+                    f"{ref}: expected one motion, found a scene with several. Name a capture."
+                )
+            if ref.kind == "scene" and asked.format != "source":  # by a process that may need it
                 made = page.scene_folder(ref.name)
                 output = str(target / "scene")
-                asked = {"scene": ref.name, "folder": str(made), "output": output}
-                page.jobs.ask_scene_worker("scene-files", "write the scene", asked)
+                said = {"scene": ref.name, "folder": str(made), "output": output}
+                page.jobs.ask_scene_worker("scene-files", "write the scene", said)
         with page.held.use() as db, db.session.reading():
-            for part, ref, target in targets:
+            for part, _, target in targets:
                 if not any(target.iterdir()):
-                    _write(page, db, part, ref, ending, canonical, target)
+                    _write(page, db, part, target, asked, changes)
+            licences = _licences(db, asked.items)
         files = sorted(path for path in folder.rglob("*") if path.is_file())
         if len(files) == 1:
             name, data = files[0].name, files[0].read_bytes()
         else:
+            if licences:
+                files.append(folder / LICENCES)
+                files[-1].write_text(licences, encoding="utf-8")
             name, data = "motiondb.zip", _zip(files)
     return Response(
         data,
         media_type=_TYPES.get(Path(name).suffix, "application/octet-stream"),
         headers={"Content-Disposition": f'attachment; filename="{name}"'},  # plain ASCII
+    )
+
+
+def _licences(db: MotionDB, items: Sequence[Part]) -> str:
+    """Return a line for each stored capture of a download: its name and its licence."""
+    refs = [read_ref(part.ref) for part in items]
+    names = dict.fromkeys(ref.name for ref in refs if ref.kind == "capture")
+    rows = [row for name in names if (row := db.browsed(name)) is not None]
+    return "".join(
+        f"{row.info.name}: licence {row.info.tags.get('licence', 'not known')}\n" for row in rows
     )
 
 
@@ -151,19 +197,26 @@ def _zip(files: Sequence[Path]) -> bytes:
 
 
 def _write(
-    page: Page, db: MotionDB, part: Part, ref: Ref, ending: str, canonical: bool, folder: Path
+    page: Page,
+    db: MotionDB,
+    part: Part,
+    folder: Path,
+    asked: DownloadBody,
+    changes: MotionChanges,
 ) -> None:
     """Write one part into a folder."""
-    stem = _stem(ref, part)
+    ref, ending = read_ref(part.ref), asked.format
     if ending == "source":
         _write_source(db, ref, part, folder)
         return
-    path = folder / f"{stem}.{ending}"
+    path = folder / f"{_stem(ref, part)}.{ending}"
+    whole = part.start is None and part.end is None
     if ref.kind == "capture":
-        db.export(find_capture(db, ref.name), path, part.start, part.end, canonical)
-    elif ref.kind == "made" and part.start is None and part.end is None:
-        page.made.get(ref.name).generated.write(path)
-    elif ref.kind == "sequence" and part.start is None and part.end is None:
+        name = find_capture(db, ref.name)
+        db.export(name, path, part.start, part.end, asked.canonical, changes)
+    elif ref.kind == "made" and whole:
+        page.made.get(ref.name).generated.write(path, changes)
+    elif ref.kind == "sequence" and whole and not changes.are_any and ending != "npz":
         kept = page.sequences.get(ref.name)
         db.grammars.write(kept.sequence, path, kept.seed)
     elif ref.kind == "kept":
@@ -173,7 +226,7 @@ def _write(
             name = f"{ref.name}/{player.name}"
             db.export(name, folder / f"{_plain(player.name)}.{ending}", canonical=True)
     else:
-        write_clip(retarget.to_clip(load_motion(page, db, ref, part.start, part.end)), path)
+        write_motion(load_motion(page, db, ref, part.start, part.end), path, changes)
 
 
 def _write_source(db: MotionDB, ref: Ref, part: Part, folder: Path) -> None:

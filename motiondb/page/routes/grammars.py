@@ -5,13 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Query
 from pydantic import Field
 
-from motiondb.answers.grammars import AlternativesAnswer, GrammarAnswer, GrammarRow, Unplayable
+from motiondb.answers.grammars import (
+    AlternativesAnswer,
+    GrammarAnswer,
+    GrammarRow,
+    NextTerminal,
+    ParseAnswer,
+    Unplayable,
+)
 from motiondb.answers.plain import fields_of
 from motiondb.database import MotionDB
-from motiondb.database.grammars.grammar_facts import derives_new, grammar_row
+from motiondb.database.grammars.grammar_facts import ComparedGrammar, derives_new, grammar_row
+from motiondb.database.grammars.grammar_facts import compare as compare_grammar
 from motiondb.database.grammars.grammar_sequences import Edit
 from motiondb.errors import QueryError
 from motiondb.grammar.derivation.edit import region_at
@@ -31,6 +39,7 @@ from motiondb.page.routes.parameters import (
 from motiondb.page.state import MadeSequence, Page
 from motiondb.store import GrammarSize
 
+Beginning = Annotated[str, Query(max_length=LONGEST_TEXT, description="Such as a b c.")]
 LONGEST_SEQUENCE = 200  # Largest number of terminals of a sequence: some minutes of motion
 
 
@@ -92,6 +101,56 @@ class GrammarReply(GrammarAnswer):
     """Everything about a grammar."""
 
     sequences: list[str]  # Names of the captures that hold its sequences
+    edits: tuple[str, ...]  # What edits by hand changed that can be taken back, the last first
+
+
+class EditBody(Body):
+    """A grammar with the run of the version that was edited."""
+
+    grammar: Text
+    run: Annotated[int, Field(ge=0)]
+
+
+class RulesBody(EditBody):
+    """All rules of a grammar, edited."""
+
+    text: Annotated[str, Field(max_length=100_000)]
+
+
+class TerminalBody(EditBody):
+    """A terminal, and its new name."""
+
+    terminal: Text
+    to: Annotated[str, Field(max_length=200)]
+
+
+class ParseBody(Body):
+    """A grammar, and the capture to parse."""
+
+    grammar: Text
+    capture: Text
+
+
+@dataclass(frozen=True)
+class GrammarEdited:
+    """A grammar that was edited, and sequences that can no longer be edited with it."""
+
+    grammar: str
+    no_longer_editable: list[str]
+
+
+@dataclass(frozen=True)
+class SuggestReply:
+    """The terminals that may come next."""
+
+    next: list[NextTerminal]
+
+
+@dataclass(frozen=True)
+class CompareReply:
+    """A grammar beside the finite state machine of its sentences."""
+
+    grammars: tuple[ComparedGrammar, ...]
 
 
 @dataclass(frozen=True)
@@ -138,7 +197,9 @@ def router(page: Page) -> APIRouter:
         with page.held.use() as db, db.session.reading():
             check_grammar(db, name)
             facts = fields_of(db.grammars.show(name))
-            return GrammarReply(**facts, sequences=list(db.grammars.saved(name)))
+            return GrammarReply(
+                **facts, sequences=list(db.grammars.saved(name)), edits=db.grammars.edits(name)
+            )
 
     @routes.delete("/api/grammar")
     def remove(name: Name) -> GrammarRemoved:
@@ -160,8 +221,68 @@ def router(page: Page) -> APIRouter:
         title = f"grammar {body.name or body.captures[0]}"
         return page.jobs.start("grammar", title, parameters).reply()
 
+    _edit_routes(routes, page)
+    _question_routes(routes, page)
     _sequence_routes(routes, page)
     return routes
+
+
+def _edit_routes(routes: APIRouter, page: Page) -> None:
+    """Add the routes that edit a grammar by hand."""
+
+    @routes.put("/api/grammar/rules")
+    def rules(body: RulesBody) -> GrammarEdited:
+        """Replace the rules of a grammar."""
+        page.check_writable()
+        with page.held.use() as db, page.editing:
+            check_version(db, body)
+            return GrammarEdited(body.grammar, db.grammars.edit_rules(body.grammar, body.text))
+
+    @routes.put("/api/grammar/terminal")
+    def terminal(body: TerminalBody) -> GrammarEdited:
+        """Give a terminal another name."""
+        page.check_writable()
+        with page.held.use() as db, page.editing:
+            check_version(db, body)
+            lost = db.grammars.rename_terminal(body.grammar, body.terminal, body.to.strip())
+            return GrammarEdited(body.grammar, lost)
+
+    @routes.post("/api/grammar/undo")
+    def undo(body: EditBody) -> GrammarEdited:
+        """Take the last edit of a grammar back."""
+        page.check_writable()
+        with page.held.use() as db, page.editing:
+            check_version(db, body)
+            db.grammars.undo_edit(body.grammar)
+            return GrammarEdited(body.grammar, [])
+
+
+def _question_routes(routes: APIRouter, page: Page) -> None:
+    """Add the routes that ask a grammar."""
+
+    @routes.post("/api/grammar/parse")
+    def parse(body: ParseBody) -> ParseAnswer:
+        """A stored capture as a string of terminals, with its sentences or the fault."""
+        with page.held.use() as db, db.session.reading():
+            check_grammar(db, body.grammar)
+            name = find_row(db, body.capture).info.name
+            return db.grammars.parse(body.grammar, name).facts()
+
+    @routes.get("/api/grammar/suggest")
+    def suggest(name: Name, beginning: Beginning = "") -> SuggestReply:
+        """The terminals that may come after a beginning."""
+        with page.held.use() as db, db.session.reading():
+            check_grammar(db, name)
+            found = db.grammars.suggest(name, beginning)
+        return SuggestReply([NextTerminal(t, t is None, p) for t, p in found])
+
+    @routes.get("/api/grammar/compare")
+    def compare(name: Name) -> CompareReply:
+        """The grammar beside the finite state machine of its sentences."""
+        with page.held.use() as db, db.session.reading():
+            check_grammar(db, name)
+            learned = db.grammars.load(name)
+        return CompareReply(compare_grammar(learned))
 
 
 def _sequence_routes(routes: APIRouter, page: Page) -> None:
@@ -187,6 +308,7 @@ def _sequence_routes(routes: APIRouter, page: Page) -> None:
         """A sequence that was made earlier."""
         kept = page.sequences.get(id)
         with page.held.use() as db:
+            _check_rules(db, kept)
             return _reply(db, id, kept)
 
     @routes.post("/api/sequences/alternatives")
@@ -195,6 +317,7 @@ def _sequence_routes(routes: APIRouter, page: Page) -> None:
         kept = page.sequences.get(body.id)
         _keep_line(page, kept)
         with page.held.use() as db, db.session.reading():
+            _check_rules(db, kept)
             edited = db.grammars.edit(
                 kept.sequence.grammar,
                 kept.sequence,
@@ -221,6 +344,7 @@ def _sequence_routes(routes: APIRouter, page: Page) -> None:
         page.check_writable()
         kept = page.sequences.get(body.id)
         with page.held.use() as db:
+            _check_rules(db, kept)
             info = db.grammars.save(body.name, kept.sequence, kept.seed, kept.how)
         page.sequences.replace(body.id, replace(kept, saved=info.name))
         return Saved(info.name, f"capture:{info.name}")
@@ -238,13 +362,39 @@ def _keep_line(page: Page, made: MadeSequence | None) -> None:
         made = page.sequences.find(made.parent)
 
 
+def check_version(db: MotionDB, body: EditBody) -> None:
+    """Refuse an edit of a grammar that was changed since it was shown."""
+    check_grammar(db, body.grammar)
+    if db.grammars.load(body.grammar).run_id != body.run:
+        raise PageError(
+            f"{body.grammar}: expected the version that was shown, found a newer one. Nothing was"
+            " changed: look at the present rules, and edit these.",
+            409,
+            "ConflictError",
+        )
+
+
 def check_grammar(db: MotionDB, name: str) -> None:
     """Check that a grammar has this name."""
     if name not in db.grammars.names():
         raise unknown("grammar", name, "It may have been removed.")
 
 
+def _check_rules(db: MotionDB, made: MadeSequence) -> None:
+    """Refuse a sequence that was made with other rules than the present ones."""
+    name = made.sequence.grammar
+    check_grammar(db, name)
+    if db.grammars.load(name).run_id != made.run:
+        raise PageError(
+            f"{name}: expected a sequence of its present rules, found one of earlier rules."
+            " Make a new one.",
+            409,
+            "ConflictError",
+        )
+
+
 def _put(page: Page, db: MotionDB, made: MadeSequence) -> SequenceReply:
+    made = replace(made, run=db.grammars.load(made.sequence.grammar).run_id)
     return _reply(db, page.sequences.put(made), made)
 
 

@@ -15,6 +15,7 @@ from pydantic import Field
 from starlette.responses import StreamingResponse
 
 from motiondb.answers.plain import to_json
+from motiondb.database.learn.start import NONE, shipped_names
 from motiondb.files import unit_from_name
 from motiondb.page.errors import PageError
 from motiondb.page.jobs import Job, JobReply
@@ -68,6 +69,7 @@ class LearningBody(Body):
 
     symbols: Annotated[int, Field(ge=1, le=10_000)] | None = None
     seed: Seed = 0
+    start: Text | None = None  # Shipped knowledge or "none"; absent: what was used before
 
 
 def router(page: Page) -> APIRouter:
@@ -90,6 +92,7 @@ def router(page: Page) -> APIRouter:
     def learn(body: LearningBody) -> JobReply:
         """Learn symbols and words from all captures, as a job."""
         page.check_writable()
+        _check_start(body.start)
         return page.jobs.start("learn", "learn", body.model_dump()).reply()
 
     @routes.get("/api/folders")
@@ -123,6 +126,16 @@ def router(page: Page) -> APIRouter:
         return _stream(_page_events(page))
 
     return routes
+
+
+def _check_start(start: str | None) -> None:
+    """Refuse a start that is not shipped with motiondb: no request names a file."""
+    starts = [*shipped_names(), NONE]
+    if start is not None and start not in starts:
+        raise PageError(
+            f"learn: expected a start of {', '.join(starts)}, found {start[:100]!r}."
+            " Use motiondb learn --start FILE for other knowledge."
+        )
 
 
 def _places(page: Page, body: AddBody) -> tuple[Path, Path | None, Path | None]:

@@ -42,7 +42,7 @@ from motiondb.scene.language.semantic_rules import (
     Spot,
     SynchronisationRule,
 )
-from motiondb.scene.language.tactics import FEINTS, MOVES, SHOTS, Diagram
+from motiondb.scene.language.tactics import FEINTS, KINDS, MOVES, SHOTS, Diagram
 
 # Smooth curves through points, used to draw and to interpret the moves of a diagram.
 
@@ -191,6 +191,21 @@ def _classes(kind: str, ball: bool) -> list[tuple[tuple[str, ...], bool]]:
     if kind in FEINTS:
         return [(("fake_shot" if kind == "fake" else kind,), kind != "feint")]
     return [((kind,), kind == "guard")]
+
+
+def playable_kinds(actions: Collection[str]) -> tuple[str, ...]:
+    """Return the kinds of elements that somebody with some actions can play.
+
+    >>> playable_kinds({"walk", "carry"})
+    ('move', 'walk')
+    """
+    pushed = {"pass": ["catch"], "screen": ["push"]}  # what the other player does
+    return tuple(
+        kind
+        for kind in KINDS
+        if all(set(of) & set(actions) for of, _ in _classes(kind, ball=False))
+        and set(pushed.get(kind, ())) <= set(actions)
+    )
 
 
 def g_user(string: Sequence[str], expression: Sequence[Collection[str]]) -> int:

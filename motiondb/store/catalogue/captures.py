@@ -23,9 +23,9 @@ from motiondb.store.catalogue.where import (
     COLUMNS,
     Filter,
     asks_captions,
-    check_names,
     matches,
     parse_where,
+    with_columns,
 )
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.statements import (
@@ -133,7 +133,7 @@ def load_captures(store: Store, where: str | Sequence[Filter] = "") -> list[Capt
     query = "SELECT capture_id, key, value FROM capture_tag ORDER BY capture_id, key"
     for number, key, value in store.connection.execute(query).fetchall():
         tags.setdefault(number, {})[key] = value
-    check_names(filters, {key for of_one in tags.values() for key in of_one})
+    filters = with_columns(filters, {key for of_one in tags.values() for key in of_one})
     rows = store.connection.execute(f"{_INFO} ORDER BY capture_id").fetchall()
     infos = (_to_info(row, tags.get(row[0], {})) for row in rows)
     captions = load_captions(store) if asks_captions(filters) else {}

@@ -1,8 +1,8 @@
 """What runs changed in captures: to undo a run, and to tell how captions came about.
 
 A row of the table ``edit`` holds a capture as it was before a run changed it; parts that the run
-left alone are NULL. A run that undoes another one is a run like any other, with rows of its own, so
-that it can be undone too.
+left alone are NULL. The table of synonyms is noted as the tags of the number SYNONYMS. A run that
+undoes another one is a run like any other, with rows of its own, so that it can be undone too.
 """
 
 from __future__ import annotations
@@ -15,14 +15,16 @@ from typing import Any
 
 from motiondb.errors import QueryError
 from motiondb.records import Caption, Event
-from motiondb.store.catalogue.annotations import load_captions, load_events
-from motiondb.store.catalogue.runs import load_runs
+from motiondb.store.catalogue.annotations import load_captions, load_events, load_synonyms
+from motiondb.store.catalogue.runs import Run, load_runs
 from motiondb.store.catalogue.trash import load_trash
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.transactions import transaction
 
 UNDOABLE = ("add", "remove", "rename", "words", "tags", "events", "merge", "generate", "undo")
 """Kinds of runs that can be undone; grammars and scenes are not restored with their captures."""
+SYNONYMS = -1
+"""The number by which the table of synonyms is noted, which belongs to no capture."""
 UNDO = "undo"
 """Kind of a run that undoes another one; its parameter ``run`` is the number of that."""
 
@@ -59,6 +61,7 @@ def noting_edits(store: Store, run_id: int, touched: Iterable[int] = ()) -> Iter
     """
     wanted = set(touched)
     before, there = _load_states(store, wanted), _numbers(store)
+    synonyms = load_synonyms(store)
     yield
     after, now = _load_states(store, wanted & there), _numbers(store)
     names = dict(store.connection.execute("SELECT capture_id, name FROM capture").fetchall())
@@ -73,6 +76,8 @@ def noting_edits(store: Store, run_id: int, touched: Iterable[int] = ()) -> Iter
                 for part in ("tags", "captions", "events")
             }
             edits.append(Edit(run_id, number, "changed", old.name, **parts))
+    if load_synonyms(store) != synonyms:
+        edits.append(Edit(run_id, SYNONYMS, "changed", "synonyms", synonyms))
     _save_edits(store, edits)
 
 
@@ -106,6 +111,68 @@ def find_undoable(store: Store, run_id: int | None = None) -> int:
     A run is refused if a later one changed one of its captures and still counts: one that was not
     undone, or the undoing of an earlier run.
     """
+    history = _load_history(store)
+    runs = history.runs
+    if run_id is not None:
+        is_known = run_id in runs and runs[run_id].kind in UNDOABLE
+        if not is_known or run_id in history.undone:
+            actual = (
+                "one that was undone" if is_known else "none that changed captures, and only these"
+            )
+            raise QueryError(
+                f"run {run_id}: expected a run that can be undone, found {actual}. motiondb info "
+                "lists the runs."
+            )
+        if fault := history.fault(run_id):
+            raise QueryError(fault)
+        return run_id
+    settled = history.undone | history.target.keys()
+    standing = sorted(n for n in set(runs) - settled if runs[n].kind in UNDOABLE)
+    if not standing:
+        raise QueryError(
+            f"{store.path}: expected a change of captures to undo, found none. "
+            "motiondb info lists the runs."
+        )
+    if fault := history.fault(standing[-1]):
+        before = [n for n in standing if not history.fault(n)]
+        hint = f" motiondb undo {before[-1]} takes back the change before." if before else ""
+        raise QueryError(fault + hint)
+    return standing[-1]
+
+
+@dataclass(frozen=True)
+class _History:
+    """The runs that changed captures."""
+
+    runs: Mapping[int, Run]
+    touched: Mapping[int, set[int]]  # Run -> numbers of the captures that it changed
+    target: Mapping[int, int]  # Run that undoes -> the run that it takes back
+    undone: set[int]
+    final: set[int]  # Runs that removed captures of which the trash was emptied
+
+    def fault(self, number: int) -> str:
+        """Why a run cannot be undone; "" if it can."""
+        told = f"run {number} ({self.runs[number].kind}): expected"
+        if number in self.final:
+            return (
+                f"{told} its captures in the trash, found that it was emptied (motiondb compact). "
+                "Add the files again."
+            )
+        counting = [
+            n for n in self.runs if n not in self.undone and self.target.get(n, 0) <= number
+        ]
+        later = [n for n in counting if n > number and self.touched[n] & self.touched[number]]
+        if not later:
+            return ""
+        last = self.runs[max(later)]
+        advice = "Undo that one first." if last.kind in UNDOABLE else "That cannot be undone."
+        return (
+            f"{told} captures that nothing has changed since, found that run {last.run_id} "
+            f"({last.kind}) changed some. {advice}"
+        )
+
+
+def _load_history(store: Store) -> _History:
     touched: dict[int, set[int]] = {}
     for run, capture in store.connection.execute("SELECT run_id, capture_id FROM edit").fetchall():
         touched.setdefault(run, set()).add(capture)
@@ -115,38 +182,7 @@ def find_undoable(store: Store, run_id: int | None = None) -> int:
     for number in sorted(target, reverse=True):
         if number not in undone:
             undone.add(target[number])
-    if run_id is None:
-        settled = undone | target.keys()
-        open_runs = sorted(n for n in set(runs) - settled if runs[n].kind in UNDOABLE)
-        if not open_runs:
-            raise QueryError(
-                f"{store.path}: expected a change of captures to undo, found none. "
-                "motiondb info lists the runs."
-            )
-        final = _final_runs(store)
-        if open_runs[-1] in final:
-            before = [n for n in open_runs if n not in final]
-            hint = f" motiondb undo {before[-1]} takes back the change before." if before else ""
-            raise QueryError(
-                f"run {open_runs[-1]} ({runs[open_runs[-1]].kind}): expected its captures in the "
-                "trash, found that it was emptied (motiondb compact). Add the files again." + hint
-            )
-        return open_runs[-1]
-    is_known = run_id in runs and runs[run_id].kind in UNDOABLE
-    if not is_known or run_id in undone:
-        actual = "one that was undone" if is_known else "none that changed captures, and only these"
-        raise QueryError(
-            f"run {run_id}: expected a run that can be undone, found {actual}. motiondb info lists "
-            "the runs."
-        )
-    counting = [n for n in runs if n not in undone and target.get(n, 0) <= run_id]
-    later = [n for n in counting if n > run_id and touched[n] & touched[run_id]]
-    if later:
-        raise QueryError(
-            f"run {run_id}: expected captures that nothing has changed since, found that run "
-            f"{max(later)} ({runs[max(later)].kind}) changed some. Undo that one first."
-        )
-    return run_id
+    return _History(runs, touched, target, undone, _final_runs(store))
 
 
 def _final_runs(store: Store) -> set[int]:

@@ -9,9 +9,10 @@ An example is ``performer in (14, 16) and not (duration<2.5 or caption~walk)``. 
     operator    = != < <= > >= ~ !~         ~ means that the text contains the value
     value       text up to the next "and", "or" or closing parenthesis, or anything in quotes
 
-A name is a column of the catalogue, ``caption`` (the texts that people wrote about the capture) or
-a tag. Two values are compared as numbers if both are numbers, and otherwise as text without regard
-to case; ``~`` always compares text.
+A name is a column of the catalogue, ``caption`` (the texts that people wrote about the capture), a
+tag (in quotes where it is like a word of the syntax: ``"in"=yes``), or a head of the catalogue's
+table where no tag has this name (``HEADS``). Two values are compared as numbers if both are
+numbers, and otherwise as text without regard to case; ``~`` always compares text.
 
 A condition on captions holds if it holds for at least one caption of the capture. With ``!=``,
 ``!~`` or ``not in`` it holds if no caption equals (or contains) the value. If a capture lacks the
@@ -23,7 +24,7 @@ from __future__ import annotations
 import operator
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 from motiondb.errors import QueryError, suggestion
@@ -45,6 +46,9 @@ COLUMNS = (
 )  # Columns of the catalogue that a filter can name. They override tags of the same name
 CAPTION = "caption"
 """Name that stands for the captions in a filter. It overrides a tag of the same name."""
+HEADS = {"capture": "name", "length": "duration", "words": CAPTION, "frames": "n_frames"}
+"""Heads that the table of captures has over its columns, with the names of the columns. A tag of
+the same name goes before them."""
 
 _COMPARE: dict[str, Callable[[Any, Any], bool]] = {
     "=": operator.eq,
@@ -182,7 +186,7 @@ class _Reader:
 
     def single(self, depth: int) -> tuple[Filter, ...]:
         """Parse ``single``: a negation, a group in parentheses, or a condition."""
-        if self.says("not") and (self.kind(1) == "word" or self.next(1) == "("):
+        if self.says("not") and (self.kind(1) in ("word", "quoted") or self.next(1) == "("):
             self.place += 1
             if depth >= MOST_DEPTH:
                 return self.one_of(depth + 1)  # raises QueryError
@@ -202,11 +206,19 @@ class _Reader:
     def condition(self) -> Filter:
         """Parse ``condition``: a comparison, or a name and the list of its values."""
         start = self.place
-        while self.kind() == "word" and not self.says("and", "or") and not self._begins_list():
+        is_quoted = self.kind() == "quoted"
+        self.place += is_quoted
+        while (
+            not is_quoted
+            and self.kind() == "word"
+            and not self.says("and", "or")
+            and not self._begins_list()
+        ):
             self.place += 1
         if self.place == start:
             raise self.refusal(start)
         name = self.text[self.tokens[start].start() : self.tokens[self.place - 1].end()]
+        name = name[1:-1] if is_quoted else name
         if self._begins_list():
             return self._list(name, start)
         if self.kind() != "operator":
@@ -267,16 +279,30 @@ def conditions_of(filters: Iterable[Filter]) -> Iterator[Condition]:
             yield from conditions_of(f for alternative in each.alternatives for f in alternative)
 
 
-def check_names(filters: Iterable[Filter], tags: Iterable[str]) -> None:
-    """Check that filters name only columns, ``CAPTION`` and tags in use."""
+def with_columns(filters: Iterable[Filter], tags: Iterable[str]) -> tuple[Filter, ...]:
+    """Return filters that name only columns, ``CAPTION`` and tags in use; heads are replaced.
+
+    >>> with_columns(parse_where("length>10"), ["performer"])
+    (Condition(name='duration', operator='>', value='10'),)
+    """
     named = (*COLUMNS, CAPTION)
     known = (*named, *sorted(set(tags) - set(named)))
-    for condition in conditions_of(filters):
-        if condition.name not in known:
-            raise QueryError(
-                f"filter on {condition.name!r}: expected one of {', '.join(known)}, found no such "
-                f"column or tag.{suggestion(condition.name, known)}"
-            )
+    return tuple(_with_columns(each, known) for each in filters)
+
+
+def _with_columns(each: Filter, known: Sequence[str]) -> Filter:
+    if isinstance(each, OneOf):
+        return OneOf(tuple(tuple(_with_columns(f, known) for f in a) for a in each.alternatives))
+    if isinstance(each, NoneOf):
+        return NoneOf(tuple(_with_columns(f, known) for f in each.filters))
+    if each.name in known:
+        return each
+    if each.name.casefold() in HEADS:
+        return replace(each, name=HEADS[each.name.casefold()])
+    raise QueryError(
+        f"filter on {each.name!r}: expected one of {', '.join(known)}, found no such "
+        f"column or tag.{suggestion(each.name, known)}"
+    )
 
 
 def asks_captions(filters: Iterable[Filter]) -> bool:

@@ -26,7 +26,7 @@ from typing import ClassVar
 import duckdb
 
 from motiondb.errors import StoreError
-from motiondb.files.safe_files import log_of
+from motiondb.files.safe_files import HeldFile, log_of
 from motiondb.store.connection import log_mark
 from motiondb.store.connection.faults import OtherModeError, translate
 from motiondb.store.connection.statements import Connection
@@ -98,6 +98,7 @@ class Store:
         _refuse_forked(path)
         self.lacked_log = False
         self._root: duckdb.DuckDBPyConnection | None = connect(read_only, None)
+        self._held = HeldFile.hold(path)
         _OPENED.add(self)
         self.lacked_log = log_mark.is_log_missing(self.connection)
 
@@ -202,6 +203,7 @@ class Store:
             self._turn.wait_for(lambda: self._users <= bool(self.local.depth), _LAST_BLOCKS)
             if self._root is not None:
                 self._close_root(self._root)
+                self._root = None
 
     def __del__(self) -> None:
         with suppress(Exception):  # opening it may have failed
@@ -237,6 +239,7 @@ class Store:
             log_mark.clear_mark(root)  # the mark of a missing log stays, so that the log still fits
         self._is_marked = False
         _close(root)
+        self._held.let_go()
 
     def _cursor(self) -> duckdb.DuckDBPyConnection:
         """The cursor of the current thread, which is in a block that keeps the root open."""
@@ -259,6 +262,7 @@ class Store:
         if self._root is None:
             is_lent = self._is_lent and not self._is_writing
             self._root = self._reopen(self.read_only or is_lent, wait)
+            self._held = HeldFile.hold(self.path)
         return self._root
 
     def _reopen(self, read_only: bool, wait: float | None) -> duckdb.DuckDBPyConnection:

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 import motiondb
-from motiondb import AddSettings, MotionDB, QueryError
+from motiondb import AddSettings, MotionDB, QueryError, store
+from motiondb.database.learn import updating
 
 TABLES = ("capture", "capture_tag", "caption", "event", "motion_frame", "relation", "source")
 
@@ -93,8 +94,8 @@ def test_a_change_is_not_taken_back_where_a_later_one_would_be_lost(base: Motion
     with pytest.raises(QueryError) as error:
         base.undo(words)
     assert str(error.value) == (
-        f"run {words}: expected captures that nothing has changed since, found that run {later} "
-        "(words) changed some. Undo that one first."
+        f"run {words} (words): expected captures that nothing has changed since, found that run "
+        f"{later} (words) changed some. Undo that one first."
     )
     base.undo(later)
     base.undo(words)
@@ -104,6 +105,22 @@ def test_a_change_is_not_taken_back_where_a_later_one_would_be_lost(base: Motion
     assert kinds == [("add", []), *bows]
     with pytest.raises(QueryError, match="found one that was undone"):
         base.undo(words)
+
+
+def test_a_change_before_one_that_cannot_be_undone_stays(base: MotionDB) -> None:
+    earlier = base.set_tags({"mood": "glad"}, ["ana/jump_1"])
+    words = base.set_words("ana/bow_1", "a bow").run_id
+    number = base.captures("name=ana/bow_1")[0].capture_id
+    with updating.changing(base.store, "scene remove", {}, [number]):  # as of a player of a scene
+        store.remove_capture(base.store, number)
+    with pytest.raises(QueryError) as error:
+        base.undo()
+    assert str(error.value) == (
+        f"run {words} (words): expected captures that nothing has changed since, found that run "
+        f"{words + 1} (scene remove) changed some. That cannot be undone. motiondb undo {words - 1}"
+        " takes back the change before."
+    )
+    assert list(base.undo(words - 1).changed) == earlier
 
 
 def test_compacting_makes_removals_final(base: MotionDB) -> None:
@@ -225,3 +242,41 @@ def test_a_file_that_repeats_another_capture_replaces_nothing_and_says_so(
     report = base.add(again, settings=AddSettings(replace=True))
     assert report.added == ()
     assert "ana/bow_1 was not replaced" in report.problems[0]
+
+
+def test_synonyms_are_taken_back_before_what_was_changed_before_them(
+    base: MotionDB, tmp_path: Path
+) -> None:
+    table = tmp_path / "synonyms.txt"
+    for text in ("hop = jump\n", "leap = jump\n"):
+        table.write_text(text)
+        base.set_synonyms(table)
+    assert base.undo().changed == ("synonyms",)
+    assert motiondb.store.load_synonyms(base.store) == {"hop": "jump"}
+    done = base.undo()
+    assert motiondb.store.load_synonyms(base.store) == {}
+    base.undo(done.run)
+    assert motiondb.store.load_synonyms(base.store) == {"hop": "jump"}
+    assert base.captions("ana/jump_1")[0].words == "she jumps"
+    assert base.check() == []
+
+
+def test_the_history_of_words_goes_on_through_a_replacement(
+    base: MotionDB, tmp_path: Path, samples_folder: Path
+) -> None:
+    again = tmp_path / "again"
+    (again / "ana").mkdir(parents=True)
+    shutil.copy(samples_folder / "boris" / "idle_1.bvh", again / "ana" / "jump_1.bvh")
+    base.add(again, settings=AddSettings(replace=True))
+    base.set_words("ana/jump_1", "she waits")
+    said = [(v.kind, [c.words for c in v.words]) for v in base.caption_history("ana/jump_1")]
+    assert said == [
+        ("add", []), ("words", ["she jumps"]), ("add", ["she jumps"]), ("words", ["she waits"])
+    ]  # fmt: skip
+
+
+def test_a_tag_named_like_a_word_of_filters_is_quoted_there(base: MotionDB) -> None:
+    base.set_tags({"in": "yes"}, ["ana/jump_1"])
+    assert [info.name for info in base.captures('"in"=yes and not "in"=no')] == ["ana/jump_1"]
+    with pytest.raises(QueryError, match="characters that can be printed"):
+        base.set_tags({"mood": "a\tb"}, ["ana/jump_1"])

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import motiondb
-from motiondb import Caption, MotionDBError, StoreError
+from motiondb import Caption, MotionDBError, QueryError
 
 
 def test_what_two_databases_know_comes_together(
@@ -94,7 +94,7 @@ def test_a_copy_made_during_changes_is_one_state(tmp_path: Path, some: Path) -> 
         finally:
             stop.set()
             thread.join()
-        with pytest.raises(StoreError, match="expected the name of a new file"):
+        with pytest.raises(QueryError, match="expected the name of a new file"):
             db.backup(tmp_path / "copy.duckdb")
         with motiondb.open(tmp_path / "copy.duckdb") as copy:
             assert len({v for i in copy.captures("name~ana") for v in i.tags.values()}) <= 1

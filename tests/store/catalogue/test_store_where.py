@@ -11,9 +11,9 @@ from motiondb.records import CaptureInfo
 from motiondb.store.catalogue.where import (
     Condition,
     asks_captions,
-    check_names,
     matches,
     parse_where,
+    with_columns,
 )
 
 
@@ -41,12 +41,21 @@ def test_filters_are_read(text: str, expected: tuple) -> None:
 
 def test_unknown_name_gets_a_suggestion() -> None:
     with pytest.raises(QueryError) as error:
-        check_names(parse_where("preformer=14"), ["performer", "style"])
+        with_columns(parse_where("preformer=14"), ["performer", "style"])
     assert str(error.value) == (
         "filter on 'preformer': expected one of capture_id, name, sha256, format, kind, fps, "
         "n_frames, duration, motion_frames, leg_length, path, run_id, caption, performer, style, "
         "found no such column or tag. Did you mean performer?"
     )
+
+
+def test_heads_of_the_table_name_its_columns() -> None:
+    text = "not (Length>10 or words~walk) and capture in (a, b) and Frames<9"
+    (none, one, frames) = with_columns(parse_where(text), ["performer"])
+    expected = parse_where("not (duration>10 or caption~walk) and name in (a, b) and n_frames<9")
+    assert (none, one, frames) == expected
+    tagged = with_columns(parse_where("length=long"), ["length"])
+    assert tagged == parse_where("length=long")
 
 
 @pytest.mark.parametrize(

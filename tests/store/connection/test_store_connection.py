@@ -15,7 +15,9 @@ import pytest
 
 from motiondb import store
 from motiondb.database.catalogue.rescuing import rescue
-from motiondb.errors import StoreError
+from motiondb.database.catalogue.sheets import import_events
+from motiondb.errors import MotionDBError, StoreError
+from motiondb.files.safe_files import check_output
 
 _HOLD = """
 import sys, duckdb
@@ -57,6 +59,20 @@ def test_a_second_process_is_told_who_holds_the_file(tmp_path: Path) -> None:
                 ". Wait until it has ended, or wait longer with --wait SECONDS."
             )
     store.open_store(path).close()
+
+
+def test_naming_the_open_file_as_input_or_output_keeps_other_writers_out(tmp_path: Path) -> None:
+    """On POSIX, closing any descriptor of a file ends the locks of the process on it."""
+    path = tmp_path / "m.duckdb"
+    try_it = [sys.executable, "-c", "import sys, duckdb; duckdb.connect(sys.argv[1])", str(path)]
+    with store.open_store(path) as held:
+        with pytest.raises(OSError, match="a database of that name"):
+            check_output(path)
+        with pytest.raises(MotionDBError, match="found: the database that this program has open"):
+            import_events(held, path)
+        other = subprocess.run(try_it, capture_output=True, text=True, check=False)
+        assert "Could not set lock" in other.stderr
+    assert subprocess.run(try_it, check=False).returncode == 0
 
 
 def test_readers_share_and_a_writer_waits(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import {
   removePlayer,
 } from "../src/views/board/edits.ts";
 import { curvePoints, triesOf } from "../src/views/board/curve.ts";
-import { inOrder } from "../src/views/board/rules.ts";
+import { inOrder, ruleSentence } from "../src/views/board/rules.ts";
 import { smoothCurve, strokeOf, waved, zigzag } from "../src/views/board/strokes.ts";
 import type { MeasuredRule } from "../src/api/types.ts";
 import type { Spot } from "../src/views/board/spot.ts";
@@ -188,4 +188,32 @@ test("broken rules come first", () => {
     ordered.map((one) => one.frame),
     [9, 0, 1],
   );
+});
+
+test("an action after another one gets its own step, and moves what comes later", () => {
+  let play = addElement(emptyDiagram(), "run", "A1", { to: [1, 4] });
+  play = addElement(play, "shoot", "A1", {});
+  play = addElement(play, "walk", "A2", { to: [-3, 3] });
+  const between = addElement(play, "pass", "A1", { after: 0, other: "A2" });
+  assert.deepEqual(
+    between.elements.map((one) => [one.kind, one.step]),
+    [
+      ["run", 1],
+      ["shoot", 3],
+      ["walk", 1],
+      ["pass", 2],
+    ],
+  );
+});
+
+test("a rule is said in a sentence with the names of the board", () => {
+  const play = addElement(emptyDiagram(), "run", "A1", { to: [1, 4] });
+  const rule = { player: "A1", action: "run", unit: "m", after: 0.1, threshold: 0.3 } as MeasuredRule;
+  const said = (kind: string, about: string) => ruleSentence({ ...rule, rule: kind, about }, play);
+  assert.equal(said("position", "(1, 4)"), "at the end of its run in step 1");
+  assert.equal(said("position", "(0, 8)"), "at the place where A1 starts");
+  assert.equal(said("distance", "(0, 0), 0 to 2.5 m"), "at most 2.5 m from the rim");
+  assert.equal(said("line", "A2 - (0, 0)"), "on the line from A2 to the rim");
+  assert.equal(said("synchronisation", "A2 catch|hold"), "in time with A2's catch or hold");
+  assert.equal(said("direction", "90 deg"), "faces 90° from the board's top");
 });

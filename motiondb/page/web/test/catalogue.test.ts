@@ -5,7 +5,7 @@ import { sharedReason } from "../src/parts/text.ts";
 import { sortFiles } from "../src/parts/upload.ts";
 import { parseRoute, routeTo } from "../src/shell/router.ts";
 import { withWholeWords } from "../src/views/catalogue/editing.ts";
-import { combine, readPicks, togglePick, writePick } from "../src/views/catalogue/filter.ts";
+import { combine, filterOf, readPicks, togglePick, writePick } from "../src/views/catalogue/filter.ts";
 
 const ana = { column: "performer", where: "performer=ana" };
 const boris = { column: "performer", where: "performer=boris" };
@@ -15,6 +15,16 @@ test("values of one column are alternatives, columns are conditions", () => {
   assert.equal(combine("", [ana, bvh, boris]), "(performer=ana or performer=boris) and format=bvh");
   assert.equal(combine("duration>3 or fps=60", [ana]), "(duration>3 or fps=60) and performer=ana");
   assert.equal(combine(" ", []), "");
+});
+
+test("plain words are looked for in captions and names", () => {
+  const has = (word: string): string => `(caption~"${word}" or name~"${word}")`;
+  assert.equal(filterOf("walk  left"), `${has("walk")} and ${has("left")}`);
+  assert.equal(filterOf('"turn left" or not run'), `(${has("turn left")}) or (not ${has("run")})`);
+  assert.equal(filterOf("duration>3"), "duration>3");
+  assert.equal(filterOf("performer in (ana)"), "performer in (ana)");
+  assert.equal(filterOf("walk or"), has("walk"));
+  assert.equal(combine("walk", [ana]), `(${has("walk")}) and performer=ana`);
 });
 
 test("a column without its own picks shows its other values", () => {

@@ -110,9 +110,27 @@ test("figures are lit only inside their interval, and never outgrow their room",
   );
   const lit = figures.draw(2.15, { trails: true, contacts: true });
   assert.deepEqual([...lit.bodies.tints.slice(0, 3)], [...red]);
-  for (const drawn of [lit.bodies, lit.marks]) assert.ok(drawn.count * 3 <= drawn.tints.length);
+  for (const drawn of [lit.bodies, lit.marks, lit.prints]) assert.ok(drawn.count * 3 <= drawn.tints.length);
   assert.ok(lit.marks.count > 0);
   assert.ok(lit.bodies.capsules[0]! > 100);
+});
+
+test("a foot on the ground has a flat print from heel to toe", () => {
+  const feet: Motion = {
+    ...motion,
+    points: ["l_ankle", "l_toe_end", "r_ankle", "r_toe_end"],
+    parents: [-1, 0, -1, 2],
+    radii: [0, 0, 0, 0],
+    frames: 1,
+    positions: new Float32Array([0, 0.1, 0, 0, 0, 0.2, 1, 0.4, 0, 1, 0.3, 0.2]),
+    contacts: new Uint8Array([1]),
+  };
+  const grey = [0.5, 0.5, 0.5] as const;
+  const figure = { motion: feet, colour: grey, litColour: grey, lit: null, shift: [0, 0] as const };
+  const { prints } = makeFigures([figure], [], grey, grey).draw(2, { trails: false, contacts: true });
+  assert.equal(prints.count, 1); // the right foot is in the air
+  const shown = [...prints.capsules.slice(0, 8)].map((value) => Number(value.toFixed(2)));
+  assert.deepEqual(shown, [0, 0, 0, 0.07, 0, 0, 0.2, 0.07]);
 });
 
 test("the camera turns, zooms and moves around its target", () => {

@@ -1,5 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
+import { certaintyOf, replacedWords, sayPart } from "../src/views/search/certainty.ts";
 import { chipsOf, type Chip, type QuestionTree } from "../src/views/search/question.ts";
 import { reasonRows } from "../src/views/search/reasons.ts";
 
@@ -106,11 +107,47 @@ test("every number of --explain is shown, and they add up", () => {
   const [row] = reasonRows({ log_odds: 2.45, together: 0, words: [word], excluded: [], suggests: [] });
   assert.equal(
     row!.detail,
-    "usual −1.200, as part of the caption +0.700, symbol 2 +3.000 (0.0–1.5 s)," +
+    "usual −1.200, likeness +0.700, symbol 2 +3.000 (0.0–1.5 s)," +
       " symbol 1 −0.400 (1.5–2.0 s), others +0.350",
   );
   const shown = [...row!.detail.matchAll(/([+−])(\d+\.\d{3})/g)].map(
     ([, sign, number]) => (sign === "−" ? -1 : 1) * Number(number),
   );
   assert.ok(Math.abs(shown.reduce((sum, one) => sum + one, 0) - row!.amount) < 1e-9);
+});
+
+test("an answer is drawn by what is known about it", () => {
+  const part = (probability: number | null) => ({
+    words: "walk",
+    start: 0,
+    end: 1,
+    probability,
+    interval_probability: null,
+    place: "known",
+  });
+  const graded = (probability: number | null, ...parts: (number | null)[]): string =>
+    certaintyOf({ probability, parts: parts.map(part) }).grade;
+  assert.equal(graded(0.5, 0.5), "likely");
+  assert.equal(graded(0.49, 0.49), "unlikely");
+  assert.equal(graded(0.049, 0.049), "folded");
+  assert.equal(graded(null, null), "unmeasured");
+  assert.equal(graded(null, 0.9, 0.02), "folded"); // the whole is at most its least part
+  assert.equal(graded(null, 0.9, 0.8), "unmeasured"); // likely parts do not make it likely
+});
+
+test("a replaced word carries its real name, and the probability of that", () => {
+  const replaced = replacedWords({ taken: { moonwalk: [{ word: "walk", probability: 0.8 }] } });
+  const said = sayPart(
+    {
+      words: "moonwalk left",
+      start: 0,
+      end: 1,
+      probability: 0.76,
+      interval_probability: 0.4,
+      place: "known",
+    },
+    replaced,
+  );
+  assert.deepEqual([said.words, said.instead], ["walk left", "moonwalk"]);
+  assert.ok(Math.abs(said.probability! - 0.95) < 1e-9 && Math.abs(said.place! - 0.5) < 1e-9);
 });

@@ -4,7 +4,9 @@ import { rgbOf, tintOf } from "../src/parts/tint.ts";
 import { bytesText, plural, seconds, signed } from "../src/parts/text.ts";
 import { packRows, stretchLane, symbolLane, wordLane } from "../src/timeline/lanes.ts";
 import { niceTicks } from "../src/timeline/ticks.ts";
-import { wordsThatFit } from "../src/views/symbols/labels.ts";
+import type { PlacedSymbol } from "../src/api/types.ts";
+import { clustersOf, foundSymbols } from "../src/views/symbols/clusters.ts";
+import { placeMarks } from "../src/views/symbols/labels.ts";
 import { ellipseOf, fitAxes, NO_ZOOM, zoomAt, zoomed } from "../src/views/symbols/projection.ts";
 
 test("blocks that overlap get rows of their own, as few as possible", () => {
@@ -156,12 +158,29 @@ test("a zoom keeps the place under the pointer, and stops at the whole map", () 
   assert.equal(zoomAt(zoom, 0.01, 0, 0, size).factor, 1);
 });
 
-test("a word that would cover another one or a dot is not written", () => {
-  const fits = wordsThatFit([
+test("a figure or a word that would cover another one is not drawn", () => {
+  const { figures, words } = placeMarks([
     { x: 0, y: 0, radius: 10, word: "walk" },
     { x: 5, y: 2, radius: 10, word: "run" },
     { x: 200, y: 0, radius: 10, word: "kick" },
-    { x: 400, y: 0, radius: 10, word: "" },
+    { x: 200, y: 50, radius: 10, word: "" },
   ]);
-  assert.deepEqual(fits, [true, false, true, false]);
+  assert.deepEqual(figures, [true, false, true, true]);
+  assert.deepEqual(words, [true, false, false, false]); // "kick" would cover the figure below it
+});
+
+test("a cluster is named by the words of most of its segments, and symbols are found by words", () => {
+  const one = (symbol: number, cluster: number, count: number, word: string, probability: number) =>
+    ({ symbol, cluster, count, words: [{ word, probability }] }) as unknown as PlacedSymbol;
+  const all = [one(0, 4, 10, "walk", 0.9), one(1, 4, 30, "run", 0.8), one(2, 7, 90, "jump", 0.1)];
+  assert.deepEqual(
+    clustersOf(all).map(({ cluster, words }) => [cluster, words]),
+    [
+      [7, []],
+      [4, ["run", "walk"]],
+    ],
+  );
+  assert.deepEqual([...foundSymbols(all, "WA")!], [0]);
+  assert.deepEqual([...foundSymbols(all, "2")!], [2]);
+  assert.equal(foundSymbols(all, " "), null);
 });

@@ -27,8 +27,10 @@ export function withParameters(path: string, parameters: Parameters): string {
   return text ? `${path}?${text}` : path;
 }
 
-const UNREACHABLE =
-  "The server does not answer. It may have been stopped: start `motiondb serve` again, then reload this page.";
+/** The kind of the fault that the server cannot be reached. */
+export const UNREACHABLE = "Unreachable";
+const NO_ANSWER =
+  "The server does not answer. It may have been stopped: start `motiondb serve` again; this page goes on by itself.";
 
 /** Send a request; a database held by another process is waited for (up to `HELD_TRIES` seconds). */
 const HELD_TRIES = 5;
@@ -39,7 +41,7 @@ async function send(path: string, init: RequestInit, tries = HELD_TRIES): Promis
     response = await fetch(path, init);
   } catch (fault) {
     if (fault instanceof DOMException && fault.name === "AbortError") throw fault;
-    throw new ApiError("Unreachable", UNREACHABLE, 0);
+    throw new ApiError(UNREACHABLE, NO_ANSWER, 0);
   }
   if (response.ok) return response;
   if (response.status === 503 && tries > 0 && !init.signal?.aborted) {

@@ -6,6 +6,8 @@ import type { JobReply, JobsReply } from "./types.ts";
 export type News =
   | { kind: "revision"; revision: number }
   | { kind: "job"; job: JobReply }
+  /** Jobs are gone: the server was started again. */
+  | { kind: "forgotten"; jobs: readonly string[] }
   | { kind: "connection"; open: boolean };
 
 export interface Live {
@@ -36,7 +38,13 @@ export function openLive(): Live {
     source.addEventListener("open", () => {
       tell({ kind: "connection", open: true });
       get<JobsReply>("/api/jobs").then(
-        (answer) => answer.jobs.forEach(learn),
+        (answer) => {
+          const known = new Set(answer.jobs.map((job) => job.id));
+          const gone = [...jobs.keys()].filter((id) => !known.has(id));
+          gone.forEach((id) => jobs.delete(id));
+          if (gone.length > 0) tell({ kind: "forgotten", jobs: gone });
+          answer.jobs.forEach(learn);
+        },
         () => undefined, // the next opening asks again
       );
     });

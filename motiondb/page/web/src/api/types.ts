@@ -102,6 +102,7 @@ export interface BoardKinds {
   kinds: string[];
   teams: string[];
   grammars: string[];
+  grounds: Ground[];
 }
 
 export interface BoardRemoved {
@@ -143,6 +144,7 @@ export interface CaptionBody {
 export interface CaptionsBody {
   capture: string;
   words: CaptionBody[];
+  before?: CaptionBody[] | null;
 }
 
 export interface CaptureDetails {
@@ -166,7 +168,7 @@ export interface CaptureDetails {
   copies: number;
   relations: Relation[];
   events: ShownEvent[];
-  segments: ShownSegment[];
+  segments: WordedSegment[];
   activities: ShownActivity[];
   recognised: WordsOverTime[];
   sources: Source[];
@@ -180,6 +182,7 @@ export interface CapturePage {
   offset: number;
   revision: number;
   captures: CaptureRow[];
+  found: number | null;
 }
 
 export interface CaptureRow {
@@ -194,6 +197,25 @@ export interface CaptureRow {
   copies: number;
 }
 
+export interface CaptureTagsBody {
+  captures: string[];
+  tags: Record<string, string>;
+}
+
+export interface CaptureWordsBody {
+  captures: string[];
+  words: string;
+}
+
+export interface CapturesBody {
+  captures: string[];
+}
+
+export interface CapturesChanged {
+  changed: string[];
+  undo: number;
+}
+
 export interface CapturesRemoved {
   removed: string[];
 }
@@ -203,6 +225,22 @@ export interface Collision {
   start: number;
   end: number;
   depth: number;
+}
+
+export interface CompareReply {
+  grammars: ComparedGrammar[];
+}
+
+export interface ComparedGrammar {
+  kind: string;
+  nonterminals: number;
+  rules: number;
+  bits: number;
+  strings: number | null;
+  held_out: number | null;
+  new: number;
+  outside: number;
+  mean_length: number;
 }
 
 export interface CourtShape {
@@ -250,8 +288,10 @@ export interface DiagramShape {
 
 export interface DownloadBody {
   items: Part[];
-  format?: "bvh" | "glb" | "source";
+  format?: "bvh" | "glb" | "npz" | "source";
   canonical?: boolean;
+  fps?: number | null;
+  onto?: string | null;
 }
 
 export interface Drift {
@@ -276,6 +316,11 @@ export interface DuplicateGroup {
 
 export interface DuplicatesReply {
   groups: DuplicateGroup[];
+}
+
+export interface EditBody {
+  grammar: string;
+  run: number;
 }
 
 export interface ElementShape {
@@ -303,6 +348,11 @@ export interface ErrorFacts {
 
 export interface ErrorReply {
   error: ErrorFacts;
+}
+
+export interface ExamplesReply {
+  examples: ProvenQuestion[];
+  words: string[];
 }
 
 export interface ExplainedExclusion {
@@ -381,6 +431,11 @@ export interface GenerateReply {
   variants: MadeReply[];
 }
 
+export interface GrammarEdited {
+  grammar: string;
+  no_longer_editable: string[];
+}
+
 export interface GrammarLearned {
   kind: "grammar";
   grammar: string;
@@ -411,10 +466,18 @@ export interface GrammarReply {
   text: string;
   text_with_loops: string;
   sequences: string[];
+  edits: string[];
 }
 
 export interface GrammarsReply {
   grammars: ListedGrammar[];
+}
+
+export interface Ground {
+  grammar: string;
+  kinds: string[];
+  teams: string[];
+  places: string[];
 }
 
 export interface GuardReport {
@@ -443,6 +506,8 @@ export interface ImpossibleMotion {
 export interface JobReply {
   what: string;
   share: number;
+  whole: number | null;
+  left: number | null;
   error: number | null;
   preview: string | null;
   id: string;
@@ -464,6 +529,15 @@ export interface JobsReply {
 export interface JoinedTree {
   kind: "in_order" | "at_once" | "both" | "any_of";
   parts: (ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree)[];
+}
+
+export interface JointProposal {
+  file: string;
+  joints: number;
+  is_known: boolean;
+  roles: Record<string, string>;
+  missing: string[];
+  map: string | null;
 }
 
 export interface JumpReport {
@@ -507,6 +581,7 @@ export interface LearnResult {
   words: number;
   run: number;
   kind: "learn";
+  start: string | null;
 }
 
 export interface LearnedTake {
@@ -519,6 +594,7 @@ export interface LearnedTake {
 export interface LearningBody {
   symbols?: number | null;
   seed?: number;
+  start?: string | null;
 }
 
 export interface LikeReply {
@@ -635,6 +711,12 @@ export interface NamedBoardBody {
   name: string;
 }
 
+export interface NextTerminal {
+  terminal: string | null;
+  end: boolean;
+  probability: number;
+}
+
 export interface NotUsed {
   text: string;
   reason: string;
@@ -648,6 +730,37 @@ export interface PaceReport {
   player: string;
   before: number;
   after: number;
+}
+
+export interface ParseAnswer {
+  string: string[];
+  spans: [number, number][];
+  learned_from: boolean;
+  distances: number[];
+  usual_distance: number | null;
+  unlike: number[];
+  share_unlike: number;
+  is_unlike: boolean;
+  sentences: ParsedSentence[];
+  fault: ParseFault | null;
+}
+
+export interface ParseBody {
+  grammar: string;
+  capture: string;
+}
+
+export interface ParseFault {
+  position: number;
+  found: string | null;
+  expected: string[];
+  may_end: boolean;
+  says: string;
+}
+
+export interface ParsedSentence {
+  string: string[];
+  tree: string;
 }
 
 export interface Part {
@@ -669,6 +782,7 @@ export interface PlacedSymbol {
   seconds: number;
   words: WordProbability[];
   at: number[];
+  typical: PlayableSegment | null;
 }
 
 export interface PlayableAlternative {
@@ -725,6 +839,12 @@ export interface Positions {
   end: number;
 }
 
+export interface ProvenQuestion {
+  question: string;
+  capture: string;
+  probability: number;
+}
+
 export interface RefusedFile {
   name: string;
   message: string;
@@ -747,6 +867,11 @@ export interface Relation {
   distance: number;
 }
 
+export interface RenameBody {
+  old: string;
+  new: string;
+}
+
 export interface RepeatedTree {
   kind: "repeated";
   part: ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree;
@@ -757,6 +882,12 @@ export interface RepeatedTree {
 export interface RootPath {
   fps: number;
   points: [number, number][];
+}
+
+export interface RulesBody {
+  grammar: string;
+  run: number;
+  text: string;
 }
 
 export interface SaveBody {
@@ -897,6 +1028,13 @@ export interface SequenceReply {
   stretches: Stretch[];
 }
 
+export interface ShippedStart {
+  name: string;
+  words: number;
+  captions: number;
+  credit: string;
+}
+
 export interface ShownActivity {
   activity: number;
   start: number;
@@ -924,6 +1062,7 @@ export interface ShownMatch {
   interval_probability: number | null;
   place: string;
   parts: MatchPart[];
+  in_order: boolean | null;
   explain: Explanation | null;
   ref: string;
   duration: number;
@@ -931,14 +1070,6 @@ export interface ShownMatch {
   licence: string | null;
   kind: string;
   timeline: Timeline;
-}
-
-export interface ShownSegment {
-  symbol: number;
-  start: number;
-  end: number;
-  log_likelihood: number | null;
-  known: boolean;
 }
 
 export interface SideOfAction {
@@ -1022,6 +1153,7 @@ export interface Status {
   drift: Drift | null;
   accepts: Accepted;
   folders: AllowedFolder[];
+  starts: ShippedStart[];
   running_jobs: number;
 }
 
@@ -1032,6 +1164,10 @@ export interface Stretch {
   source_start: number;
   licence: string;
   edits: string[];
+}
+
+export interface SuggestReply {
+  next: NextTerminal[];
 }
 
 export interface SymbolCluster {
@@ -1051,6 +1187,13 @@ export interface SymbolShare {
   from: number;
   to: number;
   share: number;
+}
+
+export interface TerminalBody {
+  grammar: string;
+  run: number;
+  terminal: string;
+  to: string;
 }
 
 export interface TerminalRow {
@@ -1074,7 +1217,7 @@ export interface TerminalSymbol {
 }
 
 export interface Timeline {
-  segments: ShownSegment[];
+  segments: WordedSegment[];
   words: Caption[];
 }
 
@@ -1148,6 +1291,16 @@ export interface WordSource {
   weight: number;
 }
 
+export interface WordedSegment {
+  symbol: number;
+  start: number;
+  end: number;
+  log_likelihood: number | null;
+  known: boolean;
+  word: string | null;
+  word_probability: number | null;
+}
+
 export interface WordedTerminal {
   terminal: string;
   nonterminal: string;
@@ -1187,6 +1340,8 @@ export interface WordsUndone {
   capture: string;
   words: Caption[];
   left: number;
+  what: string;
+  captures: number;
 }
 
 export interface WrittenAnswer {

@@ -6,6 +6,12 @@ export function seconds(value: number): string {
   return `${minutes} min ${Math.round(value - 60 * minutes)} s`;
 }
 
+/** A time that is only estimated: 5 s, 40 s, 3 min. */
+export function roughly(value: number): string {
+  if (value < 10) return `${Math.max(Math.ceil(value), 1)} s`;
+  return value < 90 ? `${Math.ceil(value / 10) * 10} s` : `${Math.round(value / 60)} min`;
+}
+
 export function interval(start: number, end: number): string {
   return `${start.toFixed(2)}–${end.toFixed(2)} s`;
 }

@@ -59,6 +59,7 @@ export function makeVirtualList(options: VirtualOptions): VirtualList {
     const [start, end] = rowsInSight(top, viewport.clientHeight, rowHeight, total);
     for (const [index, row] of rows) {
       if (index >= start && index < end) continue;
+      if (row.querySelector("input.in-place")) continue; // somebody types in it
       rows.delete(index);
       row.remove();
       spare.push(row);

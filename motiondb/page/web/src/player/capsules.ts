@@ -126,6 +126,21 @@ const SHADOW_VERTEX = /* glsl */ `${PLACE}
   }
 `;
 
+const PRINT_VERTEX = /* glsl */ `${PLACE}
+  varying vec3 vTint;
+  void main() {
+    vTint = tint;
+    vec3 world = place(direction());
+    world.y = 0.0;
+    gl_Position = projectionMatrix * viewMatrix * vec4(world, 1.0);
+  }
+`;
+
+const PRINT_FRAGMENT = /* glsl */ `
+  varying vec3 vTint;
+  void main() { gl_FragColor = vec4(vTint, 1.0); }
+`;
+
 const SHADOW_FRAGMENT = /* glsl */ `
   uniform vec3 colour;
   void main() { gl_FragColor = vec4(colour, 1.0); }
@@ -148,6 +163,16 @@ const SHADOW = new THREE.ShaderMaterial({
   side: THREE.DoubleSide,
 });
 
+const PRINT = new THREE.ShaderMaterial({
+  vertexShader: PRINT_VERTEX,
+  fragmentShader: PRINT_FRAGMENT,
+  depthWrite: false,
+  side: THREE.DoubleSide,
+});
+
+/** How capsules are drawn: as bodies with their shadows, as bodies alone, or flat on the ground. */
+export type Look = "shaded" | "plain" | "print";
+
 export interface Capsules {
   /** Bodies and shadows, to be added to a scene. */
   readonly object: THREE.Group;
@@ -157,8 +182,8 @@ export interface Capsules {
   dispose(): void;
 }
 
-/** Make room for a number of capsules, with or without shadows on the ground. */
-export function makeCapsules(room: number, fineness: Fineness, shadows: boolean): Capsules {
+/** Make room for a number of capsules. */
+export function makeCapsules(room: number, fineness: Fineness, look: Look): Capsules {
   const ends = new THREE.InstancedInterleavedBuffer(new Float32Array(room * CAPSULE), CAPSULE);
   ends.setUsage(THREE.DynamicDrawUsage);
   const tint = new THREE.InstancedBufferAttribute(new Float32Array(room * 3), 3);
@@ -177,8 +202,10 @@ export function makeCapsules(room: number, fineness: Fineness, shadows: boolean)
     return mesh;
   }
 
-  add(BODY, fineness);
-  if (shadows) add(SHADOW, SHADOW_FINENESS).renderOrder = -2; // below the lines of the ground, and bodies
+  if (look === "print")
+    add(PRINT, fineness).renderOrder = -1; // as the lines of the ground, below bodies
+  else add(BODY, fineness);
+  if (look === "shaded") add(SHADOW, SHADOW_FINENESS).renderOrder = -2; // below the lines of the ground
   return {
     object,
     show({ capsules, tints, count }) {

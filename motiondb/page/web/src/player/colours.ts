@@ -10,6 +10,7 @@ export interface StageColours {
   figure: THREE.Color;
   figureLit: THREE.Color;
   contact: THREE.Color;
+  court: THREE.Color;
 }
 
 // The shaders work on colours as they are shown; three.js must not convert them.
@@ -30,6 +31,7 @@ export function stageColours(): StageColours {
     figure: token("figure"),
     figureLit: token("figure-lit"),
     contact: token("contact"),
+    court: token("stage-court"),
   };
 }
 

@@ -34,12 +34,19 @@ const TRAIL_SECONDS = 1.4;
 const TRAIL_STEPS = 28;
 const TRAIL_RADIUS = 0.011;
 const TRAILED = ["pelvis", "l_hand_end", "r_hand_end", "l_toe", "r_toe"];
-const FEET = ["l_toe", "r_toe"];
+/** The two ends of each foot's print, in the order of the bits of `contacts`. */
+const FEET = [
+  ["l_ankle", "l_toe_end"],
+  ["r_ankle", "r_toe_end"],
+] as const;
+/** Half the width of a print, metres: a rim around the foot is seen. */
+const PRINT_RADIUS = 0.07;
 
-/** What is drawn at one time: bodies and balls with shadows; trails and marks, coarse and without. */
+/** What is drawn at one time: bodies and balls with shadows; trails; prints, flat on the ground. */
 export interface Picture {
   bodies: Drawn;
   marks: Drawn;
+  prints: Drawn;
 }
 
 export interface Figures {
@@ -64,7 +71,8 @@ export function makeFigures(
   const bodies = prepared.reduce((sum, figure) => sum + figure.bones.length, 0);
   const picture: Picture = {
     bodies: roomFor(bodies + balls.length),
-    marks: roomFor(prepared.length * (TRAILED.length * TRAIL_STEPS + FEET.length)),
+    marks: roomFor(prepared.length * TRAILED.length * TRAIL_STEPS),
+    prints: roomFor(prepared.length * FEET.length),
   };
   const centre: [number, number, number] = [0, 0.9, 0];
   return {
@@ -72,11 +80,12 @@ export function makeFigures(
     draw(time, show) {
       picture.bodies.count = 0;
       picture.marks.count = 0;
+      picture.prints.count = 0;
       centre.fill(0);
       for (const figure of prepared) {
         drawBody(picture.bodies, figure, time);
         for (let axis = 0; axis < 3; axis += 1) centre[axis]! += figure.pose[axis]! / prepared.length;
-        if (show.contacts) drawContacts(picture.marks, figure, time, markColour);
+        if (show.contacts) drawContacts(picture.prints, figure, time, markColour);
         if (show.trails) drawTrails(picture.marks, figure, time);
       }
       for (const ball of balls) drawBall(picture.bodies, ball, time, ballColour);
@@ -128,17 +137,21 @@ function put(drawn: Drawn, numbers: readonly number[], colour: Colour): void {
   drawn.count += 1;
 }
 
-/** A flat mark under each foot that stands on the ground: the top of a ball below it. */
+/** A print under each foot that stands on the ground, as long as the foot. */
 function drawContacts(drawn: Drawn, figure: Prepared, time: number, colour: Colour): void {
   const { contacts, points, fps, start, frames } = figure.motion;
   if (!contacts) return;
   const frame = Math.min(Math.max(Math.floor((time - start) * fps + 1e-6), 0), frames - 1);
-  FEET.forEach((name, bit) => {
-    const point = points.indexOf(name);
-    if (point < 0 || !(contacts[frame]! & (1 << bit))) return;
-    const x = figure.pose[3 * point]!;
-    const z = figure.pose[3 * point + 2]!;
-    put(drawn, [x, -0.24, z, 0.26, x, -0.24, z, 0.26], colour);
+  FEET.forEach((ends, bit) => {
+    const [heel, toe] = ends.map((name) => points.indexOf(name));
+    if (heel! < 0 || toe! < 0 || !(contacts[frame]! & (1 << bit))) return;
+    const end = (point: number): number[] => [
+      figure.pose[3 * point]!,
+      0,
+      figure.pose[3 * point + 2]!,
+      PRINT_RADIUS,
+    ];
+    put(drawn, [...end(heel!), ...end(toe!)], colour);
   });
 }
 

@@ -34,7 +34,7 @@ export function paintFlat(canvas: HTMLCanvasElement, shown: Picture, orbit: Orbi
   const picture = pictureOf(orbit, width, height);
   const size = height / 2 / Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
   const strokes = [];
-  for (const drawn of [shown.bodies, shown.marks]) {
+  for (const drawn of [shown.bodies, shown.marks, shown.prints]) {
     for (let i = 0; i < drawn.count; i += 1) {
       const c = drawn.capsules.subarray(i * CAPSULE, (i + 1) * CAPSULE);
       const a = picture([c[0]!, c[1]!, c[2]!]);

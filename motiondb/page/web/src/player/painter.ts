@@ -48,18 +48,29 @@ export function project(x: number, y: number, z: number, view: View): [number, n
   return [right, up, towards * Math.cos(view.elevation) + y * Math.sin(view.elevation)];
 }
 
-/**
- * Draw a motion at a time; the figure stays in the middle of the canvas.
- * `colours` are those of the near side of the body, of its middle and of its far side.
- */
+/** Colours of the near side of a body, of its middle and of its far side. */
+export type Shades = readonly [near: string, middle: string, far: string];
+
+/** Draw a motion at a time; the figure stays in the middle of the canvas. */
 export function paint(
   context: CanvasRenderingContext2D,
   sketch: Sketch,
   seconds: number,
-  colours: readonly [near: string, middle: string, far: string],
+  colours: Shades,
 ): void {
   const { width, height } = context.canvas;
   context.clearRect(0, 0, width, height);
+  paintAt(context, sketch, seconds, colours, [width / 2, height * 0.94, height]);
+}
+
+/** Draw a motion at a time on a picture with others: where its ground is, and the height for it. */
+export function paintAt(
+  context: CanvasRenderingContext2D,
+  sketch: Sketch,
+  seconds: number,
+  colours: Shades,
+  [x0, y0, height]: readonly [x: number, y: number, height: number],
+): void {
   poseAt(sketch.motion, seconds, sketch.pose);
   const count = writeCapsules(sketch.bones, sketch.shares, sketch.pose, sketch.capsules, 0);
   const [rootX, , rootZ] = sketch.pose;
@@ -74,8 +85,6 @@ export function paint(
   strokes.sort((p, q) => p.near - q.near);
   const middle = strokes[strokes.length >> 1]?.near ?? 0;
   context.lineCap = "round";
-  const x0 = width / 2;
-  const y0 = height * 0.94;
   for (const { a, b, wide, near } of strokes) {
     context.strokeStyle = colours[near > middle + APART ? 0 : near > middle - APART ? 1 : 2];
     context.lineWidth = Math.max(wide * size, 1);

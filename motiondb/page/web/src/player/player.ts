@@ -9,6 +9,7 @@ import { steer } from "./pointer.ts";
 import { makeScreen, spanOf, type Screen, type Shown, type Switches } from "./screen.ts";
 import type { Stage } from "./stage.ts";
 import { showKeys } from "./keys.ts";
+import { makeNames } from "./names.ts";
 
 export interface Player {
   readonly element: HTMLElement;
@@ -58,6 +59,7 @@ export function makePlayer(stage: Stage, options: PlayerOptions): Player {
   const screen = makeScreen(stage, canvas);
   const fps = options.fps ?? 30;
   steer(screen, true);
+  const names = makeNames(screen);
 
   const playButton = button("play", "Play (Space)", () => change("toggle"));
   const readout = h("output", { class: "player-time", "aria-live": "off" });
@@ -88,7 +90,7 @@ export function makePlayer(stage: Stage, options: PlayerOptions): Player {
   const element = h(
     "section",
     { class: "player", "aria-label": options.label },
-    h("div", { class: "player-stage" }, canvas, message),
+    h("div", { class: "player-stage" }, canvas, names.element, message),
     slider,
     h(
       "div",
@@ -191,6 +193,7 @@ export function makePlayer(stage: Stage, options: PlayerOptions): Player {
     show(shown, keepCamera = false) {
       const colours = shown.colours ?? castColours(shown.tracks);
       screen.show({ ...shown, ...(colours ? { colours } : {}) });
+      names.show(shown.tracks, shown.shifts);
       const [start, end] = spanOf(shown.tracks);
       slider.min = String(start);
       slider.max = String(end);

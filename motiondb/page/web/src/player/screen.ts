@@ -53,6 +53,8 @@ export interface Screen {
   frameNow(): void;
   /** Call a function with the time whenever a frame is drawn at a new time, or playback was set anew. */
   onTime(listener: (time: number) => void): void;
+  /** Call a function whenever a picture was drawn, with a new time or seen from elsewhere. */
+  onDraw(listener: () => void): void;
   redraw(): void;
   close(): void;
 }
@@ -77,12 +79,14 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
   const extras = new THREE.Group();
   scene.add(ground.object, extras);
   const listeners: ((time: number) => void)[] = [];
+  const drawListeners: (() => void)[] = [];
 
   let shown: Shown = { tracks: [] };
   let colours: StageColours | null = null;
   let figures: Figures | null = null;
   let bodyCapsules: Capsules | null = null;
   let markCapsules: Capsules | null = null;
+  let printCapsules: Capsules | null = null;
   let playback = startPlayback(0);
   let orbit = orbitAround([-0.5, 0, -0.5], [0.5, 1.75, 0.5]);
   let switches: Switches = { follow: false, grid: true, trails: false, contacts: false };
@@ -109,16 +113,17 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
       rgb(colours.contact),
     );
     clear();
-    const { bodies: drawn, marks } = figures.draw(playback.time, switches);
-    bodyCapsules = makeCapsules(drawn.tints.length / 3, BODY_FINENESS, true);
+    const { bodies: drawn, marks, prints } = figures.draw(playback.time, switches);
+    bodyCapsules = makeCapsules(drawn.tints.length / 3, BODY_FINENESS, "shaded");
     bodyCapsules.setShadow(colours.shadow);
-    markCapsules = makeCapsules(marks.tints.length / 3, MARK_FINENESS, false);
-    scene.add(bodyCapsules.object, markCapsules.object);
+    markCapsules = makeCapsules(marks.tints.length / 3, MARK_FINENESS, "plain");
+    printCapsules = makeCapsules(prints.tints.length / 3, BODY_FINENESS, "print");
+    scene.add(bodyCapsules.object, markCapsules.object, printCapsules.object);
     changed = true;
   }
 
   function clear(): void {
-    for (const capsules of [bodyCapsules, markCapsules]) {
+    for (const capsules of [bodyCapsules, markCapsules, printCapsules]) {
       if (!capsules) continue;
       scene.remove(capsules.object);
       capsules.dispose();
@@ -154,6 +159,7 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
     if (picture) {
       bodyCapsules?.show(picture.bodies);
       markCapsules?.show(picture.marks);
+      printCapsules?.show(picture.prints);
     }
     follow();
     const [x, y, z] = eyeOf(orbit);
@@ -176,6 +182,7 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
       if (moved && figures) {
         place();
         if (!stage.available) paintFlat(canvas, figures.draw(playback.time, switches), orbit);
+        drawListeners.forEach((listener) => listener());
       }
       if (playback.time !== toldTime) {
         toldTime = playback.time;
@@ -244,6 +251,7 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
       changed = true;
     },
     onTime: (listener) => void listeners.push(listener),
+    onDraw: (listener) => void drawListeners.push(listener),
     redraw: () => void (changed = true),
     close() {
       end();

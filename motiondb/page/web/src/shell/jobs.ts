@@ -4,9 +4,21 @@ import { remove } from "../api/client.ts";
 import type { JobReply } from "../api/types.ts";
 import { fill, h } from "../dom/element.ts";
 import type { Context } from "../views/view.ts";
+import { plural, roughly } from "../parts/text.ts";
+import { go, routeTo } from "./router.ts";
+import { openLearning } from "../views/catalogue/learning.ts";
 import { progressBar } from "../parts/progress.ts";
 
 const isActive = (job: JobReply): boolean => job.state === "running" || job.state === "waiting";
+
+/** The share of the whole job that is done; of its present step where only that is known. */
+const shareOf = (job: JobReply): number => job.whole ?? job.share;
+
+/** The present step, and the time that is left. */
+function saidOf(job: JobReply): string {
+  const left = job.left === null || job.left === undefined ? "" : ` · about ${roughly(job.left)} left`;
+  return `${job.what || job.state}${left}`;
+}
 
 /** One sentence on what a job did. */
 export function outcome(job: JobReply): string {
@@ -19,7 +31,12 @@ export function outcome(job: JobReply): string {
     return `${result.added} added, ${result.known} already there${broken}.`;
   }
   if (result?.kind === "learn") {
-    return `${result.captures} captures, ${result.segments} segments, ${result.symbols} symbols, ${result.words} words.`;
+    const from = result.start ? ` Started from ${result.start}.` : "";
+    const none =
+      result.words === 0
+        ? " Questions in words cannot be answered yet: nobody has written about these captures."
+        : "";
+    return `Learned from ${plural(result.captures, "capture")}: ${plural(result.symbols, "kind")} of movement, ${plural(result.words, "word")}.${from}${none}`;
   }
   if (result?.kind === "grammar") {
     const lost = result.no_longer_editable;
@@ -29,11 +46,44 @@ export function outcome(job: JobReply): string {
   return job.message ?? "Done.";
 }
 
+/** Captures that are linked one by one; of more, the newest are shown in the catalogue. */
+const MOST_LINKS = 12;
+
+/** The address of what a job added: its captures, or the newest ones where they are many. */
+function addedAddress(job: JobReply): string | null {
+  const names = job.result?.kind === "add" ? job.result.captures : [];
+  if (names.length === 0) return null;
+  const quoted = names.every((name) => !name.includes('"'));
+  return names.length <= MOST_LINKS && quoted
+    ? routeTo("catalogue", { where: `name in (${names.map((name) => `"${name}"`).join(", ")})` })
+    : routeTo("catalogue", { sort: "-added" });
+}
+
+function addedList(job: JobReply): HTMLElement | null {
+  const address = addedAddress(job);
+  if (!address || job.result?.kind !== "add") return null;
+  const names = job.result.captures;
+  return h(
+    "p",
+    { class: "job-added" },
+    names
+      .slice(0, MOST_LINKS)
+      .map((name, i) => [i > 0 ? ", " : "", h("a", { href: routeTo("catalogue", { capture: name }) }, name)]),
+    ". ",
+    h("a", { href: address }, names.length > MOST_LINKS ? `Show all ${names.length}` : "Show them"),
+  );
+}
+
 function problemList(job: JobReply): HTMLElement | null {
   const problems = job.result?.kind === "add" ? job.result.problems : [];
   if (problems.length === 0) return null;
   const items = problems.map((problem) => h("li", {}, problem));
-  return h("details", {}, h("summary", {}, "Problems"), h("ul", { class: "plain" }, items));
+  return h(
+    "details",
+    { open: true },
+    h("summary", {}, plural(problems.length, "problem")),
+    h("ul", { class: "plain" }, items),
+  );
 }
 
 /** The part of the header that shows jobs. */
@@ -78,8 +128,9 @@ export function makeJobs(context: Context): { element: HTMLElement } {
         h("span", { class: "muted" }, active ? job.state : `${job.state} · ${job.seconds.toFixed(0)} s`),
       ),
       active
-        ? progressBar(job.state === "waiting" ? null : job.share, job.what || job.state)
+        ? progressBar(job.state === "waiting" ? null : shareOf(job), saidOf(job))
         : h("p", {}, outcome(job)),
+      addedList(job),
       problemList(job),
       active
         ? h("button", { class: "link", type: "button", on: { click: () => void cancel(job) } }, "Cancel")
@@ -94,13 +145,18 @@ export function makeJobs(context: Context): { element: HTMLElement } {
     button.classList.toggle("active", active.length > 0);
     const first = active[0];
     count.textContent = first
-      ? `${first.title} ${first.state === "waiting" ? "waits" : `${Math.round(first.share * 100)} %`}${active.length > 1 ? ` +${active.length - 1}` : ""}`
+      ? `${first.title} ${first.state === "waiting" ? "waits" : `${Math.round(shareOf(first) * 100)} %`}${active.length > 1 ? ` +${active.length - 1}` : ""}`
       : `Jobs (${jobs.length})`;
     fill(panel, h("ul", { class: "plain" }, jobs.slice(0, 20).map(row)));
   }
 
   const running = new Set<string>();
   context.live.listen((news) => {
+    if (news.kind === "forgotten") {
+      const lost = news.jobs.filter((id) => running.delete(id)).length;
+      if (lost > 0) context.notify("The server was started again; the work that was going on has ended.");
+      return show();
+    }
     if (news.kind !== "job") return;
     show();
     const { job } = news;
@@ -108,7 +164,16 @@ export function makeJobs(context: Context): { element: HTMLElement } {
     else if (running.delete(job.id)) {
       if (job.state === "failed") context.fail(new Error(`${job.title}: ${outcome(job)}`));
       // The board shows the scene that follows a dragged player: no word at every drag.
-      else if (job.kind !== "scene-update") context.notify(`${job.title}: ${outcome(job)}`);
+      else if (job.kind !== "scene-update") {
+        const wordless = job.result?.kind === "learn" && job.result.words === 0;
+        const cure = { label: "Learn words of others…", run: () => openLearning(context) };
+        const about = job.kind === "learn" ? "" : `${job.title}: `;
+        const address = addedAddress(job);
+        const show = address ? { label: "Show them", run: () => go(address) } : undefined;
+        const problems = job.result?.kind === "add" && job.result.problems.length > 0;
+        const named = { label: "Show the problems", run: () => setTimeout(() => toggle(true)) };
+        context.notify(`${about}${outcome(job)}`, wordless ? cure : problems ? named : show);
+      }
       void context.refresh().catch(context.fail);
     }
   });

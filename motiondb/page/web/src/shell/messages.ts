@@ -6,7 +6,10 @@ import { icon } from "../dom/icons.ts";
 export interface Messages {
   readonly element: HTMLElement;
   notify(text: string, action?: { label: string; run: () => void }): void;
-  fail(text: string): void;
+  /** `kind`: of faults that end together, such as those of a server that cannot be reached. */
+  fail(text: string, kind?: string): void;
+  /** Remove the faults of a kind. */
+  settle(kind: string): void;
 }
 
 const SHOWN_FOR = 8000;
@@ -51,9 +54,12 @@ export function makeMessages(): Messages {
       const message: HTMLElement = button ? add(news, "news", text, " ", button) : add(news, "news", text);
       setTimeout(() => message.remove(), SHOWN_FOR);
     },
-    fail(text) {
+    fail(text, kind = "") {
       for (const old of faults.children) if (old.textContent === text) old.remove();
-      add(faults, "fault", text);
+      add(faults, "fault", text).dataset["kind"] = kind;
+    },
+    settle(kind) {
+      for (const old of [...faults.children] as HTMLElement[]) if (old.dataset["kind"] === kind) old.remove();
     },
   };
 }

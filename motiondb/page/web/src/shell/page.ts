@@ -1,6 +1,6 @@
 /** The frame around all views: navigation, state of the database, jobs, messages. */
 
-import { get, isAbort, messageOf } from "../api/client.ts";
+import { ApiError, get, isAbort, messageOf, UNREACHABLE } from "../api/client.ts";
 import { openLive } from "../api/live.ts";
 import { serverMotions } from "../api/motions.ts";
 import type { Status } from "../api/types.ts";
@@ -11,9 +11,17 @@ import { VIEWS } from "../views/registry.ts";
 import type { Context, OpenView } from "../views/view.ts";
 import { makeJobs } from "./jobs.ts";
 import { makeMessages } from "./messages.ts";
+import { makeQuestionBox } from "./question_box.ts";
+import { keepPlaces } from "./places.ts";
 import { go, parseRoute, routeTo } from "./router.ts";
 
 const FIRST = VIEWS[0]!.name;
+
+/** What a view is about, for the title of its tab: the question, the capture, the grammar. */
+function titleOf(parameters: URLSearchParams): string {
+  const about = ["capture", "q", "like", "name", "open"].map((name) => parameters.get(name)).find(Boolean);
+  return about?.replace(/^(capture|upload|made|sequence|kept):/, "") ?? "";
+}
 
 /** Start the page: ask for the state of the database, then show the view of the address. */
 export async function startPage(root: HTMLElement): Promise<void> {
@@ -46,10 +54,27 @@ export async function startPage(root: HTMLElement): Promise<void> {
       return asking;
     },
     notify: messages.notify,
-    fail: (fault) => (isAbort(fault) ? undefined : messages.fail(messageOf(fault))),
+    fail: (fault) =>
+      isAbort(fault)
+        ? undefined
+        : messages.fail(messageOf(fault), fault instanceof ApiError ? fault.kind : ""),
   };
   const jobs = makeJobs(context);
-  const links = VIEWS.map((view) => h("a", { href: routeTo(view.name), class: "nav-link" }, view.title));
+  const question = makeQuestionBox(context);
+  const links = new Map(
+    VIEWS.filter((view) => view.place !== "asking").map((view) => [
+      view.name,
+      h("a", { href: routeTo(view.name), class: "nav-link" }, view.title),
+    ]),
+  );
+  const linksOf = (place?: string): HTMLElement[] =>
+    VIEWS.filter((view) => view.place === place).map((view) => links.get(view.name)!);
+  const explore = h(
+    "details",
+    { class: "nav-more" },
+    h("summary", { class: "nav-link" }, "Explore"),
+    h("div", { class: "nav-menu" }, linksOf("explore")),
+  );
   const database = h("span", { class: "database" });
   const lost = h(
     "p",
@@ -69,7 +94,8 @@ export async function startPage(root: HTMLElement): Promise<void> {
         h("span", { class: "brand-mark", "aria-hidden": "true" }),
         "motiondb",
       ),
-      h("nav", { "aria-label": "Views", class: "nav" }, links),
+      question.element,
+      h("nav", { "aria-label": "Views", class: "nav" }, linksOf(), explore),
       database,
       jobs.element,
     ),
@@ -91,6 +117,7 @@ export async function startPage(root: HTMLElement): Promise<void> {
     database.title = `${status.captures} captures, ${Math.round(status.seconds)} s of motion`;
   }
 
+  const places = keepPlaces();
   let open: OpenView | null = null;
   let shown = "";
   function show(): void {
@@ -102,15 +129,19 @@ export async function startPage(root: HTMLElement): Promise<void> {
       host.replaceChildren();
       host.className = `view view-${view.name}`;
       shown = view.name;
-      document.title = `${view.title} · motiondb`;
-      links.forEach((link, i) => {
-        if (VIEWS[i] !== view) return link.removeAttribute("aria-current");
-        link.setAttribute("aria-current", "page");
-        link.scrollIntoView({ block: "nearest", inline: "nearest" }); // in a narrow window
-      });
+      for (const [name, link] of links) {
+        if (name === view.name) link.setAttribute("aria-current", "page");
+        else link.removeAttribute("aria-current");
+      }
+      explore.classList.toggle("current", view.place === "explore");
+      explore.open = false;
       open = view.open(host, context);
     }
+    const about = titleOf(route.parameters);
+    document.title = [...(about ? [about] : []), view.title, "motiondb"].join(" · ");
+    question.show(view.name === "search" ? (route.parameters.get("q") ?? "") : "");
     open?.update(route.parameters);
+    places.arrive([view.name, ...["q", "like"].map((name) => route.parameters.get(name))].join(" "));
   }
 
   // The revision that was last passed to the view; any request for the state may bring a new one.
@@ -130,9 +161,16 @@ export async function startPage(root: HTMLElement): Promise<void> {
 
   live.listen((news) => {
     if (news.kind === "connection") {
+      const wasLost = !lost.hidden;
       lost.hidden = news.open;
-      // Changes made before the connection was open were not reported.
-      if (news.open) void context.refresh().catch(context.fail);
+      if (!news.open) return;
+      messages.settle(UNREACHABLE);
+      // Changes made before the connection was open were not reported. What a view could not ask
+      // for meanwhile, it asks for now, whether or not the database changed.
+      if (wasLost) told = -1;
+      void context.refresh().catch(context.fail);
+    } else if (news.kind === "forgotten") {
+      return;
     } else if (news.kind === "job") open?.news?.(news);
     else void catchUp(news.revision).catch(context.fail);
   });
@@ -141,9 +179,15 @@ export async function startPage(root: HTMLElement): Promise<void> {
     const typed = event.target as HTMLElement;
     if (event.key === "/" && !typed.matches("input, textarea, select") && !event.ctrlKey) {
       event.preventDefault();
-      if (shown !== "search") go(routeTo("search"));
-      setTimeout(() => document.querySelector<HTMLElement>("#question")?.focus());
+      question.focus();
     }
+    if (event.key === "Escape" && explore.open) {
+      explore.open = false;
+      explore.querySelector("summary")?.focus();
+    }
+  });
+  addEventListener("pointerdown", (event) => {
+    if (!explore.contains(event.target as Node)) explore.open = false;
   });
   showStatus();
   show();

@@ -1,8 +1,9 @@
 /** The content of a timeline: lanes of blocks, and the rows of blocks that overlap. */
 
-import type { Caption, ShownSegment, Stretch, WordsOverTime } from "../api/types.ts";
+import type { Caption, Stretch, WordedSegment, WordsOverTime } from "../api/types.ts";
 import { probability } from "../parts/text.ts";
 import { tintOf } from "../parts/tint.ts";
+import { routeTo } from "../shell/router.ts";
 
 export interface Block {
   start: number;
@@ -12,8 +13,12 @@ export interface Block {
   title: string;
   /** Colour of the field; the colour of the lane if absent. */
   colour?: string;
-  /** Drawn faintly: not known, or not shown. */
+  /** Drawn faintly: not known. */
   faint?: boolean;
+  /** An address that shows more of it, and the words of its link. */
+  more?: { href: string; text: string };
+  /** Hatched: it was asked for, and is not shown. */
+  missing?: boolean;
 }
 
 export interface Lane {
@@ -39,17 +44,24 @@ export function packRows(blocks: readonly { start: number; end: number }[]): num
 
 const span = (start: number, end: number): string => `${start.toFixed(2)} to ${end.toFixed(2)} s`;
 
-export function symbolLane(segments: readonly ShownSegment[]): Lane {
+/** A segment with the word that is most often said of its symbol, where it has one. */
+type Segment = Partial<WordedSegment> & Pick<WordedSegment, "symbol" | "start" | "end" | "known">;
+
+/** A word below this probability is written with a question mark: others are as likely. */
+const SURE = 0.5;
+
+/** The kinds of movement, each with the word of its symbol, or its number where it has none. */
+export function symbolLane(segments: readonly Segment[]): Lane {
   return {
-    name: "symbols",
+    name: "movements",
     kind: "symbols",
-    blocks: segments.map(({ symbol, start, end, known }) => ({
+    blocks: segments.map(({ symbol, start, end, known, word, word_probability: p }) => ({
       start,
       end,
-      label: String(symbol),
-      title: `symbol ${symbol}, ${span(start, end)}${known ? "" : "; unlike everything learned"}`,
-      colour: tintOf(symbol).soft,
-      faint: !known,
+      label: word ? (p! >= SURE ? word : `${word}?`) : String(symbol),
+      title: `${word ? `${word} ${probability(p)}, ` : ""}symbol ${symbol}, ${span(start, end)}${known ? "" : "; unlike everything learned"}`,
+      faint: !known || (word !== null && word !== undefined && p! < SURE),
+      more: { href: routeTo("symbols", { symbol }), text: "Show on the map of movements" },
     })),
   };
 }
@@ -67,10 +79,10 @@ export function captionLane(captions: readonly Caption[], duration: number): Lan
   };
 }
 
-/** Words that were recognised, the probable ones as label. */
+/** Words that the motion suggests, the probable ones as label. */
 export function wordLane(words: readonly WordsOverTime[]): Lane {
   return {
-    name: "words",
+    name: "likely",
     kind: "words",
     blocks: words.map((one) => {
       const all = one.words.map(({ word, probability: p }) => `${word} ${probability(p)}`.trim()).join(", ");

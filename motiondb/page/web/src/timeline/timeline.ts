@@ -1,7 +1,7 @@
 /** A take over time: lanes of blocks, a cursor, and a part selected by dragging. */
 
 import { fill, h } from "../dom/element.ts";
-import { packRows, type Lane } from "./lanes.ts";
+import { packRows, type Block, type Lane } from "./lanes.ts";
 import { niceTicks } from "./ticks.ts";
 
 export type Interval = readonly [start: number, end: number];
@@ -11,7 +11,7 @@ export interface Timeline {
   setLanes(lanes: readonly Lane[]): void;
   setTime(time: number): void;
   /** The highlighted part: the interval that a question matched. */
-  setLit(parts: readonly Interval[]): void;
+  setLit(parts: readonly Interval[], likely?: boolean): void;
   readonly selection: Interval | null;
   setSelection(selection: Interval | null): void;
 }
@@ -25,6 +25,9 @@ export interface TimelineOptions {
   /** Smaller, for lists of answers. */
   small?: boolean;
 }
+
+/** A file without a server has no other views to go to. */
+const hasViews = (): boolean => document.getElementById("motiondb-data") === null;
 
 /** A drag shorter than this is a click, pixels. */
 const CLICK = 4;
@@ -45,6 +48,21 @@ export function makeTimeline(options: TimelineOptions): Timeline {
     { class: options.small ? "timeline small" : "timeline", role: "group", "aria-label": options.label },
     area,
   );
+  // A click on a block says what it is, with a link to where more is known of it.
+  const more = h("p", { class: "timeline-more", role: "status", hidden: true });
+  element.append(more);
+  let shown: readonly Lane[] = [];
+
+  function showMore(event: PointerEvent): void {
+    const at = document.elementsFromPoint(event.clientX, event.clientY);
+    const mark = at.find((one): one is HTMLElement => one.matches("[data-block]"));
+    const [lane, number] = (mark?.dataset["block"] ?? "").split("/").map(Number);
+    const block = mark ? shown[lane!]?.blocks[number!] : undefined;
+    more.hidden = !block?.more;
+    if (!block?.more) return;
+    fill(more, `${block.title}. `, hasViews() ? h("a", { href: block.more.href }, block.more.text) : null);
+  }
+
   let selection: Interval | null = null;
   fill(
     ruler,
@@ -97,26 +115,29 @@ export function makeTimeline(options: TimelineOptions): Timeline {
       options.onSelect?.(null);
     }
     options.onSeek(timeOf(event));
+    showMore(event);
   });
   area.addEventListener("pointercancel", () => (pressed = null));
 
   return {
     element,
     setLanes(lanes) {
+      shown = lanes.filter((lane) => lane.blocks.length > 0);
+      more.hidden = true;
       fill(
         lanesBox,
-        lanes.filter((lane) => lane.blocks.length > 0).map((lane) => laneElement(lane, percent, duration)),
+        shown.map((lane, n) => laneElement(lane, n, percent, duration)),
       );
     },
     setTime(time) {
       cursor.style.left = percent(time);
     },
-    setLit(parts) {
+    setLit(parts, likely = true) {
       fill(
         litLayer,
         parts.map(([start, end]) =>
           h("div", {
-            class: "timeline-lit",
+            class: likely ? "timeline-lit" : "timeline-lit unlikely",
             style: { left: percent(start), width: `${((end - start) / duration) * 100}%` },
           }),
         ),
@@ -132,16 +153,28 @@ export function makeTimeline(options: TimelineOptions): Timeline {
   };
 }
 
-function laneElement(lane: Lane, percent: (time: number) => string, duration: number): HTMLElement {
+function classOf(block: Block): string {
+  const { faint, missing, colour } = block;
+  const tinted = colour !== undefined && colour !== "transparent";
+  return `block${faint ? " faint" : ""}${missing ? " missing" : ""}${tinted ? " tinted" : ""}`;
+}
+
+function laneElement(
+  lane: Lane,
+  number: number,
+  percent: (time: number) => string,
+  duration: number,
+): HTMLElement {
   const rows = packRows(lane.blocks);
   const count = Math.max(...rows) + 1;
   const blocks = lane.blocks.map((block, i) =>
     h(
       "li",
       {
-        class: block.faint ? "block faint" : "block",
+        class: classOf(block),
         title: block.title,
         "aria-label": block.title,
+        ...(block.more ? { "data-block": `${number}/${i}` } : {}),
         style: {
           left: percent(block.start),
           width: `${((block.end - block.start) / duration) * 100}%`,

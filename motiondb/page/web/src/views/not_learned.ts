@@ -1,6 +1,7 @@
 /** The message of a view in a database that has not learned. */
 
-import { ApiError } from "../api/client.ts";
+import { ApiError, messageOf } from "../api/client.ts";
+import { h } from "../dom/element.ts";
 import { emptyState } from "../parts/states.ts";
 import { openLearning } from "./catalogue/learning.ts";
 import type { Context } from "./view.ts";
@@ -19,9 +20,15 @@ export function notLearned(fault: unknown, context: Context): HTMLElement | null
   if (context.status().read_only) {
     return emptyState("Nothing learned yet", "This database has not learned, and it was opened read-only.");
   }
+  const wordless = context.status().captures_with_words === 0;
   return emptyState(
-    "Nothing learned yet",
-    "Learning finds the movements in the captures and the meanings of words. It takes from seconds to minutes.",
+    context.status().learned ? "No words learned yet" : "Nothing learned yet",
+    [
+      wordless
+        ? "Nobody has written about these captures. Learning can start from words that were learned from captures of others; then questions in words are answered."
+        : "Learning finds the movements in the captures and the meanings of words. It takes from seconds to minutes.",
+      fault === null ? null : h("span", { class: "server-said" }, messageOf(fault)),
+    ],
     [{ label: "Learn…", run: () => openLearning(context) }],
   );
 }

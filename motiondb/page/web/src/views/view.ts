@@ -32,5 +32,7 @@ export interface View {
   readonly name: string;
   /** The word in the navigation. */
   readonly title: string;
+  /** Where it is reached: the navigation if absent, its menu "Explore", or only by asking. */
+  readonly place?: "explore" | "asking";
   open(host: HTMLElement, context: Context): OpenView;
 }

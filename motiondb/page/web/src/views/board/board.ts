@@ -3,12 +3,14 @@
 import { get, messageOf, post } from "../../api/client.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
+import { askWhether } from "../../parts/asking.ts";
 import { banner, faultState } from "../../parts/states.ts";
 import { go, routeTo } from "../../shell/router.ts";
 import type { Context, OpenView, View } from "../view.ts";
 import { makeDrawing } from "./drawing.ts";
 import { dropDraft, keepDraft, readDraft } from "./draft.ts";
 import {
+  blankDiagram,
   addElement,
   addPlayer,
   changeElement,
@@ -37,14 +39,14 @@ const MOST_UNDONE = 200;
 /** Where the end of an action that was added by the keyboard lies from its player: towards the rim. */
 const AHEAD: Spot = [0, -1.5];
 
-/** Whether a board was opened since the page was loaded: only then is a draft taken up again. */
+/** Whether a board was opened since the page was loaded: then an address names no scene to begin with. */
 let opened = false;
 
 function open(host: HTMLElement, context: Context): OpenView {
   let name = "";
   let diagram: DiagramShape = emptyDiagram();
   let board: BoardReply | null = null;
-  let kinds: BoardKinds = { kinds: [], teams: ["attack", "defence", "player"], grammars: [] };
+  let kinds: BoardKinds = { kinds: [], teams: [], grammars: [], grounds: [] };
   let selection: Selection = null;
   let undone: DiagramShape[] = [];
   let dragFrom: DiagramShape | null = null;
@@ -56,6 +58,7 @@ function open(host: HTMLElement, context: Context): OpenView {
   let route = { board: "", scene: "", job: "" };
 
   const faults = h("div", { "aria-live": "polite" });
+  const draftNote = h("div", { "aria-live": "polite" });
   const side = h("div", { class: "board-side" });
   const warm = h("input", { type: "checkbox", id: "board-warm", checked: true });
   const seed = h("input", { type: "number", class: "number", id: "board-seed", min: 0, step: 1, value: 0 });
@@ -77,21 +80,28 @@ function open(host: HTMLElement, context: Context): OpenView {
   const tools = makeTools(() => show());
   const files = makeFiles(context, {
     open: (chosen) => go(routeTo("board", { board: chosen })),
+    begin: (grammar) => void begin(grammar),
     openText: (text) => void check({ text }, true),
     present: () => ({ name: board?.shipped ? `my-${name}` : name, text: board?.text ?? "" }),
     saved: (saved) => {
+      dropDraft(name);
+      dropDraft(saved.name);
+      draftNote.replaceChildren();
       name = saved.name;
-      dropDraft();
       setRoute({ board: saved.name });
-      void files.list(saved.name).catch(context.fail);
+      void files.list(saved.name, kinds.grammars).catch(context.fail);
     },
   });
-  const making = makeMaking(context, ({ scene, job, text }) => {
-    if (job !== undefined) setRoute({ job: job ?? "" });
-    if (scene !== undefined) setRoute({ scene });
-    if (text) sceneText = text;
-    takeScene();
-  });
+  const making = makeMaking(
+    context,
+    ({ scene, job, text }) => {
+      if (job !== undefined) setRoute({ job: job ?? "" });
+      if (scene !== undefined) setRoute({ scene });
+      if (text) sceneText = text;
+      takeScene();
+    },
+    (tokens) => drawing.setTokens(tokens),
+  );
   const drawing = makeDrawing({
     select: (chosen) => {
       selection = chosen;
@@ -108,9 +118,9 @@ function open(host: HTMLElement, context: Context): OpenView {
       dragFrom = null;
       changed(true, dragged ? 0 : PAUSE);
     },
-    draw: (player, to, other) => {
+    draw: (player, to, other, after) => {
       if (!tools.tool || tools.team) return;
-      const target = { to, ...(other ? { other } : {}) };
+      const target = { to, after, ...(other ? { other } : {}) };
       edit(addElement(diagram, tools.tool, player, target));
       selectLast();
     },
@@ -180,7 +190,7 @@ function open(host: HTMLElement, context: Context): OpenView {
   }
 
   function removeSelected(): void {
-    if (!selection) return;
+    if (!selection || selection.what === "place") return; // a place belongs to the grammar
     const next =
       selection.what === "player"
         ? removePlayer(diagram, selection.name)
@@ -231,8 +241,11 @@ function open(host: HTMLElement, context: Context): OpenView {
       selection = null;
     }
     board = answer;
-    if (!answer.diagram) fill(faults, faultState(answer.fault ?? "The text is not a diagram."));
-    else showFaults(answer);
+    if (!answer.diagram) {
+      diagram = blankDiagram(); // nobody stands on a board that cannot be read
+      const edit = { label: "Edit the text…", run: () => files.editText() };
+      fill(faults, faultState(answer.fault ?? "The text is not a diagram.", [edit]));
+    } else showFaults(answer);
     show();
   }
 
@@ -254,17 +267,21 @@ function open(host: HTMLElement, context: Context): OpenView {
   }
 
   function show(): void {
+    const ground = kinds.grounds.find((one) => one.grammar === diagram.grammar);
+    if (ground) tools.setGround(ground);
+    making.setGround({ court: diagram.court, places: diagram.places });
     drawing.show(diagram, board, selection, tools.tool);
     fill(
       side,
-      panelOf(diagram, board, selection, kinds.kinds, {
+      panelOf(diagram, board, selection, ground?.kinds ?? [], {
         changeElement: (index, change) => edit(changeElement(diagram, index, change)),
         changePlayer: (player, change) => edit(changePlayer(diagram, player, change)),
         changeBall: (ball) => edit({ ...diagram, ball }),
-        addElement: (player, kind) => {
-          const [x, z] = placeBefore(diagram, player, Infinity);
+        addElement: (player, kind, after) => {
+          const end = after === null ? null : diagram.elements[after]!.to;
+          const [x, z] = end ?? placeBefore(diagram, player, Infinity);
           const to: Spot = [x + AHEAD[0], z + AHEAD[1]];
-          edit(addElement(diagram, kind, player, endsAtPlace(kind) ? { to } : {}));
+          edit(addElement(diagram, kind, player, { after, ...(endsAtPlace(kind) ? { to } : {}) }));
           selectLast();
         },
         select: (chosen) => {
@@ -282,10 +299,12 @@ function open(host: HTMLElement, context: Context): OpenView {
     host,
     h("h1", { class: "hidden-heading" }, "Tactics board"),
     h("div", { class: "row board-bar" }, files.element),
+    draftNote,
     h(
       "div",
       { class: "board-body" },
-      h("div", { class: "board-left" }, tools.element, drawing.element),
+      h("div", { class: "board-left" }, tools.element, side),
+      drawing.element,
       h(
         "div",
         { class: "board-right" },
@@ -299,7 +318,6 @@ function open(host: HTMLElement, context: Context): OpenView {
           h("label", { class: "check" }, warm, "update after changes"),
         ),
         faults,
-        side,
         making.element,
       ),
     ),
@@ -326,22 +344,79 @@ function open(host: HTMLElement, context: Context): OpenView {
     name = wanted;
     board = null;
     try {
-      void files.list(wanted).catch(context.fail);
-      if (kinds.kinds.length === 0) {
-        kinds = await get<BoardKinds>("/api/board/kinds");
-        tools.setKinds(kinds);
-      }
+      if (kinds.kinds.length === 0) kinds = await get<BoardKinds>("/api/board/kinds");
+      void files.list(wanted, kinds.grammars).catch(context.fail);
       const first = !opened;
-      const draft = opened ? null : readDraft(wanted);
+      const draft = readDraft(wanted);
       opened = true;
       untouched = first && !draft && !wanted;
-      if (!draft) dropDraft();
-      if (wanted) learn(await get<BoardReply>("/api/board", { name: wanted }), true);
-      if (draft || !wanted) await check({ diagram: draft ?? emptyDiagram() }, true);
+      draftNote.replaceChildren();
+      if (wanted) {
+        const saved = await get<BoardReply>("/api/board", { name: wanted });
+        if (name !== wanted) return;
+        learn(saved, true);
+      }
+      if (!draft && !wanted) await check({ diagram: emptyDiagram() }, true);
+      if (draft) {
+        if (wanted) undone = [diagram];
+        board = null;
+        await check({ diagram: draft }, true);
+        undoButton.disabled = undone.length === 0;
+        showDraftNote();
+      }
       takeScene();
     } catch (fault) {
       fill(faults, faultState(messageOf(fault)));
     }
+  }
+
+  /** Say that this drawing was not saved, and what can be done with it. */
+  function showDraftNote(): void {
+    const what = name ? `This is ${name} with your unsaved changes.` : "This is your unsaved drawing.";
+    const text = `${what} This browser keeps it until you save or discard it.`;
+    fill(draftNote, banner(text, [{ label: "Discard…", plain: true, run: () => void discard() }]));
+  }
+
+  /** Ask before a drawing that was not saved is dropped; false: it stays. */
+  async function mayDrop(): Promise<boolean> {
+    if (!readDraft(name)) return true;
+    const sure = await askWhether(
+      "Discard the unsaved drawing?",
+      name ? `The changes of ${name} since it was saved are lost.` : "It was not saved as a board.",
+      "Discard",
+    );
+    if (sure) dropDraft(name);
+    return sure;
+  }
+
+  async function discard(): Promise<void> {
+    if (await mayDrop()) void load(name);
+  }
+
+  /** Begin a new board on the ground of a grammar; the present one stays as a draft of its name. */
+  async function begin(grammar: string): Promise<void> {
+    const stays = name;
+    if (name) {
+      name = "";
+      route = { board: "", scene: "", job: "" };
+      history.pushState(null, "", routeTo("board", route)); // Back returns to the other board
+    }
+    if (!(await mayDrop())) {
+      if (stays) void load("");
+      else void files.list("", kinds.grammars).catch(context.fail);
+      return;
+    }
+    making.clear();
+    undone = [];
+    undoButton.disabled = true;
+    selection = board = null;
+    untouched = false;
+    draftNote.replaceChildren();
+    void files.list("", kinds.grammars).catch(context.fail);
+    const ground = kinds.grounds.find((one) => one.grammar === grammar) ?? null;
+    const next = emptyDiagram(ground);
+    keepDraft("", next);
+    await check({ diagram: next }, true);
   }
 
   return {

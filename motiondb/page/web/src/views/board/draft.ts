@@ -1,37 +1,31 @@
-/** The unsaved diagram, kept so that it survives a reload of the page. */
+/** Unsaved drawings, one for each board, kept in this browser until they are saved or discarded. */
 
 import type { DiagramShape } from "../../api/types.ts";
 
-const KEY = "motiondb-board";
+const keyOf = (name: string): string => `motiondb-board:${name}`;
 
-interface Draft {
-  name: string;
-  diagram: DiagramShape;
-}
-
-/** Remember a changed diagram for this tab of the browser. */
+/** Remember the changed drawing of a board. */
 export function keepDraft(name: string, diagram: DiagramShape): void {
   try {
-    sessionStorage.setItem(KEY, JSON.stringify({ name, diagram } satisfies Draft));
+    localStorage.setItem(keyOf(name), JSON.stringify(diagram));
   } catch {
     // the browser stores nothing; the board works without it
   }
 }
 
-/** Delete the draft: the diagram was saved, or another one is open. */
-export function dropDraft(): void {
+/** Forget the draft of a board: it was saved, or discarded. */
+export function dropDraft(name: string): void {
   try {
-    sessionStorage.removeItem(KEY);
+    localStorage.removeItem(keyOf(name));
   } catch {
     // nothing was kept
   }
 }
 
-/** The draft of a name; null if there is none. */
+/** The draft of a board; null if there is none. */
 export function readDraft(name: string): DiagramShape | null {
   try {
-    const draft = JSON.parse(sessionStorage.getItem(KEY) ?? "null") as Draft | null;
-    return draft?.name === name ? draft.diagram : null;
+    return JSON.parse(localStorage.getItem(keyOf(name)) ?? "null") as DiagramShape | null;
   } catch {
     return null;
   }

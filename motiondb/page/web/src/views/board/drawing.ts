@@ -2,16 +2,19 @@
 
 import { fill, h, svg } from "../../dom/element.ts";
 import { endsAtPlace, needsOther, placeBefore, placeOf, type Selection } from "./edits.ts";
-import { courtLines, RADIUS, strokeOf, type Stroke } from "./strokes.ts";
-import type { BoardReply, DiagramShape, PlayerShape } from "../../api/types.ts";
+import { courtLines } from "../../parts/court.ts";
+import { RADIUS, strokeOf, type Stroke } from "./strokes.ts";
+import type { BoardReply, DiagramShape, PlaceShape, PlayerShape } from "../../api/types.ts";
+import { makeTokens, type Token } from "./tokens.ts";
 import type { Spot } from "./spot.ts";
 
 export interface DrawingActions {
   select(selection: Selection): void;
   /** Something moves; `done` when the pointer is released or a key was pressed. */
   move(selection: Selection, to: Spot, done: boolean): void;
-  /** A line was drawn from a player to a place, perhaps onto another player. */
-  draw(player: string, to: Spot, other: string | null): void;
+  /** A line was drawn from a player to a place, perhaps onto another player; `after` is the action at
+   * whose end it began. */
+  draw(player: string, to: Spot, other: string | null, after: number | null): void;
   /** A click on the empty court. */
   place(at: Spot): void;
   remove(): void;
@@ -22,6 +25,8 @@ export interface DrawingActions {
 export interface Drawing {
   readonly element: HTMLElement;
   show(diagram: DiagramShape, board: BoardReply | null, selection: Selection, tool: string): void;
+  /** Show where the players of the scene are now; none: they are where they were drawn. */
+  setTokens(tokens: readonly Token[]): void;
 }
 
 const MARGIN = 0.6;
@@ -52,7 +57,8 @@ export function makeDrawing(actions: DrawingActions): Drawing {
   let tool = "";
   let picture: SVGSVGElement | null = null;
   let dragging: { selection: Selection; moved: boolean } | null = null;
-  let drawn: { player: string; to: Spot } | null = null;
+  let drawn: { player: string; to: Spot; after: number | null } | null = null;
+  const tokens = makeTokens();
 
   /** The position of a pointer on the ground. */
   function groundOf(event: PointerEvent | MouseEvent): Spot {
@@ -62,10 +68,11 @@ export function makeDrawing(actions: DrawingActions): Drawing {
   }
 
   function playerAt([x, z]: Spot, but: string): string | null {
-    const near = diagram!.players.find(
-      (one) => one.name !== but && Math.hypot(one.at[0] - x, one.at[1] - z) < 2 * RADIUS,
-    );
-    return near?.name ?? null;
+    const spots = diagram!.players.map(({ name, at }) => ({ name, at }));
+    for (const { player, to } of diagram!.elements) if (to) spots.push({ name: player, at: to });
+    const apart = ({ at }: { at: Spot }): number => Math.hypot(at[0] - x, at[1] - z);
+    const near = spots.filter((one) => one.name !== but && apart(one) < 2 * RADIUS);
+    return near.sort((a, b) => apart(a) - apart(b))[0]?.name ?? null;
   }
 
   function reasonOf(index: number): string | null {
@@ -93,8 +100,12 @@ export function makeDrawing(actions: DrawingActions): Drawing {
     return {
       pointerdown: (event: PointerEvent) => {
         event.stopPropagation();
-        if (tool && mine?.what === "player") drawn = { player: mine.name, to: groundOf(event) };
-        else dragging = { selection: mine, moved: false };
+        const ends = mine?.what === "element" && mine.point === "end";
+        if (tool && mine?.what === "player") drawn = { player: mine.name, to: groundOf(event), after: null };
+        else if (tool && ends) {
+          const { player } = diagram!.elements[mine.index]!;
+          drawn = { player, to: groundOf(event), after: mine.index };
+        } else dragging = { selection: mine, moved: false };
         picture!.setPointerCapture(event.pointerId);
       },
       keydown: (event: KeyboardEvent) => keys(event, mine),
@@ -127,6 +138,49 @@ export function makeDrawing(actions: DrawingActions): Drawing {
         player.team === "defence" ? { x: 0.52, y: -0.3 } : { y: 0.13, class: "inside" },
         player.name,
       ),
+    );
+  }
+
+  /** A player at the end of a path: the next action is drawn from here; it is dragged as the end. */
+  function ghost(index: number): SVGElement | null {
+    const { player, to } = diagram!.elements[index]!;
+    const team = diagram!.players.find(({ name }) => name === player)?.team;
+    if (!to || !team) return null;
+    return svg(
+      "g",
+      {
+        class: `board-ghost ${team}`,
+        transform: `translate(${to[0]} ${to[1]})`,
+        "aria-hidden": "true", // the path itself and its panel do the same for the keyboard
+        "data-ghost": index,
+        on: grip({ what: "element", index, point: "end" }),
+      },
+      svg(
+        "title",
+        {},
+        `${player} after step ${diagram!.elements[index]!.step}: draw the next action from here`,
+      ),
+      svg("circle", { r: RADIUS, class: "board-disc" }),
+      svg("text", { y: 0.11, class: "inside" }, player),
+    );
+  }
+
+  function placeMark({ name, at: [x, z] }: PlaceShape): SVGElement {
+    const chosen = selection?.what === "place" && selection.name === name;
+    return svg(
+      "g",
+      {
+        class: `board-place${chosen ? " chosen" : ""}`,
+        transform: `translate(${x} ${z})`,
+        tabindex: 0,
+        role: "button",
+        "aria-pressed": String(chosen),
+        "aria-label": `Place ${name}, at ${x} ${z}`,
+        "data-place": name,
+        on: grip({ what: "place", name }),
+      },
+      svg("rect", { x: -0.2, y: -0.2, width: 0.4, height: 0.4 }),
+      svg("text", { y: 0.72, "text-anchor": "middle" }, name), // a player may stand on it
     );
   }
 
@@ -239,21 +293,15 @@ export function makeDrawing(actions: DrawingActions): Drawing {
         marks.push(svg("polyline", { class: "board-court-line", points: text(line) }));
       }
       marks.push(svg("circle", { class: "board-rim", r: 0.225 }));
-    } else {
-      for (const { name, at } of places.filter((one) => one.name !== "rim")) {
-        marks.push(
-          svg("rect", { class: "board-place", x: at[0] - 0.15, y: at[1] - 0.15, width: 0.3, height: 0.3 }),
-          svg("text", { class: "board-place-name", x: at[0] + 0.4, y: at[1] + 0.12 }, name),
-        );
-      }
     }
+    marks.push(...places.filter((one) => one.name !== "rim").map(placeMark));
     return marks;
   }
 
   function focused(): string | null {
     const held = document.activeElement;
     if (!held || !element.contains(held)) return null;
-    for (const name of ["data-player", "data-handle", "data-element"]) {
+    for (const name of ["data-player", "data-place", "data-handle", "data-element"]) {
       const value = held.getAttribute(name);
       if (value !== null) return `[${name}="${CSS.escape(value)}"]`;
     }
@@ -273,7 +321,8 @@ export function makeDrawing(actions: DrawingActions): Drawing {
       one?.via.forEach((at, i) => handles.push(handle(index, i, at)));
       if (one?.to) handles.push(handle(index, "end", one.to));
     }
-    const rubber = drawn ? placeBefore(diagram, drawn.player, Infinity) : null;
+    const from = drawn && drawn.after !== null ? diagram.elements[drawn.after]?.to : null;
+    const rubber = drawn ? (from ?? placeBefore(diagram, drawn.player, Infinity)) : null;
     picture ??= makePicture();
     picture.setAttribute("viewBox", `${-width / 2} ${-court.behind_rim - MARGIN} ${width} ${length}`);
     picture.classList.toggle("drawing", tool !== "");
@@ -282,9 +331,11 @@ export function makeDrawing(actions: DrawingActions): Drawing {
       svg("defs", {}, ["attack", "defence", "player", "bad"].map(arrowHead)),
       ground(),
       strokes.map((stroke, i) => elementMark(i, stroke)),
+      diagram.elements.map((_, i) => ghost(i)),
       diagram.players.map(playerMark),
       handles,
       rubber ? svg("polyline", { class: "board-rubber", points: text([rubber, drawn!.to]) }) : null,
+      tokens.element,
     );
     if (kept) picture.querySelector<SVGElement>(kept)?.focus({ preventScroll: true });
   }
@@ -312,6 +363,7 @@ export function makeDrawing(actions: DrawingActions): Drawing {
           line.player,
           groundOf(event),
           needsOther(tool) ? playerAt(groundOf(event), line.player) : null,
+          line.after,
         );
       else if (held?.moved) actions.move(held.selection, groundOf(event), true);
       else if (held) actions.select(held.selection);
@@ -329,6 +381,10 @@ export function makeDrawing(actions: DrawingActions): Drawing {
     show(nextDiagram, nextBoard, nextSelection, nextTool) {
       [diagram, board, selection, tool] = [nextDiagram, nextBoard, nextSelection, nextTool];
       draw();
+    },
+    setTokens(next) {
+      element.classList.toggle("playing", next.length > 0);
+      tokens.show(next);
     },
   };
 }

@@ -1,6 +1,6 @@
 /** Changes of a diagram; every function returns a new diagram. */
 
-import type { DiagramShape, ElementShape, PlayerShape } from "../../api/types.ts";
+import type { DiagramShape, ElementShape, Ground, PlayerShape } from "../../api/types.ts";
 import type { Spot, Team } from "./spot.ts";
 
 export const MOVES: readonly string[] = ["move", "walk", "run", "cut", "dribble"];
@@ -16,9 +16,12 @@ export const endsAtPlace = (kind: string): boolean =>
 export const needsOther = (kind: string): boolean =>
   kind === "pass" || kind === "screen" || STANDS.includes(kind);
 
-/** The selection on the board: a player, or an element with one of its points. */
+/** The selection on the board: a player, a place, or an element with one of its points. */
 export type Selection =
-  { what: "player"; name: string } | { what: "element"; index: number; point: "end" | number | null } | null;
+  | { what: "player"; name: string }
+  | { what: "place"; name: string }
+  | { what: "element"; index: number; point: "end" | number | null }
+  | null;
 
 /** A place rounded to centimetres and kept on the court. */
 export function onCourt([x, z]: Spot, { court }: DiagramShape): Spot {
@@ -30,12 +33,18 @@ export function onCourt([x, z]: Spot, { court }: DiagramShape): Spot {
   ];
 }
 
-export function emptyDiagram(): DiagramShape {
+/** Size of a new ground without the lines of a court, metres. */
+const FIELD = { width: 8, length: 6 };
+
+/** A new diagram: two attackers on a half court, or one person on the ground of another activity. */
+export function emptyDiagram(ground: Ground | null = null): DiagramShape {
+  const court = { width: 15, length: 14, behind_rim: 1.575, lines: true };
+  if (ground && !ground.teams.includes("attack")) return emptyField(ground);
   return {
     title: "New play",
-    grammar: "basketball",
+    grammar: ground?.grammar ?? "basketball",
     ball: "",
-    court: { width: 15, length: 14, behind_rim: 1.575, lines: true },
+    court,
     places: [{ name: "rim", at: [0, 0] }],
     players: [
       { name: "A1", team: "attack", at: [0, 8], guards: "" },
@@ -43,6 +52,29 @@ export function emptyDiagram(): DiagramShape {
     ],
     elements: [],
   };
+}
+
+/** A ground with the places that its grammar names, from the left to the right. */
+function emptyField(ground: Ground): DiagramShape {
+  const { width, length } = FIELD;
+  const apart = width / (ground.places.length + 1);
+  const at = (i: number): Spot => [Math.round((apart * (i + 1) - width / 2) * 10) / 10, 0];
+  const names = ground.places.length ? ground.places : [];
+  const first: Spot = names.length ? at(0) : [0, 0];
+  return {
+    title: `New ${ground.grammar}`,
+    grammar: ground.grammar,
+    ball: "",
+    court: { width, length, behind_rim: length / 2, lines: false },
+    places: [{ name: "rim", at: [0, 0] as Spot }, ...names.map((name, i) => ({ name, at: at(i) }))],
+    players: [{ name: "P1", team: "player", at: first, guards: "" }],
+    elements: [],
+  };
+}
+
+/** A diagram without players: that of a text that cannot be read. */
+export function blankDiagram(): DiagramShape {
+  return { ...emptyDiagram(), title: "", players: [] };
 }
 
 const PREFIXES: Record<Team, string> = { attack: "A", defence: "D", player: "P" };
@@ -106,24 +138,66 @@ export function nextStep(diagram: DiagramShape, player: string): number {
   return Math.max(0, ...steps) + 1;
 }
 
-/** Add an element. By default, its step follows the player's last one, and the other player is the nearest opponent. */
+/** The diagram with room for a new step before a step, and before all that comes after it. */
+function makeRoom(diagram: DiagramShape, step: number): DiagramShape {
+  const later = (value: number): number => (value >= step ? value + 1 : value);
+  const elements = diagram.elements.map((one) => ({
+    ...one,
+    step: later(one.step),
+    caught: one.caught && later(one.caught),
+  }));
+  return { ...diagram, elements };
+}
+
+/** The step after an element, and the diagram with room for it where its player is busy then. */
+function stepAfter(diagram: DiagramShape, after: number): [DiagramShape, number] {
+  const { player, step, caught } = diagram.elements[after]!;
+  const next = Math.max(step, caught) + 1;
+  const busy = diagram.elements.some((one) => {
+    if (one.player === player) return one.step === next;
+    return one.kind === "pass" && one.other === player && (one.caught || one.step) === next;
+  });
+  return [busy ? makeRoom(diagram, next) : diagram, next];
+}
+
+/**
+ * Add an element. Its step follows the player's last one, or the element `target.after`: then what
+ * comes later is moved by a step. By default, the other player is the one who stands nearest then.
+ */
 export function addElement(
   diagram: DiagramShape,
   kind: string,
   player: string,
-  target: { to?: Spot; other?: string },
+  target: { to?: Spot; other?: string; after?: number | null },
 ): DiagramShape {
-  const { at, team } = diagram.players.find((one) => one.name === player)!;
+  if (target.after !== undefined && target.after !== null) {
+    const [room, step] = stepAfter(diagram, target.after);
+    return addAt(room, kind, player, target, step);
+  }
+  return addAt(diagram, kind, player, target, nextStep(diagram, player));
+}
+
+function addAt(
+  diagram: DiagramShape,
+  kind: string,
+  player: string,
+  target: { to?: Spot; other?: string },
+  step: number,
+): DiagramShape {
+  const { team } = diagram.players.find((one) => one.name === player)!;
   let other = target.other ?? "";
   if (!other && needsOther(kind)) {
-    const others = { ...diagram, players: diagram.players.filter((one) => one.name !== player) };
+    const then = diagram.players
+      .filter((one) => one.name !== player)
+      .map((one) => ({ ...one, at: placeBefore(diagram, one.name, step) }));
     const wanted: Team = kind === "pass" ? team : team === "attack" ? "defence" : "attack";
-    other = nearest(others, target.to ?? at, wanted) ?? "";
+    const from = target.to ?? placeBefore(diagram, player, step);
+    other = nearest({ ...diagram, players: then }, from, wanted) ?? "";
   }
   const to = endsAtPlace(kind) && target.to ? onCourt(target.to, diagram) : null;
   const element: ElementShape = {
     kind: kind as ElementShape["kind"],
-    step: nextStep(diagram, player),
+    step,
     caught: 0,
     player,
     other,
@@ -150,6 +224,10 @@ export function placeBefore(diagram: DiagramShape, name: string, step: number, i
 export function moveTo(diagram: DiagramShape, selection: Selection, place: Spot): DiagramShape {
   const at = onCourt(place, diagram);
   if (selection?.what === "player") return changePlayer(diagram, selection.name, { at });
+  if (selection?.what === "place") {
+    const places = diagram.places.map((one) => (one.name === selection.name ? { ...one, at } : one));
+    return { ...diagram, places };
+  }
   if (selection?.what !== "element" || selection.point === null) return diagram;
   const { index, point } = selection;
   const element = diagram.elements[index]!;
@@ -161,6 +239,8 @@ export function moveTo(diagram: DiagramShape, selection: Selection, place: Spot)
 export function placeOf(diagram: DiagramShape, selection: Selection): Spot | null {
   if (selection?.what === "player")
     return diagram.players.find((one) => one.name === selection.name)?.at ?? null;
+  if (selection?.what === "place")
+    return diagram.places.find((one) => one.name === selection.name)?.at ?? null;
   if (selection?.what !== "element" || selection.point === null) return null;
   const element = diagram.elements[selection.index];
   return (selection.point === "end" ? element?.to : element?.via[selection.point]) ?? null;

@@ -10,6 +10,8 @@ import type { BoardFile, BoardReply, BoardsReply } from "../../api/types.ts";
 export interface FileActions {
   /** Open a board by its name; "" begins a new one. */
   open(name: string): void;
+  /** Begin a new board on the ground of a grammar. */
+  begin(grammar: string): void;
   openText(text: string): void;
   present(): { name: string; text: string };
   saved(board: BoardReply): void;
@@ -17,16 +19,25 @@ export interface FileActions {
 
 export interface Files {
   readonly element: HTMLElement;
-  list(chosen: string): Promise<void>;
+  list(chosen: string, grammars: readonly string[]): Promise<void>;
+  editText(): void;
 }
 
 const ENDING = ".tactics";
+/** Begins the value of a new board of a grammar; names of boards hold no such sign. */
+const NEW = "new:";
 
 export function makeFiles(context: Context, actions: FileActions): Files {
   const select = h("select", {
     class: "field",
     id: "board-name",
-    on: { change: () => actions.open(select.value) },
+    on: {
+      change: () => {
+        const [, grammar] = select.value.split(NEW);
+        if (grammar) actions.begin(grammar);
+        else actions.open(select.value);
+      },
+    },
   });
   const input = h("input", {
     type: "file",
@@ -119,14 +130,20 @@ export function makeFiles(context: Context, actions: FileActions): Files {
       }),
       button("Text…", editText),
     ),
-    async list(chosen) {
+    editText,
+    async list(chosen, grammars) {
       const { boards } = await get<BoardsReply>("/api/boards");
       const option = (one: BoardFile): HTMLElement =>
         h("option", { value: one.name, selected: one.name === chosen }, one.title);
       const own = boards.filter((one) => !one.shipped);
       fill(
         select,
-        h("option", { value: "", selected: chosen === "" }, "New board"),
+        h("option", { value: "", selected: chosen === "" }, "My unsaved board"),
+        h(
+          "optgroup",
+          { label: "Begin a new one" },
+          grammars.map((one) => h("option", { value: `${NEW}${one}` }, `New ${one} board`)),
+        ),
         own.length ? h("optgroup", { label: "Saved" }, own.map(option)) : null,
         h("optgroup", { label: "Shipped" }, boards.filter((one) => one.shipped).map(option)),
       );

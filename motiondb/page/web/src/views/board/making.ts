@@ -7,9 +7,12 @@ import { download } from "../../parts/download.ts";
 import { progressBar } from "../../parts/progress.ts";
 import { faultState } from "../../parts/states.ts";
 import { makePlayer } from "../../player/player.ts";
+import { REDUCED } from "../../take/clip.ts";
 import type { Context } from "../view.ts";
 import { makeErrorCurve } from "./curve.ts";
-import { ruleReport } from "./rules.ts";
+import { sceneReport } from "./rules.ts";
+import { makeCourt, type CourtPlan } from "../../player/court.ts";
+import { tokensAt, type Token } from "./tokens.ts";
 import type { DiagramShape, JobReply, SceneKept, SceneReply } from "../../api/types.ts";
 
 export interface Making {
@@ -19,6 +22,10 @@ export interface Making {
   make(text: string, seed: number): void;
   /** Update the current scene to a changed diagram; without a scene nothing happens. */
   update(board: { text: string } | { diagram: DiagramShape }): void;
+  /** Show no scene: another play begins. */
+  clear(): void;
+  /** Draw the ground of the board under the scene. */
+  setGround(plan: CourtPlan): void;
   /** Show a scene, or watch a job that makes one. */
   open(scene: string | null, job: string | null): void;
   close(): void;
@@ -29,8 +36,16 @@ const isActive = (job: JobReply): boolean => job.state === "running" || job.stat
 export function makeMaking(
   context: Context,
   went: (state: { scene?: string; job?: string | null; text?: string }) => void,
+  /** Where everybody is now; nobody at the beginning of a scene that does not play. */
+  moved: (tokens: readonly Token[]) => void,
 ): Making {
   const player = makePlayer(context.stage, { label: "The scene" });
+  const court = makeCourt(player.screen);
+  let playing: readonly Track[] = [];
+  player.onTime((time) => {
+    const begun = time > player.screen.playback.from + 1e-6 || player.screen.playback.playing;
+    moved(begun ? tokensAt(playing, time) : []);
+  });
   const curve = makeErrorCurve();
   const state = h("div", { class: "board-making", "aria-live": "polite" });
   const report = h("div", {});
@@ -39,12 +54,13 @@ export function makeMaking(
     "section",
     { class: "board-scene", "aria-label": "Scene" },
     state,
-    curve.element,
     player.element,
-    buttons,
     report,
+    buttons,
+    curve.element,
   );
   let scene: string | null = null;
+  let ground = "";
   let watched: { id: string; source: EventSource } | null = null;
   player.element.hidden = true;
 
@@ -136,7 +152,10 @@ export function makeMaking(
       if (facts.curve.length) curve.show(facts.curve);
       fill(
         report,
-        ruleReport(facts, (at) => player.seek(at)),
+        sceneReport(facts, (at) => {
+          player.screen.setPlayback({ ...player.screen.playback, playing: false });
+          player.seek(at);
+        }),
       );
       showButtons(ref);
     } catch (fault) {
@@ -155,10 +174,11 @@ export function makeMaking(
   }
 
   function play(tracks: Track[], first: boolean): void {
-    const { time, playing } = player.screen.playback;
+    const { time, playing: wasPlaying } = player.screen.playback;
+    playing = tracks;
     player.element.hidden = false;
     player.show({ tracks }, !first);
-    if (first || playing) player.play();
+    if (wasPlaying || (first && !REDUCED.matches)) player.play();
     if (!first) player.seek(Math.min(time, player.screen.playback.duration));
   }
 
@@ -199,12 +219,30 @@ export function makeMaking(
     update(board) {
       if (scene) void begin("/api/scenes/update", { scene, ...board });
     },
+    clear() {
+      stop();
+      scene = null;
+      playing = [];
+      player.show({ tracks: [] });
+      player.element.hidden = buttons.hidden = true;
+      report.replaceChildren();
+      state.replaceChildren();
+      curve.show([]);
+      moved([]);
+    },
+    setGround(plan) {
+      const key = JSON.stringify(plan);
+      if (key === ground) return;
+      ground = key;
+      court.show(plan);
+    },
     open(ref, job) {
       if (job && job !== watched?.id) watch(job);
       else if (ref && ref !== scene) void show(ref);
     },
     close() {
       stop();
+      court.close();
       player.close();
     },
   };

@@ -9,10 +9,13 @@ export interface PanelActions {
   changeElement(index: number, change: Partial<ElementShape>): void;
   changePlayer(name: string, change: Partial<PlayerShape>): void;
   changeBall(name: string): void;
-  addElement(player: string, kind: string): void;
+  /** Add an action of a player, after one of the player's actions or after all of them. */
+  addElement(player: string, kind: string, after: number | null): void;
   select(selection: Selection): void;
   remove(): void;
 }
+
+const ADD = "an action…";
 
 interface Choice {
   id: string;
@@ -64,6 +67,7 @@ function elementPanel(
   diagram: DiagramShape,
   board: BoardReply | null,
   index: number,
+  kinds: readonly string[],
   actions: PanelActions,
 ): HTMLElement {
   const element = diagram.elements[index]!;
@@ -92,6 +96,13 @@ function elementPanel(
             choose: (other) => change({ other }),
           })
         : null,
+      choice({
+        id: "element-then",
+        label: `Then ${element.player} does`,
+        value: "",
+        options: [ADD, ...kinds],
+        choose: (kind) => kind !== ADD && actions.addElement(element.player, kind, index),
+      }),
     ),
     element.via.length
       ? h(
@@ -127,8 +138,8 @@ function playerPanel(
         id: "player-action",
         label: "Add",
         value: "",
-        options: ["an action…", ...kinds],
-        choose: (kind) => kind !== "an action…" && actions.addElement(name, kind),
+        options: [ADD, ...kinds],
+        choose: (kind) => kind !== ADD && actions.addElement(name, kind, null),
       }),
       player.team === "defence"
         ? choice({
@@ -154,6 +165,19 @@ function playerPanel(
       "has the ball at the start",
     ),
     removeButton(name, actions.remove),
+  );
+}
+
+/** What the grammar makes of a board on which no action is drawn. */
+function derived(board: BoardReply | null): HTMLElement | null {
+  const rows = (board?.players ?? []).filter((one) => one.shortest.length > 0);
+  if (rows.length === 0) return null;
+  return h(
+    "ul",
+    { class: "plain small", "aria-label": "By the grammar" },
+    rows.map((one) =>
+      h("li", {}, h("b", {}, one.name), ` by the grammar at least: ${one.shortest.join(", ")}`),
+    ),
   );
 }
 
@@ -188,7 +212,8 @@ function overview(diagram: DiagramShape, board: BoardReply | null, actions: Pane
             );
           }),
         )
-      : h("p", { class: "muted" }, "Choose an action above the court, then drag from a player."),
+      : h("p", { class: "muted" }, "Choose an action, then drag it from a player on the board."),
+    order.length ? null : derived(board),
   );
 }
 
@@ -201,7 +226,7 @@ export function panelOf(
   actions: PanelActions,
 ): HTMLElement {
   if (selection?.what === "element" && diagram.elements[selection.index]) {
-    return elementPanel(diagram, board, selection.index, actions);
+    return elementPanel(diagram, board, selection.index, kinds, actions);
   }
   if (selection?.what === "player" && diagram.players.some((one) => one.name === selection.name)) {
     return playerPanel(diagram, board, selection.name, kinds, actions);

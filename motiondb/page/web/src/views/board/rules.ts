@@ -1,14 +1,14 @@
-/** The report of a scene: every rule, kept or broken, with the frame to look at. */
+/** The report of a scene in sentences: impossible motions first, then every rule, with its moment. */
 
 import { h } from "../../dom/element.ts";
 import { plural } from "../../parts/text.ts";
-import type { MeasuredRule, SceneReply } from "../../api/types.ts";
+import type { DiagramShape, MeasuredRule, SceneReply } from "../../api/types.ts";
 
 /** Frames a second of scenes. */
 export const FPS = 30;
 
-const number = (value: number | null, unit: string): string =>
-  value === null ? "" : `${Math.abs(value) >= 100 ? value.toFixed(0) : value.toFixed(2)} ${unit}`.trim();
+/** Places that are nearer than this are the same, metres: the report rounds them. */
+const SAME = 0.006;
 
 /** Broken rules come first, then by the frame. */
 export function inOrder(rules: readonly MeasuredRule[]): MeasuredRule[] {
@@ -23,20 +23,103 @@ const IMPOSSIBLE: Record<string, string> = {
   limbs: "limbs pass through one another",
 };
 
+const UNITS: Record<string, string> = { deg: "°", frames: " frames" };
+
+const action = (kind: string): string => kind.replaceAll("_", " ");
+
+/** A target of a rule as the board names it: a player, or a place such as "(0.4, 8.2)". */
+export function targetName(about: string, board: DiagramShape, player = ""): string {
+  const place = /^\((-?[\d.]+), (-?[\d.]+)\)$/.exec(about);
+  if (!place) return about;
+  const [x, z] = [Number(place[1]), Number(place[2])];
+  const here = (at: readonly number[] | null | undefined): boolean =>
+    !!at && Math.hypot(at[0]! - x, at[1]! - z) < SAME;
+  const named = board.places.find((one) => here(one.at) && (one.name !== "rim" || board.court.lines));
+  if (named) return `the ${named.name}`;
+  const whose = (name: string): string => (name === player ? "its" : `${name}'s`);
+  const start = board.players.find((one) => here(one.at) && (!player || one.name === player));
+  if (start) return `the place where ${start.name} starts`;
+  // The player's own actions come first: two paths may end at one place.
+  const elements = [...board.elements].sort(
+    (a, b) => Number(b.player === player) - Number(a.player === player),
+  );
+  for (const one of elements) {
+    const path = `${whose(one.player)} ${action(one.kind)} in step ${one.step}`;
+    if (here(one.to)) return `the end of ${path}`;
+    if (one.via.some(here)) return `the bend of ${path}`;
+  }
+  return `the place ${x} m to the right, ${z} m down the board`;
+}
+
+/** What a rule asks for, as the rest of a sentence that begins with the player and the action. */
+export function ruleSentence(rule: MeasuredRule, board: DiagramShape): string {
+  const { about, player } = rule;
+  if (about === "nobody") return "nobody can take part in it";
+  if (rule.rule === "position") return `at ${targetName(about, board, player)}`;
+  if (rule.rule === "direction") {
+    const heading = /^(-?\d+) deg$/.exec(about);
+    return heading ? `faces ${heading[1]}° from the board's top` : `faces ${targetName(about, board)}`;
+  }
+  if (rule.rule === "distance") {
+    const parts = /^(.*), (\S+) to (\S+) m$/.exec(about);
+    if (!parts) return `distance to ${about}`;
+    const [, target, near, far] = parts;
+    const range =
+      far === "inf" ? `at least ${near} m` : near === "0" ? `at most ${far} m` : `${near} to ${far} m`;
+    return `${range} from ${targetName(target!, board)}`;
+  }
+  if (rule.rule === "line") {
+    const ends = about.split(" - ").map((one) => targetName(one, board));
+    return `on the line from ${ends.join(" to ")}`;
+  }
+  if (rule.rule === "synchronisation") {
+    const [partner, actions = ""] = about.split(" ", 2);
+    return `in time with ${partner}'s ${actions.split("|").map(action).join(" or ")}`;
+  }
+  return `${rule.rule} ${about}`;
+}
+
+/** Rules that ask for the same at the same moment, with less and more room, stand in one row. */
+export function together(rules: readonly MeasuredRule[]): MeasuredRule[][] {
+  const rows = new Map<string, MeasuredRule[]>();
+  for (const rule of inOrder(rules)) {
+    const { player, action: kind, clip, about, frame, after, kept } = rule;
+    const key = JSON.stringify([player, kind, clip, rule.rule, about, frame, after, kept]);
+    rows.set(key, [...(rows.get(key) ?? []), rule]);
+  }
+  return [...rows.values()];
+}
+
+/** What was measured, and what is allowed by each of some rules that ask for the same. */
+function value(rules: readonly MeasuredRule[]): string {
+  const { unit: short, after, about } = rules[0]!;
+  if (about === "nobody") return "";
+  const unit = UNITS[short] ?? ` ${short}`;
+  const digits = short === "m" ? 2 : 1;
+  const text = (one: number | null): string => (one === null ? "not measured" : one.toFixed(digits));
+  const allowed = rules.map((one) => text(one.threshold));
+  return `${text(after)} of ${allowed.join(" and ")}${unit}`;
+}
+
 function frameButton(frame: number, jump: (time: number) => void): HTMLElement {
   return h(
     "button",
     {
       class: "link time",
       type: "button",
-      "aria-label": `Show frame ${frame}`,
+      "aria-label": `Show ${(frame / FPS).toFixed(2)} s, frame ${frame}`,
       on: { click: () => jump(frame / FPS) },
     },
-    `frame ${frame}`,
+    `${(frame / FPS).toFixed(2)} s`,
   );
 }
 
-function row(rule: MeasuredRule, jump: (time: number) => void): HTMLElement {
+function rowOf(
+  rules: readonly MeasuredRule[],
+  board: DiagramShape,
+  jump: (time: number) => void,
+): HTMLElement {
+  const rule = rules[0]!;
   const { frame } = rule;
   return h(
     "tr",
@@ -45,66 +128,72 @@ function row(rule: MeasuredRule, jump: (time: number) => void): HTMLElement {
       "td",
       {},
       h("span", { class: "mark", "aria-hidden": "true" }, rule.kept ? "✓" : "✕"),
-      rule.kept ? " kept" : " broken",
+      h("span", { class: "visually-hidden" }, rule.kept ? "kept" : "broken"),
     ),
-    h("td", {}, rule.player),
-    h("td", {}, rule.action),
-    h("td", {}, `${rule.rule}${rule.about ? `(${rule.about})` : ""}`),
-    h("td", { class: "time" }, number(rule.after, rule.unit)),
-    h("td", { class: "time" }, number(rule.threshold, rule.unit)),
+    h("td", {}, h("b", {}, rule.player), ` ${action(rule.action)}: `, ruleSentence(rule, board)),
+    h("td", { class: "time" }, value(rules)),
     h("td", {}, frame === null ? "" : frameButton(frame, jump)),
   );
 }
 
-/** The table of rules; `jump` shows a time of the scene. */
-export function ruleReport({ report }: SceneReply, jump: (time: number) => void): HTMLElement {
+function impossibleList({ report }: SceneReply, jump: (time: number) => void): HTMLElement | null {
+  const impossible = report.impossible ?? [];
+  if (impossible.length === 0) return null;
+  return h(
+    "section",
+    { class: "board-impossible", "aria-label": "Impossible motions" },
+    h("h3", {}, `${plural(impossible.length, "motion")} that nobody can make`),
+    h(
+      "ul",
+      { class: "plain" },
+      impossible.map((one) =>
+        h(
+          "li",
+          {},
+          h("b", {}, one.players.join(" and ")),
+          ` ${action(one.action)}: ${IMPOSSIBLE[one.kind] ?? one.kind}, `,
+          frameButton(one.frame, jump),
+        ),
+      ),
+    ),
+  );
+}
+
+/** The report beside the player; `jump` shows a time of the scene. */
+export function sceneReport(scene: SceneReply, jump: (time: number) => void): HTMLElement {
+  const { report, board } = scene;
   const rules = report.by_rule;
   const broken = rules.filter((one) => !one.kept).length;
-  const impossible = report.impossible ?? [];
+  const verdict = broken
+    ? `${plural(broken, "rule")} of ${rules.length} broken`
+    : `${rules.length === 1 ? "The rule is" : `All ${rules.length} rules are`} kept`;
   return h(
-    "details",
-    { class: "why", open: broken > 0 || impossible.length > 0 },
+    "section",
+    { class: "board-report", "aria-label": "Report of the scene", tabindex: 0 },
+    impossibleList(scene, jump),
     h(
-      "summary",
-      {},
-      `${plural(rules.length - broken, "rule")} of ${rules.length} kept`,
-      impossible.length ? `, ${plural(impossible.length, "impossible motion")}` : "",
-    ),
-    impossible.length
-      ? h(
-          "ul",
-          { class: "plain board-impossible" },
-          impossible.map((one) =>
-            h(
-              "li",
-              {},
-              `${one.players.join(" and ")} ${one.action}: ${IMPOSSIBLE[one.kind] ?? one.kind}, `,
-              frameButton(one.frame, jump),
-            ),
-          ),
-        )
-      : null,
-    h(
-      "div",
-      { class: "board-rules" },
+      "details",
+      { class: "why", open: true },
+      h("summary", { class: broken ? "broken" : "" }, verdict),
       h(
         "table",
-        {},
+        { class: "board-rules" },
         h(
           "thead",
           {},
           h(
             "tr",
             {},
-            ["", "player", "action", "rule", "value", "allowed", "frame"].map((title) =>
-              h("th", { scope: "col" }, title),
-            ),
+            h("th", { scope: "col" }, h("span", { class: "visually-hidden" }, "kept")),
+            h("th", { scope: "col" }, "what was asked"),
+            h("th", { scope: "col" }, "off by, of what is allowed"),
+            h("th", { scope: "col" }, "moment"),
           ),
         ),
         h(
           "tbody",
           {},
-          inOrder(rules).map((rule) => row(rule, jump)),
+          together(rules).map((row) => rowOf(row, board, jump)),
         ),
       ),
     ),

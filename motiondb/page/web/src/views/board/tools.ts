@@ -1,7 +1,7 @@
 /** The tools above the board: select, place a player, draw an action. */
 
 import { fill, h } from "../../dom/element.ts";
-import type { BoardKinds } from "../../api/types.ts";
+import type { Ground } from "../../api/types.ts";
 import type { Team } from "./spot.ts";
 
 export interface Tools {
@@ -10,7 +10,8 @@ export interface Tools {
   readonly tool: string;
   /** The team of the player that is placed; null otherwise. */
   readonly team: Team | null;
-  setKinds(kinds: BoardKinds): void;
+  /** Offer what the grammar of a diagram allows. */
+  setGround(ground: Ground): void;
   clear(): void;
 }
 
@@ -21,9 +22,15 @@ const GROUPS: readonly [string, readonly string[]][] = [
   ["Block", ["screen", "guard", "block"]],
 ];
 
+const PEOPLE: Record<string, string> = {
+  attack: "player of the attack",
+  defence: "defender",
+  player: "person",
+};
+
 export function makeTools(change: () => void): Tools {
   let chosen = "";
-  let kinds: BoardKinds = { kinds: [], teams: [], grammars: [] };
+  let ground: Ground = { grammar: "", kinds: [], teams: [], places: [] };
   const element = h("div", { class: "board-tools", role: "toolbar", "aria-label": "Tools of the board" });
 
   function button(value: string, label: string, title: string): HTMLElement {
@@ -54,21 +61,25 @@ export function makeTools(change: () => void): Tools {
       h(
         "div",
         { class: "row", role: "group", "aria-label": "Players" },
-        kinds.teams.map((team) =>
-          button(`team:${team}`, `+ ${team}`, `Click on the court to place a player of ${team}`),
+        ground.teams.map((team) =>
+          button(`team:${team}`, `+ ${team}`, `Click on the ground to place a ${PEOPLE[team] ?? team}`),
         ),
       ),
-      GROUPS.map(([title, members]) =>
-        h(
+      GROUPS.map(([title, members]) => {
+        const known = members.filter((kind) => ground.kinds.includes(kind));
+        if (known.length === 0) return null;
+        return h(
           "div",
           { class: "row", role: "group", "aria-label": title },
-          members
-            .filter((kind) => kinds.kinds.includes(kind))
-            .map((kind) =>
-              button(kind, kind.replace("_", " "), `Drag from a player to draw: ${kind.replace("_", " ")}`),
+          known.map((kind) =>
+            button(
+              kind,
+              kind.replace("_", " "),
+              `Drag from a player, or from the end of a path, to draw: ${kind.replace("_", " ")}`,
             ),
-        ),
-      ),
+          ),
+        );
+      }),
     );
   }
 
@@ -80,8 +91,10 @@ export function makeTools(change: () => void): Tools {
     get team() {
       return chosen.startsWith("team:") ? (chosen.slice(5) as Team) : null;
     },
-    setKinds(known) {
-      kinds = known;
+    setGround(next) {
+      if (next.grammar === ground.grammar) return;
+      ground = next;
+      chosen = "";
       draw();
     },
     clear() {

@@ -67,6 +67,12 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
 
   function ready(sent: UploadReply, refused: { name: string; message: string }[]): Child {
     const captures = sent.files.filter((file) => file.kind === "capture").length;
+    if (captures === 0) {
+      return [
+        refusedList(refused),
+        h("p", { class: "bad" }, "None of these files is a capture that can be added."),
+      ];
+    }
     const sheets = sent.files.filter((file) => file.kind === "sheet").map((file) => file.name);
     return [
       h("p", {}, `${plural(captures, "capture")} ready to be added.`),
@@ -175,7 +181,7 @@ function refusedList(refused: readonly { name: string; message: string }[]): HTM
   if (refused.length === 0) return null;
   return h(
     "details",
-    { class: "refused" },
+    { class: "refused", open: true },
     h("summary", {}, `${plural(refused.length, "file")} left out`),
     h(
       "ul",

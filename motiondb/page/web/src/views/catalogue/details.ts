@@ -1,7 +1,7 @@
 /** The panel of one capture: its player, its words, where it comes from, its copies. */
 
-import { get, messageOf, remove } from "../../api/client.ts";
-import type { CaptureDetails } from "../../api/types.ts";
+import { ApiError, get, messageOf, post } from "../../api/client.ts";
+import type { CaptureDetails, CapturesChanged, DescribeReply } from "../../api/types.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { askWhether } from "../../parts/asking.ts";
@@ -13,12 +13,16 @@ import { captionLane, stretchLane, symbolLane, wordLane, type Lane } from "../..
 import type { Interval } from "../../timeline/timeline.ts";
 import { go, routeTo } from "../../shell/router.ts";
 import type { Context } from "../view.ts";
-import { makeCaptionList, type WordsActions } from "./editing.ts";
+import { isEditing, makeCaptionList, type WordsActions } from "./editing.ts";
+import { addressWith } from "../compare/address.ts";
 import { askWords } from "./part_words.ts";
 
 export interface Details {
   readonly element: HTMLElement;
-  show(name: string): Promise<void>;
+  /** Show a capture, with a part of it and a moment if an address names them. */
+  show(name: string, place: Place): Promise<void>;
+  /** Choose a part of the shown capture. */
+  select(part: Interval | null): void;
   /** Ask again for the facts of the shown capture; the player goes on. */
   reload(): Promise<void>;
   close(): void;
@@ -34,7 +38,22 @@ export function lanesOf(facts: CaptureDetails): Lane[] {
   ];
 }
 
-export function makeDetails(context: Context, actions: WordsActions, leave: () => void): Details {
+/** A part of a capture, and a moment of it, seconds. */
+export interface Place {
+  part: Interval | null;
+  time: number | null;
+}
+
+/** Milliseconds after the time was changed by hand before the address tells it. */
+const PAUSE = 300;
+
+export function makeDetails(
+  context: Context,
+  actions: WordsActions,
+  leave: () => void,
+  /** Another part, or another moment, is shown. */
+  moved: (place: Partial<Place>) => void,
+): Details {
   let facts: CaptureDetails | null = null;
   let name = "";
   const title = h("h2", { tabindex: -1 });
@@ -47,13 +66,29 @@ export function makeDetails(context: Context, actions: WordsActions, leave: () =
   };
   const likeThis = (part: Interval): void =>
     go(routeTo("search", { like: ref(), start: part[0].toFixed(3), end: part[1].toFixed(3) }));
+  const compareThis = (part: Interval): void =>
+    go(addressWith([{ ref: ref(), start: part[0], end: part[1] }]));
+  let loading = false;
+  let timer = 0;
   const take = makeTake(context, {
     label: "Capture",
+    onSelect: (part) => loading || moved({ part, time: null }),
     partActions: [
       ...(context.status().read_only ? [] : [{ label: "Write words", run: writeWords }]),
       { label: "Search with this part", run: likeThis },
-      { label: "Download part", run: ([start, end]: Interval) => void save("bvh", start, end) },
+      { label: "Compare this part", run: compareThis },
+      { label: "BVH", run: ([start, end]: Interval) => void save("bvh", start, end) },
+      { label: "glTF", run: ([start, end]: Interval) => void save("glb", start, end) },
+      { label: "npz", run: ([start, end]: Interval) => void save("npz", start, end) },
     ],
+  });
+  take.player.onTime((time) => {
+    clearTimeout(timer);
+    if (loading || take.player.screen.playback.playing) return;
+    timer = window.setTimeout(() => {
+      const { playing, from } = take.player.screen.playback;
+      if (!playing) moved({ time: Math.abs(time - from) < 1e-6 ? null : time });
+    }, PAUSE);
   });
   const captions = makeCaptionList(actions, (start, end) => take.select([start, end]));
 
@@ -68,13 +103,13 @@ export function makeDetails(context: Context, actions: WordsActions, leave: () =
   async function removeCapture(): Promise<void> {
     const sure = await askWhether(
       `Remove ${name}?`,
-      "The capture, its words and what was learned from its words are removed from the database. The command motiondb undo brings them back.",
+      "The capture, its words and what was learned from its words are removed from the database.",
       "Remove",
     );
     if (!sure) return;
     try {
-      await remove("/api/capture", { name });
-      context.notify(`${name} is removed.`);
+      await post<CapturesChanged>("/api/captures/remove", { captures: [name] });
+      context.notify(`${name} is removed.`, { label: "Undo", run: () => void actions.undo() });
       leave();
     } catch (fault) {
       context.fail(fault);
@@ -104,8 +139,22 @@ export function makeDetails(context: Context, actions: WordsActions, leave: () =
     under,
   );
   element.addEventListener("keydown", (event) => {
-    if (event.key === "Escape" && !document.fullscreenElement) leave();
+    const inside = (event.target as HTMLElement).closest("dialog, input, select"); // these it ends itself
+    if (event.key === "Escape" && !inside && !document.fullscreenElement) leave();
   });
+
+  /** Ask for the likely words, which take longest; everything else is there meanwhile. */
+  async function describe(asked: string): Promise<void> {
+    try {
+      const { words } = await get<DescribeReply>("/api/describe", { ref: `capture:${asked}` });
+      if (name !== asked || !facts) return;
+      facts = { ...facts, recognised: words };
+      take.setLanes(lanesOf(facts));
+    } catch (fault) {
+      const unlearned = fault instanceof ApiError && fault.kind === "NotLearnedError";
+      if (name === asked && !unlearned) context.fail(fault);
+    }
+  }
 
   function showFacts(): void {
     if (!facts) return;
@@ -115,6 +164,7 @@ export function makeDetails(context: Context, actions: WordsActions, leave: () =
       ["More like this", () => go(routeTo("search", { like: ref() }))],
       ["BVH", () => void save("bvh")],
       ["glTF", () => void save("glb")],
+      ["npz", () => void save("npz")],
       ["Original", () => void save("source")],
     ];
     fill(
@@ -161,16 +211,25 @@ export function makeDetails(context: Context, actions: WordsActions, leave: () =
 
   return {
     element,
-    async show(next) {
+    async show(next, { part, time }) {
       name = next;
+      clearTimeout(timer);
       title.textContent = name;
       facts = null;
       under.replaceChildren();
-      const ready = take.load({ ref: ref() }); // it plays while the facts are computed
+      loading = true;
+      const ready = take.load({ ref: ref(), selection: part }).then(() => {
+        if (name !== next) return;
+        loading = false;
+        if (time === null) return;
+        take.player.screen.setPlayback({ ...take.player.screen.playback, playing: false });
+        take.player.seek(time);
+      }); // it plays while the facts are computed
       try {
-        const answer = await get<CaptureDetails>("/api/capture", { name: next });
+        const answer = await get<CaptureDetails>("/api/capture", { name: next, described: false });
         if (name !== next) return;
         facts = answer;
+        void describe(next);
       } catch (fault) {
         if (name === next) fill(under, faultState(messageOf(fault), [{ label: "Close", run: leave }]));
         return;
@@ -179,15 +238,25 @@ export function makeDetails(context: Context, actions: WordsActions, leave: () =
       await ready;
     },
     async reload() {
-      if (!facts) return;
+      const asked = name;
       try {
-        facts = await get<CaptureDetails>("/api/capture", { name: facts.name });
+        const answer = await get<CaptureDetails>("/api/capture", { name: asked, described: false });
+        if (name !== asked || isEditing(element)) return; // what is typed is compared when it is saved
+        facts = answer;
         showFacts();
-      } catch {
-        leave(); // it was removed
+        void describe(asked);
+      } catch (fault) {
+        if (name === asked && fault instanceof ApiError && fault.status === 404) leave(); // removed
       }
     },
-    close: () => take.close(),
+    select: (part) => {
+      const same = JSON.stringify(part) === JSON.stringify(take.selection);
+      if (!same) take.select(part);
+    },
+    close: () => {
+      clearTimeout(timer);
+      take.close();
+    },
   };
 }
 
@@ -221,7 +290,7 @@ function factList(facts: CaptureDetails): HTMLElement {
     ["Performer", facts.tags["performer"] ?? null],
     ["Licence", facts.tags["licence"] ?? "not known"],
     ["Format", facts.format],
-    ["File", facts.path],
+    ["File", facts.path.split(/[/\\]/).at(-1) ?? ""],
     ...Object.entries(facts.tags).filter(([key]) => key !== "performer" && key !== "licence"),
     ...facts.notes.map((note): [string, string] => ["Note", note]),
     ...facts.sources.map((one): [string, string] => [

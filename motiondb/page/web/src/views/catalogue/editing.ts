@@ -1,9 +1,10 @@
 /** Editing words: the sentence of a whole capture in its row, and every caption in the panel. */
 
-import { post, put } from "../../api/client.ts";
-import type { Caption, WordsEdited } from "../../api/types.ts";
+import { ApiError, post, put } from "../../api/client.ts";
+import type { Caption, WordsEdited, WordsUndone } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
+import { askWhether } from "../../parts/asking.ts";
 import type { Context } from "../view.ts";
 
 /** Captions with the sentences of the whole capture replaced by a line "one; another". */
@@ -17,8 +18,15 @@ export function withWholeWords(captions: readonly Caption[], line: string): Capt
 }
 
 export interface WordsActions {
-  /** Replace all captions of a capture; resolves with the new captions, or null on failure. */
-  replace(capture: string, captions: readonly Caption[]): Promise<WordsEdited | null>;
+  /**
+   * Replace all captions of a capture; resolves with the new captions, or null on failure.
+   * `before`: the captions that were edited. Where others are there now, the user is asked.
+   */
+  replace(
+    capture: string,
+    captions: readonly Caption[],
+    before: readonly Caption[],
+  ): Promise<WordsEdited | null>;
   /** Add a caption to a part of a capture. */
   addPart(capture: string, words: string, start: number, end: number): Promise<WordsEdited | null>;
   undo(): Promise<void>;
@@ -29,13 +37,13 @@ export function makeWordsActions(
   context: Context,
   edited: (capture: string, words: Caption[]) => void,
 ): WordsActions {
-  async function run(request: Promise<WordsEdited>): Promise<WordsEdited | null> {
+  async function run(request: () => Promise<WordsEdited>): Promise<WordsEdited | null> {
     try {
-      const answer = await request;
+      const answer = await request();
       edited(answer.capture, answer.words);
       const fresh =
         answer.new_words.length > 0
-          ? ` New to this database: ${answer.new_words.join(", ")}; learn again to search for it.`
+          ? ` New to this database: ${answer.new_words.join(", ")}. They are found where they are written; learning again ties them to motion.`
           : "";
       context.notify(`Words of ${answer.capture} saved.${fresh}`, { label: "Undo", run: () => void undo() });
       return answer;
@@ -47,20 +55,54 @@ export function makeWordsActions(
 
   async function undo(): Promise<void> {
     try {
-      const answer = await post<WordsEdited>("/api/undo", {});
+      const answer = await post<WordsUndone>("/api/undo", {});
       edited(answer.capture, answer.words);
-      context.notify(`The last edit of words of ${answer.capture} is undone.`);
+      const more = answer.captures > 1 ? ` and ${answer.captures - 1} more` : "";
+      const what = { words: "edit of words", tags: "edit of tags", name: "new name", removal: "removal" }[
+        answer.what
+      ];
+      context.notify(`The last ${what ?? "edit"} of ${answer.capture}${more} is undone.`);
+      void context.refresh().catch(context.fail);
     } catch (fault) {
       context.fail(fault);
     }
   }
 
+  async function replace(
+    capture: string,
+    captions: readonly Caption[],
+    before: readonly Caption[],
+  ): Promise<WordsEdited | null> {
+    const body = { capture, words: captions };
+    try {
+      const answer = await put<WordsEdited>("/api/captions", { ...body, before });
+      return await run(() => Promise.resolve(answer));
+    } catch (fault) {
+      if (!(fault instanceof ApiError && fault.kind === "ConflictError")) {
+        context.fail(fault);
+        return null;
+      }
+      const mine = captions.map((one) => one.words).join("; ") || "none";
+      const sure = await askWhether(
+        "These words were changed meanwhile",
+        `${fault.message}\nYours: ${mine}.`,
+        "Replace them by mine",
+      );
+      return sure ? run(() => put<WordsEdited>("/api/captions", body)) : null;
+    }
+  }
+
   return {
-    replace: (capture, captions) => run(put<WordsEdited>("/api/captions", { capture, words: captions })),
+    replace,
     addPart: (capture, words, start, end) =>
-      run(post<WordsEdited>("/api/words", { capture, words, start, end, keep: true })),
+      run(() => post<WordsEdited>("/api/words", { capture, words, start, end, keep: true })),
     undo,
   };
+}
+
+/** Whether words are being typed somewhere in an element: it must not be drawn again then. */
+export function isEditing(element: HTMLElement): boolean {
+  return element.querySelector("input.in-place:not(:disabled)") !== null;
 }
 
 /** Put an input into a cell. Enter or leaving the input saves, Escape cancels; then `done` is called. */
@@ -91,7 +133,11 @@ export function editInPlace(
     if (event.key === "Enter") void finish(true);
     if (event.key === "Escape") void finish(false);
   });
-  input.addEventListener("blur", () => void finish(true));
+  // Another window may take the focus: that is no end of typing. Nor is it one to be drawn over.
+  input.addEventListener(
+    "blur",
+    () => document.activeElement !== input && input.isConnected && void finish(true),
+  );
   fill(cell, input);
   input.focus();
   input.select();
@@ -108,6 +154,7 @@ export function makeCaptionList(
   play: (start: number, end: number) => void,
 ): CaptionList {
   const element = h("div", { class: "captions" });
+  let shown = "";
 
   function row(capture: string, captions: readonly Caption[], index: number, canEdit: boolean): HTMLElement {
     const caption = captions[index]!;
@@ -135,7 +182,7 @@ export function makeCaptionList(
             value.trim() === ""
               ? others
               : captions.map((one, i) => (i === index ? { ...one, words: value.trim() } : one));
-          return actions.replace(capture, changed);
+          return actions.replace(capture, changed, captions);
         },
         reset,
       );
@@ -161,7 +208,7 @@ export function makeCaptionList(
             type: "button",
             "aria-label": `Remove “${words}”`,
             title: "Remove",
-            on: { click: () => void actions.replace(capture, others) },
+            on: { click: () => void actions.replace(capture, others, captions) },
           },
           icon("close"),
         )
@@ -172,10 +219,15 @@ export function makeCaptionList(
   return {
     element,
     show(capture, captions, canEdit) {
+      const former = element.querySelector<HTMLInputElement>("form input");
+      const typed = shown === capture ? (former?.value ?? "") : "";
+      const focused = former !== null && document.activeElement === former;
+      shown = capture;
       const input = h("input", {
         class: "field",
         "aria-label": "Words of the whole capture",
         placeholder: "Say what happens in this capture",
+        value: typed,
       });
       const form = h(
         "form",
@@ -185,7 +237,11 @@ export function makeCaptionList(
             submit: (event) => {
               event.preventDefault();
               const words = input.value.trim();
-              if (words) void actions.replace(capture, [...captions, { words, start: null, end: null }]);
+              if (!words) return input.focus();
+              input.value = "";
+              void actions
+                .replace(capture, [...captions, { words, start: null, end: null }], captions)
+                .then((saved) => saved ?? (input.value = words));
             },
           },
         },
@@ -203,6 +259,7 @@ export function makeCaptionList(
           : h("p", { class: "muted" }, "Nobody has written about this capture yet."),
         canEdit ? form : null,
       );
+      if (focused && canEdit) input.focus();
     },
   };
 }

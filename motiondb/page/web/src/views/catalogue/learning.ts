@@ -20,8 +20,16 @@ export function reasonToLearn(status: Status): string | null {
   return null;
 }
 
+/** What learning starts from, as it is asked for: what was used before, or what the captions allow. */
+function usualStart(status: Status): string {
+  const former = status.start?.name ?? "";
+  if (status.starts.some(({ name }) => name === former)) return former;
+  return status.captures_with_words > 0 ? "none" : (status.starts[0]?.name ?? "none");
+}
+
 /** Ask for the settings, then start. */
 export function openLearning(context: Context): void {
+  const status = context.status();
   const symbols = h("input", {
     type: "number",
     class: "number",
@@ -32,23 +40,61 @@ export function openLearning(context: Context): void {
     placeholder: "auto",
   });
   const seed = h("input", { type: "number", class: "number", id: "learn-seed", min: 0, step: 1, value: 0 });
+  const usual = usualStart(status);
+  const start = h(
+    "select",
+    { class: "field", id: "learn-start", on: { change: () => showStart() } },
+    h("option", { value: "none", selected: usual === "none" }, "the captions of this database only"),
+    status.starts.map(({ name, words, captions }) =>
+      h(
+        "option",
+        { value: name, selected: usual === name },
+        `${name}: ${words} words from ${captions} captures of others`,
+      ),
+    ),
+  );
+  const credit = h("p", { class: "small muted" });
+
+  function showStart(): void {
+    const chosen = status.starts.find(({ name }) => name === start.value);
+    credit.textContent = chosen ? `${chosen.name}: ${chosen.credit}` : "";
+    symbols.disabled = chosen !== undefined; // it brings its own
+    if (symbols.disabled) symbols.value = "";
+  }
+
+  const described = status.captures_with_words;
   const form = h(
     "form",
     {},
     h(
       "p",
       {},
-      `All ${plural(context.status().captures, "capture")} are cut into movements, and words are learned from the captions. The earlier result is replaced when learning is done, not before.`,
+      `The motion of ${plural(status.captures, "capture")} is cut into movements. `,
+      described > 0
+        ? `Words are learned from the captions of ${plural(described, "capture")}. `
+        : "Nobody has written about them yet, so the words must come from the captions of others. ",
+      "What was learned before is replaced when this is done, not earlier.",
     ),
+    h("div", { class: "form-grid" }, h("label", { for: "learn-start" }, "Learn from"), start),
+    credit,
     h(
-      "div",
-      { class: "form-grid" },
-      h("label", { for: "symbols" }, "Motion symbols"),
-      symbols,
-      h("label", { for: "learn-seed" }, "Seed"),
-      seed,
+      "details",
+      {},
+      h("summary", {}, "Settings"),
+      h(
+        "div",
+        { class: "form-grid" },
+        h("label", { for: "symbols" }, "Number of movements"),
+        symbols,
+        h("label", { for: "learn-seed" }, "Seed"),
+        seed,
+      ),
+      h(
+        "p",
+        { class: "small muted" },
+        "Without a number, it is chosen from the data. The same seed gives the same result.",
+      ),
     ),
-    h("p", { class: "muted" }, "Without a number, the number of symbols is chosen from the data."),
     h(
       "div",
       { class: "row end" },
@@ -56,9 +102,14 @@ export function openLearning(context: Context): void {
       h("button", { class: "button", type: "submit", autofocus: true }, "Learn"),
     ),
   );
+  showStart();
   form.addEventListener("submit", (event) => {
     event.preventDefault();
-    const body = { symbols: symbols.value ? symbols.valueAsNumber : null, seed: seed.valueAsNumber || 0 };
+    const body = {
+      symbols: symbols.value ? symbols.valueAsNumber : null,
+      seed: seed.valueAsNumber || 0,
+      start: start.value,
+    };
     post<JobReply>("/api/learn", body).then(() => dialog.close(), context.fail);
   });
   const dialog = openDialog("Learn", form);

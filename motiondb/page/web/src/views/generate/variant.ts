@@ -32,11 +32,13 @@ export function askedLane(made: MadeReply): Lane {
   return {
     name: "asked",
     kind: "parts",
-    blocks: made.shown_actions.map(({ words, start, end }) => ({
+    blocks: made.shown_actions.map(({ words, start, end, shown }) => ({
       start,
       end,
       label: words.join(" "),
-      title: `“${words.join(" ")}”, made from ${start.toFixed(2)} to ${end.toFixed(2)} s`,
+      title: `“${words.join(" ")}”, made from ${start.toFixed(2)} to ${end.toFixed(2)} s${shown === false ? "; not shown" : shown === null ? "; not sure" : ""}`,
+      missing: shown === false,
+      faint: shown === null,
     })),
   };
 }

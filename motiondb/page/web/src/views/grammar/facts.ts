@@ -7,6 +7,8 @@ import { makeClip, type Clip } from "../../take/clip.ts";
 import type { Context } from "../view.ts";
 import { coloursOf, type TerminalColours } from "./colours.ts";
 import type { GrammarReply, TerminalRow } from "../../api/types.ts";
+import { makeAsking } from "./asking.ts";
+import { askTerminalName, makeRules } from "./rules.ts";
 
 export interface FactsPanel {
   readonly element: HTMLElement;
@@ -32,32 +34,28 @@ function bitsOf(facts: GrammarReply): string {
   return parts.map(([name, bits]) => `${name} ${bits.toFixed(1)}`).join(" + ");
 }
 
-/** The rules, each terminal in its colour; everything else as the server prints it. */
-function rulesOf(facts: GrammarReply, colours: TerminalColours): HTMLElement {
-  const names = new Set(facts.terminals.map((one) => one.terminal));
-  const parts = facts.text_with_loops.split(/(\s+|[()|])/);
-  return h(
-    "pre",
-    { class: "grammar-rules", tabindex: 0, "aria-label": "Rules" },
-    parts.map((part) => {
-      const name = part.replace(/[+*]$/, "");
-      if (!names.has(name)) return part;
-      const letter = h("span", { class: "letter", style: { background: colours.of(name).soft } }, name);
-      return [letter, part.slice(name.length)];
-    }),
-  );
-}
-
 export function makeFacts(context: Context): FactsPanel {
   let clip: Clip | null = null;
-  const element = h("div", { class: "grammar-facts" });
+  const rules = makeRules(context);
+  const asking = makeAsking();
+  const about = h("div", {});
+  const terminalsBox = h("div", {});
+  const rest = h("div", {});
+  const element = h(
+    "div",
+    { class: "grammar-facts" },
+    h("section", { "aria-label": "Rules" }, h("h3", {}, "Rules"), rules.element, about),
+    terminalsBox,
+    asking.element,
+    rest,
+  );
 
   function closeClip(): void {
     clip?.close();
     clip = null;
   }
 
-  function play(one: TerminalRow, box: HTMLElement): void {
+  function play(one: TerminalRow, box: HTMLElement, facts: GrammarReply): void {
     const { capture, start, end } = one.medoid;
     closeClip();
     clip = makeClip(context, {
@@ -77,10 +75,26 @@ export function makeFacts(context: Context): FactsPanel {
         h("span", { class: "muted" }, `${capture} `),
         h("span", { class: "muted time" }, interval(start, end)),
       ),
+      context.status().read_only
+        ? null
+        : h(
+            "button",
+            {
+              class: "button plain",
+              type: "button",
+              on: { click: () => askTerminalName(context, facts, one.terminal) },
+            },
+            `Rename ${one.terminal}…`,
+          ),
     );
   }
 
-  function terminalRow(one: TerminalRow, colours: TerminalColours, box: HTMLElement): HTMLElement {
+  function terminalRow(
+    one: TerminalRow,
+    colours: TerminalColours,
+    box: HTMLElement,
+    facts: GrammarReply,
+  ): HTMLElement {
     const words = one.words.map(({ word, probability: p }) => [
       word,
       h("span", { class: "chip-detail" }, ` ${probability(p)}  `),
@@ -95,7 +109,7 @@ export function makeFacts(context: Context): FactsPanel {
           type: "button",
           title: `Play the medoid of ${one.terminal}`,
           "data-terminal": one.terminal,
-          on: { click: () => play(one, box) },
+          on: { click: () => play(one, box, facts) },
         },
         h("span", { class: "letter", style: { background: colours.of(one.terminal).soft } }, one.terminal),
         h(
@@ -113,7 +127,7 @@ export function makeFacts(context: Context): FactsPanel {
     const list = h(
       "ul",
       { class: "plain terminal-list" },
-      facts.terminals.map((one) => terminalRow(one, colours, box)),
+      facts.terminals.map((one) => terminalRow(one, colours, box, facts)),
     );
     fill(box, h("p", { class: "muted small" }, "A terminal plays its medoid: the most typical segment."));
     return h(
@@ -130,27 +144,26 @@ export function makeFacts(context: Context): FactsPanel {
       closeClip();
       const colours = coloursOf(facts.terminals);
       const [shortest, mean, longest] = facts.sentence_lengths;
+      rules.show(facts);
+      asking.show(facts);
       fill(
-        element,
+        about,
         h(
-          "section",
-          { "aria-label": "Rules" },
-          h("h3", {}, "Rules"),
-          rulesOf(facts, colours),
-          h(
-            "p",
-            { class: "muted small" },
-            `Description length: ${bitsOf(facts)}. Sentences have ${shortest} to ${longest} terminals, ${mean.toFixed(1)} on average.`,
-          ),
-          h(
-            "p",
-            { class: "small" },
-            facts.derives_new
-              ? "It derives sentences that were not in the captures."
-              : "It derives no sentence that was not in the captures: new sequences repeat those. Shorter sentences or more takes of the activity may give rules.",
-          ),
+          "p",
+          { class: "muted small" },
+          `Description length: ${bitsOf(facts)}. Sentences have ${shortest} to ${longest} terminals, ${mean.toFixed(1)} on average.`,
         ),
-        terminals(facts, colours),
+        h(
+          "p",
+          { class: "small" },
+          facts.derives_new
+            ? "It derives sentences that were not in the captures."
+            : "It derives no sentence that was not in the captures: new sequences repeat those. Shorter sentences or more takes of the activity may give rules.",
+        ),
+      );
+      fill(terminalsBox, terminals(facts, colours));
+      fill(
+        rest,
         h(
           "section",
           { "aria-label": "Captures and sequences" },

@@ -185,4 +185,4 @@ function open(host: HTMLElement, context: Context): OpenView {
   };
 }
 
-export const grammar: View = { name: "grammar", title: "Grammars", open };
+export const grammar: View = { name: "grammar", title: "Grammars", place: "explore", open };

@@ -3,18 +3,28 @@
 import { get } from "../../api/client.ts";
 import type { CaptureDetails, ShownMatch, MatchPart } from "../../api/types.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
-import { interval, probability } from "../../parts/text.ts";
+import { interval, probability, seconds } from "../../parts/text.ts";
 import { routeTo } from "../../shell/router.ts";
 import { makeClip, type Clip } from "../../take/clip.ts";
 import { captionLane, symbolLane, wordLane, type Lane } from "../../timeline/lanes.ts";
 import { makeTimeline, type Interval } from "../../timeline/timeline.ts";
 import type { Motions } from "../../api/motions.ts";
 import type { Stage } from "../../player/stage.ts";
+import {
+  certaintyOf,
+  isWhole,
+  sayGrade,
+  sayPart,
+  type Certainty,
+  type Grade,
+  type Replaced,
+  type SaidPart,
+} from "./certainty.ts";
 import { reasonsElement } from "./reasons.ts";
 
 export interface AnswerOptions {
-  /** false: nothing in the database matches, this is only the nearest. */
-  matches: boolean;
+  /** Words of the question that known words stand for. */
+  replaced: Replaced;
   /** false: the scores are for less than what was asked. */
   scored: boolean;
   /** Absent in a file without a server: nothing can be selected, opened or asked. */
@@ -23,6 +33,7 @@ export interface AnswerOptions {
 
 export interface AnswerCard {
   readonly element: HTMLElement;
+  readonly grade: Grade;
   setSelected(selected: boolean): void;
   close(): void;
 }
@@ -34,72 +45,98 @@ function litParts(match: ShownMatch): Interval[] {
   return match.place === "unknown" ? [] : [[match.start, match.end]];
 }
 
-function meter(name: string, value: number | null | undefined, hint: string): Child {
-  if (value === null || value === undefined) {
+/** Captions of the whole take are read above the timeline: only those of parts need a place on it. */
+function lanesOf(match: ShownMatch): Lane[] {
+  if (!match.timeline) return [];
+  const timed = match.timeline.words.filter((one) => one.start !== null);
+  return [captionLane(timed, match.duration), symbolLane(match.timeline.segments)];
+}
+
+function bar(value: number): HTMLElement {
+  const fill = h("span", { class: "meter-fill" });
+  fill.style.width = `${Math.round(value * 100)}%`;
+  return h("span", { class: "meter-bar", "aria-hidden": "true" }, fill);
+}
+
+/** The verdict of a card: how certain the whole answer is, once. */
+function verdictOf(match: ShownMatch, certainty: Certainty, options: AnswerOptions): Child {
+  const { value, most } = certainty;
+  const [part] = match.parts;
+  const said = match.parts.length === 1 && part ? sayPart(part, options.replaced) : null;
+  const shown = said ? said.probability : value;
+  const what = said
+    ? [h("b", {}, said.words), said.instead ? `, for “${said.instead}”` : ""]
+    : match.parts.length > 1
+      ? h("b", {}, "all of it")
+      : match.reason
+        ? match.reason
+        : h("b", {}, "the same kind of movement");
+  if (shown !== null) {
     return h(
-      "div",
-      { class: "meter", title: hint },
-      h("span", { class: "meter-name" }, name),
-      h("span", { class: "muted" }, "not measured"),
+      "p",
+      { class: "answer-verdict", title: "The probability that this capture shows it" },
+      h("span", {}, what),
+      bar(shown),
+      h("span", { class: "meter-value" }, probability(shown)),
+      h("span", { class: "muted" }, sayGrade(shown)),
     );
   }
-  const bar = h("span", { class: "meter-fill" });
-  bar.style.width = `${Math.round(value * 100)}%`;
+  const score = options.scored && most === null;
+  const ranked = `not measured; ranked by ${probability(match.score)}, which is no probability`;
   return h(
-    "div",
-    { class: "meter", title: hint },
-    h("span", { class: "meter-name" }, name),
-    h("span", { class: "meter-bar", "aria-hidden": "true" }, bar),
-    h("span", { class: "meter-value" }, probability(value)),
+    "p",
+    { class: "answer-verdict" },
+    h("span", {}, what),
+    h("span", {}, most !== null ? `at most ${probability(most)}` : score ? ranked : "not measured"),
+    match.reason.includes("not seen in this order") ? h("span", {}, "not seen in this order") : null,
   );
 }
 
-function lanesOf(match: ShownMatch): Lane[] {
-  if (!match.timeline) return [];
-  return [symbolLane(match.timeline.segments), captionLane(match.timeline.words, match.duration)];
-}
-
-/** How sure the place of a part is. */
-function saidHere(part: MatchPart): string {
-  return `here ${part.interval_probability === null ? "not measured" : probability(part.interval_probability)}`;
-}
-
-function foundList(match: ShownMatch, seek: (time: number) => void): Child {
-  const parts = match.parts;
-  if (parts.length === 0) return match.reason ? h("p", { class: "small" }, match.reason) : null;
+/** Where the parts are, each with what is known about it; the part of a single one has its verdict. */
+function placesOf(match: ShownMatch, options: AnswerOptions, seek: (time: number) => void): Child {
+  const { parts } = match;
+  if (parts.length === 0) return null;
+  const place = (part: MatchPart, said: SaidPart): Child => {
+    if (part.place !== "known") return h("span", {}, "somewhere in it, as its caption says");
+    if (isWhole(part, match.duration)) return h("span", {}, "from beginning to end");
+    return [
+      h(
+        "button",
+        { class: "link time", type: "button", title: "Go there", on: { click: () => seek(part.start) } },
+        `${said.place === null ? "about " : ""}${interval(part.start, part.end)}`,
+      ),
+      said.place === null
+        ? null
+        : h(
+            "span",
+            { title: "The probability that it is shown at this place" },
+            ` at this place ${probability(said.place)}`,
+          ),
+    ];
+  };
   return h(
     "ul",
     { class: "plain found" },
     parts.map((part) => {
-      const certain = [
-        `shown ${part.probability === null ? "not measured" : probability(part.probability)}`,
-        saidHere(part),
-      ]
-        .filter(Boolean)
-        .join(", ");
-      const place =
-        part.place === "known"
-          ? h(
-              "button",
-              {
-                class: "link time",
-                type: "button",
-                title: "Go there",
-                on: { click: () => seek(part.start!) },
-              },
-              interval(part.start, part.end),
-            )
-          : h("span", { class: "muted" }, "somewhere, by its caption");
+      const said = sayPart(part, options.replaced);
+      if (parts.length === 1) return h("li", {}, place(part, said));
       return h(
         "li",
         {},
-        h("b", {}, part.words),
-        " ",
-        place,
-        certain ? h("span", { class: "muted" }, ` ${certain}`) : null,
+        h("b", {}, said.words),
+        said.instead ? `, for “${said.instead}”` : "",
+        ` ${said.probability === null ? "not measured" : probability(said.probability)} · `,
+        place(part, said),
       );
     }),
   );
+}
+
+/** The address of the found part of a capture. */
+function placeOf({ capture, start, end, place }: ShownMatch): Record<string, string> {
+  const part: Record<string, string> =
+    place === "unknown" ? {} : { start: start.toFixed(3), end: end.toFixed(3) };
+  return { capture, ...part };
 }
 
 export function makeAnswer(
@@ -109,6 +146,8 @@ export function makeAnswer(
 ): AnswerCard {
   const { actions } = options;
   const part: Interval = [match.start, match.end];
+  const certainty = certaintyOf(match);
+  const likely = certainty.grade === "likely";
   const timeline = makeTimeline({
     duration: match.duration,
     label: `Timeline of ${match.capture}`,
@@ -118,13 +157,13 @@ export function makeAnswer(
   const clip: Clip = makeClip(context, {
     ref: match.ref,
     part,
-    lit: match.place === "unknown" || !options.matches ? null : part,
+    lit: likely ? part : null,
     label: `${match.capture}, ${interval(...part)}`,
     onTime: (time) => timeline.setTime(time),
   });
   const lanes = lanesOf(match);
   timeline.setLanes(lanes);
-  timeline.setLit(litParts(match));
+  timeline.setLit(litParts(match), likely);
   timeline.setTime(match.start);
 
   const checkbox = h("input", {
@@ -133,7 +172,7 @@ export function makeAnswer(
     on: { change: () => actions?.select(match, checkbox.checked) },
   });
   const name = actions
-    ? h("a", { href: routeTo("catalogue", { capture: match.capture }), class: "capture-name" }, match.capture)
+    ? h("a", { href: routeTo("catalogue", placeOf(match)), class: "capture-name" }, match.capture)
     : h("span", { class: "capture-name" }, match.capture);
   const explain = match.explain
     ? h(
@@ -146,7 +185,7 @@ export function makeAnswer(
   const wordsButton = h(
     "button",
     { class: "link", type: "button", on: { click: () => void addWords() } },
-    "Recognised words",
+    "Likely words over time",
   );
 
   async function addWords(): Promise<void> {
@@ -158,7 +197,7 @@ export function makeAnswer(
   const element = h(
     "article",
     {
-      class: options.matches ? "answer" : "answer nearest",
+      class: `answer ${certainty.grade}`,
       "aria-label": `Answer ${match.rank}: ${match.capture}`,
     },
     h(
@@ -167,31 +206,25 @@ export function makeAnswer(
       actions ? h("label", { class: "check" }, checkbox) : null,
       h("span", { class: "rank" }, match.rank),
       name,
-      h("span", { class: "time muted" }, interval(...part)),
+      h("span", { class: "time muted" }, `${seconds(match.duration)} long`),
     ),
     clip.element,
     timeline.element,
   );
+  const whole = (match.timeline?.words ?? []).filter((one) => one.start === null).map((one) => one.words);
   const facts = h("div", { class: "answer-facts" });
   fill(
     facts,
-    h(
-      "div",
-      { class: "meters" },
-      meter("shown", match.probability, "The probability that this take shows what was asked."),
-      match.parts.length > 0
-        ? meter("here", match.interval_probability, "The probability that this interval shows it.")
-        : null,
-      match.probability === null && options.scored
-        ? meter(
-            "score",
-            match.score,
-            "A score between 0 and 1 that orders the answers; it is no probability.",
-          )
-        : null,
-    ),
-    foundList(match, (time) => clip.seek(time)),
-    match.words.length > 0 ? h("p", { class: "small muted" }, `recognised: ${match.words.join(", ")}`) : null,
+    verdictOf(match, certainty, options),
+    placesOf(match, options, (time) => void clip.seek(time)),
+    whole.length > 0 ? h("p", { class: "answer-caption", title: whole.join("; ") }, `“${whole[0]}”`) : null,
+    match.parts.length === 0 && match.words.length > 0
+      ? h("p", { class: "small" }, `likely words: ${match.words.join(", ")}`)
+      : null,
+  );
+  const foot = h(
+    "div",
+    { class: "answer-foot" },
     explain,
     h(
       "div",
@@ -214,10 +247,13 @@ export function makeAnswer(
       h("span", { class: "muted small licence", title: "Licence" }, match.licence ?? "licence not known"),
     ),
   );
-  element.append(facts);
+  clip.element.after(facts);
+  facts.after(timeline.element);
+  element.append(foot);
 
   return {
     element,
+    grade: certainty.grade,
     setSelected(selected) {
       checkbox.checked = selected;
     },

@@ -2,11 +2,12 @@
 
 import type { Motions } from "../../api/motions.ts";
 import type { LikeReply, SearchReply, ShownMatch } from "../../api/types.ts";
-import { fill, h } from "../../dom/element.ts";
+import { fill, h, type Child } from "../../dom/element.ts";
 import { emptyState } from "../../parts/states.ts";
 import { plural } from "../../parts/text.ts";
 import type { Stage } from "../../player/stage.ts";
 import { makeAnswer, type AnswerCard } from "./answer.ts";
+import { certaintyOf, FLOOR, NOTHING_REPLACED, replacedWords, type Grade } from "./certainty.ts";
 import type { Selection } from "./selection.ts";
 
 type Answer = LikeReply | SearchReply;
@@ -31,27 +32,61 @@ export function makeAnswers(
   }
 
   function verdict(answer: Answer): HTMLElement {
-    const took = answer.took === null ? "" : ` in ${Math.max(Math.round(answer.took * 1000), 1)} ms`;
-    if (answer.matches_anything === false) {
+    const grades = answer.matches.map((match) => certaintyOf(match).grade);
+    const likely = grades.filter((grade) => grade === "likely").length;
+    const none = answer.matches_anything === false;
+    if (none || (grades.length > 0 && grades.every((grade) => grade === "unlikely" || grade === "folded"))) {
       return h(
         "div",
         { class: "verdict not-here", role: "status" },
-        h("h2", {}, "Not in this database"),
+        h("h2", {}, none ? "Not in this database" : "Probably not in this database"),
         h(
           "p",
           {},
-          answer.matches.length > 0
-            ? "Nothing matches well enough. These are the nearest."
-            : "Nothing is similar to it.",
+          answer.matches.length === 0
+            ? "Nothing is similar to it."
+            : none
+              ? "Nothing matches well enough. These are the nearest."
+              : "Every answer is more likely wrong than right. These are the nearest.",
         ),
       );
     }
     return h(
       "p",
       { class: "verdict muted", role: "status" },
-      `${plural(answer.matches.length, "answer")}${took}`,
+      likely > 0 ? plural(likely, "likely answer") : plural(answer.matches.length, "answer"),
       answer.not_yet_learned > 0 ? ` · ${plural(answer.not_yet_learned, "capture")} not learned yet` : "",
     );
+  }
+
+  /** The cards by how likely they are: those below the floor are folded. */
+  function groups(): Child {
+    const of = (...grades: Grade[]): HTMLElement[] =>
+      cards.filter((card) => grades.includes(card.grade)).map((card) => card.element);
+    const [main, unlikely, folded] = [of("likely", "unmeasured"), of("unlikely"), of("folded")];
+    return [
+      main.length > 0 ? h("div", { class: "answer-grid" }, main) : null,
+      unlikely.length > 0
+        ? [
+            main.length > 0 ? h("h2", { class: "group-head" }, "Unlikely") : null,
+            h("div", { class: "answer-grid smaller" }, unlikely),
+          ]
+        : null,
+      folded.length > 0
+        ? h(
+            "details",
+            { class: "folded" },
+            h(
+              "summary",
+              {},
+              main.length + unlikely.length > 0
+                ? `${folded.length} more, ${folded.length > 1 ? "all " : ""}below ${FLOOR}`
+                : `Show the nearest: ${plural(folded.length, "answer")} below ${FLOOR}`,
+            ),
+            h("div", { class: "answer-grid smaller" }, folded),
+          )
+        : null,
+    ];
   }
 
   return {
@@ -64,10 +99,10 @@ export function makeAnswers(
         fill(element, emptyState("No answers", "No capture passes the filter."));
         return;
       }
-      const matches = answer.matches_anything !== false;
+      const replaced = "taken" in answer ? replacedWords(answer) : NOTHING_REPLACED;
       cards = answer.matches.map((match: ShownMatch) =>
         makeAnswer(context, match, {
-          matches,
+          replaced,
           scored:
             !("missing" in answer) ||
             (answer.missing.length === 0 && Object.keys(answer.by_meaning).length === 0),
@@ -77,15 +112,7 @@ export function makeAnswers(
         }),
       );
       selection?.onClear(() => cards.forEach((card) => card.setSelected(false)));
-      fill(
-        element,
-        verdict(answer),
-        h(
-          "div",
-          { class: "answer-grid" },
-          cards.map((card) => card.element),
-        ),
-      );
+      fill(element, verdict(answer), groups());
     },
   };
 }

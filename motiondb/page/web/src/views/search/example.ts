@@ -26,7 +26,7 @@ export function nameOf(ref: string): string {
 async function lanesOf(ref: string): Promise<Lane[]> {
   if (ref.startsWith("capture:")) {
     const facts = await get<CaptureDetails>("/api/capture", { name: nameOf(ref) });
-    return [symbolLane(facts.segments), captionLane(facts.words, facts.duration), wordLane(facts.recognised)];
+    return [captionLane(facts.words, facts.duration), symbolLane(facts.segments), wordLane(facts.recognised)];
   }
   const described = await get<DescribeReply>("/api/describe", { ref });
   const symbols = described.words.flatMap(({ start, end, symbols: list }) =>

@@ -13,6 +13,9 @@ export type Chip =
   | { kind: "joint"; text: string }
   | { kind: "group"; text: string; chips: Chip[]; excluded: boolean };
 
+/** The sentences that nothing matches, which stand as the verdict over the answers. */
+const NOTHING = /nothing in this database matches$/;
+
 const JOINTS = { in_order: "then", at_once: "while", both: "and", any_of: "or" } as const;
 
 function limits(least: number | null, most: number | null, unit: string): string {
@@ -94,7 +97,7 @@ export function decodingElement(decoding: Decoding): HTMLElement {
   return h(
     "p",
     { class: "small" },
-    "Decoded to symbols ",
+    "Taken as the movements ",
     decoding.symbols.map((symbol) => [h("a", { href: routeTo("symbols", { symbol }) }, symbol), " "]),
     h(
       "span",
@@ -112,17 +115,33 @@ export function questionElement(
   suggested: Record<string, WordProbability[]>,
   replace: (word: string, by: string) => void,
 ): HTMLElement {
-  const suggestion = (word: string, known: readonly string[]): Child =>
-    known.length === 0
-      ? `'${word}' is not in the captions; left out`
-      : [
-          `'${word}' is not in the captions; left out; perhaps `,
-          known.map((one, i) => [
-            i > 0 ? " or " : "",
-            h("button", { class: "link", type: "button", on: { click: () => replace(word, one) } }, one),
-          ]),
-        ];
-  const near = Object.entries(suggested).filter(([, words]) => words.length > 0);
+  const link = (word: string, known: readonly string[]): Child =>
+    known.map((one, i) => [
+      i > 0 ? " or " : "",
+      h("button", { class: "link", type: "button", on: { click: () => replace(word, one) } }, one),
+    ]);
+  // One remark for a word: the sentence that names it, else one of its own, with words to ask instead.
+  const near = new Map<string, readonly string[]>(Object.entries(unknown));
+  for (const [word, words] of Object.entries(suggested)) {
+    if (words.length > 0)
+      near.set(
+        word,
+        words.map((one) => one.word),
+      );
+  }
+  const named = new Set<string>();
+  const remarks = sentences
+    .filter((sentence) => !NOTHING.test(sentence)) // the verdict says it
+    .map((sentence): Child => {
+      const words = [...near.keys()].filter((word) => sentence.includes(`'${word}'`));
+      words.forEach((word) => named.add(word));
+      const instead = words.flatMap((word) => {
+        const known = near.get(word)!;
+        return known.length > 0 && !sentence.includes("perhaps") ? ["; perhaps ", link(word, known)] : [];
+      });
+      return h("li", {}, sentence, instead);
+    });
+  const left = [...near].filter(([word]) => !named.has(word));
   return h(
     "div",
     { class: "question" },
@@ -143,22 +162,17 @@ export function questionElement(
       "ul",
       { class: "plain remarks" },
       question.not_used
-        .filter(({ text }) => !(text in unknown))
+        .filter(({ text }) => !near.has(text))
         .map(({ text, reason }) => h("li", {}, `“${text}” is not used: ${reason}`)),
-      sentences.map((sentence) => h("li", {}, sentence)),
-      Object.entries(unknown).map(([word, known]) => h("li", {}, suggestion(word, known))),
-      near
-        .filter(([word]) => !(word in unknown))
-        .map(([word, words]) =>
-          h(
-            "li",
-            {},
-            suggestion(
-              word,
-              words.map((one) => one.word),
-            ),
-          ),
+      remarks,
+      left.map(([word, known]) =>
+        h(
+          "li",
+          {},
+          `'${word}' is not in the captions; left out`,
+          known.length > 0 ? ["; perhaps ", link(word, known)] : null,
         ),
+      ),
     ),
   );
 }

@@ -1,23 +1,20 @@
-/** Search: one box for a question, or an example; answers play side by side. */
+/** Search: the answers to the question in the head, or to an example, play side by side. */
 
 import { get, isAbort } from "../../api/client.ts";
 import type { LikeReply, SearchReply } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
-import { icon } from "../../dom/icons.ts";
-import { fromList, onDrop, type NamedFile } from "../../parts/dropping.ts";
-import { emptyState } from "../../parts/states.ts";
-import { sortFiles, upload } from "../../parts/upload.ts";
+import { onDrop } from "../../parts/dropping.ts";
 import { go, routeTo } from "../../shell/router.ts";
 import type { Interval } from "../../timeline/timeline.ts";
 import type { Context, OpenView, View } from "../view.ts";
+import { filterOf } from "../catalogue/filter.ts";
 import { faultWithWords } from "../known_words.ts";
 import { notLearned } from "../not_learned.ts";
 import { makeAnswers } from "./answers.ts";
+import { searchByFile } from "./by_file.ts";
 import { makeExample, type Example } from "./example.ts";
 import { decodingElement, questionElement } from "./question.ts";
 import { makeSelection } from "./selection.ts";
-
-const EXAMPLES = ["walk, turn left, sit down", "wave while walking", "walk but not run", "jump twice"];
 
 interface Wanted {
   q: string;
@@ -40,15 +37,6 @@ function open(host: HTMLElement, context: Context): OpenView {
 
   const selection = makeSelection(context.fail);
   const answers = makeAnswers(context, selection);
-  const box = h("input", {
-    id: "question",
-    class: "question-box",
-    type: "search",
-    placeholder: "walk, turn left, sit down",
-    autocomplete: "off",
-    autofocus: true,
-    "aria-label": "What to search for",
-  });
   const where = h("input", {
     class: "field",
     id: "search-where",
@@ -62,16 +50,8 @@ function open(host: HTMLElement, context: Context): OpenView {
   );
   const exact = h("input", { type: "checkbox", id: "search-exact" });
   const symbols = h("input", { type: "checkbox", id: "search-symbols" });
-  const file = h("input", {
-    type: "file",
-    hidden: true,
-    "aria-label": "A file to search with",
-    accept: [...context.status().accepts.captures, ...context.status().accepts.skeletons].join(","),
-    multiple: true,
-    on: { change: () => void byFile(fromList(file.files)) },
-  });
   const understood = h("div", { "aria-live": "polite" });
-  const exampleBox = h("div", {});
+  const exampleBox = h("div", { class: "example-box" });
   const more = h(
     "details",
     { class: "search-more" },
@@ -90,50 +70,31 @@ function open(host: HTMLElement, context: Context): OpenView {
         exact,
         h("span", { class: "muted small" }, " do not replace unknown words by known ones"),
       ),
-      h("label", { for: "search-symbols" }, "By symbols"),
+      h("label", { for: "search-symbols" }, "By movements"),
       h(
         "span",
         {},
         symbols,
-        h("span", { class: "muted small" }, " decode the words to symbols and search for these"),
+        h(
+          "span",
+          { class: "muted small" },
+          " turn the words into the movements that they usually mean, and search for these",
+        ),
       ),
     ),
     h("button", { class: "button plain", type: "submit" }, "Search again"),
   );
-  const form = h(
-    "form",
-    { class: "search-form", role: "search" },
-    h(
-      "div",
-      { class: "search-line" },
-      icon("search"),
-      box,
-      file,
-      h(
-        "button",
-        {
-          class: "button plain",
-          type: "button",
-          title: "Search by example: choose a file, or drop one anywhere here",
-          on: { click: () => file.click() },
-        },
-        icon("file"),
-        "By example",
-      ),
-      h("button", { class: "button", type: "submit" }, "Search"),
-    ),
-    more,
-  );
+  const form = h("form", { class: "search-form" }, more);
   fill(
     host,
     h("h1", { class: "hidden-heading" }, "Search"),
-    form,
     understood,
+    form,
     exampleBox,
     answers.element,
     selection.element,
   );
-  onDrop(host, (files) => void byFile(files));
+  onDrop(host, (files) => void searchByFile(context, files));
 
   form.addEventListener("submit", (event) => {
     event.preventDefault();
@@ -143,7 +104,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       exact: exact.checked ? "1" : "",
       symbols: symbols.checked ? "1" : "",
     };
-    if (box.value.trim()) go(routeTo("search", { q: box.value.trim(), ...options }));
+    if (wanted.q) go(routeTo("search", { q: wanted.q, ...options }));
     else if (wanted.like)
       go(
         routeTo("search", {
@@ -155,25 +116,6 @@ function open(host: HTMLElement, context: Context): OpenView {
         }),
       );
   });
-
-  async function byFile(files: readonly NamedFile[]): Promise<void> {
-    const { send, refused } = sortFiles(files, context.status().accepts);
-    if (send.length === 0) {
-      return context.fail(
-        new Error(`${refused[0]?.name ?? "The file"}: ${refused[0]?.message ?? "cannot be read"}.`),
-      );
-    }
-    fill(understood, h("p", { class: "muted" }, `Reading ${send[0]!.path}…`));
-    try {
-      const sent = await upload(send);
-      const capture = sent.files.find((one) => one.kind === "capture");
-      if (capture) go(routeTo("search", { like: capture.ref }));
-      else throw new Error("None of these files is a capture.");
-    } catch (fault) {
-      understood.replaceChildren();
-      context.fail(fault);
-    }
-  }
 
   function replaceWord(word: string, by: string): void {
     const pattern = new RegExp(
@@ -192,11 +134,11 @@ function open(host: HTMLElement, context: Context): OpenView {
     abort.abort();
     abort = new AbortController();
     const { signal } = abort;
-    if (!wanted.q && !wanted.like) return showStart();
+    if (!wanted.q && !wanted.like) return go(routeTo("catalogue"), true); // the unfiltered answer
     busy(true);
     if (!wanted.q) understood.replaceChildren(); // the chips of another question
     try {
-      const rest = { where: wanted.where, limit: wanted.limit || "10" };
+      const rest = { where: filterOf(wanted.where), limit: wanted.limit || "10" };
       if (wanted.q) {
         const answer = await get<SearchReply>(
           "/api/search",
@@ -234,26 +176,8 @@ function open(host: HTMLElement, context: Context): OpenView {
     busy(false);
   }
 
-  function showStart(): void {
-    busy(false);
-    answers.clear();
-    understood.replaceChildren();
-    const status = context.status();
-    fill(
-      answers.element,
-      !status.learned
-        ? notLearned(null, context)
-        : emptyState(
-            "What are you looking for?",
-            [
-              "Write what somebody does, in your own words. Order, “while”, “or”, “not”, counts and durations are understood. Or drop a motion-capture file here to find motion like it.",
-            ],
-            EXAMPLES.map((q) => ({ label: q, plain: true, run: () => go(routeTo("search", { q })) })),
-          ),
-    );
-  }
-
   function showExample(): void {
+    host.classList.toggle("with-example", wanted.like !== "");
     if (!wanted.like) {
       example?.close();
       example = null;
@@ -261,7 +185,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       return;
     }
     if (!example) {
-      example = makeExample(context, searchPart, () => go(routeTo("search")));
+      example = makeExample(context, searchPart, () => go(routeTo("catalogue")));
       fill(exampleBox, example.element);
     }
     const part: Interval | null =
@@ -278,7 +202,6 @@ function open(host: HTMLElement, context: Context): OpenView {
       wanted = Object.fromEntries(
         NAMES.map((name) => [name, parameters.get(name) ?? ""]),
       ) as unknown as Wanted;
-      box.value = wanted.q;
       where.value = wanted.where;
       limit.value = wanted.limit || "10";
       exact.checked = wanted.exact !== "";
@@ -301,4 +224,4 @@ function open(host: HTMLElement, context: Context): OpenView {
   };
 }
 
-export const search: View = { name: "search", title: "Search", open };
+export const search: View = { name: "search", title: "Search", place: "asking", open };

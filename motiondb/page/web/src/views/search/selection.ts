@@ -5,6 +5,8 @@ import { h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { download, type FileFormat } from "../../parts/download.ts";
 import { plural } from "../../parts/text.ts";
+import { go } from "../../shell/router.ts";
+import { addressWith, compareAddress, MOST } from "../compare/address.ts";
 
 export interface Selection {
   readonly element: HTMLElement;
@@ -18,10 +20,16 @@ export function makeSelection(fail: (fault: unknown) => void): Selection {
   let cleared: () => void = () => undefined;
   const count = h("span", { role: "status" });
   const whole = h("input", { type: "checkbox", id: "whole-takes" });
+  const compareButton = h(
+    "button",
+    { class: "button", type: "button", on: { click: () => compare() } },
+    "Compare",
+  );
   const element = h(
     "div",
     { class: "selection-bar", role: "region", "aria-label": "Selected answers", hidden: true },
     count,
+    compareButton,
     button("BVH", "bvh"),
     button("glTF", "glb"),
     h("label", { class: "check", for: "whole-takes" }, whole, "whole takes"),
@@ -66,8 +74,20 @@ export function makeSelection(fail: (fault: unknown) => void): Selection {
     }
   }
 
+  /** Compare the selected answers; one alone is added to the last comparison. */
+  function compare(): void {
+    const parts = [...chosen.values()].map(({ ref, start, end }) => ({ ref, start, end }));
+    go(parts.length > 1 ? compareAddress(parts) : addressWith(parts));
+  }
+
   function show(): void {
     element.hidden = chosen.size === 0;
+    compareButton.disabled = chosen.size > MOST;
+    compareButton.title = compareButton.disabled
+      ? `At most ${MOST} motions can be compared.`
+      : chosen.size === 1
+        ? "Add this answer to the last comparison"
+        : "Play them on one clock and one ground";
     count.textContent = `${plural(chosen.size, "answer")} selected`;
   }
 

@@ -1,4 +1,4 @@
-/** Which words fit beside the dots of a map without covering one another. */
+/** Which words and figures fit at the dots of a map without covering one another. */
 
 export interface Placed {
   x: number;
@@ -21,23 +21,24 @@ interface Box {
 const overlap = (a: Box, b: Box): boolean =>
   a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
 
-/** Whether the word of each dot is written; earlier dots come first. */
-export function wordsThatFit(dots: readonly Placed[]): boolean[] {
-  const bodies = dots.map(({ x, y, radius }): Box => ({
-    left: x - radius,
-    right: x + radius,
-    top: y - radius,
-    bottom: y + radius,
-  }));
-  const written: Box[] = [];
-  return dots.map(({ x, y, radius, word }, i) => {
+/** The box of a figure that stands on a dot. */
+export const FIGURE = { width: 30, height: 46 };
+
+/** Whether the figure and the word of each dot are drawn; earlier dots come first. */
+export function placeMarks(dots: readonly Placed[]): { figures: boolean[]; words: boolean[] } {
+  const taken: Box[] = [];
+  const take = (box: Box): boolean => {
+    const free = !taken.some((other) => overlap(box, other));
+    if (free) taken.push(box);
+    return free;
+  };
+  const figures = dots.map(({ x, y }) =>
+    take({ left: x - FIGURE.width / 2, right: x + FIGURE.width / 2, top: y - FIGURE.height, bottom: y + 4 }),
+  );
+  const words = dots.map(({ x, y, radius, word }) => {
     if (!word) return false;
     const half = (word.length * LETTER) / 2;
-    const box: Box = { left: x - half, right: x + half, top: y + radius + 2, bottom: y + radius + 2 + LINE };
-    const free =
-      !written.some((other) => overlap(box, other)) &&
-      !bodies.some((other, j) => j !== i && overlap(box, other));
-    if (free) written.push(box);
-    return free;
+    return take({ left: x - half, right: x + half, top: y + radius + 2, bottom: y + radius + 2 + LINE });
   });
+  return { figures, words };
 }

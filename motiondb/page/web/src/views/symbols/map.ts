@@ -3,21 +3,24 @@
 import type { PlacedSymbol, SpaceReply } from "../../api/types.ts";
 import { h, svg } from "../../dom/element.ts";
 import { tintOf } from "../../parts/tint.ts";
-import { wordsThatFit, type Placed } from "./labels.ts";
+import type { Motions } from "../../api/motions.ts";
+import { LIKELY } from "./clusters.ts";
+import { makeMapFigures, type Spot } from "./figures.ts";
+import { placeMarks, type Placed } from "./labels.ts";
 import { ellipseOf, fitAxes, NO_ZOOM, zoomAt, zoomed, type Zoom } from "./projection.ts";
 
 export interface SymbolMap {
   readonly element: HTMLElement;
   show(space: SpaceReply, axes: readonly [number, number]): void;
   choose(symbol: number | null): void;
+  /** Show these symbols strongly and the others faintly; null: all alike. */
+  find(symbols: ReadonlySet<number> | null): void;
   /** Enlarge (above 1) or shrink around the middle; 0: see everything. */
   enlarge(by: number): void;
+  close(): void;
 }
 
 const SIZE = { width: 900, height: 640, margin: 60 };
-
-/** A word is written beside a dot from this probability on. */
-const LIKELY = 0.3;
 
 function nameOf(symbol: PlacedSymbol): string {
   const words = symbol.words
@@ -32,16 +35,21 @@ function radius(count: number, largest: number): number {
   return 7 + 15 * Math.sqrt(count / Math.max(largest, 1));
 }
 
-export function makeSymbolMap(click: (symbol: number) => void): SymbolMap {
-  const element = h("div", { class: "symbol-map" });
+export function makeSymbolMap(motions: Motions, click: (symbol: number) => void): SymbolMap {
+  const figures = makeMapFigures(motions, SIZE);
+  const picture = h("div", {});
+  const element = h("div", { class: "symbol-map" }, picture, figures.element);
   let dots = new Map<number, SVGElement>();
   let shown: { space: SpaceReply; axes: readonly [number, number] } | null = null;
   let chosen: number | null = null;
+  let found: ReadonlySet<number> | null = null;
   let zoom: Zoom = NO_ZOOM;
+  let spots: Spot[] = [];
+  let words: SVGElement[] = [];
 
   function dot(facts: PlacedSymbol, placed: Placed, written: boolean): SVGElement {
     const { x, y, radius: size } = placed;
-    const tint = tintOf(facts.symbol);
+    const tint = tintOf(facts.cluster);
     const press = (): void => click(facts.symbol);
     return svg(
       "g",
@@ -63,8 +71,8 @@ export function makeSymbolMap(click: (symbol: number) => void): SymbolMap {
       },
       svg("title", {}, nameOf(facts)),
       svg("circle", { r: size, fill: tint.soft, stroke: tint.strong }),
-      svg("text", { class: "dot-number", y: 4 }, facts.symbol),
-      svg("text", { class: written ? "dot-word" : "dot-word covered", y: size + 14 }, placed.word),
+      // Words that fit are written above all dots; the others appear while the dot is looked at.
+      written ? null : svg("text", { class: "dot-word covered", y: size + 14 }, placed.word),
     );
   }
 
@@ -82,7 +90,15 @@ export function makeSymbolMap(click: (symbol: number) => void): SymbolMap {
       const { x, y, rx, ry, angle } = ellipseOf(mean, covariance, axes);
       return svg(
         "ellipse",
-        { class: "cluster", cx: x, cy: y, rx, ry, transform: `rotate(${angle} ${x} ${y})` },
+        {
+          class: "cluster",
+          cx: x,
+          cy: y,
+          rx,
+          ry,
+          transform: `rotate(${angle} ${x} ${y})`,
+          stroke: tintOf(cluster).strong,
+        },
         svg("title", {}, `Cluster ${cluster}`),
       );
     });
@@ -98,14 +114,23 @@ export function makeSymbolMap(click: (symbol: number) => void): SymbolMap {
         word: first && first.probability >= LIKELY ? first.word : "",
       };
     });
-    const written = wordsThatFit(placed);
-    dots = new Map(ordered.map((one, i) => [one.symbol, dot(one, placed[i]!, written[i]!)]));
-    element.replaceChildren(
+    const marks = placeMarks(placed);
+    dots = new Map(ordered.map((one, i) => [one.symbol, dot(one, placed[i]!, marks.words[i]!)]));
+    spots = ordered.flatMap((one, i) =>
+      marks.figures[i] ? [{ symbol: one.symbol, x: placed[i]!.x, y: placed[i]!.y }] : [],
+    );
+    words = placed.flatMap(({ x, y, radius: size, word }, i) =>
+      marks.words[i]
+        ? [svg("text", { class: "dot-word", "data-of": ordered[i]!.symbol, x, y: y + size + 14 }, word)]
+        : [],
+    );
+    picture.replaceChildren(
       svg(
         "svg",
         { viewBox: `0 0 ${SIZE.width} ${SIZE.height}`, role: "group", "aria-label": "Map of motion symbols" },
         ellipses,
         [...dots.values()],
+        svg("g", { class: "map-words", "aria-hidden": "true" }, words),
       ),
     );
     markChosen();
@@ -114,9 +139,16 @@ export function makeSymbolMap(click: (symbol: number) => void): SymbolMap {
   function markChosen(): void {
     for (const [number, mark] of dots) {
       mark.classList.toggle("chosen", number === chosen);
+      mark.classList.toggle("other", found !== null && !found.has(number));
       if (number === chosen) mark.setAttribute("aria-current", "true");
       else mark.removeAttribute("aria-current");
     }
+    for (const word of words) {
+      const of = Number(word.dataset["of"]);
+      word.classList.toggle("other", found !== null && !found.has(of));
+      word.classList.toggle("chosen", of === chosen);
+    }
+    figures.place(spots.filter(({ symbol }) => !found || found.has(symbol)));
   }
 
   function setZoom(next: Zoom): void {
@@ -151,6 +183,7 @@ export function makeSymbolMap(click: (symbol: number) => void): SymbolMap {
   return {
     element,
     show(space, axes) {
+      if (shown?.space !== space) figures.load(space.symbols);
       shown = { space, axes };
       draw();
     },
@@ -158,6 +191,11 @@ export function makeSymbolMap(click: (symbol: number) => void): SymbolMap {
       chosen = symbol;
       markChosen();
     },
+    find(symbols) {
+      found = symbols;
+      markChosen();
+    },
+    close: figures.close,
     enlarge(by) {
       setZoom(by === 0 ? NO_ZOOM : zoomAt(zoom, by, SIZE.width / 2, SIZE.height / 2, SIZE));
     },

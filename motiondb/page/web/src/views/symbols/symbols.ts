@@ -9,6 +9,7 @@ import { go, routeTo } from "../../shell/router.ts";
 import { makeClip, type Clip } from "../../take/clip.ts";
 import { notLearned } from "../not_learned.ts";
 import type { Context, OpenView, View } from "../view.ts";
+import { clustersOf, foundSymbols } from "./clusters.ts";
 import { makeSymbolMap } from "./map.ts";
 
 const PAGE = 30;
@@ -19,12 +20,40 @@ function open(host: HTMLElement, context: Context): OpenView {
   let axes: [number, number] = [0, 1];
   let clip: Clip | null = null;
 
-  const map = makeSymbolMap((symbol) =>
+  let found = "";
+  const map = makeSymbolMap(context.motions, (symbol) =>
     go(routeTo("symbols", { symbol, axes: axes.join(",") === "0,1" ? "" : axes.join(",") })),
   );
   const bar = h("div", { class: "row settings" });
+  const legend = h("ul", { class: "plain cluster-legend", "aria-label": "Clusters" });
+  const find = h("input", {
+    class: "field",
+    id: "find-symbol",
+    type: "search",
+    placeholder: "a word, or the number of a symbol",
+    autocomplete: "off",
+    on: {
+      input: () => {
+        found = find.value;
+        showFound();
+      },
+    },
+  });
+  const count = h("span", { class: "muted small", role: "status" });
+  const finding = h(
+    "form",
+    { class: "row", role: "search", "aria-label": "Find a symbol" },
+    h("label", { for: "find-symbol" }, "Find"),
+    find,
+    count,
+  );
+  finding.addEventListener("submit", (event) => {
+    event.preventDefault();
+    const [best] = bestFound();
+    if (best !== undefined) go(routeTo("symbols", { symbol: best }));
+  });
   const panel = h("aside", { class: "symbol-panel", "aria-label": "Chosen symbol" });
-  const left = h("div", { class: "symbol-left" }, bar, map.element);
+  const left = h("div", { class: "symbol-left" }, bar, finding, map.element, legend);
   fill(
     host,
     h("h1", { class: "hidden-heading" }, "Symbol space"),
@@ -96,6 +125,42 @@ function open(host: HTMLElement, context: Context): OpenView {
     );
     map.show(space, axes);
     map.choose(chosen);
+    showLegend();
+    showFound();
+  }
+
+  /** The found symbols, the one of which the word is most probable first. */
+  function bestFound(): number[] {
+    const numbers = space ? foundSymbols(space.symbols, found) : null;
+    const typed = found.trim().toLowerCase();
+    const likely = (symbol: number): number =>
+      space!.symbols
+        .find((one) => one.symbol === symbol)!
+        .words.find(({ word }) => word.toLowerCase().startsWith(typed))?.probability ?? 0;
+    return [...(numbers ?? [])].sort((a, b) => likely(b) - likely(a));
+  }
+
+  function showFound(): void {
+    if (!space) return;
+    const numbers = foundSymbols(space.symbols, found);
+    map.find(numbers);
+    count.textContent = numbers === null ? "" : plural(numbers.size, "symbol");
+  }
+
+  /** What each colour of the map is about. */
+  function showLegend(): void {
+    fill(
+      legend,
+      clustersOf(space!.symbols).map(({ tint, symbols: members, words }) =>
+        h(
+          "li",
+          {},
+          h("span", { class: "cluster-colour", style: { background: tint.strong } }),
+          words.length ? words.join(", ") : "no probable word",
+          h("span", { class: "muted small" }, ` ${plural(members, "symbol")}`),
+        ),
+      ),
+    );
   }
 
   function closeClip(): void {
@@ -242,8 +307,11 @@ function open(host: HTMLElement, context: Context): OpenView {
     news(news) {
       if (news.kind === "revision") void load();
     },
-    close: closeClip,
+    close() {
+      closeClip();
+      map.close();
+    },
   };
 }
 
-export const symbols: View = { name: "symbols", title: "Symbols", open };
+export const symbols: View = { name: "symbols", title: "Symbols", place: "explore", open };

@@ -1,0 +1,77 @@
+/** The box in the head of every view: a question in words, or a file to search with. */
+
+import { h } from "../dom/element.ts";
+import { icon } from "../dom/icons.ts";
+import { fromList } from "../parts/dropping.ts";
+import { searchByFile } from "../views/search/by_file.ts";
+import type { Context } from "../views/view.ts";
+import { go, parseRoute, routeTo } from "./router.ts";
+
+export interface QuestionBox {
+  readonly element: HTMLElement;
+  /** Show the question of the present address; "" where there is none. */
+  show(question: string): void;
+  focus(): void;
+}
+
+export function makeQuestionBox(context: Context): QuestionBox {
+  const box = h("input", {
+    id: "question",
+    class: "question-box",
+    type: "search",
+    placeholder: "Ask for a movement in your own words",
+    autocomplete: "off",
+    "aria-label": "What to search for",
+  });
+  const file = h("input", {
+    type: "file",
+    hidden: true,
+    "aria-label": "A file to search with",
+    accept: [...context.status().accepts.captures, ...context.status().accepts.skeletons].join(","),
+    multiple: true,
+    on: {
+      change: () => {
+        void searchByFile(context, fromList(file.files));
+        file.value = "";
+      },
+    },
+  });
+  const element = h(
+    "form",
+    { class: "question-form", role: "search", "aria-label": "Ask" },
+    icon("search"),
+    box,
+    file,
+    h(
+      "button",
+      {
+        class: "button plain by-example",
+        type: "button",
+        "aria-label": "Search by example",
+        title: "Search by example: choose a motion file",
+        on: { click: () => file.click() },
+      },
+      icon("file"),
+      h("span", { class: "by-example-text" }, "By example"),
+    ),
+    h("button", { class: "button", type: "submit" }, "Search"),
+  );
+  element.addEventListener("submit", (event) => {
+    event.preventDefault();
+    const q = box.value.trim();
+    if (!q) return go(routeTo("catalogue"));
+    const { view, parameters } = parseRoute(location.hash, "");
+    const kept = view === "search" ? ["where", "limit", "exact", "symbols"] : [];
+    go(routeTo("search", { q, ...Object.fromEntries(kept.map((name) => [name, parameters.get(name)])) }));
+  });
+  return {
+    element,
+    show(question) {
+      box.value = question;
+    },
+    focus() {
+      box.focus();
+      box.select();
+    },
+  };
+}

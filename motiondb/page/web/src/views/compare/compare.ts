@@ -1,0 +1,246 @@
+/** Compare: two to four parts on one clock and one ground, and how far their poses are apart. */
+
+import { messageOf } from "../../api/client.ts";
+import type { BodyTrack } from "../../api/container.ts";
+import { fill, h, type Child } from "../../dom/element.ts";
+import { icon } from "../../dom/icons.ts";
+import { emptyState, faultState } from "../../parts/states.ts";
+import { interval } from "../../parts/text.ts";
+import { rgbOf } from "../../parts/tint.ts";
+import { makePlayer } from "../../player/player.ts";
+import { spanOf } from "../../player/screen.ts";
+import { go, routeTo } from "../../shell/router.ts";
+import { REDUCED } from "../../take/clip.ts";
+import type { Lane } from "../../timeline/lanes.ts";
+import { makeTimeline, type Timeline } from "../../timeline/timeline.ts";
+import type { Context, OpenView, View } from "../view.ts";
+import {
+  addressOf,
+  comparisonOf,
+  keepParts,
+  MOST,
+  type Comparison,
+  type Moment,
+  type Part,
+} from "./address.ts";
+import { alignTracks, differenceOf } from "./aligned.ts";
+import { makeCurves } from "./curves.ts";
+
+/** Seconds around each part that are loaded with it. */
+const AROUND = 1;
+/** Milliseconds after the time was changed by hand before the address tells it. */
+const PAUSE = 300;
+/** Hues of the figures, degrees in OKLCH; far apart also for most who see few colours. By eye. */
+const HUES = [250, 50, 150, 330];
+
+const MOMENTS: readonly [Moment, string][] = [
+  ["start", "the start of each part"],
+  ["middle", "the middle of each part"],
+  ["end", "the end of each part"],
+];
+
+const rgb = (i: number): [number, number, number] => rgbOf(0.64, 0.13, HUES[i]!);
+const css = (i: number): string =>
+  `rgb(${rgb(i)
+    .map((one) => Math.round(one * 255))
+    .join(" ")})`;
+
+/** The name of what a ref plays. */
+const nameOf = (ref: string): string => ref.slice(ref.indexOf(":") + 1);
+
+function open(host: HTMLElement, context: Context): OpenView {
+  let wanted: Comparison = { parts: [], at: "middle", overlaid: false, time: null };
+  let asked = "";
+  let loads = 0;
+  let timer = 0;
+  let bodies: BodyTrack[] = [];
+  let timeline: Timeline | null = null;
+
+  const player = makePlayer(context.stage, { label: "The comparison" });
+  const curves = makeCurves();
+  const list = h("ol", { class: "plain compare-parts", "aria-label": "Compared parts" });
+  const timelineBox = h("div", {});
+  const fault = h("div", { "aria-live": "polite" });
+  const at = h(
+    "select",
+    { class: "field", id: "compare-at", on: { change: () => change({ at: at.value as Moment }) } },
+    MOMENTS.map(([value, label]) => h("option", { value }, label)),
+  );
+  const ground = h(
+    "select",
+    {
+      class: "field",
+      id: "compare-ground",
+      on: { change: () => change({ overlaid: ground.value === "one" }) },
+    },
+    h("option", { value: "" }, "side by side"),
+    h("option", { value: "one" }, "overlaid on one spot"),
+  );
+  const body = h(
+    "div",
+    { class: "compare-body" },
+    h(
+      "div",
+      { class: "compare-left" },
+      list,
+      h(
+        "div",
+        { class: "form-grid" },
+        h("label", { for: "compare-at" }, "Same moment"),
+        at,
+        h("label", { for: "compare-ground" }, "Figures"),
+        ground,
+      ),
+      h(
+        "p",
+        { class: "small muted" },
+        "All face the same way at that moment. To add another, select an answer of a search and press Compare.",
+      ),
+    ),
+    h("div", { class: "compare-right" }, fault, player.element, timelineBox, curves.element),
+  );
+  const empty = h("div", {});
+  fill(host, h("h1", { class: "hidden-heading" }, "Compare"), empty, body);
+
+  player.onTime((time) => {
+    timeline?.setTime(time);
+    curves.setTime(time);
+    if (player.screen.playback.playing || bodies.length === 0) return;
+    clearTimeout(timer);
+    timer = window.setTimeout(() => {
+      if (player.screen.playback.playing) return;
+      wanted = { ...wanted, time };
+      history.replaceState(null, "", addressOf(wanted));
+    }, PAUSE);
+  });
+
+  function change(next: Partial<Comparison>): void {
+    clearTimeout(timer);
+    go(addressOf({ ...wanted, ...next, time: null }), true);
+  }
+
+  function row(part: Part, i: number): HTMLElement {
+    const name = nameOf(part.ref);
+    const [start, end] = [part.start.toFixed(3), part.end.toFixed(3)];
+    const catalogued = part.ref.startsWith("capture:");
+    const address = routeTo("catalogue", { capture: name, start, end });
+    const remove = (): void => change({ parts: wanted.parts.filter((_, k) => k !== i) });
+    return h(
+      "li",
+      {},
+      h("span", { class: "swatch", style: { background: css(i) } }),
+      h("b", {}, i + 1),
+      catalogued
+        ? h("a", { class: "capture-name", href: address }, name)
+        : h("span", { class: "capture-name" }, name),
+      h("span", { class: "time muted" }, interval(part.start, part.end)),
+      h(
+        "button",
+        {
+          class: "tool",
+          type: "button",
+          "aria-label": `Remove ${name} from the comparison`,
+          on: { click: remove },
+        },
+        icon("close"),
+      ),
+    );
+  }
+
+  /** The found part of each motion, on the common clock. */
+  function lanes(shifts: readonly number[]): Lane[] {
+    return wanted.parts.map((part, i) => ({
+      name: String(i + 1),
+      kind: "parts",
+      blocks: [
+        {
+          start: part.start + shifts[i]!,
+          end: part.end + shifts[i]!,
+          label: nameOf(part.ref),
+          title: `${i + 1}: ${nameOf(part.ref)}, ${interval(part.start, part.end)} of its take`,
+        },
+      ],
+    }));
+  }
+
+  function play(): void {
+    const { parts, overlaid, time } = wanted;
+    const { tracks, shifts } = alignTracks(bodies, parts, wanted.at, overlaid);
+    const named = tracks.map((track, i) => ({ ...track, name: `${i + 1} ${nameOf(parts[i]!.ref)}` }));
+    player.show({ tracks: named, colours: parts.map((_, i) => rgb(i)) });
+    const [, duration] = spanOf(tracks);
+    timeline = makeTimeline({
+      duration,
+      label: "Timeline of the comparison",
+      onSeek: (moment) => player.seek(moment),
+    });
+    timeline.setLanes(lanes(shifts));
+    fill(timelineBox, timeline.element);
+    const others = tracks.slice(1).map((track, k) => ({
+      figure: k + 2,
+      colour: css(k + 1),
+      difference: differenceOf(tracks[0]!.motion, track.motion),
+    }));
+    curves.show(others, tracks[0]?.motion.points ?? [], duration);
+    player.seek(time ?? Math.min(...parts.map((part, i) => part.start + shifts[i]!)));
+    if (time === null && !REDUCED.matches) player.play();
+  }
+
+  async function load(): Promise<void> {
+    loads += 1;
+    const mine = loads;
+    fault.replaceChildren();
+    player.say("Loading…");
+    const asking = wanted.parts.map(({ ref, start, end }) =>
+      context.motions.tracks(ref, Math.max(start - AROUND, 0), end + AROUND),
+    );
+    try {
+      const answers = await Promise.all(asking);
+      if (mine !== loads) return;
+      const found = answers.map((tracks) => tracks.find((one): one is BodyTrack => one.kind === "body"));
+      bodies = found.flatMap((one) => (one && one.motion.frames > 0 ? [one] : []));
+      if (bodies.length < wanted.parts.length) throw new Error("A part holds no motion of a person.");
+      play();
+    } catch (problem) {
+      if (mine !== loads) return;
+      bodies = [];
+      player.show({ tracks: [] });
+      fill(fault, faultState(messageOf(problem)));
+    }
+  }
+
+  function show(): void {
+    const { parts } = wanted;
+    body.hidden = parts.length === 0;
+    const searching = { label: "Search", run: (): void => go(routeTo("search")) };
+    const about =
+      "Select two to four answers of a search and press Compare, or drag over the timeline of a capture and press Compare this part.";
+    fill(
+      empty,
+      parts.length === 0 ? emptyState("Nothing to compare yet", about as Child, [searching]) : null,
+    );
+    at.value = wanted.at;
+    ground.value = wanted.overlaid ? "one" : "";
+    fill(list, parts.map(row));
+  }
+
+  return {
+    update(parameters) {
+      const next = comparisonOf(parameters);
+      const key = JSON.stringify([next.parts, next.at, next.overlaid]);
+      if (key === asked) return;
+      asked = key;
+      wanted = { ...next, parts: next.parts.slice(0, MOST) };
+      keepParts(wanted.parts);
+      show();
+      if (wanted.parts.length > 0) void load();
+    },
+    close() {
+      loads += 1;
+      clearTimeout(timer);
+      player.close();
+    },
+  };
+}
+
+export const compare: View = { name: "compare", title: "Compare", place: "asking", open };

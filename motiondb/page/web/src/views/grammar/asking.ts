@@ -1,0 +1,242 @@
+/** Questions to a grammar: parse a capture, what may come next, and how it compares. */
+
+import { get, messageOf, post } from "../../api/client.ts";
+import type { CompareReply, GrammarReply, ParseAnswer, SuggestReply } from "../../api/types.ts";
+import { fill, h, type Child } from "../../dom/element.ts";
+import { interval, probability } from "../../parts/text.ts";
+import { routeTo } from "../../shell/router.ts";
+import { coloursOf, type TerminalColours } from "./colours.ts";
+
+export interface Asking {
+  readonly element: HTMLElement;
+  show(facts: GrammarReply): void;
+}
+
+const percent = (share: number | null): string => (share === null ? "–" : `${Math.round(share * 100)}%`);
+
+export function makeAsking(): Asking {
+  let facts: GrammarReply | null = null;
+  let colours: TerminalColours = coloursOf([]);
+
+  const capture = h("input", {
+    class: "field",
+    id: "parse-capture",
+    list: "parse-captures",
+    required: true,
+    placeholder: "name of a capture",
+  });
+  const known = h("datalist", { id: "parse-captures" });
+  const parsed = h("div", { "aria-live": "polite" });
+  const parseForm = h(
+    "form",
+    { class: "row" },
+    h("label", { for: "parse-capture" }, "Capture"),
+    capture,
+    known,
+    h("button", { class: "button plain", type: "submit" }, "Parse"),
+  );
+  const beginning = h("input", { class: "field", id: "suggest-beginning", placeholder: "from the start" });
+  const next = h("div", { "aria-live": "polite" });
+  const suggestForm = h(
+    "form",
+    { class: "row" },
+    h("label", { for: "suggest-beginning" }, "After"),
+    beginning,
+    h("button", { class: "button plain", type: "submit" }, "What may come next"),
+  );
+  const compared = h("div", { "aria-live": "polite" });
+  const compareButton = h(
+    "button",
+    { class: "button plain", type: "button", on: { click: () => void compare() } },
+    "Compare with a finite state machine",
+  );
+  const element = h(
+    "section",
+    { class: "grammar-asking", "aria-label": "Questions to the grammar" },
+    h("h3", {}, "Parse a capture"),
+    parseForm,
+    parsed,
+    h("h3", {}, "What may come next"),
+    suggestForm,
+    next,
+    h("h3", {}, "Compare"),
+    compareButton,
+    compared,
+  );
+
+  const letter = (name: string): HTMLElement =>
+    h("span", { class: "letter", style: { background: colours.of(name).soft } }, name);
+
+  /** Ask, and show the answer or the fault, unless another grammar is shown by then. */
+  async function ask<T>(box: HTMLElement, question: Promise<T>, show: (answer: T) => Child): Promise<void> {
+    const mine = facts?.grammar;
+    fill(box, h("p", { class: "muted small" }, "Asking…"));
+    try {
+      const answer = await question;
+      if (facts?.grammar === mine) fill(box, show(answer));
+    } catch (problem) {
+      if (facts?.grammar === mine)
+        fill(box, h("p", { class: "bad small", role: "alert" }, messageOf(problem)));
+    }
+  }
+
+  function showParse(answer: ParseAnswer, name: string): Child {
+    const { fault, unlike, string, spans } = answer;
+    const far = new Set(unlike);
+    const link = (from: number, to: number): string =>
+      routeTo("catalogue", { capture: name, start: from.toFixed(3), end: to.toFixed(3) });
+    return [
+      h(
+        "ol",
+        { class: "plain parse-string", "aria-label": "Its terminals" },
+        string.map((one, i) => {
+          const [from, to] = spans[i]!;
+          const odd = far.has(i) ? ", unlike all that it was learned from" : "";
+          return h(
+            "li",
+            { class: far.has(i) ? "unlike" : "" },
+            h(
+              "a",
+              { href: link(from, to), title: `${interval(from, to)}${odd}` },
+              letter(one),
+              far.has(i) ? "?" : "",
+            ),
+          );
+        }),
+      ),
+      h(
+        "p",
+        { class: "small" },
+        answer.learned_from
+          ? "The grammar was learned from this capture: these are the stored sentences."
+          : answer.is_unlike
+            ? `For ${percent(answer.share_unlike)} of its time the capture is unlike all that the grammar was learned from: its string has no meaning.`
+            : unlike.length
+              ? `Terminals with ? are unlike all that the grammar was learned from (${percent(answer.share_unlike)} of the time).`
+              : answer.usual_distance === null
+                ? "Whether parts are unlike what the grammar was learned from could not be measured."
+                : "Every part is like what the grammar was learned from.",
+      ),
+      fault
+        ? h("p", { class: "bad small" }, `It does not parse: ${fault.says}`)
+        : h(
+            "ul",
+            { class: "plain small", "aria-label": "Its sentences" },
+            answer.sentences.map((one) => h("li", {}, h("code", {}, one.tree))),
+          ),
+    ];
+  }
+
+  parseForm.addEventListener("submit", (event) => {
+    event.preventDefault();
+    const name = capture.value.trim();
+    const question = post<ParseAnswer>("/api/grammar/parse", { grammar: facts!.grammar, capture: name });
+    void ask(parsed, question, (answer) => showParse(answer, name));
+  });
+
+  function suggest(): void {
+    const question = get<SuggestReply>("/api/grammar/suggest", {
+      name: facts!.grammar,
+      beginning: beginning.value,
+    });
+    void ask(next, question, ({ next: rows }) =>
+      h(
+        "ul",
+        { class: "plain suggest-list", "aria-label": "What may come next" },
+        rows.map((row) => {
+          const name = row.terminal;
+          const words = facts?.terminals.find((one) => one.terminal === name)?.words.map((one) => one.word);
+          const add = (): void => {
+            beginning.value = `${beginning.value.trim()} ${name}`.trim();
+            suggest();
+          };
+          return h(
+            "li",
+            {},
+            name === null
+              ? h("span", { class: "muted" }, "the end")
+              : h(
+                  "button",
+                  { class: "link", type: "button", title: "Go on after this terminal", on: { click: add } },
+                  letter(name),
+                ),
+            h("span", { class: "time" }, ` ${probability(row.probability)} `),
+            h("span", { class: "muted small" }, words?.join(" ") ?? ""),
+          );
+        }),
+      ),
+    );
+  }
+  suggestForm.addEventListener("submit", (event) => {
+    event.preventDefault();
+    suggest();
+  });
+
+  async function compare(): Promise<void> {
+    compareButton.disabled = true;
+    const question = get<CompareReply>("/api/grammar/compare", { name: facts!.grammar });
+    await ask(compared, question, ({ grammars }) => [
+      h(
+        "div",
+        { class: "grammar-table" },
+        h(
+          "table",
+          {},
+          h(
+            "thead",
+            {},
+            h(
+              "tr",
+              {},
+              ["grammar", "nonterminals", "rules", "bits", "strings", "held out", "new", "outside"].map(
+                (one) => h("th", { scope: "col" }, one),
+              ),
+            ),
+          ),
+          h(
+            "tbody",
+            {},
+            grammars.map((row) =>
+              h(
+                "tr",
+                {},
+                h("th", { scope: "row" }, row.kind),
+                [
+                  row.nonterminals,
+                  row.rules,
+                  row.bits.toFixed(1),
+                  row.strings?.toLocaleString("en") ?? "more than 10,000",
+                  percent(row.held_out),
+                  percent(row.new),
+                  percent(row.outside),
+                ].map((one) => h("td", {}, one)),
+              ),
+            ),
+          ),
+        ),
+      ),
+      h(
+        "p",
+        { class: "muted small" },
+        "Held out: share of sentences that a grammar learned from the others derives. New: share of strings that are not sentences. Outside: share that this grammar does not derive.",
+      ),
+    ]);
+    compareButton.disabled = false;
+  }
+
+  return {
+    element,
+    show(shown) {
+      if (facts && (facts.grammar !== shown.grammar || facts.run !== shown.run)) {
+        for (const box of [parsed, next, compared]) box.replaceChildren(); // answers of other rules
+        beginning.value = "";
+      }
+      facts = shown;
+      colours = coloursOf(shown.terminals);
+      fill(
+        known,
+        shown.captures.filter((one) => one.there).map((one) => h("option", { value: one.capture })),
+      );
+    },
+  };
+}

@@ -1,0 +1,87 @@
+/** How certain an answer is, and how that is said and shown. */
+
+import type { MatchPart, SearchReply, ShownMatch } from "../../api/types.ts";
+
+/** Answers below this are folded: they are listed because something must be nearest. */
+export const FLOOR = 0.05;
+/** From here on an answer is more likely right than wrong. */
+export const LIKELY = 0.5;
+
+export type Grade = "likely" | "unlikely" | "folded" | "unmeasured";
+
+export interface Certainty {
+  /** The probability that the capture shows all that was asked; null: not measured. */
+  value: number | null;
+  /** Where it was not measured for the whole: it is at most this, the least of its parts. */
+  most: number | null;
+  grade: Grade;
+}
+
+export function certaintyOf(match: Pick<ShownMatch, "probability" | "parts">): Certainty {
+  const parts = match.parts.map((part) => part.probability);
+  const most =
+    match.probability === null && parts.length > 0 && parts.every((one) => one !== null)
+      ? Math.min(...(parts as number[]))
+      : null;
+  const value = match.probability;
+  const known = value ?? most;
+  const grade: Grade =
+    known === null ? "unmeasured" : known >= LIKELY ? "likely" : known >= FLOOR ? "unlikely" : "folded";
+  // At most likely is not likely: the order of the parts was not seen.
+  return { value, most, grade: value === null && grade === "likely" ? "unmeasured" : grade };
+}
+
+/** A probability of the question in words: none below is exact, so the number stands beside it. */
+export function sayGrade(value: number): string {
+  if (value >= 0.95) return "almost certain";
+  if (value >= 0.75) return "very likely";
+  if (value >= LIKELY) return "more likely than not";
+  if (value >= 0.2) return "unlikely";
+  return "very unlikely";
+}
+
+/** The words that stand for words of the question, and how likely the replacements are together. */
+export interface Replaced {
+  words: ReadonlyMap<string, string>;
+  share: number;
+}
+
+export const NOTHING_REPLACED: Replaced = { words: new Map(), share: 1 };
+
+export function replacedWords(answer: Pick<SearchReply, "taken">): Replaced {
+  const words = new Map<string, string>();
+  let share = 1;
+  for (const [word, known] of Object.entries(answer.taken)) {
+    if (known.length === 0) continue;
+    words.set(word, known.map((one) => one.word).join(" or "));
+    share *= known[0]!.probability;
+  }
+  return { words, share };
+}
+
+export interface SaidPart {
+  /** What the probability is of: the words that were really looked for. */
+  words: string;
+  /** The words of the question that they stand for; "" where they are the same. */
+  instead: string;
+  probability: number | null;
+  place: number | null;
+}
+
+/** A part with its real words, and the probabilities of these: not those of the replacement. */
+export function sayPart(part: MatchPart, replaced: Replaced): SaidPart {
+  const asked = part.words.split(" ");
+  const instead = asked.filter((word) => replaced.words.has(word));
+  const real = (p: number | null): number | null => (p === null ? null : Math.min(p / replaced.share, 1));
+  return {
+    words: asked.map((word) => replaced.words.get(word) ?? word).join(" "),
+    instead: instead.join(" "),
+    probability: real(part.probability),
+    place: real(part.interval_probability),
+  };
+}
+
+/** Whether a place is the whole take, but for the length of a frame or two. */
+export function isWhole(part: Pick<MatchPart, "start" | "end">, duration: number): boolean {
+  return part.start < 0.04 && duration - part.end < 0.08;
+}
