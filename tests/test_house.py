@@ -102,6 +102,30 @@ def test_modules_are_short_and_say_what_they_are() -> None:
         assert not lines or ast.get_docstring(tree), short(path)
 
 
+POSIX = {"fcntl", "resource", "pwd", "grp", "termios", "pty", "tty", "posix", "syslog"}
+
+
+def test_what_only_some_systems_have_is_asked_for() -> None:
+    """Modules of Unix are imported where a missing one is caught; text has an encoding."""
+    for path, tree in MODULES.items():
+        caught = {
+            id(inner)
+            for node in ast.walk(tree)
+            if isinstance(node, ast.Try)
+            and any("ImportError" in ast.unparse(h.type) for h in node.handlers if h.type)
+            for inner in ast.walk(node)
+        }
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Import):
+                bare = {alias.name for alias in node.names} & POSIX
+                assert not bare or id(node) in caught, f"{short(path)}: {bare}"
+            if isinstance(node, ast.Call) and getattr(node.func, "attr", "") in (
+                "read_text", "write_text"
+            ):  # fmt: skip
+                said = ast.unparse(node)
+                assert "utf-8" in said or "encoding" in said or "/proc/" in said, short(path)
+
+
 def test_no_kernel_adds_in_an_order_of_the_processor() -> None:
     """docs/decisions/the-same-seed-on-any-machine.md says why."""
     for path, tree in MODULES.items():

@@ -35,6 +35,8 @@ def to_json(value: object) -> Any:  # noqa: ANN401  a value of any type that JSO
         names of a dataclass's fields are the keys, without the underscore of ``from_``; see also
         :data:`OPTIONAL` and :data:`SPREAD`.
 
+    Examples
+    --------
     >>> to_json({"a": np.float32(0.5), "b": (1, float("nan"))})
     {'a': 0.5, 'b': [1, None]}
     """

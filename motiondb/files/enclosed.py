@@ -12,6 +12,7 @@ from pathlib import Path
 
 from motiondb.errors import CaptureError
 
+_READ = os.O_RDONLY | getattr(os, "O_BINARY", 0)
 _IS_LINK = (errno.ELOOP, errno.ENOTDIR)  # Errors of opening a link, as a file and as a folder
 
 
@@ -26,7 +27,7 @@ def check_inside(path: Path, folder: Path) -> None:
         raise _outside(path)
 
 
-def open_inside(path: Path, folder: Path, flags: int = os.O_RDONLY) -> int:
+def open_inside(path: Path, folder: Path, flags: int = _READ) -> int:
     """Open a file that lies in a folder, also when links are followed, and return its descriptor.
 
     Raises

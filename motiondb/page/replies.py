@@ -215,8 +215,15 @@ def capture_row(row: BrowsedCapture) -> CaptureRow:
     )
 
 
-def capture_details(db: MotionDB, row: BrowsedCapture) -> CaptureDetails:
-    """Return everything about one capture."""
+def described_words(db: MotionDB, name: str) -> tuple[WordsOverTime, ...]:
+    """Return the likely words of a capture over time; kept until the database changes."""
+    if not (db.is_learned() and db.learned.has_words):
+        return ()
+    return db.session.kept(("described", name), lambda: words_over_time(db.describe(name)))
+
+
+def capture_details(db: MotionDB, row: BrowsedCapture, described: bool = True) -> CaptureDetails:
+    """Return everything about one capture; its likely words, which take longest, if asked for."""
     name = row.info.name
     made: dict[str, Any] = {}
     if row.info.kind == "generated":
@@ -224,7 +231,6 @@ def capture_details(db: MotionDB, row: BrowsedCapture) -> CaptureDetails:
         made = {"sources": sources_of(provenance), "stretches": stretches(provenance)}
         if shown.string is not None:
             made |= {"grammar": shown.grammar, "string": tuple(shown.string.split())}
-    words = db.describe(name) if db.is_learned() and db.learned.has_words else ()
     return CaptureDetails(
         **fields_of(listed_capture(row.info, row.captions)),
         ref=f"capture:{name}",
@@ -234,7 +240,7 @@ def capture_details(db: MotionDB, row: BrowsedCapture) -> CaptureDetails:
         events=tuple(map(shown_event, db.events(name))),
         segments=worded_segments(db, name),
         activities=tuple(db.activities(name)),
-        recognised=words_over_time(words),
+        recognised=described_words(db, name) if described else (),
         **made,
     )
 

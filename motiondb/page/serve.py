@@ -62,7 +62,7 @@ def private_folder() -> Iterator[Path]:
 def _no_folder(error: OSError) -> MotionDBError:
     return MotionDBError(
         f"serve: expected a folder for temporary files, found: {error.strerror or error}. Set"
-        " TMPDIR to one that has room and can be written."
+        " TMPDIR (on Windows TEMP) to one that has room and can be written."
     )
 
 
@@ -112,8 +112,8 @@ def check_settings(settings: PageSettings) -> None:
 
 
 def with_token(settings: PageSettings) -> PageSettings:
-    """Return settings that have a token if other computers can reach the server."""
-    if settings.is_local or settings.token:
+    """Return settings that have a token if it is asked for, or other computers reach the server."""
+    if (settings.is_local and not settings.always_token) or settings.token:
         return settings
     return replace(settings, token=secrets.token_urlsafe(24))
 
@@ -125,7 +125,9 @@ def listen(settings: PageSettings) -> socket.socket:
             settings.host, settings.port, type=socket.SOCK_STREAM
         )[0]
         listening = socket.socket(family, kind)
-        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        # on Windows, the option that lets others have an address again would let them share it
+        alone = getattr(socket, "SO_EXCLUSIVEADDRUSE", None)
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR if alone is None else alone, 1)
         listening.bind(address)
     except OSError as error:
         taken = error.errno == errno.EADDRINUSE

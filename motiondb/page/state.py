@@ -103,11 +103,12 @@ class MadeSequence:
 
 
 @dataclass(frozen=True)
-class WordEdit:
-    """An edit of the captions of one capture, which can be undone."""
+class Edit:
+    """An edit of captures, which can be undone."""
 
-    capture: str  # Name of the capture
-    run: int  # Number of its run
+    captures: tuple[str, ...]  # Names as they were before it
+    runs: tuple[int, ...]  # Numbers of the runs that made it, in their order
+    what: str  # "words", "tags", "name" or "removal"
 
 
 class Page:
@@ -123,7 +124,7 @@ class Page:
         self.jobs = Jobs(settings.database, settings.read_only, folder / "work")
         self.made: Shelf[MadeMotion] = Shelf("m", "generated motion")
         self.sequences: Shelf[MadeSequence] = Shelf("q", "sequence")
-        self.edits: deque[WordEdit] = deque(maxlen=MOST_UNDONE)
+        self.edits: deque[Edit] = deque(maxlen=MOST_UNDONE)
         self.editing = threading.Lock()
         self.closing = threading.Event()
         self.watch = Watch(self.held, settings.warm)

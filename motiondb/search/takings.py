@@ -108,6 +108,8 @@ class Taking:
         where : str
             Place where the word was searched.
 
+        Examples
+        --------
         >>> Taking("stroll", (("walk", 0.995),)).sentence()
         "'stroll' is not in the captions; taken as walk (0.9)"
         """

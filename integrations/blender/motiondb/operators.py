@@ -153,7 +153,6 @@ class MOTIONDB_OT_load(_Asking):
 
     bl_idname = "motiondb.load"
     bl_label = "Import"
-    bl_options = {"REGISTER", "UNDO"}
 
     number: IntProperty(default=0)
     onto: BoolProperty(default=False)
@@ -194,6 +193,8 @@ class MOTIONDB_OT_load(_Asking):
             if isinstance(found, dict):
                 raise propose(armature, found)
             state.said = put(found, facts, armature, bones)
+            if not bpy.app.background:  # the button's own step ended before the motion came
+                bpy.ops.ed.undo_push(message=f"Import {facts['title']}")
 
         work.start(f"Importing {answer.title}", job, then)
 

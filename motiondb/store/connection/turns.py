@@ -40,6 +40,8 @@ def announced(database: Path) -> Iterator[None]:
 
 def somebody_waits(database: Path) -> bool:
     """Return whether a process waits for a database; a note without one is removed."""
+    if fcntl is None:  # a note on a shared disk is of another system
+        return False
     note = _note(database)
     try:
         descriptor = os.open(note, _FLAGS)

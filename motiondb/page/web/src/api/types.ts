@@ -191,6 +191,7 @@ export interface CapturePage {
   offset: number;
   revision: number;
   captures: CaptureRow[];
+  found: number | null;
 }
 
 export interface CaptureRow {
@@ -203,6 +204,25 @@ export interface CaptureRow {
   words: Caption[];
   learned: boolean;
   copies: number;
+}
+
+export interface CaptureTagsBody {
+  captures: string[];
+  tags: Record<string, string>;
+}
+
+export interface CaptureWordsBody {
+  captures: string[];
+  words: string;
+}
+
+export interface CapturesBody {
+  captures: string[];
+}
+
+export interface CapturesChanged {
+  changed: string[];
+  undo: number;
 }
 
 export interface CapturesRemoved {
@@ -858,6 +878,11 @@ export interface Relation {
   distance: number;
 }
 
+export interface RenameBody {
+  old: string;
+  new: string;
+}
+
 export interface RepeatedTree {
   kind: "repeated";
   part: ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree;
@@ -1336,6 +1361,8 @@ export interface WordsUndone {
   capture: string;
   words: Caption[];
   left: number;
+  what: string;
+  captures: number;
 }
 
 export interface WrittenAnswer {
