@@ -47,6 +47,13 @@ def serve(
             "--name", help="A further name by which browsers reach this computer; may be repeated."
         ),
     ] = None,
+    token: Annotated[
+        bool,
+        typer.Option(
+            "--token",
+            help="Require the token that is printed also from this computer, where others use it.",
+        ),
+    ] = False,
     open_browser: Annotated[
         bool, typer.Option("--open/--no-open", help="Whether to open the page in the browser.")
     ] = True,
@@ -67,6 +74,7 @@ def serve(
         boards=boards,
         wait=shared.wait,
         allowed_hosts=tuple(names or ()),
+        always_token=token,
     )
 
     def told(address: str) -> None:

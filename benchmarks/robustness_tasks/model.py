@@ -20,7 +20,7 @@ import shutil
 import tempfile
 import traceback
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
@@ -34,8 +34,10 @@ from robustness_tasks.plain_model import (
     DONE,
     REFUSED,
     UNKNOWN,
+    Change,
     Kept,
     Step,
+    Words,
     World,
     difference,
     futures,
@@ -260,6 +262,21 @@ class Chain:
             {name: values[0] for name, values in facts["grammars"].items()},
             {}, facts["scenes"],
         )  # fmt: skip
+        begun = self.holder.do("begin").facts
+        for name, number in begun["numbers"].items():
+            self.world.captures[name].number = number
+        now = {kept.number: (name, kept) for name, kept in self.world.captures.items()}
+        for serial, (kind, edits) in enumerate(begun["runs"], start=1):
+            before = {
+                number: None
+                if edit == "added"
+                else (name, replace(now[number][1], captions=_said(captions)))
+                for number, edit, name, _, captions in edits
+            }
+            names = tuple(name for _, _, name, *_ in edits)
+            self.world.history.append(Change(serial, kind, names, before, frozenset()))
+        self.world.latest = len(begun["runs"])
+        self.world.numbers = max(begun["numbers"].values())
 
     def step(self, number: int) -> tuple[str, str, str, str, bool, list[str]]:
         """One step: verb, by whom, harm, how it ended, whether it happened, faults."""
@@ -439,6 +456,10 @@ class Chain:
     def _no_synonyms(self) -> str:
         (self.place / "given" / "none.txt").write_text("")
         return "given/none.txt"
+
+
+def _said(captions: Sequence[Any] | None) -> tuple[Words, ...]:
+    return tuple((c.words, c.start, c.end) for c in captions or ())
 
 
 def chain(seed: int, material: Material, steps: int = STEPS) -> Iterator[Outcome]:

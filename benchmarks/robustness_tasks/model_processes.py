@@ -224,7 +224,9 @@ def _answer(hand: Hand, request: str, given: Arguments, then: str, harm: Harm) -
         jump(harm.seconds)
     with _limited(harm, hand.place):
         try:
-            if request == "look":
+            if request == "begin":
+                facts = hand.begun()
+            elif request == "look":
                 facts = hand.look(thorough=given["thorough"])
             elif request != "rest":
                 facts = hand.do(request, given)

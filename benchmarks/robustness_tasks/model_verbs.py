@@ -99,6 +99,7 @@ class Hand:
                 },
                 "scenes": scenes,
                 "trash": sorted(name for _, name in store.load_trash(db.store)),
+                "history": [[kind, [e.name for e in edits]] for kind, edits in _history(db)],
             }
             wrong = [f"unlearned: {name}" for name in db.unlearned()] if db.is_learned() else []
             wrong += [f"a run without an end: {run}" for run in db.runs() if not run["finished"]]
@@ -107,6 +108,21 @@ class Hand:
             wrong += db.check()
             wrong += counted_otherwise(db) if db.is_learned() else []
         return {"facts": facts, "wrong": wrong, "revision": revision}
+
+    def begun(self) -> dict[str, Any]:
+        """Numbers of the captures, and what runs changed, in a database that is taken over."""
+        runs = [(kind, [tuple(vars(e).values())[1:6] for e in edits])
+                for kind, edits in _history(self.db)]  # fmt: skip
+        return {"numbers": {i.name: i.capture_id for i in self.db.captures()}, "runs": runs}
+
+
+def _history(db: MotionDB) -> list[tuple[str, list[Any]]]:
+    """The kind of every run that changed captures, with its edits by name; oldest first."""
+    kinds = {run.run_id: run.kind for run in store.load_runs(db.store)}
+    edits: dict[int, list[Any]] = {}
+    for edit in store.load_edits(db.store):
+        edits.setdefault(edit.run_id, []).append(edit)
+    return [(kinds[run], sorted(of, key=lambda e: e.name)) for run, of in sorted(edits.items())]
 
 
 def _digest(db: MotionDB, name: str) -> str:

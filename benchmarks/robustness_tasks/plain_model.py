@@ -44,10 +44,14 @@ class Kept:
 
 @dataclass(frozen=True)
 class Change:
-    """What a run changed in captures: number -> name and capture before, None if it was added."""
+    """What a run changed in captures: number -> name and capture before, None if it was added.
+
+    The synonyms are noted as the tags of the number SYNONYMS.
+    """
 
     serial: int
     verb: str
+    names: tuple[str, ...]  # of the captures: before the change, or of new ones
     before: Mapping[int, tuple[str, Kept] | None]
     removed: frozenset[int]
     undoes: int = 0  # serial of the run that it takes back
@@ -61,6 +65,9 @@ class Removed:
     kept: Kept
     derived: tuple[str, int] | None  # grammar and its version
     players: tuple[tuple[str, int, int], ...]  # scene, its version, player
+
+
+SYNONYMS = -1
 
 
 @dataclass
@@ -98,6 +105,7 @@ class World:
             "scenes": self.scenes,
             "files": self.files,
             "trash": sorted(removed.name for removed in self.trash.values()),
+            "history": [[KINDS.get(c.verb, c.verb), list(c.names)] for c in self.history],
         }
 
     def learn_from(self, seen: Mapping[str, Any]) -> None:
@@ -122,11 +130,15 @@ class World:
             for number in {*now, *then}
             if now.get(number) != then.get(number)
         }
+        if self.synonyms != before.synonyms:
+            changed[SYNONYMS] = ("synonyms", Kept("", "", dict(before.synonyms)))
         if not changed or verb in NOT_NOTED:
             return
         self.latest += 1
         removed = frozenset(then.keys() - now.keys())
-        self.history.append(Change(self.latest, verb, changed, removed, self.undoes))
+        names = (old[0] if old else now[number][0] for number, old in changed.items())
+        change = Change(self.latest, verb, tuple(sorted(names)), changed, removed, self.undoes)
+        self.history.append(change)
         self.undoes = 0
 
     def only(self, name: str) -> Kept:
@@ -299,7 +311,9 @@ def _take_back(world: World, change: Change) -> None:
             _remove_one(world, names[number])
     back = {}
     for number, before in change.before.items():
-        if before is not None and number not in change.removed:
+        if number == SYNONYMS and before is not None:
+            world.synonyms = dict(before[1].tags)
+        elif before is not None and number not in change.removed:
             kept = world.captures.pop(names[number])
             old = before[1]
             back[before[0]] = replace(kept, tags=old.tags, captions=old.captions, events=old.events)
@@ -548,9 +562,17 @@ NOT_NOTED = frozenset({"save sequence", "keep scene"})
 """Verbs that change captures and of which no undoing is foreseen."""
 UNDOABLE = frozenset(
     {"add", "remove", "rename", "set words", "set captions", "import words", "set tags",
-     "import events", "merge", "save generated", "undo"}
+     "import events", "merge", "save generated", "set synonyms", "undo", "words"}
 )  # fmt: skip
 """Verbs that can be undone."""
+KINDS = MappingProxyType(
+    {
+        "set words": "words", "set captions": "words", "import words": "words",
+        "set synonyms": "words", "set tags": "tags", "import events": "events",
+        "save generated": "generate", "remove scene": "scene remove",
+    }
+)  # fmt: skip
+"""Verb -> kind of its run, where that has another name."""
 MAY_REFUSE = frozenset(
     {"learn", "save generated", "learn grammar", "save sequence", "write generated", "ask",
      "export knowledge", "ask grammar"}

@@ -258,6 +258,7 @@ class Captures(Archive):
             made = exporting.write_motion(motion, path, asked)
         else:
             made = exporting.write_changed(clip, path, asked)
+        exporting.write_licence(path, info)
         unit = exporting.unit_in(path, made.clip)
         clip = made.clip
         return Exported(

@@ -116,6 +116,19 @@ def write_gltf(clip: Clip, path: Path | str) -> None:
     write_document(*to_gltf(clip, path), path)
 
 
+def add_copyright(path: Path, text: str) -> None:
+    """Write into a glTF file of this module whose it is, as ``asset.copyright``."""
+    content = path.read_bytes()
+    is_binary = path.suffix.lower() == ".glb"
+    length = int.from_bytes(content[12:16], "little")
+    document = json.loads(content[20 : 20 + length] if is_binary else content)
+    document["asset"]["copyright"] = text
+    if is_binary:
+        write_atomically(path, _glb(document, content[28 + length :]))
+    else:
+        write_atomically(path, json.dumps(document, separators=(",", ":")).encode())
+
+
 def check_ending(path: Path) -> None:
     """Refuse other endings than .glb and .gltf (CaptureError)."""
     ending = path.suffix.lower()

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import gzip
 import re
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, cast
 
@@ -20,6 +22,7 @@ from motiondb.page.routes import (
     asking,
     boards,
     catalogue,
+    changes,
     files,
     grammars,
     jobs,
@@ -30,7 +33,7 @@ from motiondb.page.routes import (
 from motiondb.page.settings import BUNDLE, NO_BUNDLE, VERSION, PageSettings, bundle_file
 from motiondb.page.state import Page
 
-_ROUTES = (catalogue, asking, making, motions, grammars, boards, scenes, files, jobs)
+_ROUTES = (catalogue, changes, asking, making, motions, grammars, boards, scenes, files, jobs)
 _KINDS = {404: "UnknownError", 405: "MethodError", 413: "TooLargeError", 415: "KindError"}
 """Kind of error by HTTP status."""
 
@@ -128,6 +131,12 @@ def _error_handlers(application: FastAPI, folder: Path) -> None:
     application.add_exception_handler(HTTPException, cast(Handler, failed))
 
 
+@lru_cache(maxsize=4)
+def _compressed(path: Path, _modified: int) -> bytes:
+    """Return a file of the page, compressed to a quarter of its size."""
+    return gzip.compress(path.read_bytes(), mtime=0)
+
+
 def _page_files(application: FastAPI, bundle: Path) -> None:
     """Serve the page and the files beside it."""
 
@@ -139,8 +148,20 @@ def _page_files(application: FastAPI, bundle: Path) -> None:
         return FileResponse(page_file, headers={"Cache-Control": "no-cache"})
 
     @application.get("/{name}", include_in_schema=False)
-    def file(name: str) -> Response:
+    def file(request: Request, name: str) -> Response:
         page_file = bundle_file(bundle, name)
         if page_file is None:
             raise unknown("file", name)
+        if page_file.suffix in (".js", ".css") and "gzip" in request.headers.get(
+            "accept-encoding", ""
+        ):
+            return Response(
+                _compressed(page_file, page_file.stat().st_mtime_ns),
+                media_type="text/css" if page_file.suffix == ".css" else "text/javascript",
+                headers={
+                    "Cache-Control": "no-cache",
+                    "Content-Encoding": "gzip",
+                    "Vary": "Accept-Encoding",
+                },
+            )
         return FileResponse(page_file, headers={"Cache-Control": "no-cache"})

@@ -112,8 +112,8 @@ def check_settings(settings: PageSettings) -> None:
 
 
 def with_token(settings: PageSettings) -> PageSettings:
-    """Return settings that have a token if other computers can reach the server."""
-    if settings.is_local or settings.token:
+    """Return settings that have a token if it is asked for, or other computers reach the server."""
+    if (settings.is_local and not settings.always_token) or settings.token:
         return settings
     return replace(settings, token=secrets.token_urlsafe(24))
 

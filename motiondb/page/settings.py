@@ -68,6 +68,9 @@ class PageSettings:
         Further names by which browsers may reach the server.
     warm : bool
         Whether to load the data that questions need before the first question.
+    always_token : bool
+        Whether a token is made and required at loopback addresses, too: other users of this
+        computer can reach them.
     """
 
     database: Path
@@ -81,6 +84,7 @@ class PageSettings:
     limits: UploadLimits = UploadLimits()
     allowed_hosts: tuple[str, ...] = ()
     warm: bool = True
+    always_token: bool = False
 
     @property
     def is_local(self) -> bool:

@@ -67,12 +67,25 @@ class Shelf(Generic[T]):
                 self._values[name] = value
 
 
+@dataclass(frozen=True)
+class Block:
+    """An action of a sentence on its timeline: what is asked for, and where it is taken from."""
+
+    phrase: str
+    seconds: float | None = None  # How long it is to take; None where only the phrase says so
+    place: int | None = None  # Number of one of the places that show it about as clearly
+    capture: str | None = None  # Name of the capture of an excerpt that was picked by hand
+    start: float | None = None  # The picked excerpt, seconds of the capture
+    end: float | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class MadeMotion:
     """A motion generated from a sentence."""
 
     generated: Generated
     saved: str = ""  # Name of the capture that holds it, or ""
+    blocks: tuple[Block, ...] = ()  # The blocks that it was asked for with, or none
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,11 +103,12 @@ class MadeSequence:
 
 
 @dataclass(frozen=True)
-class WordEdit:
-    """An edit of the captions of one capture, which can be undone."""
+class Edit:
+    """An edit of captures, which can be undone."""
 
-    capture: str  # Name of the capture
-    run: int  # Number of its run
+    captures: tuple[str, ...]  # Names as they were before it
+    runs: tuple[int, ...]  # Numbers of the runs that made it, in their order
+    what: str  # "words", "tags", "name" or "removal"
 
 
 class Page:
@@ -110,7 +124,7 @@ class Page:
         self.jobs = Jobs(settings.database, settings.read_only, folder / "work")
         self.made: Shelf[MadeMotion] = Shelf("m", "generated motion")
         self.sequences: Shelf[MadeSequence] = Shelf("q", "sequence")
-        self.edits: deque[WordEdit] = deque(maxlen=MOST_UNDONE)
+        self.edits: deque[Edit] = deque(maxlen=MOST_UNDONE)
         self.editing = threading.Lock()
         self.closing = threading.Event()
         self.watch = Watch(self.held, settings.warm)

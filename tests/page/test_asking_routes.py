@@ -108,8 +108,11 @@ def test_downloads_are_files_or_a_zip(client: TestClient, samples_folder: Path) 
     items = [{"ref": "capture:ana/walk_1"}, {"ref": "capture:ana/walk_1", "start": 0.5, "end": 1}]
     several = client.post("/api/download", json={"items": items, "format": "glb"})
     with zipfile.ZipFile(io.BytesIO(several.content)) as archive:
-        assert archive.namelist() == ["ana_walk_1.glb", "ana_walk_1_0.50-1.00.glb"]
+        names = ["ana_walk_1.glb", "ana_walk_1_0.50-1.00.glb", "LICENCES.txt"]
+        assert archive.namelist() == names
         assert archive.read("ana_walk_1.glb")[:4] == b"glTF"
+        assert b'"copyright":"ana/walk_1, licence CC0-1.0"' in archive.read("ana_walk_1.glb")
+        assert archive.read("LICENCES.txt") == b"ana/walk_1: licence CC0-1.0\n"
     made = post(client, "/api/generate", {"words": "jump"})["variants"][0]
     downloaded = client.get("/api/download", params={"ref": made["ref"]})
     with zipfile.ZipFile(io.BytesIO(downloaded.content)) as archive:

@@ -36,6 +36,7 @@ def test_other_computers_never_come_without_a_token() -> None:
     assert len(wide.token) >= 32
     assert wide.token != serving.with_token(PageSettings(Path("x"), host="0.0.0.0")).token
     assert serving.with_token(PageSettings(Path("x"))).token == ""
+    assert len(serving.with_token(PageSettings(Path("x"), always_token=True)).token) > 20
     assert serving.with_token(PageSettings(Path("x"), host="0.0.0.0", token="T")).token == "T"
 
 

@@ -153,3 +153,17 @@ def test_the_fault_of_an_uploaded_file_does_not_tell_where_it_lies(client: TestC
     assert answer.status_code == 400
     assert message.startswith("bad.bvh:2: expected a keyword such as JOINT or OFFSET")
     assert "/uploads/" not in message
+
+
+def test_files_that_are_all_too_large_are_told_as_too_large(tmp_path: Path) -> None:
+    uploads = Uploads(tmp_path, UploadLimits(file_bytes=10))
+    with pytest.raises(PageError) as error:
+        uploads.receive([("walk.bvh", io.BytesIO(b"x" * 11))])
+    assert error.value.status == 413
+    bvh = b"HIERARCHY"
+    kept = uploads.receive([("odd.txt", io.BytesIO(bvh)), ("a.bvh", io.BytesIO(bvh))])
+    assert [file.name for file in kept.files] == ["a.bvh"]
+    assert kept.refused[0].message == (
+        "expected DeepMimic's JSON in a file with the ending .txt, found BVH. Let its name end in "
+        ".bvh."
+    )

@@ -280,3 +280,53 @@ def test_bad_files_are_named_and_what_was_added_is_linked(
     assert any(text.startswith("binary.bvh:") for text in listed)
     page.locator(".job-added").get_by_role("link", name="good", exact=True).click()
     page.get_by_role("heading", name="good", exact=True).wait_for()
+
+
+def test_captures_are_browsed_as_previews_and_changed_together(serve_copy, new_page, tmp_path):
+    page = new_page(f"{serve_copy()}#/catalogue?where=performer%3Dana")
+    page.locator(".row-capture").first.wait_for()
+    page.get_by_role("button", name="Previews").click()
+    card = page.locator(".card", has_text="ana/jump_1")
+    card.wait_for()
+    wait_for_canvas = """() => [...document.querySelectorAll('.card')]
+        .find((card) => card.textContent.includes('ana/jump_1')).querySelector('canvas')
+        .getContext('2d').getImageData(0, 0, 220, 160).data.some((value) => value > 0)"""
+    wait_for(page, wait_for_canvas)
+    still = card.locator("canvas").evaluate("canvas => canvas.toDataURL()")
+    card.hover()  # it plays while it is pointed at
+    wait_for(
+        page,
+        """still => [...document.querySelectorAll('.card')]
+            .find((card) => card.textContent.includes('ana/jump_1')).querySelector('canvas')
+            .toDataURL() !== still""",
+        still,
+    )
+    page.get_by_role("checkbox", name="Select ana/bow_1").click()
+    page.get_by_role("checkbox", name="Select ana/jump_1").click()
+    bar = page.get_by_role("region", name="Selected captures")
+    bar.get_by_text("2 captures selected").wait_for()
+    bar.get_by_role("button", name="Licence…").click()
+    page.get_by_label("The licence of all of them").fill("CC-BY-4.0")
+    page.get_by_role("dialog").get_by_role("button", name="Set the licence").click()
+    page.get_by_text("Licence of 2 captures.").wait_for()
+    bar.get_by_role("button", name="Remove…").click()
+    page.get_by_role("dialog").get_by_role("button", name="Remove", exact=True).click()
+    page.get_by_text("10 of 99 captures").wait_for()
+    page.locator(".message", has_text="Removal of 2").get_by_role("button", name="Undo").click()
+    page.get_by_text("12 of 101 captures").wait_for()
+    page.get_by_role("button", name="Previews").click()
+    row = _row(page, "ana/jump_1")
+    row.get_by_text("CC-BY-4.0").wait_for()
+    row.get_by_role("checkbox").click()
+    bar.get_by_role("button", name="Rename…").click()
+    page.get_by_label("The new name of ana/jump_1").fill("ana/leap_1")
+    page.get_by_role("dialog").get_by_role("button", name="Rename", exact=True).click()
+    held = []
+    page.route("**/api/describe?*", lambda route: held.append(route))
+    _row(page, "ana/leap_1").get_by_text("ana/leap_1").click()
+    page.get_by_role("button", name="Download as npz").wait_for()  # before the description
+    page.locator(".details .lane-captions .block").first.wait_for()
+    wait_for(page, "() => document.querySelector('.lane-words') === null")
+    for route in held:
+        route.continue_()
+    page.locator(".details .lane-words .block").first.wait_for()

@@ -161,3 +161,46 @@ def test_the_filter_takes_plain_words_and_the_heads_of_the_table(asked_server, n
         page.get_by_text(" of 101 captures").wait_for()
         page.locator(".row-capture", has_text=found).wait_for()
         assert page.locator("#filter-fault").inner_text() == ""
+
+
+def test_small_things_are_where_they_are_looked_for(asked_server, new_page):
+    page = new_page(f"{asked_server}#/catalogue?capture=fatou/kick_1")
+    row = page.locator(".row-capture[aria-selected=true]")
+    row.wait_for()  # far down the table: it is brought into sight
+    box, table = row.bounding_box(), page.locator(".table").bounding_box()
+    assert table["y"] < box["y"] < table["y"] + table["height"]
+    page.locator(".details .timeline-cursor").wait_for()
+    assert page.title() == "fatou/kick_1 · Catalogue · motiondb"
+    slider = page.locator(".details .player-slider").bounding_box()
+    area = page.locator(".details .timeline-area").bounding_box()
+    assert abs(slider["x"] + 8 - area["x"]) < 2.5  # one zero; the thumb has a radius of 8
+    assert abs(slider["x"] + slider["width"] - 8 - (area["x"] + area["width"])) < 2.5
+    page.locator(".player-canvas").focus()
+    page.keyboard.press("?")
+    page.get_by_role("dialog").wait_for()
+    page.keyboard.press("Escape")
+    page.get_by_role("dialog").wait_for(state="detached")
+    page.get_by_role("heading", name="fatou/kick_1").wait_for()  # only the dialog was closed
+    page.locator(".player-canvas").focus()
+    page.keyboard.press("Escape")
+    wait_for(page, "() => location.hash === '#/catalogue'")
+    wait_for(page, "() => document.activeElement.textContent.includes('fatou/kick_1')")
+
+    page.goto(f"{asked_server}#/search?q=walk+or+kick&limit=20")
+    page.locator(".answer").nth(11).wait_for()
+    page.evaluate("() => scrollTo(0, 900)")
+    wait_for(page, "() => scrollY === 900")
+    page.wait_for_timeout(300)
+    page.locator(".answer .capture-name").nth(8).click()
+    page.locator(".details .timeline-cursor").wait_for()
+    page.go_back()
+    wait_for(page, "() => scrollY === 900")
+
+    page.goto(f"{asked_server}#/search?like=capture:fatou/kick_1&limit=5")
+    page.locator(".answer").first.wait_for()
+    example = page.locator(".example").bounding_box()
+    answer = page.locator(".answer").first.bounding_box()
+    assert example["x"] + example["width"] < answer["x"]  # beside, not above
+    script = page.request.get(f"{asked_server}app.js", headers={"Accept-Encoding": "gzip"})
+    assert script.headers["content-encoding"] == "gzip"
+    assert script.text().startswith('"use strict"')

@@ -21,6 +21,7 @@ from motiondb.body.joint_proposals import map_text
 from motiondb.database.catalogue.parts import check_motion_file, write_bytes, write_clip
 from motiondb.errors import QueryError, SkeletonError
 from motiondb.files.arrays import ARRAY_ENDINGS, write_arrays
+from motiondb.files.gltf_writer import add_copyright
 from motiondb.files.limits import MAX_FPS, MIN_FPS
 from motiondb.files.own_files import check_overwriting
 from motiondb.files.rigs import read_rig
@@ -259,6 +260,12 @@ def _write(clip: Clip, path: Path, asked: MotionChanges) -> tuple[str, ...]:
         write_arrays(clip, path)
         return (f"without contacts of the feet: {error}",)
     return ()
+
+
+def write_licence(path: Path, info: CaptureInfo) -> None:
+    """Write the origin and the licence of a capture into a file that has a place for it: glTF."""
+    if path.suffix.lower() in GLTF:
+        add_copyright(path, f"{info.name}, licence {info.tags.get('licence', 'not known')}")
 
 
 def write_motion(motion: Motion, path: Path, asked: MotionChanges) -> Written:

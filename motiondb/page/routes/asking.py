@@ -14,7 +14,13 @@ from motiondb.answers.plain import fields_of
 from motiondb.answers.questions import WordsOverTime, words_over_time
 from motiondb.page.examples import ExamplesReply, examples_of
 from motiondb.page.refs import load_motion, read_ref
-from motiondb.page.replies import LikeReply, SearchReply, like_reply, search_reply
+from motiondb.page.replies import (
+    LikeReply,
+    SearchReply,
+    described_words,
+    like_reply,
+    search_reply,
+)
 from motiondb.page.routes.parameters import LONGEST_TEXT, End, Limit, RefText, Start, Where
 from motiondb.page.state import Page
 
@@ -117,8 +123,12 @@ def router(page: Page) -> APIRouter:
     def describe(ref: RefText, start: Start = None, end: End = None) -> DescribeReply:
         """The words of a motion over time, from the beginning of the part."""
         with page.held.use() as db, db.session.reading():
-            motion = load_motion(page, db, read_ref(ref), start, end)
-            words = words_over_time(db.describe(motion))
+            asked = read_ref(ref)
+            motion = load_motion(page, db, asked, start, end)
+            if asked.kind == "capture" and start is None and end is None:
+                words = described_words(db, asked.name)
+            else:
+                words = words_over_time(db.describe(motion))
         return DescribeReply(ref, round(motion.duration, 3), words)
 
     @routes.get("/api/symbols")

@@ -14,15 +14,15 @@ from motiondb.answers.plain import fields_of
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.browsing import BrowsedCapture, Facet
 from motiondb.database.learn.start import shipped_starts
-from motiondb.errors import QueryError
 from motiondb.files.folder import CAPTURE_ENDINGS
 from motiondb.learn.drift import Drift
 from motiondb.page.errors import PageError, unknown
 from motiondb.page.held import info_and_drift
 from motiondb.page.replies import CaptureDetails, CaptureRow, capture_details, capture_row
-from motiondb.page.routes.parameters import Body, Name, Seconds, Text, Where
+from motiondb.page.routes.changes import remove_captures, undo_last
+from motiondb.page.routes.parameters import LONGEST_TEXT, Body, Name, Seconds, Text, Where
 from motiondb.page.settings import SHEET_ENDINGS, SKELETON_ENDINGS, VERSION
-from motiondb.page.state import Page, WordEdit
+from motiondb.page.state import Edit, Page
 from motiondb.page.uploads import without_surrogates
 from motiondb.records import Caption
 from motiondb.search.copies import DuplicateGroup
@@ -105,6 +105,7 @@ class CapturePage:
     offset: int
     revision: int
     captures: list[CaptureRow]
+    found: int | None = None  # Number, from 0, of the row that was asked for by name
 
 
 @dataclass(frozen=True)
@@ -176,11 +177,13 @@ class UndoState:
 
 @dataclass(frozen=True)
 class WordsUndone:
-    """The words of a capture after an edit was undone."""
+    """The words of the first capture after an edit was undone."""
 
     capture: str
     words: tuple[Caption, ...]
     left: int
+    what: str  # What the edit changed: "words", "tags", "name" or "removal"
+    captures: int  # Number of captures that it changed
 
 
 def router(page: Page) -> APIRouter:
@@ -199,12 +202,16 @@ def router(page: Page) -> APIRouter:
         sort: Annotated[str, Query(max_length=200)] = "name",
         offset: Annotated[int, Query(ge=0, le=10**9)] = 0,
         limit: Annotated[int, Query(ge=1, le=1000)] = 100,
+        find: Annotated[str, Query(max_length=LONGEST_TEXT)] = "",
     ) -> CapturePage:
-        """Rows of the catalogue: filtered, sorted, and one page at a time."""
+        """Rows of the catalogue: filtered, sorted, and one page at a time; `find`: a name."""
         with page.held.use() as db, db.session.reading():
             browsed = db.browse(where, sort, offset, limit)
             rows = [capture_row(row) for row in browsed.rows]
-            return CapturePage(browsed.total, offset, db.revision(), rows)
+            every = db.browse(where, sort, limit=browsed.total).rows if find else ()
+            names = [row.info.name for row in every]
+            found = names.index(find) if find in names else None
+            return CapturePage(browsed.total, offset, db.revision(), rows, found)
 
     @routes.get("/api/facets")
     def facets(where: Where = "") -> FacetsReply:
@@ -214,18 +221,17 @@ def router(page: Page) -> APIRouter:
             return FacetsReply(total, [_facet_row(facet) for facet in db.facets(where)])
 
     @routes.get("/api/capture")
-    def capture(name: Name) -> CaptureDetails:
-        """Everything about one capture."""
+    def capture(name: Name, described: bool = True) -> CaptureDetails:
+        """Everything about one capture; without `described`, its likely words are left out."""
         with page.held.use() as db, db.session.reading():
-            return capture_details(db, find_row(db, name))
+            return capture_details(db, find_row(db, name), described)
 
     @routes.delete("/api/capture")
     def remove(name: Name) -> CapturesRemoved:
         """Remove a capture from the database."""
         page.check_writable()
-        with page.held.use() as db:
-            find_row(db, name)
-            return CapturesRemoved(db.remove([name]))
+        with page.held.use() as db, page.editing:
+            return CapturesRemoved(list(remove_captures(page, db, [name]).changed))
 
     @routes.get("/api/duplicates")
     def duplicates() -> DuplicatesReply:
@@ -271,28 +277,17 @@ def _word_routes(routes: APIRouter, page: Page) -> None:
     @routes.get("/api/undo")
     def undoable() -> UndoState:
         """The number of edits that can be undone, and the capture of the next one."""
-        last = page.edits[-1].capture if page.edits else None
+        last = page.edits[-1].captures[0] if page.edits else None
         return UndoState(len(page.edits), last)
 
     @routes.post("/api/undo")
     def undo() -> WordsUndone:
-        """Undo the latest edit of words that this page made."""
+        """Undo the latest edit that this page made."""
         page.check_writable()
         with page.held.use() as db, page.editing:
-            if not page.edits:
-                raise PageError("undo: expected an edit, found none.", 409, "ConflictError")
-            last = page.edits[-1]
-            try:
-                db.undo(last.run)
-            except QueryError as error:
-                page.edits.pop()
-                raise PageError(
-                    f"{last.capture}: its words stay as they are. {error}",
-                    409,
-                    "ConflictError",
-                ) from error
-            page.edits.pop()  # only now: a full disk leaves the edit to be undone later
-            return WordsUndone(last.capture, db.captions(last.capture), len(page.edits))
+            last = undo_last(page, db)
+            first, left = last.captures[0], len(page.edits)
+            return WordsUndone(first, db.captions(first), left, last.what, len(last.captures))
 
 
 def find_row(db: MotionDB, name: str) -> BrowsedCapture:
@@ -326,7 +321,7 @@ def _change(page: Page, db: MotionDB, capture: str, captions: tuple[Caption, ...
     change = db.set_captions(capture, captions)
     after = db.captions(capture)
     if after != before:
-        page.edits.append(WordEdit(capture, change.run_id))
+        page.edits.append(Edit((capture,), (change.run_id,), "words"))
     return WordsEdited(capture, after, bool(change.counted), change.new_words, len(page.edits))
 
 

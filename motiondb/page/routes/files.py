@@ -30,6 +30,7 @@ from motiondb.page.uploads import UploadReply
 
 _PLAIN = re.compile(r"[^A-Za-z0-9._-]+")
 _TYPES = {".zip": "application/zip", ".glb": "model/gltf-binary"}
+LICENCES = "LICENCES.txt"  # In a zip: the licence of each capture, as BVH has no place for it
 MOST_ITEMS = 500  # Largest number of captures of one download
 Format = Literal["bvh", "glb", "npz", "source"]
 _UPLOAD = {
@@ -158,15 +159,29 @@ def download(page: Page, asked: DownloadBody) -> Response:
             for part, _, target in targets:
                 if not any(target.iterdir()):
                     _write(page, db, part, target, asked, changes)
+            licences = _licences(db, asked.items)
         files = sorted(path for path in folder.rglob("*") if path.is_file())
         if len(files) == 1:
             name, data = files[0].name, files[0].read_bytes()
         else:
+            if licences:
+                files.append(folder / LICENCES)
+                files[-1].write_text(licences, encoding="utf-8")
             name, data = "motiondb.zip", _zip(files)
     return Response(
         data,
         media_type=_TYPES.get(Path(name).suffix, "application/octet-stream"),
         headers={"Content-Disposition": f'attachment; filename="{name}"'},  # plain ASCII
+    )
+
+
+def _licences(db: MotionDB, items: Sequence[Part]) -> str:
+    """Return a line for each stored capture of a download: its name and its licence."""
+    refs = [read_ref(part.ref) for part in items]
+    names = dict.fromkeys(ref.name for ref in refs if ref.kind == "capture")
+    rows = [row for name in names if (row := db.browsed(name)) is not None]
+    return "".join(
+        f"{row.info.name}: licence {row.info.tags.get('licence', 'not known')}\n" for row in rows
     )
 
 

@@ -81,6 +81,15 @@ export interface AnythingTree {
   kind: "anything";
 }
 
+export interface BlockBody {
+  phrase: string;
+  seconds?: number | null;
+  place?: number | null;
+  capture?: string | null;
+  start?: number | null;
+  end?: number | null;
+}
+
 export interface BoardBody {
   text?: string | null;
   diagram?: DiagramShape | null;
@@ -182,6 +191,7 @@ export interface CapturePage {
   offset: number;
   revision: number;
   captures: CaptureRow[];
+  found: number | null;
 }
 
 export interface CaptureRow {
@@ -194,6 +204,25 @@ export interface CaptureRow {
   words: Caption[];
   learned: boolean;
   copies: number;
+}
+
+export interface CaptureTagsBody {
+  captures: string[];
+  tags: Record<string, string>;
+}
+
+export interface CaptureWordsBody {
+  captures: string[];
+  words: string;
+}
+
+export interface CapturesBody {
+  captures: string[];
+}
+
+export interface CapturesChanged {
+  changed: string[];
+  undo: number;
 }
 
 export interface CapturesRemoved {
@@ -394,7 +423,8 @@ export interface FolderReply {
 }
 
 export interface GenerateBody {
-  words: string;
+  words?: string;
+  blocks?: BlockBody[];
   seed?: number;
   variants?: number;
   method?: "stitched" | "trajectory";
@@ -645,6 +675,7 @@ export interface MadeReply {
   ref: string;
   recognised_words: WordsOverTime[];
   stretches: Stretch[];
+  blocks: ShownBlock[];
   saved: string | null;
 }
 
@@ -847,6 +878,11 @@ export interface Relation {
   distance: number;
 }
 
+export interface RenameBody {
+  old: string;
+  new: string;
+}
+
 export interface RepeatedTree {
   kind: "repeated";
   part: ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree;
@@ -1015,6 +1051,16 @@ export interface ShownActivity {
   start: number;
   end: number;
   words: string[];
+}
+
+export interface ShownBlock {
+  phrase: string;
+  seconds: number | null;
+  place: number | null;
+  capture: string | null;
+  start: number | null;
+  end: number | null;
+  places: number;
 }
 
 export interface ShownEvent {
@@ -1315,6 +1361,8 @@ export interface WordsUndone {
   capture: string;
   words: Caption[];
   left: number;
+  what: string;
+  captures: number;
 }
 
 export interface WrittenAnswer {

@@ -3,7 +3,7 @@
 import { postForFile } from "../api/client.ts";
 import type { Part } from "../api/types.ts";
 
-export type FileFormat = "bvh" | "glb" | "source";
+export type FileFormat = "bvh" | "glb" | "npz" | "source";
 
 /** Hand a file to the browser's downloads. */
 export function saveBlob(name: string, blob: Blob): void {

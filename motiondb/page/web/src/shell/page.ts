@@ -12,6 +12,7 @@ import type { Context, OpenView } from "../views/view.ts";
 import { makeJobs } from "./jobs.ts";
 import { makeMessages } from "./messages.ts";
 import { makeQuestionBox } from "./question_box.ts";
+import { keepPlaces } from "./places.ts";
 import { go, parseRoute, routeTo } from "./router.ts";
 
 const FIRST = VIEWS[0]!.name;
@@ -116,6 +117,7 @@ export async function startPage(root: HTMLElement): Promise<void> {
     database.title = `${status.captures} captures, ${Math.round(status.seconds)} s of motion`;
   }
 
+  const places = keepPlaces();
   let open: OpenView | null = null;
   let shown = "";
   function show(): void {
@@ -139,6 +141,7 @@ export async function startPage(root: HTMLElement): Promise<void> {
     document.title = [...(about ? [about] : []), view.title, "motiondb"].join(" · ");
     question.show(view.name === "search" ? (route.parameters.get("q") ?? "") : "");
     open?.update(route.parameters);
+    places.arrive([view.name, ...["q", "like"].map((name) => route.parameters.get(name))].join(" "));
   }
 
   // The revision that was last passed to the view; any request for the state may bring a new one.

@@ -27,7 +27,7 @@ export function routeTo(
 /** Go to a route; `replace`: without a step that the back button would undo. */
 export function go(hash: string, replace = false): void {
   if (replace) {
-    history.replaceState(null, "", hash);
+    history.replaceState(history.state, "", hash); // the same step of the history
     dispatchEvent(new HashChangeEvent("hashchange"));
   } else {
     location.hash = hash;

@@ -1,7 +1,7 @@
 /** The catalogue: all captures with moving figures, filters, words, and one capture beside them. */
 
 import { ApiError, get, isAbort, messageOf } from "../../api/client.ts";
-import type { Caption, CaptureRow, UndoState } from "../../api/types.ts";
+import type { Caption, CapturePage, CaptureRow, UndoState } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { onDrop } from "../../parts/dropping.ts";
@@ -16,9 +16,11 @@ import { editInPlace, isEditing, makeWordsActions, withWholeWords } from "./edit
 import { makeFacets } from "./facets.ts";
 import { combine, readPicks, togglePick, writePick, type Pick } from "./filter.ts";
 import { openLearning, reasonToLearn } from "./learning.ts";
+import { makePicking } from "./picking.ts";
 import { wholeWords } from "./row.ts";
 import { makeRows } from "./rows.ts";
-import { makeTable } from "./table.ts";
+import { makeGrid } from "./grid.ts";
+import { makeTable, type Table } from "./table.ts";
 import { makeThumbs } from "./thumbs.ts";
 import { makeWelcome } from "./welcome.ts";
 
@@ -28,6 +30,8 @@ interface Wanted {
   sort: string;
   capture: string;
   duplicates: boolean;
+  /** Large previews in place of the table. */
+  grid: boolean;
   /** The part and the moment of the shown capture. */
   place: Place;
 }
@@ -48,7 +52,15 @@ function placeOf(parameters: URLSearchParams): Place {
 }
 
 function open(host: HTMLElement, context: Context): OpenView {
-  let wanted: Wanted = { typed: "", picks: [], sort: "name", capture: "", duplicates: false, place: WHOLE };
+  let wanted: Wanted = {
+    typed: "",
+    picks: [],
+    sort: "name",
+    capture: "",
+    duplicates: false,
+    grid: false,
+    place: WHOLE,
+  };
   let asked = "";
   let details: Details | null = null;
   let shown = "";
@@ -57,13 +69,42 @@ function open(host: HTMLElement, context: Context): OpenView {
   const thumbs = makeThumbs(context.motions);
   const actions = makeWordsActions(context, (capture, words) => void wordsChanged(capture, words));
   const facets = makeFacets((pick) => route({ picks: togglePick(wanted.picks, pick) }));
-  const table = makeTable({
+  const listed = makeTable({
     rows,
     thumbs,
     canEdit: () => !context.status().read_only,
     onSort: (sort) => route({ sort }),
     onChoose: (capture) => route({ capture }),
     onEdit: (capture, cell) => editWords(capture, cell),
+    isPicked: (name) => picking.has(name),
+    onPick: (names, picked) => picking.set(names, picked),
+  });
+  const previews = makeThumbs(context.motions, true);
+  const grid = makeGrid({
+    rows,
+    thumbs: previews,
+    onChoose: (capture) => route({ capture }),
+    isPicked: (name) => picking.has(name),
+    onPick: (names, picked) => picking.set(names, picked),
+  });
+  let table: Table = listed;
+  const picking = makePicking(context, {
+    async all() {
+      const where = combine(wanted.typed, wanted.picks);
+      const names: string[] = [];
+      for (;;) {
+        const page = await get<CapturePage>("/api/captures", {
+          where,
+          sort: wanted.sort,
+          offset: names.length,
+          limit: 1000,
+        });
+        names.push(...page.captures.map((capture) => capture.name));
+        if (page.captures.length === 0 || names.length >= page.total) return names;
+      }
+    },
+    changed: () => table.refresh(),
+    undo: () => actions.undo(),
   });
 
   const filter = h("input", {
@@ -83,15 +124,27 @@ function open(host: HTMLElement, context: Context): OpenView {
   );
   const summary = h("p", { class: "summary", role: "status" });
   const canWrite = !context.status().read_only;
-  const undo = toolbarButton("undo", "Undo the last edit of words", () => void actions.undo());
+  const undo = toolbarButton("undo", "Undo the last change", () => void actions.undo());
   const duplicates = h(
     "button",
     { class: "button plain", type: "button", on: { click: () => route({ duplicates: !wanted.duplicates }) } },
     "Copies",
   );
+  const asGrid = h(
+    "button",
+    {
+      class: "button plain",
+      type: "button",
+      title: "Large previews, which play while they are pointed at",
+      on: { click: () => route({ grid: !wanted.grid }) },
+    },
+    icon("grid"),
+    "Previews",
+  );
   const tools = h(
     "div",
     { class: "row" },
+    asGrid,
     duplicates,
     canWrite
       ? [
@@ -128,6 +181,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     filterFault,
     notice,
     h("div", { class: "catalogue-body" }, facetBox, content, side),
+    picking.element,
   );
   if (canWrite) onDrop(host, (files) => openAdding(context, files));
 
@@ -154,13 +208,15 @@ function open(host: HTMLElement, context: Context): OpenView {
     for (const pick of next.picks) query.append("pick", writePick(pick));
     if (next.sort !== "name") query.set("sort", next.sort);
     if (next.duplicates) query.set("show", "duplicates");
+    if (next.grid) query.set("as", "grid");
     if (next.capture) {
       query.set("capture", next.capture);
       const { part, time } = next.place;
       part?.forEach((value, i) => query.set(i === 0 ? "start" : "end", value.toFixed(3)));
       if (time !== null) query.set("time", time.toFixed(2));
     }
-    go(`#/catalogue?${query.toString()}`, change.capture === undefined);
+    const text = query.toString();
+    go(text ? `#/catalogue?${text}` : "#/catalogue", change.capture === undefined);
   }
 
   function editWords(capture: CaptureRow, cell: HTMLElement): void {
@@ -203,7 +259,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     filter.removeAttribute("aria-invalid");
     try {
       await Promise.all([
-        rows.ask(where, wanted.sort),
+        rows.ask(where, wanted.sort, wanted.capture),
         facets.load(wanted.typed, wanted.picks).catch(() => undefined), // the rows tell the fault
       ]);
     } catch (fault) {
@@ -230,6 +286,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     if (rows.total > 0) {
       if (!table.element.isConnected) fill(content, table.element);
       table.reset(wanted.sort);
+      if (rows.found !== null && wanted.capture) table.reveal(rows.found);
     } else if (filtered) {
       fill(
         content,
@@ -258,11 +315,14 @@ function open(host: HTMLElement, context: Context): OpenView {
 
   function showSide(): void {
     if (wanted.capture === shown) return details?.select(wanted.place.part);
+    const left = shown;
     shown = wanted.capture;
     side.hidden = shown === "";
     host.classList.toggle("with-side", shown !== "");
     table.choose(shown || null);
     if (!shown) {
+      const inside = side.contains(document.activeElement);
+      if (inside || document.activeElement === document.body) table.focus(left);
       details?.close();
       details = null;
       side.replaceChildren();
@@ -293,13 +353,17 @@ function open(host: HTMLElement, context: Context): OpenView {
         sort: parameters.get("sort") ?? "name",
         capture: parameters.get("capture") ?? "",
         duplicates: parameters.get("show") === "duplicates",
+        grid: parameters.get("as") === "grid",
         place: placeOf(parameters),
       };
       filter.value = wanted.typed;
+      table = wanted.grid ? grid : listed;
+      table.choose(wanted.capture || null);
+      asGrid.setAttribute("aria-pressed", String(wanted.grid));
       duplicates.setAttribute("aria-pressed", String(wanted.duplicates));
       const narrowed = wanted.typed !== "" || wanted.picks.length > 0 || wanted.duplicates;
       welcome.element.hidden = narrowed || wanted.capture !== "";
-      const key = JSON.stringify([wanted.typed, wanted.picks, wanted.sort, wanted.duplicates]);
+      const key = JSON.stringify([wanted.typed, wanted.picks, wanted.sort, wanted.duplicates, wanted.grid]);
       if (key !== asked) {
         asked = key;
         if (wanted.duplicates) void showDuplicates(content);
@@ -317,8 +381,10 @@ function open(host: HTMLElement, context: Context): OpenView {
     },
     close() {
       details?.close();
-      table.close();
+      listed.close();
+      grid.close();
       thumbs.close();
+      previews.close();
     },
   };
 }

@@ -1,7 +1,7 @@
 /** The panel of one capture: its player, its words, where it comes from, its copies. */
 
-import { ApiError, get, messageOf, remove } from "../../api/client.ts";
-import type { CaptureDetails } from "../../api/types.ts";
+import { ApiError, get, messageOf, post } from "../../api/client.ts";
+import type { CaptureDetails, CapturesChanged, DescribeReply } from "../../api/types.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { askWhether } from "../../parts/asking.ts";
@@ -77,7 +77,9 @@ export function makeDetails(
       ...(context.status().read_only ? [] : [{ label: "Write words", run: writeWords }]),
       { label: "Search with this part", run: likeThis },
       { label: "Compare this part", run: compareThis },
-      { label: "Download part", run: ([start, end]: Interval) => void save("bvh", start, end) },
+      { label: "BVH", run: ([start, end]: Interval) => void save("bvh", start, end) },
+      { label: "glTF", run: ([start, end]: Interval) => void save("glb", start, end) },
+      { label: "npz", run: ([start, end]: Interval) => void save("npz", start, end) },
     ],
   });
   take.player.onTime((time) => {
@@ -101,13 +103,13 @@ export function makeDetails(
   async function removeCapture(): Promise<void> {
     const sure = await askWhether(
       `Remove ${name}?`,
-      "The capture, its words and what was learned from its words are removed from the database. The command motiondb undo brings them back.",
+      "The capture, its words and what was learned from its words are removed from the database.",
       "Remove",
     );
     if (!sure) return;
     try {
-      await remove("/api/capture", { name });
-      context.notify(`${name} is removed.`);
+      await post<CapturesChanged>("/api/captures/remove", { captures: [name] });
+      context.notify(`${name} is removed.`, { label: "Undo", run: () => void actions.undo() });
       leave();
     } catch (fault) {
       context.fail(fault);
@@ -137,8 +139,22 @@ export function makeDetails(
     under,
   );
   element.addEventListener("keydown", (event) => {
-    if (event.key === "Escape" && !document.fullscreenElement) leave();
+    const inside = (event.target as HTMLElement).closest("dialog, input, select"); // these it ends itself
+    if (event.key === "Escape" && !inside && !document.fullscreenElement) leave();
   });
+
+  /** Ask for the likely words, which take longest; everything else is there meanwhile. */
+  async function describe(asked: string): Promise<void> {
+    try {
+      const { words } = await get<DescribeReply>("/api/describe", { ref: `capture:${asked}` });
+      if (name !== asked || !facts) return;
+      facts = { ...facts, recognised: words };
+      take.setLanes(lanesOf(facts));
+    } catch (fault) {
+      const unlearned = fault instanceof ApiError && fault.kind === "NotLearnedError";
+      if (name === asked && !unlearned) context.fail(fault);
+    }
+  }
 
   function showFacts(): void {
     if (!facts) return;
@@ -148,6 +164,7 @@ export function makeDetails(
       ["More like this", () => go(routeTo("search", { like: ref() }))],
       ["BVH", () => void save("bvh")],
       ["glTF", () => void save("glb")],
+      ["npz", () => void save("npz")],
       ["Original", () => void save("source")],
     ];
     fill(
@@ -209,9 +226,10 @@ export function makeDetails(
         take.player.seek(time);
       }); // it plays while the facts are computed
       try {
-        const answer = await get<CaptureDetails>("/api/capture", { name: next });
+        const answer = await get<CaptureDetails>("/api/capture", { name: next, described: false });
         if (name !== next) return;
         facts = answer;
+        void describe(next);
       } catch (fault) {
         if (name === next) fill(under, faultState(messageOf(fault), [{ label: "Close", run: leave }]));
         return;
@@ -222,10 +240,11 @@ export function makeDetails(
     async reload() {
       const asked = name;
       try {
-        const answer = await get<CaptureDetails>("/api/capture", { name: asked });
+        const answer = await get<CaptureDetails>("/api/capture", { name: asked, described: false });
         if (name !== asked || isEditing(element)) return; // what is typed is compared when it is saved
         facts = answer;
         showFacts();
+        void describe(asked);
       } catch (fault) {
         if (name === asked && fault instanceof ApiError && fault.status === 404) leave(); // removed
       }
@@ -271,7 +290,7 @@ function factList(facts: CaptureDetails): HTMLElement {
     ["Performer", facts.tags["performer"] ?? null],
     ["Licence", facts.tags["licence"] ?? "not known"],
     ["Format", facts.format],
-    ["File", facts.path],
+    ["File", facts.path.split(/[/\\]/).at(-1) ?? ""],
     ...Object.entries(facts.tags).filter(([key]) => key !== "performer" && key !== "licence"),
     ...facts.notes.map((note): [string, string] => ["Note", note]),
     ...facts.sources.map((one): [string, string] => [

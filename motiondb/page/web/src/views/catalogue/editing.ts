@@ -1,7 +1,7 @@
 /** Editing words: the sentence of a whole capture in its row, and every caption in the panel. */
 
 import { ApiError, post, put } from "../../api/client.ts";
-import type { Caption, WordsEdited } from "../../api/types.ts";
+import type { Caption, WordsEdited, WordsUndone } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { askWhether } from "../../parts/asking.ts";
@@ -55,9 +55,14 @@ export function makeWordsActions(
 
   async function undo(): Promise<void> {
     try {
-      const answer = await post<WordsEdited>("/api/undo", {});
+      const answer = await post<WordsUndone>("/api/undo", {});
       edited(answer.capture, answer.words);
-      context.notify(`The last edit of words of ${answer.capture} is undone.`);
+      const more = answer.captures > 1 ? ` and ${answer.captures - 1} more` : "";
+      const what = { words: "edit of words", tags: "edit of tags", name: "new name", removal: "removal" }[
+        answer.what
+      ];
+      context.notify(`The last ${what ?? "edit"} of ${answer.capture}${more} is undone.`);
+      void context.refresh().catch(context.fail);
     } catch (fault) {
       context.fail(fault);
     }

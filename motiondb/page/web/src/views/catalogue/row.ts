@@ -63,6 +63,8 @@ export function showRow(
   capture: CaptureRow | null,
   options: {
     chosen: boolean;
+    /** Whether it is one of several that are selected. */
+    picked: boolean;
     canEdit: boolean;
     thumbs: Thumbs;
   },
@@ -86,14 +88,29 @@ export function showRow(
     for (const cell of cells.slice(1)) cell.replaceChildren();
     return;
   }
-  fill(name, h("span", { class: "capture-name" }, capture.name), badges(capture));
+  fill(
+    name,
+    h(
+      "label",
+      { class: "check" },
+      h("input", {
+        type: "checkbox",
+        tabindex: -1,
+        checked: options.picked,
+        "data-pick": capture.name,
+        "aria-label": `Select ${capture.name}`,
+      }),
+      h("span", { class: "capture-name" }, capture.name),
+    ),
+    badges(capture),
+  );
   length.textContent = seconds(capture.duration);
   performer.textContent = capture.tags["performer"] ?? "";
   fill(words, wordsOf(capture, options.canEdit));
   const others = Object.entries(capture.tags).filter(([key]) => !OWN_COLUMN.has(key));
   fill(
     tags,
-    others.map(([key, value]) => h("span", { class: "tag", title: `${key} = ${value}` }, value)),
+    others.map(([key, value]) => h("span", { class: "tag", title: `${key} = ${value}` }, `${key}: ${value}`)),
   );
   licence.textContent = capture.tags["licence"] ?? "unknown";
   licence.title = capture.tags["licence"] ?? "The licence of this capture is not known.";

@@ -11,7 +11,9 @@ export interface Rows {
   /** Ask for the rows of a range that are not there yet. */
   want(start: number, end: number): void;
   /** Begin again with a filter and an order; resolves when the first page is there. */
-  ask(where: string, sort: string): Promise<void>;
+  ask(where: string, sort: string, find?: string): Promise<void>;
+  /** The number of the row that was asked for by name; null: it is not among these. */
+  readonly found: number | null;
   /** The index of a capture among the rows that are there, or -1. */
   find(name: string): number;
   /** Replace a row that was edited. */
@@ -26,16 +28,19 @@ export function makeRows(arrived: () => void, failed: (fault: unknown) => void):
   let sort = "name";
   let current = new AbortController();
 
-  async function load(page: number): Promise<void> {
+  let found: number | null = null;
+
+  async function load(page: number, find = ""): Promise<void> {
     const signal = current.signal;
     pages.set(page, "asked");
     const answer = await get<CapturePage>(
       "/api/captures",
-      { where, sort, offset: page * PAGE, limit: PAGE },
+      { where, sort, offset: page * PAGE, limit: PAGE, find },
       signal,
     );
     if (signal.aborted) return;
     total = answer.total;
+    if (find) found = answer.found ?? null;
     pages.set(page, answer.captures);
   }
 
@@ -57,13 +62,17 @@ export function makeRows(arrived: () => void, failed: (fault: unknown) => void):
         });
       }
     },
-    async ask(nextWhere, nextSort) {
+    get found() {
+      return found;
+    },
+    async ask(nextWhere, nextSort, find) {
       current.abort();
       current = new AbortController();
       where = nextWhere;
       sort = nextSort;
       pages = new Map();
-      await load(0);
+      found = null;
+      await load(0, find);
     },
     find(name) {
       for (const [page, rows] of pages) {

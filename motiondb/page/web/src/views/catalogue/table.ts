@@ -14,6 +14,10 @@ export interface Table {
   reset(sort: string): void;
   refresh(): void;
   choose(name: string | null): void;
+  /** Bring a row into sight. */
+  reveal(index: number): void;
+  /** Give the row of a capture the focus, if it is in sight; else the table. */
+  focus(name: string): void;
   close(): void;
 }
 
@@ -24,6 +28,9 @@ export interface TableOptions {
   onSort(sort: string): void;
   onChoose(name: string): void;
   onEdit(capture: CaptureRow, cell: HTMLElement): void;
+  isPicked(name: string): boolean;
+  /** Captures were selected, or not any more. */
+  onPick(names: readonly string[], picked: boolean): void;
 }
 
 export function makeTable(options: TableOptions): Table {
@@ -69,6 +76,7 @@ export function makeTable(options: TableOptions): Table {
       if (isEditing(row)) return; // its words are being edited
       showRow(parts.get(row)!, index, capture, {
         chosen: capture !== null && capture.name === chosen,
+        picked: capture !== null && options.isPicked(capture.name),
         canEdit: options.canEdit(),
         thumbs: options.thumbs,
       });
@@ -91,10 +99,31 @@ export function makeTable(options: TableOptions): Table {
     if (capture) options.onChoose(capture.name);
   }
 
+  /** Select a row; with Shift, all from the row that was selected before. The name opens it. */
+  function select(event: MouseEvent, box: HTMLInputElement, index: number): void {
+    if (event.target !== box) {
+      event.preventDefault(); // the label is there to be read with the box, the name opens the row
+      return pick(index);
+    }
+    const [low, high] = event.shiftKey ? [Math.min(last, index), Math.max(last, index)] : [index, index];
+    last = index;
+    const names: string[] = [];
+    for (let i = low; i <= high; i += 1) {
+      const capture = rows.at(i);
+      if (capture) names.push(capture.name);
+    }
+    options.onPick(names, box.checked);
+  }
+  let last = 0;
+
   element.addEventListener("click", (event) => {
     const row = rowOf(event.target);
     if (!row) return;
     if ((event.target as HTMLElement).closest("[data-edit]")) return edit(row);
+    const box = (event.target as HTMLElement)
+      .closest("label")
+      ?.querySelector<HTMLInputElement>("[data-pick]");
+    if (box) return select(event, box, indices.get(row) ?? 0);
     if ((event.target as HTMLElement).matches("input")) return;
     pick(indices.get(row) ?? 0);
   });
@@ -114,6 +143,9 @@ export function makeTable(options: TableOptions): Table {
     } else if (row && (event.key === "Enter" || event.key === " ")) {
       event.preventDefault();
       pick(indices.get(row) ?? 0);
+    } else if (row && event.key === "x") {
+      const capture = rows.at(indices.get(row) ?? -1);
+      if (capture) options.onPick([capture.name], !options.isPicked(capture.name));
     } else if (row && (event.key === "e" || event.key === "F2")) {
       event.preventDefault();
       edit(row);
@@ -137,6 +169,12 @@ export function makeTable(options: TableOptions): Table {
     choose(name) {
       chosen = name;
       list.refresh();
+    },
+    reveal: (index) => list.reveal(index),
+    focus(name) {
+      const index = rows.find(name);
+      const row = index < 0 ? null : list.row(index);
+      (row ?? element).focus({ preventScroll: true });
     },
     close: () => list.close(),
   };

@@ -8,13 +8,17 @@ import { REDUCED } from "../../take/clip.ts";
 export interface Thumbs {
   /** Show the figure of a capture on a canvas; null clears it. */
   show(canvas: HTMLCanvasElement, capture: string | null): void;
+  /** Let a figure move, or stand; only where all stand until they are pointed at. */
+  move(canvas: HTMLCanvasElement, moving: boolean): void;
   close(): void;
 }
 
 /** Pictures per second: enough for a thumbnail. */
 const RATE = 20;
 
-export function makeThumbs(motions: Motions): Thumbs {
+/** `still`: the figures stand until they are pointed at. */
+export function makeThumbs(motions: Motions, still = false): Thumbs {
+  const moving = new Set<HTMLCanvasElement>();
   const wanted = new Map<HTMLCanvasElement, string>();
   const sketches = new Map<HTMLCanvasElement, Sketch>();
   let colours = readColours();
@@ -39,10 +43,10 @@ export function makeThumbs(motions: Motions): Thumbs {
   function frame(now: number): void {
     if (closed) return;
     requestAnimationFrame(frame);
-    if (REDUCED.matches || now - painted < 1000 / RATE) return;
+    if ((REDUCED.matches && moving.size === 0) || now - painted < 1000 / RATE) return;
     painted = now;
     for (const [canvas, sketch] of sketches) {
-      if (canvas.isConnected) draw(canvas, sketch, now / 1000);
+      if (canvas.isConnected && (!still || moving.has(canvas))) draw(canvas, sketch, now / 1000);
     }
   }
   const recolour = (): void => void (colours = readColours());
@@ -64,10 +68,14 @@ export function makeThumbs(motions: Motions): Thumbs {
           if (!motion || wanted.get(canvas) !== capture) return;
           const sketch = sketchOf(motion);
           sketches.set(canvas, sketch);
-          draw(canvas, sketch, 0.5);
+          draw(canvas, sketch, 0.5 * Math.min(sketch.motion.frames / sketch.motion.fps, 2));
         },
         () => undefined, // a row without a figure is still a row
       );
+    },
+    move(canvas, on) {
+      if (on) moving.add(canvas);
+      else moving.delete(canvas);
     },
     close() {
       closed = true;

@@ -97,7 +97,7 @@ export function decodingElement(decoding: Decoding): HTMLElement {
   return h(
     "p",
     { class: "small" },
-    "Decoded to symbols ",
+    "Taken as the movements ",
     decoding.symbols.map((symbol) => [h("a", { href: routeTo("symbols", { symbol }) }, symbol), " "]),
     h(
       "span",

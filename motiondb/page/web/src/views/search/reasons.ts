@@ -63,7 +63,7 @@ export function reasonsElement(explanation: Explanation, score: number): HTMLEle
     h(
       "caption",
       {},
-      `Evidence in nats. The rows add up to the log-odds ${nats(explanation.log_odds)}, a score of ${score.toFixed(3)}.`,
+      `What speaks for it (+) and against it (−), in nats. The rows add up to the log-odds ${nats(explanation.log_odds)}, a score of ${score.toFixed(3)}.`,
       explanation.suggests.length
         ? ` Captions nearest to its motion: ${explanation.suggests.join("; ")}.`
         : "",

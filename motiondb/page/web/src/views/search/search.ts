@@ -51,7 +51,7 @@ function open(host: HTMLElement, context: Context): OpenView {
   const exact = h("input", { type: "checkbox", id: "search-exact" });
   const symbols = h("input", { type: "checkbox", id: "search-symbols" });
   const understood = h("div", { "aria-live": "polite" });
-  const exampleBox = h("div", {});
+  const exampleBox = h("div", { class: "example-box" });
   const more = h(
     "details",
     { class: "search-more" },
@@ -70,12 +70,16 @@ function open(host: HTMLElement, context: Context): OpenView {
         exact,
         h("span", { class: "muted small" }, " do not replace unknown words by known ones"),
       ),
-      h("label", { for: "search-symbols" }, "By symbols"),
+      h("label", { for: "search-symbols" }, "By movements"),
       h(
         "span",
         {},
         symbols,
-        h("span", { class: "muted small" }, " decode the words to symbols and search for these"),
+        h(
+          "span",
+          { class: "muted small" },
+          " turn the words into the movements that they usually mean, and search for these",
+        ),
       ),
     ),
     h("button", { class: "button plain", type: "submit" }, "Search again"),
@@ -173,6 +177,7 @@ function open(host: HTMLElement, context: Context): OpenView {
   }
 
   function showExample(): void {
+    host.classList.toggle("with-example", wanted.like !== "");
     if (!wanted.like) {
       example?.close();
       example = null;

@@ -1,0 +1,154 @@
+"""Routes that change several captures at once, and undo."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from typing import Annotated
+
+from fastapi import APIRouter
+from pydantic import Field
+
+from motiondb.database import MotionDB
+from motiondb.errors import QueryError
+from motiondb.page.errors import PageError, unknown
+from motiondb.page.routes.parameters import Body, Text
+from motiondb.page.state import Edit, Page
+from motiondb.records import Caption
+
+MOST_CHANGED = 10_000  # Largest number of captures of one change
+Names = Annotated[list[Text], Field(min_length=1, max_length=MOST_CHANGED)]
+
+
+class CapturesBody(Body):
+    """Several captures."""
+
+    captures: Names
+
+
+class CaptureTagsBody(CapturesBody):
+    """Tags for several captures; an empty value removes the tag."""
+
+    tags: dict[Text, Text]
+
+
+class CaptureWordsBody(CapturesBody):
+    """A caption that is added to each of several captures."""
+
+    words: Annotated[str, Field(min_length=1, max_length=2000)]
+
+
+class RenameBody(Body):
+    """A capture, or a folder ending in "/", and its new name."""
+
+    old: Text
+    new: Annotated[str, Field(min_length=1, max_length=500)]
+
+
+@dataclass(frozen=True)
+class CapturesChanged:
+    """Captures that were changed, and the number of edits that can be undone."""
+
+    changed: tuple[str, ...]
+    undo: int
+
+
+def router(page: Page) -> APIRouter:
+    """Return the routes of changes of several captures."""
+    routes = APIRouter(tags=["catalogue"])
+
+    @routes.post("/api/captures/tags")
+    def set_tags(body: CaptureTagsBody) -> CapturesChanged:
+        """Set tags, such as performer and licence, of several captures."""
+        with _changing(page) as db, page.editing:
+            names = _known(db, body.captures)
+            return _noted(page, db, "tags", names, lambda: db.set_tags(body.tags, names))
+
+    @routes.post("/api/captures/words")
+    def add_words(body: CaptureWordsBody) -> CapturesChanged:
+        """Add a caption to each of several captures."""
+        with _changing(page) as db, page.editing:
+            names, runs = _known(db, body.captures), list[int]()
+            new = Caption(body.words, None, None)
+            for name in names:
+                before = db.captions(name)
+                if new not in before:
+                    runs.append(db.set_captions(name, (*before, new)).run_id)
+            return _remember(page, "words", names, runs)
+
+    @routes.post("/api/captures/rename")
+    def rename(body: RenameBody) -> CapturesChanged:
+        """Rename a capture, or all below a folder."""
+        with _changing(page) as db, page.editing:
+            return _noted(page, db, "name", [body.old], lambda: db.rename(body.old, body.new))
+
+    @routes.post("/api/captures/remove")
+    def remove(body: CapturesBody) -> CapturesChanged:
+        """Remove several captures; undo brings them back."""
+        with _changing(page) as db, page.editing:
+            return remove_captures(page, db, body.captures)
+
+    return routes
+
+
+def remove_captures(page: Page, db: MotionDB, captures: Sequence[str]) -> CapturesChanged:
+    """Remove captures, to be undone; the caller holds ``page.editing``."""
+    names = _known(db, captures)
+    return _noted(page, db, "removal", names, lambda: db.remove(names))
+
+
+def undo_last(page: Page, db: MotionDB) -> Edit:
+    """Take back the latest edit that the page made; the caller holds ``page.editing``."""
+    if not page.edits:
+        raise PageError("undo: expected an edit, found none.", 409, "ConflictError")
+    last = page.edits[-1]
+    try:
+        for run in reversed(last.runs):
+            db.undo(run)
+    except QueryError as error:
+        page.edits.pop()
+        raise PageError(
+            f"{last.captures[0]}: expected the {last.what} of this edit, found others."
+            " They were changed since, and stay as they are.",
+            409,
+            "ConflictError",
+        ) from error
+    page.edits.pop()  # only now: a full disk leaves the edit to be undone later
+    return last
+
+
+def _changing(page: Page) -> AbstractContextManager[MotionDB]:
+    """Return the database for a change; refused where the page is read-only."""
+    page.check_writable()
+    return page.held.use()
+
+
+def _known(db: MotionDB, names: Sequence[str]) -> list[str]:
+    """Return the names, each once; refused where there is no such capture."""
+    for name in names:
+        if db.browsed(name) is None:
+            raise unknown("capture", name, "It may have been removed.")
+    return list(dict.fromkeys(names))
+
+
+def _noted(
+    page: Page, db: MotionDB, what: str, names: Sequence[str], change: Callable[[], Iterable[str]]
+) -> CapturesChanged:
+    """Make a change, and remember the run that made it, to be undone."""
+    before = _last_run(db)
+    changed = list(change())
+    after = _last_run(db)
+    runs = [after] if after != before else []
+    return _remember(page, what, changed or names, runs)
+
+
+def _remember(page: Page, what: str, names: Sequence[str], runs: Sequence[int]) -> CapturesChanged:
+    if runs:
+        page.edits.append(Edit(tuple(names), tuple(runs), what))
+    return CapturesChanged(tuple(names) if runs else (), len(page.edits))
+
+
+def _last_run(db: MotionDB) -> int:
+    """Return the number of the newest run; the page holds the database meanwhile."""
+    return max((int(run["run_id"]) for run in db.runs()), default=0)

@@ -1,0 +1,138 @@
+/** The captures as large previews, which play while they are pointed at or have the focus. */
+
+import { fill, h } from "../../dom/element.ts";
+import { makeVirtualList, type VirtualList } from "../../parts/virtual.ts";
+import { seconds } from "../../parts/text.ts";
+import { wholeWords } from "./row.ts";
+import type { Table, TableOptions } from "./table.ts";
+
+/** The height of a row of cards with its gap, and the least width of a card, pixels. */
+const ROW = 236;
+const LEAST_WIDTH = 168;
+const PREVIEW = { width: 220, height: 160 };
+
+/** A table in another form: it has the same rows, selection and actions. */
+export function makeGrid(options: Omit<TableOptions, "onSort" | "onEdit" | "canEdit">): Table {
+  const { rows, thumbs } = options;
+  let chosen: string | null = null;
+  let columns = 1;
+  let last = 0;
+  const body = h("div", { class: "grid-body" });
+  const element = h(
+    "div",
+    { class: "table grid", role: "list", "aria-label": "Captures as previews", tabindex: -1 },
+    body,
+  );
+
+  function card(index: number): HTMLElement | null {
+    const capture = rows.at(index);
+    if (!capture) return null;
+    const scale = Math.min(devicePixelRatio, 2);
+    const canvas = h("canvas", {
+      class: "preview",
+      width: PREVIEW.width * scale,
+      height: PREVIEW.height * scale,
+      "aria-hidden": "true",
+    });
+    thumbs.show(canvas, capture.name);
+    const move = (on: boolean): void => thumbs.move(canvas, on);
+    const words = wholeWords(capture) || (capture.words[0]?.words ?? "no words");
+    const box = h("input", {
+      type: "checkbox",
+      checked: options.isPicked(capture.name),
+      "aria-label": `Select ${capture.name}`,
+      on: {
+        click: (event) => {
+          const [low, high] = event.shiftKey
+            ? [Math.min(last, index), Math.max(last, index)]
+            : [index, index];
+          last = index;
+          const names: string[] = [];
+          for (let i = low; i <= high; i += 1) names.push(rows.at(i)?.name ?? "");
+          options.onPick(
+            names.filter((name) => name !== ""),
+            box.checked,
+          );
+        },
+      },
+    });
+    return h(
+      "div",
+      {
+        class: capture.name === chosen ? "card chosen" : "card",
+        role: "listitem",
+        on: {
+          pointerenter: () => move(true),
+          pointerleave: () => move(false),
+          focusin: () => move(true),
+          focusout: () => move(false),
+        },
+      },
+      h(
+        "button",
+        {
+          class: "card-open",
+          type: "button",
+          title: words,
+          "data-name": capture.name,
+          on: { click: () => options.onChoose(capture.name) },
+        },
+        canvas,
+        h("span", { class: "capture-name" }, capture.name),
+        h("span", { class: "card-words" }, words),
+      ),
+      h("span", { class: "card-length" }, seconds(capture.duration)),
+      box,
+    );
+  }
+
+  const list: VirtualList = makeVirtualList({
+    viewport: element,
+    body,
+    rowHeight: ROW,
+    make: () => h("div", { class: "card-row", role: "presentation" }),
+    render(row, index) {
+      const cards: HTMLElement[] = [];
+      for (let i = index * columns; i < Math.min((index + 1) * columns, rows.total); i += 1) {
+        cards.push(card(i) ?? h("div", { class: "card", role: "listitem" }));
+      }
+      row.style.gridTemplateColumns = `repeat(${columns}, minmax(0, 1fr))`;
+      fill(row, cards);
+    },
+    onRange: (start, end) => rows.want(start * columns, Math.min(end * columns, rows.total)),
+  });
+
+  function measure(): boolean {
+    const next = Math.max(Math.floor((element.clientWidth - 12) / LEAST_WIDTH), 1);
+    const changed = next !== columns;
+    columns = next;
+    return changed;
+  }
+
+  const sized = new ResizeObserver(() => {
+    if (measure()) list.reset(Math.ceil(rows.total / columns));
+  });
+  sized.observe(element);
+
+  return {
+    element,
+    reset() {
+      measure();
+      list.reset(Math.ceil(rows.total / columns));
+    },
+    refresh: () => list.refresh(),
+    choose(name) {
+      chosen = name;
+      list.refresh();
+    },
+    reveal: (index) => list.reveal(Math.floor(index / columns)),
+    focus(name) {
+      const cards = [...element.querySelectorAll<HTMLElement>("[data-name]")];
+      (cards.find((one) => one.dataset["name"] === name) ?? element).focus({ preventScroll: true });
+    },
+    close() {
+      sized.disconnect();
+      list.close();
+    },
+  };
+}

@@ -1,0 +1,186 @@
+/** Several captures at once: which are chosen, and what is done with them. */
+
+import { post } from "../../api/client.ts";
+import type { CapturesChanged } from "../../api/types.ts";
+import { h } from "../../dom/element.ts";
+import { icon } from "../../dom/icons.ts";
+import { askWhether, openDialog } from "../../parts/asking.ts";
+import { download, type FileFormat } from "../../parts/download.ts";
+import { plural } from "../../parts/text.ts";
+import type { Context } from "../view.ts";
+
+export interface Picking {
+  readonly element: HTMLElement;
+  has(name: string): boolean;
+  set(names: readonly string[], chosen: boolean): void;
+  clear(): void;
+}
+
+export interface PickingOptions {
+  /** The names of all captures that the filter lets through. */
+  all(): Promise<string[]>;
+  changed(): void;
+  undo(): Promise<void>;
+}
+
+export function makePicking(context: Context, options: PickingOptions): Picking {
+  const chosen = new Set<string>();
+  const count = h("span", { role: "status" });
+  const canWrite = !context.status().read_only;
+  const element = h(
+    "div",
+    { class: "selection-bar", role: "region", "aria-label": "Selected captures", hidden: true },
+    count,
+    link("Select all", async () => set(await options.all(), true)),
+    canWrite
+      ? [
+          action("Words…", () => ask("Add words", "What do all of them show?", "a person walks", addWords)),
+          action("Tags…", () =>
+            ask(
+              "Set a tag",
+              "A tag and its value, such as performer = ana. Without a value it is removed.",
+              "performer = ana",
+              setTag,
+            ),
+          ),
+          action("Licence…", () =>
+            ask("Set the licence", "The licence of all of them", "CC0-1.0", setLicence),
+          ),
+          action("Rename…", () => void rename()),
+          action("Remove…", () => void removeAll()),
+        ]
+      : null,
+    (["bvh", "glb", "npz", "source"] as const).map((format) =>
+      h(
+        "button",
+        {
+          class: "button plain",
+          type: "button",
+          "aria-label": `Download as ${NAMES[format]}`,
+          on: { click: () => void save(format) },
+        },
+        icon("download"),
+        NAMES[format],
+      ),
+    ),
+    link("Clear", () => clear()),
+  );
+
+  function link(label: string, run: () => unknown): HTMLElement {
+    return h("button", { class: "link", type: "button", on: { click: () => void run() } }, label);
+  }
+
+  function action(label: string, run: () => void): HTMLElement {
+    return h("button", { class: "button plain", type: "button", on: { click: run } }, label);
+  }
+
+  function show(): void {
+    element.hidden = chosen.size === 0;
+    count.textContent = `${plural(chosen.size, "capture")} selected`;
+    options.changed();
+  }
+
+  function set(names: readonly string[], on: boolean): void {
+    for (const name of names)
+      if (on) chosen.add(name);
+      else chosen.delete(name);
+    show();
+  }
+
+  function clear(): void {
+    chosen.clear();
+    show();
+  }
+
+  async function change(path: string, body: object, done: string): Promise<boolean> {
+    try {
+      const { changed } = await post<CapturesChanged>(`/api/captures/${path}`, body);
+      context.notify(
+        changed.length > 0
+          ? `${done} of ${plural(changed.length, "capture")}.`
+          : "Nothing had to be changed.",
+        changed.length > 0 ? { label: "Undo", run: () => void options.undo() } : undefined,
+      );
+      await context.refresh();
+      return true;
+    } catch (fault) {
+      context.fail(fault);
+      return false;
+    }
+  }
+
+  /** Ask for one line; the dialog stays open where it cannot be done. */
+  function ask(title: string, label: string, example: string, run: (line: string) => Promise<boolean>): void {
+    const input = h("input", {
+      class: "field wide",
+      id: "bulk",
+      required: true,
+      autofocus: true,
+      placeholder: example,
+    });
+    const form = h(
+      "form",
+      {},
+      h("p", { class: "muted" }, plural(chosen.size, "capture")),
+      h("label", { for: "bulk" }, label),
+      input,
+      h("div", { class: "row end" }, h("button", { class: "button", type: "submit" }, title)),
+    );
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      void run(input.value.trim()).then((done) => done && dialog.close());
+    });
+    const dialog = openDialog(title, form);
+  }
+
+  const names = (): string[] => [...chosen];
+  const addWords = (words: string): Promise<boolean> =>
+    change("words", { captures: names(), words }, "Words");
+  const setLicence = (licence: string): Promise<boolean> =>
+    change("tags", { captures: names(), tags: { licence } }, "Licence");
+  const setTag = (line: string): Promise<boolean> => {
+    const [key, ...value] = line.split("=");
+    if (!key?.trim() || value.length === 0) {
+      context.fail(new Error("Write a tag and its value with = between them, such as performer = ana."));
+      return Promise.resolve(false);
+    }
+    return change("tags", { captures: names(), tags: { [key.trim()]: value.join("=").trim() } }, "Tags");
+  };
+
+  async function rename(): Promise<void> {
+    const [only, ...more] = names();
+    if (!only) return;
+    if (more.length > 0) {
+      return context.fail(new Error("Select one capture to rename it: names of captures differ."));
+    }
+    ask("Rename", `The new name of ${only}`, only, async (name) => {
+      const done = await change("rename", { old: only, new: name }, "Name");
+      if (done) clear();
+      return done;
+    });
+  }
+
+  async function removeAll(): Promise<void> {
+    const sure = await askWhether(
+      `Remove ${plural(chosen.size, "capture")}?`,
+      "They are removed with their words and what was learned from these. Undo brings them back.",
+      "Remove",
+    );
+    if (sure && (await change("remove", { captures: names() }, "Removal"))) clear();
+  }
+
+  async function save(format: FileFormat): Promise<void> {
+    try {
+      await download(
+        names().map((name) => ({ ref: `capture:${name}` })),
+        format,
+      );
+    } catch (fault) {
+      context.fail(fault);
+    }
+  }
+
+  return { element, has: (name) => chosen.has(name), set, clear };
+}
+
+const NAMES: Record<FileFormat, string> = { bvh: "BVH", glb: "glTF", npz: "npz", source: "originals" };

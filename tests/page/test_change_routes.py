@@ -1,0 +1,47 @@
+"""Changes of several captures at once, and their undo."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from page_serving import Serve
+
+NAMES = ["ana/bow_1", "ana/jump_1"]
+
+
+def test_several_captures_are_changed_and_each_change_is_undone(
+    learned_copy: Path, serve: Serve
+) -> None:
+    client = serve(learned_copy)
+
+    def facts(name: str) -> dict:
+        answer = client.get("/api/capture", params={"name": name, "described": False})
+        kept = ("name", "tags", "words")  # its segments are found anew when it comes back
+        found = answer.json() if answer.status_code == 200 else {}
+        return {key: found[key] for key in kept if found}
+
+    def change(path: str, **body: object) -> dict:
+        answer = client.post(f"/api/captures/{path}", json=body)
+        assert answer.status_code == 200, answer.text
+        return answer.json()
+
+    before = {name: facts(name) for name in NAMES}
+    tags = {"performer": "bea", "licence": "CC-BY-4.0"}
+    assert change("tags", captures=NAMES, tags=tags) == {"changed": NAMES, "undo": 1}
+    assert change("tags", captures=NAMES, tags=tags) == {"changed": [], "undo": 1}
+    assert facts("ana/bow_1")["tags"]["performer"] == "bea"
+    assert change("words", captures=NAMES, words="a test of words")["undo"] == 2
+    assert "a test of words" in [caption["words"] for caption in facts("ana/jump_1")["words"]]
+    assert change("rename", old="ana/bow_1", new="bea/bow_1")["changed"] == ["ana/bow_1"]
+    assert change("remove", captures=["ana/jump_1", "bea/bow_1"])["undo"] == 4
+    assert facts("ana/jump_1") == {}
+    undone = [client.post("/api/undo", json={}).json() for _ in range(4)]
+    assert [one["what"] for one in undone] == ["removal", "name", "words", "tags"]
+    assert [one["captures"] for one in undone] == [2, 1, 2, 2]
+    assert {name: facts(name) for name in NAMES} == before
+    assert client.post("/api/undo", json={}).status_code == 409
+    missing = client.post("/api/captures/remove", json={"captures": ["ana/bow_1", "no/such"]})
+    assert missing.status_code == 404
+    assert facts("ana/bow_1")
+    refused = serve(learned_copy, read_only=True)
+    assert refused.post("/api/captures/remove", json={"captures": NAMES}).status_code == 403
