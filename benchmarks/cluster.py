@@ -49,7 +49,9 @@ def measured(what: str, work, workers: motiondb.Cluster | None) -> Run:
     if workers is None:
         work()
         return Run(what, 0, time.perf_counter() - begun, time.process_time() - own)
-    with workers._client.get_task_stream() as stream:
+    from distributed import get_task_stream
+
+    with get_task_stream(workers._client) as stream:
         work()
     run = Run(what, workers.n_workers, time.perf_counter() - begun, time.process_time() - own)
     for task in stream.data:

@@ -286,12 +286,16 @@ def export(
 
     With an option that changes the motion, or a part of it, a new file is written.
     """
+    from motiondb import unit_from_name
+
     changes = options.motion_changes(unit, fps, loop, in_place, mirror, onto, joint_map)
     with shared.database() as base:
         exported = base.export(name, output, start, end, canonical, changes)
     if printing.as_json(shared, exported):
         return
     what = "the added file" if exported.is_added_file else f"in {exported.unit}"
+    if exported.unit == "cmu" and not exported.is_added_file:
+        what += f", which is {unit_from_name('cmu'):.4f} m; --unit cm for centimetres"
     printing.say(
         f"{exported.capture} written to {exported.output}: "
         f"{printing.number(exported.frames, 'frame')} at {exported.fps:g} a second, {what}"

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from motiondb.database.catalogue.rescuing import rescue
     from motiondb.database.checking import check_file
     from motiondb.database.cluster import Cluster
-    from motiondb.database.generating import Generated
+    from motiondb.database.generating import ActionPlace, Generated
     from motiondb.database.grammars.grammar_facts import grammar_row
     from motiondb.database.grammars.grammar_learning import GrammarSettings
     from motiondb.database.grammars.grammar_parsing import ParsedMotion
@@ -101,6 +101,7 @@ if TYPE_CHECKING:
 __all__ = [
     "CMU_TERMS",
     "CMU_URL",
+    "ActionPlace",
     "AddSettings",
     "Caption",
     "CaptureError",
@@ -234,7 +235,7 @@ _PLACES = {
     "motiondb.database.grammars.grammar_sequences": "Edit GrammarSequence",
     "motiondb.database.grammars.grammars": "Grammars",
     "motiondb.database.learn.start": "load_knowledge shipped_starts",
-    "motiondb.database.generating": "Generated",
+    "motiondb.database.generating": "ActionPlace Generated",
     "motiondb.database.joining": "Joined",
     "motiondb.database.scenes.scene_making": "SceneSettings",
     "motiondb.database.scenes.scene_texts": "SceneText",

@@ -30,7 +30,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.answers.learning import Evaluation, StartAnswer
     from motiondb.database.catalogue.exporting import MotionChanges
     from motiondb.database.cluster import Cluster
-    from motiondb.database.generating import Generated
+    from motiondb.database.generating import ActionPlace, Generated
     from motiondb.database.grammars.grammars import Grammars
     from motiondb.database.joining import Joined
     from motiondb.database.scenes.scenes import Scenes
@@ -470,6 +470,7 @@ class MotionDB(Captures):
         method: str = "stitched",
         exact: bool = False,
         anyway: bool = False,
+        places: Sequence[ActionPlace] = (),
     ) -> Generated:
         """Generate a motion from a sentence.
 
@@ -488,17 +489,24 @@ class MotionDB(Captures):
             a known one is replaced by the likeliest.
         anyway : bool
             Whether to generate the nearest motion if nothing in the database shows an action.
+        places : sequence of ActionPlace
+            Where each action is taken from, in the order of the sentence; none leaves the choice
+            free. Stitched motion only.
 
         Raises
         ------
         NotLearnedError
             When the database has not learned, or learned no words.
         QueryError
-            For an unknown method, no known word, or an action that nothing in the database shows.
+            For an unknown method, no known word, an action that nothing in the database shows, or
+            places that are not one for each action, or lie outside their captures.
         """
         from motiondb.database import generating
 
-        return generating.generate(self.session, words, seed, 1, method, exact, anyway)[0]
+        seeds = range(seed, seed + 1)
+        return generating.generate(
+            self.session, words, seeds, method, exact, anyway, places=places
+        )[0]
 
     def generate_variants(
         self,
@@ -543,7 +551,7 @@ class MotionDB(Captures):
         from motiondb.database import generating
 
         return generating.generate(
-            self.session, words, seed, number, method, exact, anyway, changes
+            self.session, words, range(seed, seed + number), method, exact, anyway, changes
         )
 
     def join(self, parts: Sequence[str], changes: MotionChanges | None = None) -> Joined:
