@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     from motiondb.database.catalogue.parts import check_motion_file
     from motiondb.database.catalogue.rescuing import rescue
     from motiondb.database.checking import check_file
-    from motiondb.database.generating import Generated
+    from motiondb.database.cluster import Cluster
+    from motiondb.database.generating import ActionPlace, Generated
     from motiondb.database.grammars.grammar_facts import grammar_row
     from motiondb.database.grammars.grammar_learning import GrammarSettings
     from motiondb.database.grammars.grammar_parsing import ParsedMotion
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
     from motiondb.database.tables import Tables
     from motiondb.errors import (
         CaptureError,
+        ClusterError,
         HeldError,
         ImplausibleError,
         KnowledgeError,
@@ -99,11 +101,14 @@ if TYPE_CHECKING:
 __all__ = [
     "CMU_TERMS",
     "CMU_URL",
+    "ActionPlace",
     "AddSettings",
     "Caption",
     "CaptureError",
     "CaptureInfo",
     "Clip",
+    "Cluster",
+    "ClusterError",
     "Drift",
     "Edit",
     "Event",
@@ -219,6 +224,7 @@ _PLACES = {
     "motiondb.database": "MotionDB",
     "motiondb.database.catalogue.cataloguing": "check_captures",
     "motiondb.database.checking": "check_file",
+    "motiondb.database.cluster": "Cluster",
     "motiondb.database.learned_grammar": "LearnedGrammar",
     "motiondb.database.catalogue.exporting": "MotionChanges",
     "motiondb.database.catalogue.parts": "check_motion_file",
@@ -229,13 +235,14 @@ _PLACES = {
     "motiondb.database.grammars.grammar_sequences": "Edit GrammarSequence",
     "motiondb.database.grammars.grammars": "Grammars",
     "motiondb.database.learn.start": "load_knowledge shipped_starts",
-    "motiondb.database.generating": "Generated",
+    "motiondb.database.generating": "ActionPlace Generated",
     "motiondb.database.joining": "Joined",
     "motiondb.database.scenes.scene_making": "SceneSettings",
     "motiondb.database.scenes.scene_texts": "SceneText",
     "motiondb.database.scenes.scenes": "Scene Scenes",
-    "motiondb.errors": "CaptureError HeldError ImplausibleError KnowledgeError MotionDBError "
-    "NotLearnedError QueryError SceneError SheetError SkeletonError StoreError UnknownWordsError",
+    "motiondb.errors": "CaptureError ClusterError HeldError ImplausibleError KnowledgeError "
+    "MotionDBError NotLearnedError QueryError SceneError SheetError SkeletonError StoreError "
+    "UnknownWordsError",
     "motiondb.fetch": "CMU_TERMS CMU_URL FetchLimits FetchSettings fetch_cmu",
     "motiondb.grammar.cfg.context_free": "Tree",
     "motiondb.grammar.derivation.plan": "Plan",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -21,6 +21,7 @@ from motiondb.database.generated_files import (
 )
 from motiondb.database.session import Session, nearby_table
 from motiondb.errors import QueryError
+from motiondb.generate.excerpt_motion import Choices, PlaceWish
 from motiondb.generate.material import Takes
 from motiondb.generate.motion_making import (
     MadeMotion,
@@ -48,10 +49,31 @@ from motiondb.search.takings import (
     write_otherwise,
 )
 
+LEAST_PICKED = 15  # Fewest frames (0.5 s) of an excerpt that is picked: seams need as much
 MOST_VARIANTS = 100  # Motions of one sentence that are made at once
 MOST_TRIES = 2
 """Motions that are made for each one asked for: of several actions or alternatives, some may be
 made from the same places again."""
+
+
+@dataclass(frozen=True)
+class ActionPlace:
+    """Where an action of a sentence is taken from.
+
+    Attributes
+    ----------
+    place : int or None
+        Number of one of the places that show the action about as clearly (``Generated.places``).
+    capture : str or None
+        Name of the capture of an excerpt that was picked by hand; then `place` does not count.
+    start, end : float
+        The excerpt, in seconds of the capture.
+    """
+
+    place: int | None = None
+    capture: str | None = None
+    start: float = 0.0
+    end: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +128,9 @@ class Generated:
         Words that name an action of the sentence and are not understood.
     changed : tuple of str
         How the motion was changed after it was made; everything else is about the changed motion.
+    places : tuple of (int, int)
+        For each action of stitched motion the number of its place, from 0, and the number of places
+        that show it about as clearly; -1 for an excerpt that is none of them, or that was picked.
     """
 
     motion: Motion
@@ -130,6 +155,7 @@ class Generated:
     took_all_places: bool = False
     missing: tuple[str, ...] = ()
     changed: tuple[str, ...] = ()
+    places: tuple[tuple[int, int], ...] = ()
 
     @property
     def unknown(self) -> Mapping[str, tuple[str, ...]]:
@@ -214,18 +240,19 @@ class Generated:
 def generate(
     session: Session,
     words: str,
-    seed: int,
-    number: int,
+    seeds: range,
     method: str = "stitched",
     exact: bool = False,
     anyway: bool = False,
     changes: MotionChanges | None = None,
+    places: Sequence[ActionPlace] = (),
 ) -> list[Generated]:
-    """Generate up to `number` motions from a sentence: of this seed, the next one and so on.
+    """Generate up to as many motions from a sentence as there are seeds.
 
     They are judged after they were mirrored, looped or put in place. Stitched motions of the same
     actions from the same places as an earlier one are left out, so that there may be fewer.
     """
+    seed, number = seeds.start, len(seeds)
     if not 1 <= number <= MOST_VARIANTS:
         raise QueryError(f"variants: expected 1 to {MOST_VARIANTS}, found {number}.")
     if number > 1 and method == "trajectory":
@@ -245,12 +272,15 @@ def generate(
         else:
             text, same = write_otherwise(session.learned, words)
             learned, takings, instead = _replace_unknown(session.learned, text, anyway)
+        wishes = tuple(_wish(session, place) for place in places)
         missing = not_understood(
             session.learned, text, [w for w, t in takings.items() if t.is_taken]
         )
         for variant in range(seed, seed + MOST_TRIES * number):
             rng = np.random.default_rng(variant)
-            motion = make_motion(learned, takes, text, rng, method, anyway, instead, variant)
+            motion = make_motion(
+                learned, takes, text, rng, method, anyway, instead, Choices(variant, wishes)
+            )
             if not any(_is_from_same(motion, earlier) for earlier in made):
                 made.append(motion)
                 said: tuple[str, ...] = ()
@@ -280,6 +310,21 @@ def generate(
                 motions[-1] = replace(motions[-1], took_all_places=True)
                 break
     return motions
+
+
+def _wish(session: Session, place: ActionPlace) -> PlaceWish:
+    """Return a wish by the number of the capture and in frames."""
+    if place.capture is None:
+        return PlaceWish(place.place)
+    info = store.load_capture(session.store, place.capture)
+    first, last = (round(second * MOTION_FPS) for second in (place.start, place.end))
+    if not 0 <= first < last <= info.motion_frames or last - first < LEAST_PICKED:
+        raise QueryError(
+            f"{info.name}: expected an excerpt of at least {LEAST_PICKED / MOTION_FPS:g} s within"
+            f" 0 to {info.motion_frames / MOTION_FPS:.2f} s, found {place.start:g} to"
+            f" {place.end:g} s. Choose one inside the capture."
+        )
+    return PlaceWish(None, (info.capture_id, first, last))
 
 
 def _took_all_places(motion: MadeMotion, n_tries: int) -> bool:
@@ -364,6 +409,7 @@ def _to_generated(
         not_used=hinted(motion.not_used, hints),
         sources=word_sources(learned, (word for action in motion.actions for word in action)),
         smoothness=motion.smoothness,
+        places=motion.places,
     )
 
 

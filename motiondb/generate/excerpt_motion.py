@@ -21,7 +21,7 @@ the speeds of recorded motions of the same action.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,6 +100,7 @@ class ShownExcerpt:
     place: int = 0  # Number of its place; -1 if it is not among those comparable with the best one
     n_places: int = 1  # Number of places that show the action about as clearly as the best one
     does: bool = True  # Whether it does all that is measured
+    is_picked: bool = False  # Whether it was asked for
     # Other excerpts that are played after the first part of the layout
     between: tuple[stitching.Piece, ...] = ()
 
@@ -127,20 +128,51 @@ class _Material(Material):
     contacts: Mapping[int, NDArray[np.bool_]]  # Capture -> feet on the ground: array (frames, 2)
 
 
+@dataclass(frozen=True)
+class PlaceWish:
+    """Where the excerpt of one action is to come from."""
+
+    place: int | None = None  # Number of a place (``ShownExcerpt.place``), or None
+    excerpt: tuple[int, int, int] | None = None  # Capture, first frame, last frame + 1
+
+
+@dataclass(frozen=True)
+class Choices:
+    """Which of the places that show each action about as clearly are preferred."""
+
+    place: int = 0  # For every action without a wish: 0 the best, 1 the next, and so on
+    wishes: tuple[PlaceWish, ...] = ()  # One for each action, or none
+
+    def of(self, action: int) -> PlaceWish:
+        """Return the wish for the action of a number."""
+        wish = self.wishes[action] if self.wishes else PlaceWish()
+        return replace(wish, place=self.place) if wish.place is None else wish
+
+
+ANY_PLACE = Choices()  # No wishes: the best places
+
+
 def excerpt_motion(
     learned: Learned,
     takes: Takes,
     actions: Sequence[ActionSources],
     rng: np.random.Generator,
-    choice: int = 0,
+    choice: Choices = ANY_PLACE,
 ) -> ExcerptMotion:
     """Make a motion that shows actions in order."""
-    likely = [_likely(each) for each in actions]
+    wishes = [choice.of(n) for n in range(len(actions))]
+    likely = [
+        _likely(each) if wish.excerpt is None else [Excerpt(*wish.excerpt, 0.0, wish.excerpt[1:])]
+        for each, wish in zip(actions, wishes)
+    ]
     material = _gather(takes, {e.capture for each in likely for e in each})
-    directed = [_direct(material, of, each) for of, each in zip(actions, likely)]
+    directed = [
+        _direct(material, of, each) if wish.excerpt is None else (each, ())
+        for of, each, wish in zip(actions, likely, wishes)
+    ]
     unseen = [
-        {} if _AT_ENDS & {*words} else _unseen(learned, takes, of.action, each)
-        for of, (each, words) in zip(actions, directed)
+        {} if wish.excerpt or _AT_ENDS & {*words} else _unseen(learned, takes, of.action, each)
+        for of, (each, words), wish in zip(actions, directed, wishes)
     ]
     excerpts = [with_unseen(each, where) for (each, _), where in zip(directed, unseen)]
     speeds = [_speeds(material, each) for each in excerpts]
@@ -149,19 +181,21 @@ def excerpt_motion(
     does = [_does(material, each, words) for each, words in directed]
     places = [number_places(*each) for each in zip(excerpts, values, does)]
     rows = [
-        _Rows(*each)
-        for each in zip(
-            actions, excerpts, [words for _, words in directed], costs, values, places, unseen
+        _Rows(of, each, words, cost, value, numbers, where, wish)
+        for of, each, (_, words), cost, value, numbers, where, wish in zip(
+            actions, excerpts, directed, costs, values, places, unseen, wishes
         )
     ]
-    picked, owners = _pick(material, rows, choice, rng)
+    picked, owners = _pick(material, rows, rng)
     shown, pieces, sources, lengths = [], [], dict(material.paths), []
     origins: dict[int, tuple[int, float]] = {c: (c, 1.0) for c in sources}
     for number, (row, n, excerpt) in enumerate(zip(rows, owners, picked)):
         is_last = number == len(actions) - 1
         one = _lay_out(material, row.of.action, excerpt, speeds[number], row.words, is_last)
-        numbers = int(row.places[n]), int(row.places.max()) + 1
+        is_picked = row.wish.excerpt is not None
+        numbers = -1 if is_picked else int(row.places[n]), int(row.places.max()) + 1
         one = replace(one, place=numbers[0], n_places=numbers[1], does=bool(does[number][n]))
+        one = replace(one, is_picked=is_picked)
         key = excerpt.capture
         if one.rate != 1.0:
             key = -2 - number
@@ -197,6 +231,7 @@ class _Rows:
     values: FloatArray  # (excerpts,)
     places: IntArray  # (excerpts,)
     unseen: Mapping[int, FloatArray]  # Capture -> 1 where the action is not to be seen: (frames,)
+    wish: PlaceWish
 
 
 def _unseen(
@@ -217,14 +252,14 @@ def _unseen(
 
 
 def _pick(
-    material: _Material, rows: Sequence[_Rows], choice: int, rng: np.random.Generator
+    material: _Material, rows: Sequence[_Rows], rng: np.random.Generator
 ) -> tuple[list[Excerpt], list[int]]:
     """The excerpts of the sequence with their cuts, and the number of each among its action's."""
     candidates = []
     for k, row in enumerate(rows):
         timed = row.of.action.seconds is not None
         position = cuts.Position(k == 0, k == len(rows) - 1, bool(row.words), timed)
-        preferred = row.costs + _preference(row.places, row.values, choice)
+        preferred = row.costs + _preference(row.places, row.values, row.wish.place or 0)
         preferred = preferred + rng.uniform(0.0, 0.05, size=len(preferred))
         moved, owner = _moved(material, row, preferred, position)
         candidates.append((_with_directions(material, moved, row.words, position), owner))
@@ -234,7 +269,10 @@ def _pick(
         replace(row.excerpts[n], start=int(moved.starts[i]), end=int(moved.ends[i]))
         for i, n, row, (moved, _) in zip(chosen, owners, rows, candidates)
     ]
-    fixed = [row.of.action.seconds is not None or bool(row.words) for row in rows]
+    fixed = [
+        row.of.action.seconds is not None or bool(row.words) or row.wish.excerpt is not None
+        for row in rows
+    ]
     return cuts.refine(picked, material.takes, fixed), owners
 
 
@@ -250,7 +288,13 @@ def _moved(
     for capture, unseen in row.unseen.items():
         n = min(len(unseen), len(values[capture]))
         values[capture][:n] -= UNSEEN_WEIGHT * unseen[:n]
-    return cuts.moved_cuts(row.excerpts, material.takes, values, costs, position)
+    if row.wish.excerpt is None:
+        return cuts.moved_cuts(row.excerpts, material.takes, values, costs, position)
+    (capture, *_) = row.wish.excerpt
+    values.setdefault(capture, np.zeros(len(material.takes[capture].poses)))
+    moved, owner = cuts.moved_cuts(row.excerpts, material.takes, values, costs, position)
+    itself = stitching.Candidates(*(getattr(moved, one.name)[:1] for one in fields(moved)))
+    return itself, owner[:1]
 
 
 def _vary(

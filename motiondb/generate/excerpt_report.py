@@ -78,10 +78,12 @@ def miscounted(shown: ShownExcerpt, track: FloatArray) -> tuple[NotUsed, ...]:
 
 
 def _say_places(shown: ShownExcerpt) -> list[str]:
-    """How many places show an action about as clearly.
+    """How many places show an action about as clearly, or that its excerpt was picked.
 
     Nothing for an excerpt that does not do what is measured and therefore is none of them.
     """
+    if shown.is_picked:
+        return ["the excerpt that was picked"]
     if shown.place < 0 and not shown.does:
         return []
     if shown.place < 0 and shown.n_places == 1:

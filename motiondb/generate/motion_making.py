@@ -14,7 +14,7 @@ import numpy as np
 
 from motiondb.errors import QueryError, UnknownWordsError
 from motiondb.generate.action_sources import ActionSources, all_sources, find_sources
-from motiondb.generate.excerpt_motion import ExcerptMotion, excerpt_motion
+from motiondb.generate.excerpt_motion import ANY_PLACE, Choices, ExcerptMotion, excerpt_motion
 from motiondb.generate.excerpt_report import (
     miscounted,
     place_probability,
@@ -99,19 +99,25 @@ def make_motion(
     method: str = "stitched",
     anyway: bool = False,
     instead: Mapping[str, str] | None = None,
-    choice: int = 0,
+    choice: Choices = ANY_PLACE,
 ) -> MadeMotion:
     """Generate a motion from a sentence.
 
     `anyway`: whether to make the rest of the motion if nothing in the database shows an action.
     `instead`: word that no caption says -> the nearest known word, which is made in its place and
     does not count as showing it. `choice` (stitched motion only): which of the places that show
-    each action about as clearly as the best one are preferred: 0 the best, 1 the next, and so on,
-    from the first again after the last.
+    each action about as clearly as the best one are preferred, from the first again after the last.
     """
     if method not in METHODS:
         raise QueryError(f"method: expected one of {', '.join(METHODS)}, found {method!r}.")
     wanted = _understand(learned, text, rng, anyway, instead or {})
+    if choice.wishes and (method != "stitched" or len(choice.wishes) != len(wanted.actions)):
+        said = ", ".join(" ".join(action.words) for action in wanted.actions)
+        raise QueryError(
+            f"places: expected one for each of {len(wanted.actions)} stitched actions ({said}),"
+            f" found {len(choice.wishes)} with the method {method}. Say every action by itself,"
+            " divided by 'then'."
+        )
     with one_blas_thread():  # the same sums on any machine
         if method == "trajectory":
             return _from_symbols(learned, takes, wanted)

@@ -5,6 +5,7 @@ The routes give them, and files without a server (:mod:`motiondb.page.standalone
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -47,6 +48,7 @@ from motiondb.database.grammars.grammar_facts import (
 from motiondb.database.scenes.scene_facts import action_captions
 from motiondb.database.scenes.scene_folder import report_facts
 from motiondb.page.diagrams import DiagramShape, diagram_shape
+from motiondb.page.state import Block
 from motiondb.records import MOTION_FPS, Caption, Match, Relation
 from motiondb.scene.language.tactics_file import parse_diagram
 
@@ -243,6 +245,13 @@ def capture_details(db: MotionDB, row: BrowsedCapture, described: bool = True) -
     )
 
 
+@dataclass(frozen=True)
+class ShownBlock(Block):
+    """A block as it was made, in the order of the shown actions; none for other methods."""
+
+    places: int = 1  # Number of places that show it about as clearly
+
+
 @dataclass(frozen=True, kw_only=True)
 class MadeReply(GeneratedAnswer):
     """A generated motion; `saved` is the capture that holds it."""
@@ -251,6 +260,7 @@ class MadeReply(GeneratedAnswer):
     ref: str
     recognised_words: tuple[WordsOverTime, ...]
     stretches: tuple[Stretch, ...]
+    blocks: tuple[ShownBlock, ...]
     saved: str | None
 
 
@@ -261,14 +271,33 @@ class GenerateReply(WordsOfQuestion):
     variants: tuple[MadeReply, ...]
 
 
-def made_reply(db: MotionDB, made: Generated, made_id: str, saved: str = "") -> MadeReply:
-    """Return a generated motion."""
+_BETWEEN = re.compile(r"\s*(?:[,;.]\s*(?:and\s+)?then\b|[,;.]|\b(?:and\s+)?then\b)\s*")
+
+
+def _blocks_of(made: Generated, asked: Sequence[Block]) -> tuple[ShownBlock, ...]:
+    """Return the actions that were made, each with the part of the sentence that asks for it."""
+    if not asked:
+        phrases = [part for part in _BETWEEN.split(made.words) if part]
+        if len(phrases) != len(made.actions):  # "twice", "while": the words that were understood
+            phrases = [" ".join(words) for words in made.actions]
+        asked = [Block(phrase) for phrase in phrases]
+    return tuple(
+        ShownBlock(**fields_of(block) | {"place": place if place >= 0 else None}, places=number)
+        for block, (place, number) in zip(asked, made.places)
+    )
+
+
+def made_reply(
+    db: MotionDB, made: Generated, made_id: str, saved: str = "", blocks: Sequence[Block] = ()
+) -> MadeReply:
+    """Return a generated motion; `blocks` are those that it was asked for with."""
     return MadeReply(
         **fields_of(made.facts()),
         id=made_id,
         ref=f"made:{made_id}",
         recognised_words=words_over_time(db.describe(made.motion)),
         stretches=stretches(made.provenance),
+        blocks=_blocks_of(made, blocks),
         saved=saved or None,
     )
 

@@ -67,12 +67,25 @@ class Shelf(Generic[T]):
                 self._values[name] = value
 
 
+@dataclass(frozen=True)
+class Block:
+    """An action of a sentence on its timeline: what is asked for, and where it is taken from."""
+
+    phrase: str
+    seconds: float | None = None  # How long it is to take; None where only the phrase says so
+    place: int | None = None  # Number of one of the places that show it about as clearly
+    capture: str | None = None  # Name of the capture of an excerpt that was picked by hand
+    start: float | None = None  # The picked excerpt, seconds of the capture
+    end: float | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class MadeMotion:
     """A motion generated from a sentence."""
 
     generated: Generated
     saved: str = ""  # Name of the capture that holds it, or ""
+    blocks: tuple[Block, ...] = ()  # The blocks that it was asked for with, or none
 
 
 @dataclass(frozen=True, eq=False)

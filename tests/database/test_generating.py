@@ -131,6 +131,25 @@ def test_there_are_no_more_variants_than_places(db: MotionDB) -> None:
     assert len(places) == len(kicks)
 
 
+def test_actions_come_from_the_places_that_were_asked_for(db: MotionDB) -> None:
+    picked = motiondb.ActionPlace(capture="fatou/kick_1", start=0.2, end=1.6)
+    first, other = (
+        db.generate("kick, then walk", places=[picked, motiondb.ActionPlace(n)]) for n in (0, 1)
+    )
+    for made in (first, other):
+        kick, _ = made.facts().shown_actions
+        assert kick.done == ("fatou/kick_1 0.2-1.6 s", "the excerpt that was picked")
+        assert made.places[0][0] == -1
+    assert first.places[1] != other.places[1]
+    walk = motiondb.ActionPlace(capture="boris/walk_1", start=0.0, end=2.5)
+    not_kicked, _ = db.generate("kick, then walk", places=[walk, motiondb.ActionPlace()]).shown
+    assert not_kicked.shown is not True  # judged by its motion, whoever picked it
+    with pytest.raises(QueryError, match="expected one for each of 1 stitched actions"):
+        db.generate("walk", places=[motiondb.ActionPlace()] * 2)
+    with pytest.raises(QueryError, match=r"at least 0\.5 s within 0 to"):
+        db.generate("walk", places=[motiondb.ActionPlace(capture="boris/walk_1", end=99.0)])
+
+
 def test_variants_of_alternatives_show_each_of_them(db: MotionDB) -> None:
     """One place shows "throw", so its first motion must not be the last one."""
     made = db.generate_variants("throw or kick", 3)

@@ -17,10 +17,11 @@ def test_a_sentence_becomes_motion_with_its_sources(asked_server, new_page):
     page.get_by_label("Seed").fill("7")
     page.get_by_role("button", name="Generate", exact=True).click()
     wait_for_figure(page, ".variant .clip-canvas")
-    shown = page.locator(".shown-list li").all_inner_texts()
+    shown = page.locator(".made-block").all_inner_texts()
     assert len(shown) == 2
-    assert "walk" in shown[0]
-    assert "kick" in shown[1]
+    assert "walks" in shown[0]
+    assert "shown" in shown[0]
+    assert "kicks" in shown[1]
     assert page.locator(".lane-parts .block").all_inner_texts() == ["walk", "kick"]
     sources = page.locator(".lane-stretches .block")
     assert sources.count() >= 1
@@ -54,6 +55,43 @@ def test_made_motion_is_downloaded_and_kept(serve_copy, new_page):
     page.get_by_role("link", name="new/walk_kick").click()
     page.get_by_role("heading", name="new/walk_kick").wait_for()
     page.locator(".lane-stretches .block").first.wait_for()
+
+
+def test_actions_are_blocks_that_are_moved_lengthened_and_taken_from_elsewhere(
+    asked_server, new_page
+):
+    page = new_page(f"{asked_server}#/generate?q=walk,+then+kick&seed=0")
+    blocks = page.locator(".made-block")
+    names = (
+        "() => [...document.querySelectorAll('.made-block-head .link')]"
+        ".map(one => one.textContent).join()"
+    )
+    wait_for(page, f"() => ({names})() === 'walk,kick'")
+    page.get_by_role("button", name="Move walk later").click()
+    wait_for(page, f"() => ({names})() === 'kick,walk'")
+    before = blocks.nth(0).inner_text()
+    page.get_by_role("button", name="Another place for kick").click()
+    wait_for(page, "before => document.querySelector('.made-block').innerText !== before", before)
+    page.get_by_label("Seconds of walk").fill("6")
+    page.keyboard.press("Enter")
+    wait_for(
+        page,
+        "() => parseFloat(document.querySelector('.variant .answer-head .muted')"
+        ".textContent.split(', ')[1]) > 6.5",
+    )
+    page.get_by_role("button", name="Pick an excerpt for kick").click()
+    page.locator(".pick-list li").first.wait_for()
+    page.get_by_label("Capture", exact=True).fill("ana/walk_1")
+    page.get_by_label("from", exact=True).fill("0")
+    page.get_by_label("to", exact=True).fill("1.6")
+    page.get_by_role("button", name="Use this excerpt").click()
+    page.get_by_text("picked: ana/walk_1, 0.00–1.60 s").wait_for()
+    assert page.locator(".made-block.shown").count() == 1  # a walk is not called a kick
+    page.reload()
+    page.get_by_text("picked: ana/walk_1, 0.00–1.60 s").wait_for()
+    page.go_back()
+    page.get_by_text("picked:").wait_for(state="detached")
+    wait_for(page, f"() => ({names})() === 'kick,walk'")
 
 
 def test_a_question_that_cannot_be_made_is_refused_with_a_sentence(asked_server, new_page):

@@ -81,6 +81,15 @@ export interface AnythingTree {
   kind: "anything";
 }
 
+export interface BlockBody {
+  phrase: string;
+  seconds?: number | null;
+  place?: number | null;
+  capture?: string | null;
+  start?: number | null;
+  end?: number | null;
+}
+
 export interface BoardBody {
   text?: string | null;
   diagram?: DiagramShape | null;
@@ -414,7 +423,8 @@ export interface FolderReply {
 }
 
 export interface GenerateBody {
-  words: string;
+  words?: string;
+  blocks?: BlockBody[];
   seed?: number;
   variants?: number;
   method?: "stitched" | "trajectory";
@@ -665,6 +675,7 @@ export interface MadeReply {
   ref: string;
   recognised_words: WordsOverTime[];
   stretches: Stretch[];
+  blocks: ShownBlock[];
   saved: string | null;
 }
 
@@ -1040,6 +1051,16 @@ export interface ShownActivity {
   start: number;
   end: number;
   words: string[];
+}
+
+export interface ShownBlock {
+  phrase: string;
+  seconds: number | null;
+  place: number | null;
+  capture: string | null;
+  start: number | null;
+  end: number | null;
+  places: number;
 }
 
 export interface ShownEvent {

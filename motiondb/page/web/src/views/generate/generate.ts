@@ -9,6 +9,7 @@ import { faultWithWords } from "../known_words.ts";
 import { notLearned } from "../not_learned.ts";
 import { questionElement } from "../search/question.ts";
 import type { Context, OpenView, View } from "../view.ts";
+import { blocksOf, type Wish } from "./blocks.ts";
 import { makeVariant, type Variant } from "./variant.ts";
 
 const METHODS: readonly [string, string][] = [
@@ -32,7 +33,11 @@ function open(host: HTMLElement, context: Context): OpenView {
   const seed = h("input", { type: "number", class: "number", id: "seed", min: 0, step: 1, value: 0 });
   const count = h(
     "select",
-    { class: "field", id: "variants" },
+    {
+      class: "field",
+      id: "variants",
+      on: { change: () => asked && box.value.trim() && form.requestSubmit() }, // as "Next seed" does
+    },
     [1, 2, 3, 4, 6, 8].map((one) => h("option", { value: one }, one)),
   );
   const method = h(
@@ -124,7 +129,12 @@ function open(host: HTMLElement, context: Context): OpenView {
     clear();
     const canSave = !context.status().read_only;
     variants = made.map((one) =>
-      makeVariant(context, one, { fail: context.fail, notify: (text) => context.notify(text), canSave }),
+      makeVariant(context, one, {
+        fail: context.fail,
+        notify: (text) => context.notify(text),
+        canSave,
+        blocks: (of, seek) => blocksOf(context, of, (wishes) => void change(of, wishes), seek),
+      }),
     );
     sync.hidden = made.length < 2;
     fill(
@@ -169,6 +179,27 @@ function open(host: HTMLElement, context: Context): OpenView {
       if (mine !== running) return;
       const choose = (word: string): void => go(routeTo("generate", { q: word, seed: 0 }));
       fill(results, notLearned(fault, context) ?? faultWithWords(fault, choose));
+    }
+  }
+
+  /** Make the motion of a changed timeline; the step back in the history returns to this one. */
+  async function change(made: MadeReply, blocks: readonly Wish[]): Promise<void> {
+    running += 1;
+    const mine = running;
+    results.setAttribute("aria-busy", "true");
+    host.classList.add("busy");
+    try {
+      const body = { blocks, seed: made.seed, method: "stitched", exact: exact.checked };
+      const answer = await post<GenerateReply>("/api/generate", body);
+      // A first motion of a sentence has no address of its own yet: Back would make it again.
+      if (!asked.includes("made="))
+        history.replaceState(null, "", routeTo("generate", { q: made.words, made: made.id }));
+      if (mine === running) go(routeTo("generate", { made: answer.variants[0]!.id }));
+    } catch (fault) {
+      context.fail(fault); // the timeline stays as it was
+    } finally {
+      results.removeAttribute("aria-busy");
+      host.classList.remove("busy");
     }
   }
 

@@ -25,6 +25,8 @@ export interface VariantActions {
   fail(fault: unknown): void;
   notify(text: string): void;
   canSave: boolean;
+  /** The blocks of the motion, which ask for a changed one. */
+  blocks(made: MadeReply, seek: (time: number) => void): HTMLElement | null;
 }
 
 /** The requested actions, over the times at which they were made. */
@@ -43,12 +45,14 @@ export function askedLane(made: MadeReply): Lane {
   };
 }
 
-function shownList(made: MadeReply, seek: (time: number) => void): HTMLElement {
-  const shared = sharedReason(made.shown_actions);
+/** The verdicts; those of the first `said` actions stand on their blocks. */
+function shownList(made: MadeReply, seek: (time: number) => void, said: number): HTMLElement {
+  const verdicts = made.shown_actions.slice(said);
+  const shared = sharedReason(verdicts);
   return h(
     "ul",
     { class: "plain shown-list", "aria-label": "Shown and not shown" },
-    made.shown_actions.map(({ words, start, end, probability: p, shown, reason }) =>
+    verdicts.map(({ words, start, end, probability: p, shown, reason }) =>
       h(
         "li",
         { class: shown ? "shown" : "not-shown" },
@@ -124,6 +128,7 @@ export function makeVariant(
 
   const save = (format: "bvh" | "glb"): void => void run(download([{ ref: made.ref }], format));
   if (made.saved) showSaved(made.saved);
+  const blocks = actions?.blocks(made, (time) => void clip.seek(time)) ?? null;
   const element = h(
     "article",
     { class: "answer variant", "aria-label": `Seed ${made.seed}` },
@@ -135,10 +140,11 @@ export function makeVariant(
     ),
     clip.element,
     timeline.element,
+    blocks,
     h(
       "div",
       { class: "answer-facts" },
-      shownList(made, (time) => clip.seek(time)),
+      shownList(made, (time) => clip.seek(time), blocks ? made.blocks.length : 0),
       sourceList(made.sources),
       actions
         ? h(
