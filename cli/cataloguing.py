@@ -105,6 +105,7 @@ def add(
             help="Keep the motions without the files, which then cannot be exported as they were.",
         ),
     ] = False,
+    cluster: options.Cluster = None,
 ) -> None:
     """Add captures, with captions and events of sheets; files with faults are left out (exit 1)."""
     from motiondb import (
@@ -133,10 +134,11 @@ def add(
         originals=not no_originals,
     )
     with (
+        printing.cluster(cluster) as workers,
         shared.database(writing=True, create=True) as base,
         printing.progress(shared) as tell,
     ):
-        report = base.add(folders, words, settings, tell, events)
+        report = base.add(folders, words, settings, tell, events, workers)
         total, drift = len(base.captures()), base.drift()
         wordless = bool(total) and not base.all_captions() and base.start_facts() is None
     if not printing.as_json(shared, extended(AddAnswer, report, captures=total, drift=drift)):
@@ -284,12 +286,16 @@ def export(
 
     With an option that changes the motion, or a part of it, a new file is written.
     """
+    from motiondb import unit_from_name
+
     changes = options.motion_changes(unit, fps, loop, in_place, mirror, onto, joint_map)
     with shared.database() as base:
         exported = base.export(name, output, start, end, canonical, changes)
     if printing.as_json(shared, exported):
         return
     what = "the added file" if exported.is_added_file else f"in {exported.unit}"
+    if exported.unit == "cmu" and not exported.is_added_file:
+        what += f", which is {unit_from_name('cmu'):.4f} m; --unit cm for centimetres"
     printing.say(
         f"{exported.capture} written to {exported.output}: "
         f"{printing.number(exported.frames, 'frame')} at {exported.fps:g} a second, {what}"

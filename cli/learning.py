@@ -35,6 +35,7 @@ def learn(
     ] = None,
     seed: options.Seed = 0,
     where: options.Where = "",
+    cluster: options.Cluster = None,
 ) -> None:
     """Learn motion symbols, their space and their words from the captures of the database.
 
@@ -45,10 +46,18 @@ def learn(
     from motiondb.answers.learning import LearnAnswer
     from motiondb.answers.plain import extended
 
-    with shared.database(writing=True) as base, printing.progress(shared) as tell:
+    with (
+        printing.cluster(cluster) as workers,
+        shared.database(writing=True) as base,
+        printing.progress(shared) as tell,
+    ):
         settings = LearnSettings(n_symbols=n_symbols, seed=seed)
         drift = base.drift()
-        learning = base.learn(settings, lambda what, share: tell(what, share, 1.0), start, where)
+
+        def step(what: str, share: float) -> None:
+            tell(what, share, 1.0)
+
+        learning = base.learn(settings, step, start, where, workers)
         first = base.start_facts()
     size = learned_summary(learning)
     if printing.as_json(shared, extended(LearnAnswer, size, drift=drift, start=first)):
@@ -75,14 +84,20 @@ def learn(
         )
 
 
-def evaluate(shared: options.Shared, where: options.Where = "") -> None:
+def evaluate(
+    shared: options.Shared, where: options.Where = "", cluster: options.Cluster = None
+) -> None:
     """Measure the answers about captures that the database has not learned from.
 
     Learn from the others first (learn --where). Their captions only judge: words, captions and
     examples are asked for among these captures, and intervals of timed captions in their captures.
     """
-    with shared.database() as base, printing.progress(shared) as tell:
-        report = base.evaluate(where, lambda what, share: tell(what, share, 1.0))
+    with (
+        printing.cluster(cluster) as workers,
+        shared.database() as base,
+        printing.progress(shared) as tell,
+    ):
+        report = base.evaluate(where, lambda what, share: tell(what, share, 1.0), workers)
     if printing.as_json(shared, report):
         return
     rows = [

@@ -218,6 +218,16 @@ Seed = Annotated[
 # less time, and after a longer wait the user should see which process holds it
 DEFAULT_WAIT = 5.0
 LONGEST_WAIT = 86_400.0  # Largest number of seconds to wait: a day. A larger one is a mistake
+Cluster = Annotated[
+    str | None,
+    typer.Option(
+        "--cluster",
+        metavar="ADDRESS",
+        envvar="MOTIONDB_CLUSTER",
+        help="Compute on the workers of a dask scheduler, tcp://HOST:8786, or on processes of this "
+        "machine (local); the answers are the same.",
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
 Wait = Annotated[
     float,

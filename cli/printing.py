@@ -23,6 +23,7 @@ import typer
 if TYPE_CHECKING:
     from motiondb import (
         Caption,
+        Cluster,
         Drift,
         Grammars,
         MotionDB,
@@ -174,6 +175,22 @@ def note(text: str) -> None:
     """Print a note, if there is one, on standard error."""
     if text:
         warn(f"note: {text}")
+
+
+@contextmanager
+def cluster(address: str | None) -> Iterator[Cluster | None]:
+    """Workers of a cluster, if there is an address; where they are, on standard error."""
+    if address is None:
+        yield None
+        return
+    from motiondb import Cluster
+
+    with Cluster(address) as workers:
+        if workers.warning:
+            warn(f"warning: {workers.warning}")
+        page = f"; progress of its work: {workers.dashboard}" if workers.dashboard else ""
+        note(f"{number(workers.n_workers, 'worker')} of {address}{page}")
+        yield workers
 
 
 def note_sources(sources: Sequence[WordSource]) -> None:

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from motiondb.database.catalogue.parts import check_motion_file
     from motiondb.database.catalogue.rescuing import rescue
     from motiondb.database.checking import check_file
+    from motiondb.database.cluster import Cluster
     from motiondb.database.generating import ActionPlace, Generated
     from motiondb.database.grammars.grammar_facts import grammar_row
     from motiondb.database.grammars.grammar_learning import GrammarSettings
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
     from motiondb.database.tables import Tables
     from motiondb.errors import (
         CaptureError,
+        ClusterError,
         HeldError,
         ImplausibleError,
         KnowledgeError,
@@ -105,6 +107,8 @@ __all__ = [
     "CaptureError",
     "CaptureInfo",
     "Clip",
+    "Cluster",
+    "ClusterError",
     "Drift",
     "Edit",
     "Event",
@@ -220,6 +224,7 @@ _PLACES = {
     "motiondb.database": "MotionDB",
     "motiondb.database.catalogue.cataloguing": "check_captures",
     "motiondb.database.checking": "check_file",
+    "motiondb.database.cluster": "Cluster",
     "motiondb.database.learned_grammar": "LearnedGrammar",
     "motiondb.database.catalogue.exporting": "MotionChanges",
     "motiondb.database.catalogue.parts": "check_motion_file",
@@ -235,8 +240,9 @@ _PLACES = {
     "motiondb.database.scenes.scene_making": "SceneSettings",
     "motiondb.database.scenes.scene_texts": "SceneText",
     "motiondb.database.scenes.scenes": "Scene Scenes",
-    "motiondb.errors": "CaptureError HeldError ImplausibleError KnowledgeError MotionDBError "
-    "NotLearnedError QueryError SceneError SheetError SkeletonError StoreError UnknownWordsError",
+    "motiondb.errors": "CaptureError ClusterError HeldError ImplausibleError KnowledgeError "
+    "MotionDBError NotLearnedError QueryError SceneError SheetError SkeletonError StoreError "
+    "UnknownWordsError",
     "motiondb.fetch": "CMU_TERMS CMU_URL FetchLimits FetchSettings fetch_cmu",
     "motiondb.grammar.cfg.context_free": "Tree",
     "motiondb.grammar.derivation.plan": "Plan",

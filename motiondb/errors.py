@@ -69,6 +69,10 @@ class UnknownWordsError(QueryError):
     """A question whose words no caption of the database holds."""
 
 
+class ClusterError(MotionDBError):
+    """A cluster that cannot be reached or used, or that went away."""
+
+
 class SceneError(MotionDBError):
     """A motion grammar, a tactics diagram or a scene that cannot be used."""
 

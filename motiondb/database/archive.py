@@ -26,6 +26,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
         Undone,
     )
     from motiondb.database.catalogue import cataloguing, sheets
+    from motiondb.database.cluster import Cluster
     from motiondb.database.generated_files import Made
     from motiondb.database.session import Session
 
@@ -54,6 +55,7 @@ class Archive:
         settings: cataloguing.AddSettings | None = None,
         progress: cataloguing.Progress | None = None,
         events: str | Path | None = None,
+        workers: Cluster | None = None,
     ) -> AddReport:
         """Add captures: files, and all captures below folders.
 
@@ -72,6 +74,9 @@ class Archive:
             Called with the name of the step, the number done, and the total number.
         events : str or Path, optional
             Sheet of events, TSV or CSV.
+        workers : Workers, optional
+            Who reads and compares: a :class:`motiondb.Cluster`, to which the files' bytes are
+            sent. None: processes of this machine (``settings.jobs``).
 
         Raises
         ------
@@ -92,6 +97,7 @@ class Archive:
             given,
             settings or cataloguing.AddSettings(),
             progress,
+            workers,
         )
 
     def save_generated(self, name: str, words: str, made: Made, seed: int) -> CaptureInfo:

@@ -6,9 +6,9 @@ cut and scored by the learned symbols, as a generated capture is, and searched a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -17,17 +17,21 @@ from motiondb.answers.learning import Evaluation, Score, WordScore
 from motiondb.errors import QueryError
 from motiondb.language.vocabulary import MODIFIERS, words_of
 from motiondb.learn.learned import Learned
-from motiondb.learn.recognition import recognise_capture
+from motiondb.learn.learned_model import LearnedModel
+from motiondb.learn.recognition import FeaturePool, recognise_capture
 from motiondb.meaning.counting import join_tables
-from motiondb.records import Caption, CaptureInfo, Motion
+from motiondb.records import Caption, CaptureInfo, Motion, SegmentTable
 from motiondb.search.asked_words import learned_words
 from motiondb.search.by_example import search_motion
 from motiondb.search.by_words import search_words
 from motiondb.search.described import describe
+from motiondb.workers import Workers, runs
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session
 
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 Tell = Callable[[str, float], None]
 LIKELY = 0.5  # Probability from which on a word is said of a capture
 HALF = 0.5  # Overlap of two intervals from which on they count as the same
@@ -37,7 +41,7 @@ HALF = 0.5  # Overlap of two intervals from which on they count as the same
 class _Held:
     """The captures in question, and the model that sees them."""
 
-    session: Session
+    pool: FeaturePool  # Features of the captures in question, and perhaps of others
     learned: Learned  # With segments of the captures in question, and without their captions
     infos: tuple[CaptureInfo, ...]
     captions: dict[int, tuple[Caption, ...]]
@@ -59,8 +63,7 @@ class _Held:
     def alike(self, number: int) -> list[int]:
         """The other captures, best first, by the motion of one."""
         allowed = [other for other in self.numbers if other != number]
-        pool, motion = self.session.features, self.motions[number]
-        answer = search_motion(self.learned, pool, motion, allowed, len(allowed))
+        answer = search_motion(self.learned, self.pool, self.motions[number], allowed, len(allowed))
         return self._in_order([m.capture for m in answer.matches], allowed)
 
     def _in_order(self, names: Sequence[str], allowed: Sequence[int]) -> list[int]:
@@ -70,24 +73,54 @@ class _Held:
         return found + [number for number in allowed if number not in set(found)]
 
 
-def evaluate(session: Session, where: str, tell: Tell) -> Evaluation:
+@dataclass(frozen=True, eq=False)
+class _Asking:
+    """Who answers the questions."""
+
+    held: _Held
+    workers: Workers | None  # None: this process, one question after the other
+
+    def each(
+        self, ask: Callable[[Item, _Held], Result], items: Iterable[Item]
+    ) -> Iterator[tuple[Item, Result]]:
+        """Items with the answer to the question about each, in their order."""
+        every = list(items)
+        if self.workers is None:
+            yield from ((item, ask(item, self.held)) for item in every)
+            return
+        pieces = runs(every, self.workers.n_pieces())
+        answers = self.workers.map(_ask_some, pieces, ask, self.held)
+        yield from zip(every, (answer for part in answers for answer in part))
+
+
+def _ask_some(
+    items: Sequence[Item], ask: Callable[[Item, _Held], Result], held: _Held
+) -> list[Result]:
+    """Answers about some items."""
+    return [ask(item, held) for item in items]
+
+
+def evaluate(
+    session: Session, where: str, tell: Tell, workers: Workers | None = None
+) -> Evaluation:
     """Score words, captions, examples, intervals and descriptions of other captures."""
     with session.reading():
-        held = _load(session, where)
+        held = _load(session, where, workers)
+        asking = _Asking(held, workers)
         tell("words", 0.0)
-        words = _words(held)
+        words = _words(asking)
         tell("captions", 0.3)
-        scores = [_mean_words(words), *_captions(held)]
+        scores = [_mean_words(words), *_captions(asking)]
         tell("examples", 0.5)
-        scores += _examples(held)
+        scores += _examples(asking)
         tell("intervals", 0.8)
-        scores += [*_intervals(held), *_descriptions(held)]
+        scores += [*_intervals(asking), *_descriptions(asking)]
         tell("intervals", 1.0)
         n_learned = len(session.learned.rows)
         return Evaluation(where, n_learned, len(held.infos), tuple(scores), tuple(words))
 
 
-def _load(session: Session, where: str) -> _Held:
+def _load(session: Session, where: str, workers: Workers | None) -> _Held:
     """Load the captures in question, which must not have been learned from."""
     opened, learned = session.store, session.learned
     infos = [i for i in store.load_captures(opened, where) if i.kind == "captured"]
@@ -114,33 +147,58 @@ def _load(session: Session, where: str) -> _Held:
             f"{len(infos)}. Give another filter with --where."
         )
     motions = {i.capture_id: store.load_motion(opened, i.capture_id) for i in infos}
-    tables = [recognise_capture(learned, number, motion) for number, motion in motions.items()]
+    if workers is None:
+        tables = [recognise_capture(learned, *each) for each in motions.items()]
+    else:
+        model = LearnedModel(**{f.name: getattr(learned, f.name) for f in fields(LearnedModel)})
+        pieces = runs(list(motions.items()), workers.n_pieces())
+        cut = workers.map(_recognise_some, pieces, model)
+        tables = [table for part in cut for table in part]
     seen = replace(
         learned,
         segments=join_tables(learned.segments, *tables),
         captions={n: c for n, c in learned.captions.items() if n not in said},
     )
     own = {info.capture_id: captions[info.capture_id] for info in infos}
-    return _Held(session, seen, tuple(infos), own, said, motions)
+    pool = session.features
+    if workers is not None:  # what they need of it, in memory
+        pool = pool.only(motions)
+        pool = replace(pool, features=np.asarray(pool.features))
+    return _Held(pool, seen, tuple(infos), own, said, motions)
 
 
-def _words(held: _Held) -> list[WordScore]:
+def _recognise_some(
+    motions: Sequence[tuple[int, Motion]], learned: LearnedModel
+) -> list[SegmentTable]:
+    """Segments of some captures."""
+    return [recognise_capture(learned, number, motion) for number, motion in motions]
+
+
+def _ranked(text: str, held: _Held) -> list[int] | None:
+    """The captures, best first, for a question in words; None if no word of it is known."""
+    try:
+        return held.ranked(text)
+    except QueryError:  # such as a word of the language of questions
+        return None
+
+
+def _words(asking: _Asking) -> list[WordScore]:
     """Average precision of every learned word that some of the captures show, and not all."""
-    rows = []
+    held, shown = asking.held, dict[str, set[int]]()
     for word in held.learned.association.words:
         right = {number for number, words in held.said.items() if word in words}
-        if not 0 < len(right) < len(held.infos):
-            continue
-        try:
-            ranked = held.ranked(word)
-        except QueryError:  # such as a word of the language of questions
-            continue
-        rows.append(
-            WordScore(
-                word, len(right), average_precision(ranked, right), len(right) / len(held.infos)
-            )
+        if 0 < len(right) < len(held.infos):
+            shown[word] = right
+    return [
+        WordScore(
+            word,
+            len(shown[word]),
+            average_precision(ranked, shown[word]),
+            len(shown[word]) / len(held.infos),
         )
-    return rows
+        for word, ranked in asking.each(_ranked, shown)
+        if ranked is not None
+    ]
 
 
 def average_precision(ranked: Sequence[int], right: set[int] | frozenset[int]) -> float:
@@ -158,69 +216,91 @@ def _mean_words(words: Sequence[WordScore]) -> Score:
     return _score("words", "mean average precision", values, chances)
 
 
-def _captions(held: _Held) -> list[Score]:
+def _captions(asking: _Asking) -> list[Score]:
     """How early a capture is found by its own caption, or by one with the same words."""
-    learned, reciprocal, first, chance = held.learned, [], [], []
-    for number, captions in held.captions.items():
-        whole = [c for c in captions if c.start is None and c.end is None]
-        for caption in whole:
-            words = frozenset(words_of(caption.words, learned.synonyms, learned.lemmas))
-            try:
-                ranked = held.ranked(caption.words)
-            except QueryError:  # no word of it is known
-                continue
-            right = {n for n, said in held.said.items() if words <= said} | {number}
-            place = min(ranked.index(n) for n in right) + 1
-            reciprocal.append(1.0 / place)
-            first.append(float(place == 1))
-            chance.append(len(right) / len(held.infos))
+    held, reciprocal, first, chance = asking.held, list[float](), list[float](), list[float]()
+    learned = held.learned
+    whole = [
+        (number, caption.words)
+        for number, captions in held.captions.items()
+        for caption in captions
+        if caption.start is None and caption.end is None
+    ]
+    for (number, text), ranked in asking.each(_ranked_by_caption, whole):
+        if ranked is None:
+            continue
+        words = frozenset(words_of(text, learned.synonyms, learned.lemmas))
+        right = {n for n, said in held.said.items() if words <= said} | {number}
+        place = min(ranked.index(n) for n in right) + 1
+        reciprocal.append(1.0 / place)
+        first.append(float(place == 1))
+        chance.append(len(right) / len(held.infos))
     return [
         _score("captions", "mean reciprocal rank", reciprocal),
         _score("captions", "found first", first, chance),
     ]
 
 
-def _examples(held: _Held) -> list[Score]:
+def _ranked_by_caption(caption: tuple[int, str], held: _Held) -> list[int] | None:
+    """The captures, best first, for the words of a caption; None if no word of it is known."""
+    return _ranked(caption[1], held)
+
+
+def _examples(asking: _Asking) -> list[Score]:
     """How early captures that share an action word with an example are found by its motion."""
     precision, first, chance = [], [], []
-    actions = {number: words - MODIFIERS for number, words in held.said.items()}
-    for number, words in actions.items():
-        right = {n for n, others in actions.items() if n != number and words & others}
-        if right:
-            ranked = held.alike(number)
-            precision.append(average_precision(ranked, right))
-            first.append(float(ranked[0] in right))
-            chance.append(len(right) / (len(held.infos) - 1))
+    actions = {number: words - MODIFIERS for number, words in asking.held.said.items()}
+    shared = {
+        number: {n for n, others in actions.items() if n != number and words & others}
+        for number, words in actions.items()
+    }
+    asked = (number for number, right in shared.items() if right)
+    for number, ranked in asking.each(_alike, asked):
+        right = shared[number]
+        precision.append(average_precision(ranked, right))
+        first.append(float(ranked[0] in right))
+        chance.append(len(right) / (len(shared) - 1))
     return [
         _score("examples", "mean average precision", precision, chance),
         _score("examples", "best answer right", first, chance),
     ]
 
 
-def _intervals(held: _Held) -> list[Score]:
+def _alike(number: int, held: _Held) -> list[int]:
+    """The other captures, best first, by the motion of one."""
+    return held.alike(number)
+
+
+def _intervals(asking: _Asking) -> list[Score]:
     """How far the interval that is found in a capture overlaps with that of a timed caption."""
-    overlaps = []
-    asked = learned_words(held.learned)
-    for info in held.infos:
-        number = info.capture_id
-        for caption in held.captions[number]:
-            if caption.start is None and caption.end is None:
-                continue
-            start = caption.start or 0.0
-            end = info.duration if caption.end is None else caption.end
-            try:
-                features = held.session.features.of_capture
-                answer = search_words(
-                    asked, caption.words, [number], 1, written=False, features=features
-                )
-            except QueryError:
-                continue
-            found = answer.matches[0] if answer.matches else None
-            overlaps.append(0.0 if found is None else _overlap(found.start, found.end, start, end))
+    timed = [
+        (info, caption)
+        for info in asking.held.infos
+        for caption in asking.held.captions[info.capture_id]
+        if caption.start is not None or caption.end is not None
+    ]
+    found = (overlap for _, overlap in asking.each(_overlap_of, timed))
+    overlaps = [overlap for overlap in found if overlap is not None]
     return [
         _score("intervals", "mean overlap", overlaps),
         _score("intervals", f"overlap of {HALF:g} or more", [float(o >= HALF) for o in overlaps]),
     ]
+
+
+def _overlap_of(timed: tuple[CaptureInfo, Caption], held: _Held) -> float | None:
+    """Overlap of a caption's interval with the one found; None if no word of it is known."""
+    info, caption = timed
+    asked, features = learned_words(held.learned), held.pool.of_capture
+    try:
+        answer = search_words(
+            asked, caption.words, [info.capture_id], 1, written=False, features=features
+        )
+    except QueryError:
+        return None
+    if not answer.matches:
+        return 0.0
+    end = info.duration if caption.end is None else caption.end
+    return _overlap(answer.matches[0].start, answer.matches[0].end, caption.start or 0.0, end)
 
 
 def _overlap(start: float, end: float, low: float, high: float) -> float:
@@ -233,13 +313,18 @@ def _overlap(start: float, end: float, low: float, high: float) -> float:
     return common / (max(end, high) - min(start, low))
 
 
-def _descriptions(held: _Held) -> list[Score]:
+def _told(number: int, held: _Held) -> set[str]:
+    """Words that the motion of a capture is described by."""
+    told = describe(held.learned, held.motions[number])
+    return {w for d in told for w, p in d.words if p is not None and p >= LIKELY}
+
+
+def _descriptions(asking: _Asking) -> list[Score]:
     """Precision and recall of the words that the motion of captures is described by."""
+    held = asking.held
     known = set(held.learned.association.words)
     precision, recall = [], []
-    for number, motion in held.motions.items():
-        told = describe(held.learned, motion)
-        likely = {w for d in told for w, p in d.words if p is not None and p >= LIKELY}
+    for number, likely in asking.each(_told, held.motions):
         right = held.said[number] & known
         if likely:
             precision.append(len(likely & right) / len(likely))

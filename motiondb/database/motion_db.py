@@ -18,6 +18,7 @@ from motiondb.records import Motion
 from motiondb.search.asked_words import learned_words
 from motiondb.search.by_words import WordAnswer
 from motiondb.search.chances import WordSource, why_unchecked, word_sources
+from motiondb.workers import HERE
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
     from motiondb.answers.catalogue import (
@@ -28,6 +29,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     )
     from motiondb.answers.learning import Evaluation, StartAnswer
     from motiondb.database.catalogue.exporting import MotionChanges
+    from motiondb.database.cluster import Cluster
     from motiondb.database.generating import ActionPlace, Generated
     from motiondb.database.grammars.grammars import Grammars
     from motiondb.database.joining import Joined
@@ -131,6 +133,7 @@ class MotionDB(Captures):
         progress: Progress | None = None,
         start: str | Path | Knowledge | None = None,
         where: str = "",
+        workers: Cluster | None = None,
     ) -> LearnedModel:
         """Derive symbols, their space and their words from all captures; replaces earlier ones.
 
@@ -148,6 +151,9 @@ class MotionDB(Captures):
         where : str
             Filter on the catalogue: learn from these captures alone. The others are not searched;
             :meth:`evaluate` measures the answers about them.
+        workers : Cluster, optional
+            Who computes features, symbols and scores; the result is the same. None: threads of
+            this process.
 
         Raises
         ------
@@ -159,9 +165,16 @@ class MotionDB(Captures):
         from motiondb.database.learn import learn_run
         from motiondb.learn.recognition import LearnSettings
 
-        return learn_run.learn(self.store, settings or LearnSettings(), progress, start, where)
+        return learn_run.learn(
+            self.store, settings or LearnSettings(), progress, start, where, workers or HERE
+        )
 
-    def evaluate(self, where: str = "", progress: Progress | None = None) -> Evaluation:
+    def evaluate(
+        self,
+        where: str = "",
+        progress: Progress | None = None,
+        workers: Cluster | None = None,
+    ) -> Evaluation:
         """Measure the answers about captures that the database has not learned from.
 
         Their captions judge, and are no evidence. Words, captions and examples are asked for among
@@ -174,6 +187,8 @@ class MotionDB(Captures):
             Filter on the catalogue: these captures. Learn from the others before (:meth:`learn`).
         progress : callable, optional
             Called with the step and the share of it that is done.
+        workers : Cluster, optional
+            Who answers the questions; the scores are the same. None: this process.
 
         Raises
         ------
@@ -184,7 +199,7 @@ class MotionDB(Captures):
         """
         from motiondb.database.evaluating import evaluate
 
-        return evaluate(self.session, where, progress or (lambda _what, _share: None))
+        return evaluate(self.session, where, progress or (lambda _what, _share: None), workers)
 
     @cached_property
     def tables(self) -> Tables:

@@ -11,7 +11,7 @@ import threading
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from importlib import resources
 from pathlib import Path
 from types import MappingProxyType
@@ -30,9 +30,11 @@ from motiondb.learn.learned_model import from_stored
 from motiondb.learn.recognition import FeaturePool, recognise_capture
 from motiondb.meaning.counting import join_tables
 from motiondb.records import Float32Array, Motion
+from motiondb.workers import HERE, Workers, runs
 
 T = TypeVar("T")
 TABLE = "words.table"  # The shipped table of nearby words
+FEATURE_SECONDS = 1e-5  # Time of one processor for a frame; decides only how work is divided
 FEATURES = "features"  # Name of the features of all captures in the cache of the database
 
 
@@ -149,13 +151,15 @@ FeaturesMade = tuple[NDArray[Any], float]
 
 
 def load_features(
-    opened: store.Store, ready: Mapping[int, FeaturesMade] = MappingProxyType({})
+    opened: store.Store,
+    ready: Mapping[int, FeaturesMade] = MappingProxyType({}),
+    workers: Workers = HERE,
 ) -> FeaturePool:
     """Features of all motions; computed once, then memory-mapped from the cache of the database.
 
     `ready`: Features that were computed already, by number of the capture.
     """
-    held = store.cached_rows(opened, FEATURES, make_features, ready)
+    held = store.cached_rows(opened, FEATURES, partial(_made_by, workers), ready)
     none = np.zeros((0, N_FEATURES), dtype=np.float32)
     features = cast(Float32Array, held.rows) if len(held.rows) else none
     return FeaturePool(held.capture_ids, held.bounds, features, held.values.astype(np.int64))
@@ -165,6 +169,12 @@ def make_features(motions: Sequence[Motion]) -> list[FeaturesMade]:
     """Features and length of some motions, in their order."""
     parts = features_of_motions(motions)
     return [(part, float(motion.n_frames)) for part, motion in zip(parts, motions)]
+
+
+def _made_by(workers: Workers, motions: Sequence[Motion]) -> list[FeaturesMade]:
+    """As :func:`make_features`, by workers."""
+    pieces = runs(motions, workers.n_pieces(FEATURE_SECONDS * sum(m.n_frames for m in motions)))
+    return [made for part in workers.map(make_features, pieces) for made in part]
 
 
 def _with_generated(opened: store.Store, learned: Learned) -> Learned:

@@ -42,6 +42,7 @@ from motiondb.symbols import acquisition, feature_space
 from motiondb.symbols import space as symbol_spaces
 from motiondb.symbols.hmm_jobs import one_blas_thread
 from motiondb.symbols.settings import RecutSettings
+from motiondb.workers import HERE, Workers
 
 NEARLY = 1e-6  # Feature frames by which the rounding of seconds may move the end of an interval
 
@@ -72,6 +73,7 @@ def fit_model(
     rng: np.random.Generator,
     tell: Progress,
     started: Started | None = None,
+    workers: Workers = HERE,
 ) -> LearnedModel:
     """Learn symbols, their space and their words.
 
@@ -80,15 +82,15 @@ def fit_model(
     if there are enough captions (:func:`motiondb.learn.joining.is_set_aside`).
     """
     if started is not None:
-        model = _fit_with_start(pool, taught, started, rng, tell)
+        model = _fit_with_start(pool, taught, started, rng, tell, workers)
         if model is not None:
             return model
     parts = [pool.features[a:b] for a, b in pairwise(pool.bounds)]
     space = feature_space.fit_feature_space(parts)
     frames = space.project(np.asarray(pool.features))
-    acquired = acquire_symbols(frames, pool, rng, settings, tell)
+    acquired = acquire_symbols(frames, pool, rng, settings, tell, workers)
     tell("scoring", 0.0)
-    table = segment_table(frames, pool, acquired.symbols, acquired.cutting)
+    table = segment_table(frames, pool, acquired.symbols, acquired.cutting, workers)
     tell("symbol space", 0.0)
     symbol_space = symbol_spaces.build_space(acquired.symbols, rng)
     tell("words", 0.0)
@@ -151,6 +153,7 @@ def _fit_with_start(
     started: Started,
     rng: np.random.Generator,
     tell: Progress,
+    workers: Workers,
 ) -> LearnedModel | None:
     """The model learned with the symbols of a start; None if the start is set aside.
 
@@ -159,9 +162,9 @@ def _fit_with_start(
     first = started.knowledge
     tell("cutting", 0.0)
     frames = first.feature_space.project(np.asarray(pool.features))
-    cutting = acquisition.recut(frames, pool.bounds, first.symbols, first.cutting)
+    cutting = acquisition.recut(frames, pool.bounds, first.symbols, first.cutting, workers)
     tell("scoring", 0.0)
-    table = segment_table(frames, pool, first.symbols, cutting)
+    table = segment_table(frames, pool, first.symbols, cutting, workers)
     lemmas = counting.dictionary_lemmas(taught.captions)
     described = counting.described_intervals(table, taught.captions, taught.synonyms, lemmas)
     if joining.is_set_aside(table, len(described)):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,10 +25,12 @@ from motiondb.records import (
     SegmentTable,
 )
 from motiondb.symbols.settings import AcquisitionSettings, SegmentationSettings
+from motiondb.workers import HERE, Workers, runs
 
 if TYPE_CHECKING:  # compiled code, which a search does without
     from motiondb.symbols.acquisition import Acquired, Cutting
 
+FIRST_CUT_SECONDS = 1e-4  # Time of one processor for a frame; decides only how work is divided
 Progress = Callable[[str, float], None]
 """Called with the step and the share of it that is done, 0 to 1."""
 
@@ -86,22 +89,34 @@ def acquire_symbols(
     rng: np.random.Generator,
     settings: LearnSettings,
     tell: Progress,
+    workers: Workers = HERE,
 ) -> Acquired:
     """Fit motion symbols: first segmentation, then competitive learning.
 
     Shapes: `frames` (rows, dimensions), float32.
     """
-    from motiondb.symbols import acquisition, segmentation
+    from motiondb.symbols import acquisition
 
-    starts, ends = [], []
-    for low, high in zip(pool.bounds[:-1], pool.bounds[1:]):
-        for part in segmentation.segment(frames[low:high].astype(np.float64), settings.first_cut):
-            starts.append(low + part.start)
-            ends.append(low + part.end)
+    n_pieces = workers.n_pieces(FIRST_CUT_SECONDS * int(pool.bounds[-1]))
+    pieces = runs(list(pairwise(pool.bounds.tolist())), n_pieces)
+    cuts = workers.map(_first_cuts, pieces, frames, settings.first_cut)
+    parts = np.array([part for of_piece in cuts for part in of_piece], dtype=np.int64)
+    starts, ends = parts.reshape(-1, 2).T
     chosen = replace(settings.acquisition, n_symbols=settings.n_symbols)
-    return acquisition.acquire(
-        frames, pool.bounds, np.array(starts), np.array(ends), rng, chosen, tell
-    )
+    return acquisition.acquire(frames, pool.bounds, starts, ends, rng, chosen, tell, workers)
+
+
+def _first_cuts(
+    captures: Sequence[tuple[int, int]], frames: Float32Array, settings: SegmentationSettings
+) -> list[tuple[int, int]]:
+    """First segments of some captures, whose first frames and ends are given."""
+    from motiondb.symbols import segmentation
+
+    return [
+        (low + part.start, low + part.end)
+        for low, high in captures
+        for part in segmentation.segment(frames[low:high].astype(np.float64), settings)
+    ]
 
 
 def segment_table(
@@ -109,6 +124,7 @@ def segment_table(
     pool: FeaturePool,
     symbols: MotionSymbols,
     cutting: Cutting,
+    workers: Workers = HERE,
 ) -> SegmentTable:
     """Score every segment of a cutting under every symbol; `frames` (rows, dimensions), float32."""
     from motiondb.symbols import hmm
@@ -116,7 +132,8 @@ def segment_table(
     owner = np.searchsorted(pool.bounds, cutting.starts, side="right") - 1
     first = pool.bounds[owner]
     per_frame = (cutting.ends - cutting.starts).astype(np.float64)
-    scores = hmm.score(symbols, frames, cutting.starts, cutting.ends) / per_frame[:, None]
+    totals = hmm.score(symbols, frames, cutting.starts, cutting.ends, workers=workers)
+    scores = totals / per_frame[:, None]
     best = np.argmax(scores, axis=1)
     return SegmentTable(
         capture_ids=np.asarray(pool.capture_ids)[owner],

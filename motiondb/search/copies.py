@@ -35,6 +35,7 @@ from motiondb.search.copy_outlines import (
     mirror_outline,
     outline,
 )
+from motiondb.workers import HERE, Workers, runs
 
 PosesOf = Callable[[int], Float32Array]
 
@@ -87,7 +88,10 @@ def build_library(poses: Sequence[Float32Array]) -> Library:
 
 
 def find_copies(
-    library: Library, queries: Sequence[int], takes: Sequence[int] | None = None
+    library: Library,
+    queries: Sequence[int],
+    takes: Sequence[int] | None = None,
+    workers: Workers = HERE,
 ) -> list[Copy]:
     """Takes that contain the queries, for each query the nearest first.
 
@@ -97,7 +101,11 @@ def find_copies(
     places = list(range(len(sizes)) if takes is None else takes)
     held = library.outlines if takes is None else library.outlines.only(places)
     asked = [(q, m) for q in queries if sizes[q] >= LEAST_FRAMES for m in (False, True)]
-    likely = likely_places(make_boxes(held), [_keys_of(library, *each) for each in asked], SLACK)
+    pieces = runs(
+        [(n, _keys_of(library, *each)) for n, each in enumerate(asked)], workers.n_pieces()
+    )
+    found = workers.map(likely_places, pieces, make_boxes(held), SLACK)
+    likely = np.concatenate([np.zeros((0, 2), dtype=np.int64), *found])
     number = np.searchsorted(held.bounds, likely[:, 1], side="right") - 1
     poses_of = lru_cache(maxsize=KEPT)(library.poses_of)
     copies: list[Copy] = []

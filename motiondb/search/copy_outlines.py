@@ -133,14 +133,16 @@ class Keys:
     reach: float  # Root mean square distance of (1), metres
 
 
-def likely_places(boxes: Boxes, asked: Sequence[Keys], slack: int) -> IntArray:
+def likely_places(asked: Sequence[tuple[int, Keys]], boxes: Boxes, slack: int) -> IntArray:
     """Places where the outlines satisfy (1): array (places, 2), query and frame of the outlines.
 
     A query may end up to ``slack`` frames behind its take. The places are in order of query and
     frame, each once.
+
+    `asked`: Queries by number.
     """
     found = []
-    for query, keys in enumerate(asked):
+    for query, keys in asked:
         far = len(body.JOINTS) ** 0.5 * keys.reach + _ROUNDING  # sqrt(most / n)
         starts = _search(
             boxes.outlines.limbs,
@@ -158,7 +160,7 @@ def likely_places(boxes: Boxes, asked: Sequence[Keys], slack: int) -> IntArray:
     return np.concatenate(found) if found else np.zeros((0, 2), dtype=np.int64)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _search(  # noqa: PLR0913  one compiled search, box by box
     limbs: Int16Array,
     bounds: IntArray,

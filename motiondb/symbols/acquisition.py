@@ -22,7 +22,7 @@ data description, 1978; Arthur and Vassilvitskii, k-means++, 2007 (the start of 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -31,7 +31,9 @@ import numpy as np
 from motiondb.errors import MotionDBError
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
 from motiondb.symbols import hmm
+from motiondb.symbols.hmm_jobs import CUT_SECONDS
 from motiondb.symbols.settings import AcquisitionSettings, RecutSettings
+from motiondb.workers import HERE, Workers, runs
 
 Progress = Callable[[str, float], None]
 
@@ -62,6 +64,7 @@ def acquire(
     rng: np.random.Generator,
     settings: AcquisitionSettings | None = None,
     progress: Progress | None = None,
+    workers: Workers = HERE,
 ) -> Acquired:
     """Learn motion symbols from segments that tile the captures.
 
@@ -75,7 +78,7 @@ def acquire(
     _check(descriptors, settings)
     floor = np.full(frames.shape[1], settings.variance_floor)
     n_first = settings.n_symbols or int(np.clip(len(starts) // 8, 1, settings.max_symbols))
-    arena = _Arena(frames, starts, ends, floor, settings, rng)
+    arena = _Arena(frames, starts, ends, floor, settings, rng, workers)
     state = _judge(arena, _fit_new(arena, starts, ends, seed_groups(descriptors, n_first, rng)))
     lengths = [state.length]
     state = _compete(arena, state, lengths, tell)
@@ -111,7 +114,7 @@ def _compete(arena: _Arena, state: _State, lengths: list[float], tell: Progress)
 
 @dataclass(frozen=True, eq=False)
 class _Arena:
-    """The constants of the competition: frames, segments, variance floor, settings, rng."""
+    """What stays the same in the competition."""
 
     frames: Float32Array
     starts: IntArray
@@ -119,6 +122,11 @@ class _Arena:
     floor: FloatArray
     settings: AcquisitionSettings
     rng: np.random.Generator
+    workers: Workers = HERE
+
+    def score(self, symbols: MotionSymbols) -> Float32Array:
+        """Log-likelihood of every segment under every symbol."""
+        return hmm.score(symbols, self.frames, self.starts, self.ends, workers=self.workers)
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +140,7 @@ class _State:
 
 
 def _judge(arena: _Arena, symbols: MotionSymbols) -> _State:
-    scores = hmm.score(symbols, arena.frames, arena.starts, arena.ends)
+    scores = arena.score(symbols)
     winners = np.argmax(scores, axis=1)
     total = float(scores[np.arange(len(scores)), winners].sum(dtype=np.float64))
     length = description_length(total, len(scores), symbols, len(arena.frames))
@@ -175,6 +183,7 @@ def _fit(
         winners,
         n_iterations=n_iterations,
         variance_floor=arena.floor,
+        workers=arena.workers,
     )[0]
 
 
@@ -201,7 +210,7 @@ def _thin(arena: _Arena, state: _State) -> MotionSymbols | None:
     left = _without(state, deaths(state.scores, price, least)[0])
     if left is None:
         return None
-    winners = np.argmax(hmm.score(left, arena.frames, arena.starts, arena.ends), axis=1)
+    winners = np.argmax(arena.score(left), axis=1)
     return _fit(arena, left, arena.starts, arena.ends, winners)
 
 
@@ -225,37 +234,58 @@ def _create(arena: _Arena, state: _State) -> MotionSymbols | None:
     starts, ends = arena.starts[worst], arena.ends[worst]
     groups = seed_groups(describe_segments(arena.frames, starts, ends), n_new, arena.rng)
     joined = join(state.symbols, _fit_new(arena, starts, ends, groups))
-    winners = np.argmax(hmm.score(joined, arena.frames, arena.starts, arena.ends), axis=1)
+    winners = np.argmax(arena.score(joined), axis=1)
     return _fit(arena, joined, arena.starts, arena.ends, winners)
 
 
 def _recut(arena: _Arena, bounds: IntArray, state: _State) -> tuple[_Arena, _State]:
     """Segment every capture again by the symbols, then refit these to the new segments."""
-    cutting = recut(arena.frames, bounds, state.symbols, arena.settings)
+    cutting = recut(arena.frames, bounds, state.symbols, arena.settings, arena.workers)
     fresh = replace(arena, starts=cutting.starts, ends=cutting.ends)
     symbols = _fit(fresh, state.symbols, cutting.starts, cutting.ends, cutting.winners)
     return fresh, _judge(fresh, symbols)
 
 
 def recut(
-    frames: Float32Array, bounds: IntArray, symbols: MotionSymbols, settings: RecutSettings
+    frames: Float32Array,
+    bounds: IntArray,
+    symbols: MotionSymbols,
+    settings: RecutSettings,
+    workers: Workers = HERE,
 ) -> Cutting:
     """Segment every capture by the symbols: the path of largest likelihood less switch costs.
 
     Shapes: `frames` (frames, dimensions); `bounds` (captures + 1,).
     """
-    starts, ends, winners = [], [], []
-    for low, high in pairwise(bounds):
+    work = int(bounds[-1] - bounds[0]) * symbols.means.size
+    pieces = runs(list(pairwise(bounds.tolist())), workers.n_pieces(CUT_SECONDS * work))
+    cost, shortest = settings.switch_cost, settings.shortest
+    paths = list(workers.map(_cut_captures, pieces, frames, symbols, cost, shortest))
+    return Cutting(*np.concatenate(paths, axis=1)) if paths else Cutting(*_NO_PATH)
+
+
+_NO_PATH = np.zeros((3, 0), dtype=np.int64)
+
+
+def _cut_captures(
+    captures: Sequence[tuple[int, int]],
+    frames: Float32Array,
+    symbols: MotionSymbols,
+    switch_cost: float,
+    shortest: int,
+) -> IntArray:
+    """First frame, one past the last, and symbol of every segment of some captures: array (3, n).
+
+    `captures`: Their first frames, and one past their last.
+    """
+    parts = [_NO_PATH]
+    for low, high in captures:
         path = hmm.segment_by_symbols(
-            symbols,
-            frames[low:high],
-            switch_cost=settings.switch_cost,
-            minimum_duration=settings.shortest,
+            symbols, frames[low:high], switch_cost=switch_cost, minimum_duration=shortest
         )
-        starts += [low + a for a, _, _ in path]
-        ends += [low + b for _, b, _ in path]
-        winners += [s for _, _, s in path]
-    return Cutting(*(np.array(column, dtype=np.int64) for column in (starts, ends, winners)))
+        moved = [(low + a, low + b, s) for a, b, s in path]
+        parts.append(np.array(moved, dtype=np.int64).reshape(-1, 3).T)
+    return np.ascontiguousarray(np.concatenate(parts, axis=1))
 
 
 def _drop_idle(symbols: MotionSymbols, winners: IntArray) -> tuple[MotionSymbols, IntArray]:

@@ -24,14 +24,14 @@ constrained maximum is the clipped one, and the likelihood cannot fall. A transi
 0 has no expected count and stays 0.
 
 Frames are one array for all captures, segments are intervals [start, end) in it; they may overlap.
-The results do not depend on the number of threads.
+The results do not depend on the workers that compute them, nor on their number.
 
 Source: Rabiner, A tutorial on hidden Markov models, 1989; left to right as in paper A.
 """
 
 from __future__ import annotations
 
-from functools import partial
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -40,14 +40,16 @@ from motiondb.errors import MotionDBError
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
 from motiondb.symbols import hmm_kernels as kernels
 from motiondb.symbols.hmm_jobs import (
+    FIT_SECONDS,
+    SCORE_SECONDS,
     check_assignment,
     check_segments,
     frame_blocks,
-    in_threads,
     shares,
 )
-from motiondb.symbols.hmm_kernels import check_symbols, log_density_blocks, log_symbols, score_block
+from motiondb.symbols.hmm_kernels import check_symbols, log_density_blocks, log_symbols
 from motiondb.symbols.network import segment_by_symbols
+from motiondb.workers import HERE, Workers, runs
 
 SELF_LOOP_BOUNDS = (0.01, 0.999)
 """EM keeps self-loops in these bounds, so that a state can be left and can be repeated. By hand."""
@@ -100,7 +102,7 @@ def initialise(
     )
 
 
-def fit(
+def fit(  # noqa: PLR0913  the last four say how, by name
     symbols: MotionSymbols,
     frames: FloatArray | Float32Array,
     starts: IntArray,
@@ -110,6 +112,7 @@ def fit(
     n_iterations: int,
     variance_floor: ArrayLike,
     exit_required: bool = True,
+    workers: Workers = HERE,
 ) -> tuple[MotionSymbols, FloatArray]:
     """Baum-Welch for all symbols at once, each from the segments assigned to it.
 
@@ -122,13 +125,14 @@ def fit(
     """
     check_symbols(symbols)
     frames, starts, ends = check_segments(symbols, frames, starts, ends)
-    frames = np.ascontiguousarray(frames, dtype=np.float64)
     segments = check_assignment(symbols, starts, ends, assignment)
     floor = np.broadcast_to(np.asarray(variance_floor, dtype=np.float64), (frames.shape[1],))
     symbols = _within_bounds(symbols, floor)
     trace = np.empty(n_iterations + 1)
     for iteration in range(n_iterations + 1):
-        statistics, log_likelihoods = _expectations(symbols, frames, segments, exit_required)
+        statistics, log_likelihoods = _expectations(
+            symbols, frames, segments, exit_required, workers
+        )
         trace[iteration] = log_likelihoods.sum()
         if iteration < n_iterations:
             symbols = _maximise(symbols, statistics, floor)
@@ -136,19 +140,50 @@ def fit(
 
 
 def _expectations(
-    symbols: MotionSymbols, frames: FloatArray, segments: IntArray, must_exit: bool
+    symbols: MotionSymbols,
+    frames: FloatArray | Float32Array,
+    segments: IntArray,
+    must_exit: bool,
+    workers: Workers,
 ) -> tuple[kernels.Statistics, FloatArray]:
-    """E step in threads, each with its own symbols; sums run in the order of the segments."""
-    prepared = log_symbols(symbols)
-    statistics = kernels.Statistics(
+    """E step by workers, each with its own symbols; sums run in the order of the segments."""
+    statistics = _no_statistics(symbols)
+    log_likelihoods = np.zeros(len(segments))
+    work = (segments[:, 1] - segments[:, 0]) * symbols.means[0].size
+    n_pieces = workers.n_pieces(FIT_SECONDS * int(work.sum()))
+    pieces = [segments[share] for share in shares(work, segments[:, 2], n_pieces)]
+    results = workers.map(_expect, pieces, frames, symbols, must_exit)
+    for piece, (own, likelihoods) in zip(pieces, results):
+        if len(piece):
+            which = slice(int(piece[0, 2]), int(piece[-1, 2]) + 1)
+            for total, part in zip(statistics, own):
+                total[which] = part
+        log_likelihoods[piece[:, 3]] = likelihoods
+    return statistics, log_likelihoods
+
+
+def _expect(
+    segments: IntArray, frames: FloatArray | Float32Array, symbols: MotionSymbols, must_exit: bool
+) -> tuple[kernels.Statistics, FloatArray]:
+    """E step of some segments, sorted by symbol: statistics from the first symbol to the last."""
+    first, last = (int(segments[0, 2]), int(segments[-1, 2]) + 1) if len(segments) else (0, 0)
+    some = MotionSymbols(*(np.asarray(each)[first:last] for each in vars(symbols).values()))
+    lengths = segments[:, 1] - segments[:, 0]
+    own = np.ascontiguousarray(frames[_flatten(segments[:, 0], segments[:, 1])[0]], np.float64)
+    ends = np.cumsum(lengths)
+    places = np.arange(len(segments))
+    moved = np.stack([ends - lengths, ends, segments[:, 2] - first, places], axis=1)
+    statistics, log_likelihoods = _no_statistics(some), np.zeros(len(segments))
+    kernels.accumulate(own, log_symbols(some), must_exit, statistics, log_likelihoods, moved)
+    return statistics, log_likelihoods
+
+
+def _no_statistics(symbols: MotionSymbols) -> kernels.Statistics:
+    """Statistics of no segments."""
+    return kernels.Statistics(
         *(np.zeros(symbols.self_loops.shape) for _ in range(3)),
         *(np.zeros(symbols.means.shape) for _ in range(2)),
     )
-    log_likelihoods = np.zeros(len(segments))
-    job = partial(kernels.accumulate, frames, prepared, must_exit, statistics, log_likelihoods)
-    work = (segments[:, 1] - segments[:, 0]) * symbols.means[0].size
-    in_threads(job, [segments[share] for share in shares(work, segments[:, 2])])
-    return statistics, log_likelihoods
 
 
 def _maximise(
@@ -225,6 +260,7 @@ def score(
     ends: IntArray,
     *,
     exit: bool = False,
+    workers: Workers = HERE,
 ) -> Float32Array:
     """Log-likelihood of every segment under every symbol.
 
@@ -234,16 +270,31 @@ def score(
     """
     check_symbols(symbols)
     frames, starts, ends = check_segments(symbols, frames, starts, ends)
-    prepared = log_symbols(symbols)
     scores = np.empty((len(starts), symbols.n_symbols), dtype=np.float32)
-
-    def score_some(block: tuple[int, int, IntArray]) -> None:
-        low, high, intervals = block
-        for first, densities in log_density_blocks(symbols, frames[low:high]):
-            score_block(densities, first, prepared, exit, scores, intervals)
-
-    in_threads(score_some, list(frame_blocks(starts, ends)))
+    work = int((ends - starts).sum()) * symbols.means.size
+    pieces = runs(list(frame_blocks(starts, ends)), workers.n_pieces(SCORE_SECONDS * work))
+    for rows, some in workers.map(_score_blocks, pieces, frames, symbols, exit):
+        scores[rows] = some
     return scores
+
+
+def _score_blocks(
+    blocks: Sequence[tuple[int, int, IntArray]],
+    frames: FloatArray | Float32Array,
+    symbols: MotionSymbols,
+    must_exit: bool,
+) -> tuple[IntArray, Float32Array]:
+    """Rows and scores of the segments of some blocks of frames: (rows,), (rows, symbols)."""
+    prepared = log_symbols(symbols)
+    rows = np.concatenate([intervals[:, 2] for _, _, intervals in blocks])
+    scores = np.empty((len(rows), symbols.n_symbols), dtype=np.float32)
+    done = 0
+    for low, high, intervals in blocks:
+        own = np.column_stack([intervals[:, :2], done + np.arange(len(intervals))])
+        for first, densities in log_density_blocks(symbols, frames[low:high]):
+            kernels.score_block(densities, first, prepared, must_exit, scores, own)
+        done += len(intervals)
+    return rows, scores
 
 
 def viterbi(

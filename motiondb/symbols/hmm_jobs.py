@@ -1,14 +1,12 @@
-"""Segments as jobs: checked, sorted, grouped into blocks of frames and into shares of threads."""
+"""Segments as jobs: checked, sorted, grouped into blocks of frames and into shares of workers."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from functools import cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,17 +17,11 @@ from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
 if TYPE_CHECKING:
     from threadpoolctl import ThreadpoolController
 
-T = TypeVar("T")
-
 FRAMES_AT_ONCE = 1024
 """Frames whose densities are computed together, unless one segment is longer. By hand."""
-N_THREADS = min(8, os.cpu_count() or 1)
-"""Threads at most; more than 8 were never measured. The results do not depend on it."""
-LEAST_WORK = 200_000
-"""Frames times values a frame below which one thread is used, since starting threads costs more.
-
-Chosen by hand; the results do not depend on it.
-"""
+FIT_SECONDS, SCORE_SECONDS, CUT_SECONDS = 4e-8, 1.5e-9, 4.5e-9
+"""Time of one processor for a value of a symbol's states at a frame: in the E step, in scoring, and
+in cutting by the symbols. Measured on real captures; they decide only how work is divided."""
 
 
 def check_segments(
@@ -97,33 +89,22 @@ def frame_blocks(starts: IntArray, ends: IntArray) -> Iterator[tuple[int, int, I
         first = last
 
 
-def shares(work: IntArray, groups: IntArray) -> list[slice]:
+def shares(work: IntArray, groups: IntArray, n_shares: int) -> list[slice]:
     """Divide jobs, sorted by group, into runs of about equal work without splitting a group.
 
     Shapes: `work`, `groups` (jobs,).
 
-    >>> shares(np.array([9, 9, 9]) * LEAST_WORK, np.array([0, 0, 1]))
+    >>> shares(np.array([9, 9, 9]), np.array([0, 0, 1]), 8)
     [slice(0, 2, None), slice(2, 3, None)]
-    >>> shares(np.array([1, 1, 1]), np.array([0, 0, 1]))  # too little to share
+    >>> shares(np.array([1, 1, 1]), np.array([0, 0, 1]), 1)
     [slice(0, 3, None)]
     """
     total = np.cumsum(work)
-    if len(work) == 0 or total[-1] < LEAST_WORK:
+    if len(work) == 0 or n_shares == 1:
         return [slice(0, len(work))]
-    n_shares = 4 * N_THREADS
     cuts = np.searchsorted(total, total[-1] * np.arange(1, n_shares) / n_shares)
     edges = np.unique([0, *np.searchsorted(groups, groups[cuts]), len(work)])
     return [slice(int(a), int(b)) for a, b in pairwise(edges)]
-
-
-def in_threads(job: Callable[[T], None], parts: Sequence[T]) -> None:
-    """Call the job for every part, in threads."""
-    if len(parts) == 1 or N_THREADS == 1:
-        for part in parts:
-            job(part)
-        return
-    with ThreadPoolExecutor(min(len(parts), N_THREADS) or 1) as pool:
-        list(pool.map(job, parts))
 
 
 def one_blas_thread() -> AbstractContextManager[object]:

@@ -9,8 +9,9 @@ from hmmlearn.hmm import GaussianHMM
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from motiondb import workers
 from motiondb.records import FloatArray, IntArray, MotionSymbols
-from motiondb.symbols import hmm, hmm_jobs
+from motiondb.symbols import hmm
 
 
 def drawn(
@@ -181,8 +182,8 @@ def test_threads_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     assignment = rng.integers(0, 5, 40)
     options = {"n_iterations": 3, "variance_floor": 0.1}
     first, trace = hmm.fit(symbols, frames, starts, ends, assignment, **options)
-    monkeypatch.setattr(hmm_jobs, "LEAST_WORK", 0)
-    monkeypatch.setattr(hmm_jobs, "N_THREADS", 4)
+    monkeypatch.setattr(workers, "N_THREADS", 4)
+    monkeypatch.setattr(workers, "_LEAST", 0.0)
     second, again = hmm.fit(symbols, frames, starts, ends, assignment, **options)
     np.testing.assert_array_equal(trace, again)
     for name in ("self_loops", "means", "covars"):

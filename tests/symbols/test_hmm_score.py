@@ -12,6 +12,7 @@ from hmmlearn.hmm import GaussianHMM
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from motiondb import workers
 from motiondb.errors import MotionDBError
 from motiondb.records import FloatArray, IntArray, MotionSymbols
 from motiondb.symbols import hmm, hmm_jobs, hmm_kernels, network
@@ -67,8 +68,8 @@ def test_blocks_threads_and_order_change_nothing(monkeypatch: pytest.MonkeyPatch
     ends = starts + rng.integers(1, 20, 60)
     expected = hmm.score(symbols, frames, starts, ends)
     monkeypatch.setattr(hmm_jobs, "FRAMES_AT_ONCE", 30)
-    monkeypatch.setattr(hmm_jobs, "LEAST_WORK", 0)
-    monkeypatch.setattr(hmm_jobs, "N_THREADS", 3)
+    monkeypatch.setattr(workers, "N_THREADS", 3)
+    monkeypatch.setattr(workers, "_LEAST", 0.0)
     monkeypatch.setattr(hmm_kernels, "BLOCK_VALUES", 50)
     np.testing.assert_allclose(hmm.score(symbols, frames, starts, ends), expected, rtol=1e-5)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from motiondb import files, store
 from motiondb.answers.catalogue import AddReport
@@ -20,6 +21,10 @@ from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.safe_files import is_file, is_folder, odd_kind
 from motiondb.files.sheets import EventSheet, SheetEntry, capture_name
 from motiondb.records import Caption, CaptureInfo, Event
+from motiondb.workers import HERE
+
+if TYPE_CHECKING:
+    from motiondb.database.cluster import Cluster
 
 Progress = Callable[[str, int, int], None]
 """Called with the name of the step, the number done, and the total number."""
@@ -34,6 +39,7 @@ def add_captures(
     sheets: Sheets,
     settings: AddSettings,
     progress: Progress | None = None,
+    workers: Cluster | None = None,
 ) -> AddReport:
     """Add files, and all captures below folders, as ``MotionDB.add`` does."""
     tell = progress or (lambda _what, _done, _total: None)
@@ -61,7 +67,7 @@ def add_captures(
     report, run_id = AddReport((), (), tuple(problems), (), (), 0.0), None
     left = store.NotSaved(folders)
     takes: list[tuple[str, ...]] = []
-    batches = _batches(opened, read_all(jobs, settings.jobs), len(jobs), tell)
+    batches = _batches(opened, read_all(jobs, settings.jobs, workers), len(jobs), tell)
     for of_files, n_read in batches:
         readings = [reading for of_file in of_files for reading in of_file]
         takes += [tuple(r.name for r in of_file) for of_file in of_files if len(of_file) > 1]
@@ -82,7 +88,9 @@ def add_captures(
                 if chosen.new and run_id is not None:
                     part = _save(opened, sheets, settings, chosen, part, run_id)
                     made = copy_search.new_outlines(opened, outlines)
-                    found = copy_search.find_relations(opened, set(part.added), outlines, made)
+                    found = copy_search.find_relations(
+                        opened, set(part.added), outlines, made, workers or HERE
+                    )
                     store.save_relations(opened, found)
                     part = replace(part, relations=tuple(found))
                 if n_read == len(jobs):

@@ -15,6 +15,7 @@ from motiondb import store
 from motiondb.records import MOTION_FPS, Float32Array, Motion, Relation
 from motiondb.search import copies
 from motiondb.search.copy_outlines import N_AXES, Int16Array, Outlines, outline
+from motiondb.workers import HERE, Workers
 
 KIND = "outlines"  # Name of the outlines of all captures in the cache of the database
 
@@ -45,6 +46,7 @@ def find_relations(
     new: set[str],
     known: store.CaptureRows,
     made: Mapping[int, Made] | None = None,
+    workers: Workers = HERE,
 ) -> list[Relation]:
     """Copies, mirror images and cuts among the captures, of which at least one is new.
 
@@ -77,7 +79,8 @@ def find_relations(
     library = copies.Library(outlines, poses_of)
     fresh = [n for n, info in enumerate(infos) if info.name in new]
     old = [n for n, info in enumerate(infos) if info.name not in new]
-    found = copies.find_copies(library, fresh) + copies.find_copies(library, old, fresh)
+    found = copies.find_copies(library, fresh, None, workers)
+    found += copies.find_copies(library, old, fresh, workers)
     return [
         Relation(
             infos[c.query].name,

@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from joblib.externals.loky.backend.context import LokyContext
     from pebble import ProcessPool
 
+    from motiondb.database.cluster import Cluster
+
 _FEW = 4  # Files that are read faster than other processes start
 _AHEAD = 4
 """Files that are handed out for each process before the first of them is saved: the others go on
@@ -124,13 +126,20 @@ Readings = tuple[ReadFile, ...]  # Of one file: more than one where it holds sev
 _Job = tuple[str, Path, SheetEntry | None, Path, AddSettings]
 
 
-def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Readings]:
+def read_all(
+    jobs: Sequence[_Job], n_jobs: int, workers: Cluster | None = None
+) -> Iterator[Readings]:
     """Read files, in other processes if there are more than a few; readings in order of the jobs.
+
+    `workers`: Who reads in place of processes of this machine; the files' bytes are sent to them.
 
     A file with several takes becomes as many readings.
 
     A file that kills its process, or takes too long, becomes a problem; the others go on.
     """
+    if workers is not None:
+        yield from _read_by(workers, jobs)
+        return
     if len(jobs) <= _FEW or n_jobs == 1:
         yield from (_read_one(*job) for job in jobs)
         return
@@ -259,6 +268,44 @@ def _read_beside(folder: str, packed: bytes, n_bytes: int) -> Readings:
     return _read_one(*job)
 
 
+def _read_by(workers: Cluster, jobs: Sequence[_Job]) -> Iterator[Readings]:
+    """Load files here, and have workers read them; readings in order of the jobs."""
+    from motiondb.database.cluster import Bounds
+
+    pieces = (_loaded_job(job) for job in jobs)
+    bounds = Bounds(_longest, lambda piece: _refused(piece[0]))
+    return workers.map(_read_loaded, pieces, bounds=bounds)
+
+
+def _longest(piece: _Piece) -> float:
+    """Seconds after which a worker that reads a file is started anew."""
+    job, loaded = piece
+    n_bytes = len(loaded.data) if isinstance(loaded, _Loaded) else 0
+    return _GRACE * job[-1].limits.seconds_for(n_bytes)
+
+
+def _loaded_job(job: _Job) -> _Piece:
+    """A job with its files, or with the reading that says why they cannot be loaded."""
+    name, path, entry, folder, settings = job
+    try:
+        with capture.guarded(path):
+            return job, _load(path, entry, folder, settings)
+    except MotionDBError as error:
+        return job, (_with_problem(name, path, error),)
+
+
+def _read_loaded(piece: _Piece) -> Readings:
+    """Read a file that was loaded; an error becomes the problem of the reading."""
+    (name, path, _, _, settings), loaded = piece
+    if not isinstance(loaded, _Loaded):
+        return loaded
+    try:
+        with capture.guarded(path, settings.limits.seconds_for(len(loaded.data))):
+            return _solve_takes(name, path, loaded, settings)
+    except MotionDBError as error:
+        return (_with_problem(name, path, error),)
+
+
 def _read_one(
     name: str, path: Path, entry: SheetEntry | None, folder: Path, settings: AddSettings
 ) -> Readings:
@@ -282,6 +329,22 @@ def _read_captures(
     name: str, path: Path, entry: SheetEntry | None, folder: Path, settings: AddSettings
 ) -> Readings:
     """Read a file and its skeleton, and solve the canonical body for each of its takes."""
+    return _solve_takes(name, path, _load(path, entry, folder, settings), settings)
+
+
+@dataclass(frozen=True, eq=False)
+class _Loaded:
+    """The bytes of a file and of its skeleton, and how they are read."""
+
+    options: capture.ReadOptions
+    kind: str
+    data: bytes
+    asf: Path | None
+    skeleton_data: bytes | None
+
+
+def _load(path: Path, entry: SheetEntry | None, folder: Path, settings: AddSettings) -> _Loaded:
+    """Load a file and its skeleton."""
     options = capture.ReadOptions(
         fps=entry.fps if entry and entry.fps else settings.fps,
         unit=settings.unit,
@@ -292,7 +355,17 @@ def _read_captures(
     kind = capture.capture_format(path)
     data = capture.read_file(path, options)
     asf = _skeleton(path, entry, folder, settings)
-    skeleton_data = capture.read_file(asf, options) if asf else None
+    return _Loaded(options, kind, data, asf, capture.read_file(asf, options) if asf else None)
+
+
+_Piece = tuple[_Job, _Loaded | Readings]
+"""A file to read by a worker; or the reading that says why it cannot be loaded."""
+
+
+def _solve_takes(name: str, path: Path, loaded: _Loaded, settings: AddSettings) -> Readings:
+    """Solve the canonical body for each take of a file."""
+    options, kind, data = loaded.options, loaded.kind, loaded.data
+    asf, skeleton_data = loaded.asf, loaded.skeleton_data
     skeleton = capture.AsfFile(skeleton_data, asf) if skeleton_data is not None else None
     clips = capture.read_takes_bytes(data, kind, path=path, skeleton=skeleton, options=options)
     readings = []

@@ -20,6 +20,7 @@ from motiondb.learn.learned import performers_of
 from motiondb.learn.learned_model import LearnedModel, to_stored
 from motiondb.learn.recognition import FeaturePool, LearnSettings, Progress
 from motiondb.learn.word_fitting import TaughtWords
+from motiondb.workers import HERE, Workers
 
 _ATTEMPTS = 3  # How often to learn from the beginning where captures change meanwhile
 
@@ -30,6 +31,7 @@ def learn(
     progress: Progress | None = None,
     start: str | Path | Knowledge | None = None,
     where: str = "",
+    workers: Workers = HERE,
 ) -> LearnedModel:
     """Derive everything from the captures that were captured (not generated), and save it.
 
@@ -44,7 +46,7 @@ def learn(
     for _ in range(_ATTEMPTS):
         with store.released(opened) as let_go:
             tell("features", 0.0)
-            pool, taught, names = _load_taught(opened, where)
+            pool, taught, names = _load_taught(opened, where, workers)
             let_go()
             rng = np.random.default_rng(settings.seed)
             started = None if knowledge is None else begin(knowledge, taught.synonyms)
@@ -56,6 +58,7 @@ def learn(
                 rng,
                 tell,
                 started,
+                workers,
             )
             own_numbers = {number: capture for capture, number in numbers.items()}
             model = name_order.renumber_model(model, own_numbers)
@@ -86,7 +89,7 @@ def _save(
 
 
 def _load_taught(
-    opened: store.Store, where: str
+    opened: store.Store, where: str, workers: Workers
 ) -> tuple[FeaturePool, TaughtWords, dict[int, str]]:
     """Features, captions and names of the captured captures, of one revision."""
     with store.reading(opened):
@@ -102,7 +105,7 @@ def _load_taught(
             )
         names = {i.capture_id: i.name for i in store.load_captures(opened)}
         names = {capture: names[capture] for capture in taught.performers}
-        return load_features(opened).only(taught.performers), taught, names
+        return load_features(opened, workers=workers).only(taught.performers), taught, names
 
 
 def _load_catalogue(opened: store.Store, where: str) -> TaughtWords:
