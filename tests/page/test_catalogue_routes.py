@@ -52,7 +52,10 @@ def test_one_capture_has_what_the_class_knows(client: TestClient, learned_file: 
     with motiondb.open(learned_file, read_only=True) as db:
         known = db.show("ana/long_1")
         described = db.describe("ana/long_1")
-    assert facts["segments"] == motiondb.to_json(known.segments)
+    words = ("word", "word_probability")  # of its symbol
+    bare = [{k: v for k, v in one.items() if k not in words} for one in facts["segments"]]
+    assert bare == motiondb.to_json(known.segments)
+    assert {one["word"] for one in facts["segments"]} != {None}
     assert facts["activities"] == motiondb.to_json(known.activities)
     assert facts["sha256"] == known.sha256
     assert [d["start"] for d in facts["recognised"]] == [d.start for d in described]
@@ -75,7 +78,7 @@ def test_words_are_set_and_undone_in_turn(learned_copy: Path, serve: Serve) -> N
     second = post(client, "/api/words", {"capture": NAME, "words": "a person walks"})
     assert second["words"] == [{"words": "a person walks", "start": None, "end": None}]
     assert post(client, "/api/undo", {}) == {
-        "capture": NAME, "words": first["words"], "left": 1,
+        "capture": NAME, "words": first["words"], "left": 1, "what": "words", "captures": 1,
     }  # fmt: skip
     assert post(client, "/api/undo", {})["words"] == before
     assert client.post("/api/undo", json={}).status_code == 409

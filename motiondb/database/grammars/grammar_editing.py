@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 from motiondb import store
 from motiondb.database.learned_grammar import LearnedGrammar, load_learned_grammar
@@ -70,7 +70,7 @@ def undo_edit(database: store.Store, name: str) -> str:
     with store.transaction(database):
         learned = load_learned_grammar(database, name)
         run = _runs(database)[learned.run_id]
-        edit = run.parameters.get(EDIT)
+        edit = _edit_of(run)
         if edit is None:
             raise QueryError(f"{name}: expected a grammar that was edited, found none. Edit it.")
         before = edit["before"]
@@ -103,13 +103,18 @@ def undo_edit(database: store.Store, name: str) -> str:
 def edits_of(runs: Mapping[int, Run], run_id: int) -> tuple[str, ...]:
     """What the edits changed that can be taken back, the last first."""
     found: list[str] = []
-    while run_id in runs and (edit := runs[run_id].parameters.get(EDIT)) is not None:
+    while run_id in runs and (edit := _edit_of(runs[run_id])) is not None:
         found.append(str(edit["what"]))
         earlier = int(edit["before"]["run"])
         if earlier >= run_id:
             break
         run_id = earlier
     return tuple(found)
+
+
+def _edit_of(run: Run) -> dict[str, Any] | None:
+    """The edit that a run made, with what was before it."""
+    return cast("dict[str, Any] | None", run.parameters.get(EDIT))
 
 
 def _runs(database: store.Store) -> dict[int, Run]:
