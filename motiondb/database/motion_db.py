@@ -579,26 +579,6 @@ class MotionDB(Captures):
 
         return check(self.store)
 
-    def backup(self, path: str | Path) -> Path:
-        """Copy one state of the database into a new file, and check the copy.
-
-        Others may use the database meanwhile. The copy has no unused space.
-
-        Parameters
-        ----------
-        path : str or Path
-            The copy; there must be no file of this name.
-
-        Raises
-        ------
-        StoreError
-            When there is such a file, it cannot be written, or the copy has faults.
-        """
-        from motiondb.database.checking import check_file
-
-        store.backup(self.store, Path(path), check_file)
-        return Path(path)
-
     def info(self) -> DatabaseInfo:
         """What is in the database: numbers of captures, grammars, symbols and words."""
         from motiondb.database import showing
