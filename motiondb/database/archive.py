@@ -208,26 +208,6 @@ class Archive:
 
         return merging.merge(self.store, Path(other), prefix, wait, progress)
 
-    def backup(self, path: str | Path) -> Path:
-        """Copy one state of the database into a new file, and check the copy.
-
-        Others may use the database meanwhile. The copy has no unused space.
-
-        Parameters
-        ----------
-        path : str or Path
-            The copy; there must be no file of this name.
-
-        Raises
-        ------
-        StoreError
-            When there is such a file, it cannot be written, or the copy has faults.
-        """
-        from motiondb.database.checking import check_file
-
-        store.backup(self.store, Path(path), check_file)
-        return Path(path)
-
     @staticmethod
     def check_merge(other: str | Path, prefix: str = "", wait: float = 0.0) -> None:
         """Refuse what :meth:`merge` would refuse, before a database is made for it.
