@@ -19,6 +19,7 @@ from __future__ import annotations
 import argparse
 import tempfile
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -43,7 +44,7 @@ class Run:
         return 1.0 - self.computed / (self.workers * self.seconds) if self.workers else 0.0
 
 
-def measured(what: str, work, workers: motiondb.Cluster | None) -> Run:
+def measured(what: str, work: Callable[[], object], workers: motiondb.Cluster | None) -> Run:
     """Time a command, with the tasks that it handed out."""
     begun, own = time.perf_counter(), time.process_time()
     if workers is None:
@@ -76,7 +77,9 @@ def runs_with(n_workers: int, folder: Path, captures: Path, sheet: Path | None) 
         return _add_and_learn(path, captures, sheet, workers)
 
 
-def _add_and_learn(path, captures, sheet, workers) -> list[Run]:
+def _add_and_learn(
+    path: Path, captures: Path, sheet: Path | None, workers: motiondb.Cluster | None
+) -> list[Run]:
     settings = motiondb.AddSettings(skip_bad_frames=True)
     with motiondb.open(path) as db:
         add = measured("add", lambda: db.add(captures, sheet, settings, workers=workers), workers)

@@ -158,7 +158,8 @@ def _read(file: Path) -> Iterator[_Question]:
     for number, line in lines[1:]:
         cells = next(csv.reader(io.StringIO(line), delimiter="\t"))
         one = _to_question(number, dict(zip(header, (cell.strip() for cell in cells))))
-        if '"' in line and line.count('"') % 2:  # csv would take the rest of the line for one cell
+        opened = [cell for cell in line.split("\t") if cell.startswith('"')]
+        if opened and line.count('"') % 2:  # csv would take the rest of the line for one cell
             one = replace(one, fault='expected quotation marks in pairs, found one alone (").')
         elif len(cells) > len(header):
             why = f"expected at most {len(header)} cells, as in the header, found {len(cells)}."

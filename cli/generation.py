@@ -202,12 +202,13 @@ def _say_smoothness(facts: WrittenMotion) -> str:
     """Slip, float and jumps of a motion, each beside those of its sources where it has any."""
     of = facts.smoothness
 
-    def both(value: float, source: float | None, unit: str, digits: int = 1) -> str:
-        text = f"{value:.{digits}f} {unit}"
+    def both(value: float | None, source: float | None, unit: str, digits: int = 1) -> str:
+        text = "not measured (no foot stands)" if value is None else f"{value:.{digits}f} {unit}"
         return text if source is None else f"{text}, in the sources {source:.{digits}f}"
 
-    def cm(value: float, source: float | None, unit: str) -> str:
-        return both(100.0 * value, None if source is None else 100.0 * source, unit)
+    def cm(value: float | None, source: float | None, unit: str) -> str:
+        own, theirs = (None if v is None else 100.0 * v for v in (value, source))
+        return both(own, theirs, unit)
 
     jump = both(of.speed_jump, of.speed_jump_of_sources, "m/s", 2)
     return (

@@ -312,7 +312,7 @@ def _take_back(world: World, change: Change) -> None:
     back = {}
     for number, before in change.before.items():
         if number == SYNONYMS and before is not None:
-            world.synonyms = dict(before[1].tags)
+            world.synonyms = dict(before[1].tags)  # type: ignore[arg-type]  # no ANY in synonyms
         elif before is not None and number not in change.removed:
             kept = world.captures.pop(names[number])
             old = before[1]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,6 +33,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     )
     from motiondb.answers.questions import Comparison
     from motiondb.database.catalogue import exporting
+    from motiondb.database.tables import Tables
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
     from motiondb.search.copies import DuplicateGroup
@@ -274,6 +276,13 @@ class Captures(Archive):
         if asked.joint_map or not isinstance(added, dict):
             return asked
         return replace(asked, joint_map={str(k): str(v) for k, v in added.items()})
+
+    @cached_property
+    def tables(self) -> Tables:
+        """Captures, captions, segments, symbols, words and matches as Arrow tables."""
+        from motiondb.database.tables import Tables
+
+        return Tables(self.session)
 
     def export_matches(
         self, answer: WordAnswer | ExampleAnswer, folder: str | Path, question: str = ""

@@ -21,12 +21,7 @@ from motiondb.search.chances import WordSource, why_unchecked, word_sources
 from motiondb.workers import HERE
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
-    from motiondb.answers.catalogue import (
-        DatabaseInfo,
-        SymbolRow,
-        SymbolSegment,
-        WordRow,
-    )
+    from motiondb.answers.catalogue import DatabaseInfo, SymbolRow, SymbolSegment, WordRow
     from motiondb.answers.learning import Evaluation, StartAnswer
     from motiondb.database.catalogue.exporting import MotionChanges
     from motiondb.database.cluster import Cluster
@@ -34,7 +29,6 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.database.grammars.grammars import Grammars
     from motiondb.database.joining import Joined
     from motiondb.database.scenes.scenes import Scenes
-    from motiondb.database.tables import Tables
     from motiondb.learn.drift import Drift
     from motiondb.learn.knowledge import Knowledge
     from motiondb.learn.learned_model import LearnedModel
@@ -200,13 +194,6 @@ class MotionDB(Captures):
         from motiondb.database.evaluating import evaluate
 
         return evaluate(self.session, where, progress or (lambda _what, _share: None), workers)
-
-    @cached_property
-    def tables(self) -> Tables:
-        """Captures, captions, segments, symbols, words and matches as Arrow tables."""
-        from motiondb.database.tables import Tables
-
-        return Tables(self.session)
 
     def is_learned(self) -> bool:
         """Whether the database has learned."""

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from motiondb.body import kinematics, rotation
 from motiondb.errors import CaptureError
 from motiondb.files.bvh_writer import write_atomically
+from motiondb.files.safe_files import open_file
 from motiondb.records import Clip, FloatArray
 
 FLOAT, USHORT, UINT = 5126, 5123, 5125  # Component types of glTF
@@ -118,7 +119,8 @@ def write_gltf(clip: Clip, path: Path | str) -> None:
 
 def add_copyright(path: Path, text: str) -> None:
     """Write into a glTF file of this module whose it is, as ``asset.copyright``."""
-    content = path.read_bytes()
+    with open_file(path) as file:
+        content = file.read()
     is_binary = path.suffix.lower() == ".glb"
     length = int.from_bytes(content[12:16], "little")
     document = json.loads(content[20 : 20 + length] if is_binary else content)

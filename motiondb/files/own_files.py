@@ -26,6 +26,7 @@ _SEAL = re.compile(rb"(tEXtSoftware\0|\x21\xfe\x49|generator\" content=\")motion
 _CHECKSUM = 4  # Bytes after the mark that no digest covers: in a PNG, the checksum of the mark
 MARKS = (
     (b"glTF", b'"generator":"motiondb"'),
+    (b'{"asset":', b'"generator":"motiondb"'),
     (b"motiondb knowledge ", b""),
     (b'{\n "written_by": "motiondb"', b""),
 )  # How files of a kind begin, and what stands in those of motiondb

@@ -87,6 +87,7 @@ def open_file(path: str | os.PathLike[str], within: Path | None = None) -> Binar
 
 
 _HELD: Counter[tuple[int, int]] = Counter()
+_HELD_LOCK = threading.Lock()
 
 
 @dataclass(frozen=True)
@@ -104,12 +105,14 @@ class HeldFile:
         """Begin to hold a file."""
         status = path.stat()
         key = (status.st_dev, status.st_ino)
-        _HELD[key] += 1
+        with _HELD_LOCK:
+            _HELD[key] += 1
         return HeldFile(key)
 
     def let_go(self) -> None:
         """End to hold the file."""
-        _HELD[self.key] -= 1
+        with _HELD_LOCK:
+            _HELD[self.key] -= 1
 
 
 def _is_held(path: str | os.PathLike[str]) -> bool:

@@ -27,18 +27,18 @@ from motiondb.records import MOTION_FPS, FloatArray, Motion
 
 @dataclass(frozen=True)
 class Smoothness:
-    """Slip and jumps in m/s, heights in m; those of the sources are None where no capture is one.
+    """Slip and jumps in m/s, heights in m; None where no capture is the source, or no foot stands.
 
     A jump is the change of the pelvis's speed over the ground from one frame to the next.
     """
 
-    foot_slip: float  # Mean ground speed of feet in contact, of the slower of ankle and toe
+    foot_slip: float | None  # Mean ground speed of feet in contact, of the slower of ankle and toe
     foot_slip_of_sources: float | None
-    toe_slip: float  # Mean ground speed of the toes of feet in contact that are low
+    toe_slip: float | None  # Mean ground speed of the toes of feet in contact that are low
     toe_slip_of_sources: float | None
     speed_jump: float  # Largest jump
     speed_jump_of_sources: float | None
-    floating: float  # Mean height of the lower foot where a foot is in contact in the sources
+    floating: float | None  # Mean height of the lower foot where one stands in the sources
     floating_of_sources: float | None
 
 
@@ -74,8 +74,9 @@ def measure_smoothness(made: SequenceMotion, motion: Callable[[int], Motion]) ->
     back = np.argsort(np.concatenate(order))
     columns = zip(*(vars(part).values() for part in parts))
     theirs = _Frames(*(np.concatenate(column)[back] for column in columns))
-    pairs = zip(_summary(own, theirs.stands), _summary(theirs, theirs.stands))
-    return Smoothness(*(value for pair in pairs for value in pair))
+    slip, toes, jump, low = _summary(own, theirs.stands)
+    slips, toe_slips, jumps, lows = _summary(theirs, theirs.stands)
+    return Smoothness(slip, slips, toes, toe_slips, jump, jumps, low, lows)
 
 
 def _measure(motion: Motion) -> _Frames:
@@ -97,7 +98,9 @@ def _measure(motion: Motion) -> _Frames:
     )
 
 
-def _summary(frames: _Frames, stands: NDArray[np.bool_]) -> tuple[float, float, float, float]:
+def _summary(
+    frames: _Frames, stands: NDArray[np.bool_]
+) -> tuple[float | None, float | None, float, float | None]:
     """Foot slip, toe slip and largest jump, and the mean height of the lower foot at `stands`."""
     return (
         _mean(frames.slip),
@@ -107,6 +110,6 @@ def _summary(frames: _Frames, stands: NDArray[np.bool_]) -> tuple[float, float, 
     )
 
 
-def _mean(values: FloatArray) -> float:
+def _mean(values: FloatArray) -> float | None:
     known = values[np.isfinite(values)]
-    return float(known.mean()) if len(known) else 0.0
+    return float(known.mean()) if len(known) else None

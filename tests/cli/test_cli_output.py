@@ -61,6 +61,7 @@ def test_files_of_others_are_overwritten_only_by_force(
     writers: list[tuple[str, tuple[str, ...]]] = [
         ("take.bvh", ("generate", "kick", "-o", "take.bvh")),
         ("take.glb", ("export", "ana/walk_1", "-o", "take.glb")),
+        ("take.gltf", ("export", "ana/walk_1", "-o", "take.gltf")),
         ("take.bvh", ("export", "ana/walk_1", "-o", "take.bvh", "--to", "1")),
         ("take.png", ("symbols", "--png", "take.png")),
         ("take.gif", ("show", "ana/walk_1", "--to", "0.2", "--gif", "take.gif")),

@@ -41,6 +41,13 @@ class Motion:
     provenance: str = ""  # Of a generated motion, JSON
 
 
+class _NoRedirect(urllib.request.HTTPRedirectHandler):
+    """Follows no redirection, which would hand the token to another server."""
+
+    def redirect_request(self, *_args: Any) -> None:
+        """Return no request, so that the redirection is an error."""
+
+
 @dataclass(frozen=True)
 class Server:
     """Where the server is; ``token`` is empty where it needs none."""
@@ -52,8 +59,12 @@ class Server:
     def at(cls, address: str, token: str = "") -> Server:
         """Return the server at an address, which may hold the token as ``serve`` prints it."""
         text = address.strip() if "//" in address else f"http://{address.strip()}"
-        parts = urllib.parse.urlsplit(text)
-        if parts.scheme not in ("http", "https") or not parts.hostname:
+        try:
+            parts = urllib.parse.urlsplit(text)
+            is_address = parts.scheme in ("http", "https") and bool(parts.hostname)
+        except ValueError:  # brackets that are not closed
+            is_address = False
+        if not is_address:
             raise ServerError(
                 f"address: expected one such as http://127.0.0.1:8765, found {address!r}. Correct "
                 "it in the preferences of the extension."
@@ -153,7 +164,8 @@ class Server:
             headers["Authorization"] = f"Bearer {self.token}"
         request = urllib.request.Request(self.address + path, body, headers)
         # no proxy stands between Blender and this computer
-        chosen = [urllib.request.ProxyHandler({})] if self.is_local else []
+        chosen: list[Any] = [urllib.request.ProxyHandler({})] if self.is_local else []
+        chosen.append(_NoRedirect())
         try:
             with urllib.request.build_opener(*chosen).open(request, timeout=SECONDS) as answer:
                 return bytes(answer.read())

@@ -248,6 +248,12 @@ def map_name(armature: bpy.types.Object) -> str:
 
 def propose(armature: bpy.types.Object, found: dict) -> skeletons.ArmatureError:
     """Write the proposed roles of bones into a text; return the error that asks to check them."""
+    if joint_map(armature):  # the user's own lines stay
+        missing = ", ".join(found["missing"]) or "some"
+        return skeletons.ArmatureError(
+            f"{map_name(armature)}: expected a bone for every role that is needed, found none for: "
+            f"{missing}. Add lines `role = bone` to this text."
+        )
     bones = {"_".join(bone.name.split()): bone.name for bone in skeletons.chain(armature)}
     lines = ["# Check these lines (role = bone), then import again. Roles without a bone:"]
     roles = found["roles"]

@@ -63,6 +63,9 @@ def look() -> float | None:
             then(result)
         except (ServerError, ArmatureError) as error:
             state.error = str(error)
+        except Exception as error:  # shown, since a timer's error is only on the console
+            traceback.print_exc()
+            state.error = f"an error of the extension: {error!r}. The console has the details."
         for window in bpy.context.window_manager.windows:
             for area in window.screen.areas:
                 area.tag_redraw()

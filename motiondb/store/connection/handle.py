@@ -238,8 +238,10 @@ class Store:
         if not self.read_only and (self._is_marked or not self.lacked_log):
             log_mark.clear_mark(root)  # the mark of a missing log stays, so that the log still fits
         self._is_marked = False
-        _close(root)
-        self._held.let_go()
+        try:
+            _close(root)
+        finally:
+            self._held.let_go()
 
     def _cursor(self) -> duckdb.DuckDBPyConnection:
         """The cursor of the current thread, which is in a block that keeps the root open."""

@@ -1099,13 +1099,13 @@ export interface SideOfAction {
 }
 
 export interface Smoothness {
-  foot_slip: number;
+  foot_slip: number | null;
   foot_slip_of_sources: number | null;
-  toe_slip: number;
+  toe_slip: number | null;
   toe_slip_of_sources: number | null;
   speed_jump: number;
   speed_jump_of_sources: number | null;
-  floating: number;
+  floating: number | null;
   floating_of_sources: number | null;
 }
 
