@@ -142,10 +142,10 @@ def join_parts(
             parts.append(JoinedPart(info.name, first / MOTION_FPS, behind / MOTION_FPS))
         joined = join(motions, pieces)
         ids = np.array(list(numbers))
-        made, seams, said = joined.made, joined.seams, tuple[str, ...]()
+        made, seams, said = joined.made, list(joined.seams), tuple[str, ...]()
         if changes is not None and changes.of_motion.are_any:
             done = change_sequence(made, changes)
-            parts, seams = _within(parts, seams, done.first, done.made)
+            parts, seams = _within(parts, joined.seams, done.first, done.made)
             made, said = done.made, done.said
         provenance = store.to_provenance(
             session.store, ids[made.captures], made.frames, edits=made.edits

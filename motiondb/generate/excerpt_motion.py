@@ -10,7 +10,7 @@ is not to be seen (a run that stops joins best with what follows, but who stands
 for "slowly" and "fast" a cost of the distance from the speed that is asked for. Choice 0 is that
 sequence. Choice c > 0 prefers place c of each action (:mod:`motiondb.generate.excerpts`), counted
 modulo their number: the place is made as good as the best one, and excerpts of other places cost
-``OTHER_PLACE`` more.
+``OTHER_PLACE`` more. A place that is wished for one action must be one of its places.
 
 Tempo: frame t of the result is frame r t of the source, so that a rate r > 1 is faster; path values
 that are speeds are multiplied by r. The *speed* of a motion is the mean speed of its joints in the
