@@ -29,6 +29,7 @@ from scipy.ndimage import maximum_filter1d
 
 from motiondb.body import pose_vectors, retarget, rotation
 from motiondb.body.features import FEATURE_STEP
+from motiondb.errors import QueryError
 from motiondb.generate import contact, cuts, stitching, variation
 from motiondb.generate.action_sources import ActionSources
 from motiondb.generate.direction import ONCE, gone
@@ -186,6 +187,8 @@ def excerpt_motion(
             actions, excerpts, directed, costs, values, places, unseen, wishes
         )
     ]
+    if choice.wishes:
+        _check_places(rows, choice.wishes)
     picked, owners = _pick(material, rows, rng)
     shown, pieces, sources, lengths = [], [], dict(material.paths), []
     origins: dict[int, tuple[int, float]] = {c: (c, 1.0) for c in sources}
@@ -232,6 +235,18 @@ class _Rows:
     places: IntArray  # (excerpts,)
     unseen: Mapping[int, FloatArray]  # Capture -> 1 where the action is not to be seen: (frames,)
     wish: PlaceWish
+
+
+def _check_places(rows: Sequence[_Rows], wishes: Sequence[PlaceWish]) -> None:
+    """Raise QueryError if an action is wanted from a place that it does not have."""
+    for number, (row, wish) in enumerate(zip(rows, wishes), start=1):
+        last = int(row.places.max())
+        if wish.excerpt is None and wish.place is not None and not 0 <= wish.place <= last:
+            raise QueryError(
+                f"places: expected a place from 0 to {last} for action {number}"
+                f" ({' '.join(row.of.action.words)}), found {wish.place}. Choose one of those, or"
+                " None for any."
+            )
 
 
 def _unseen(
