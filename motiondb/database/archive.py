@@ -307,6 +307,38 @@ class Archive:
             infos = self._chosen(names, where)
             return editing.set_tags(self.store, infos, tags)
 
+    def add_words(self, words: str, names: Iterable[str] = (), where: str = "") -> list[str]:
+        """Add a caption to several captures by one run, and count it; others stay.
+
+        Parameters
+        ----------
+        words : str
+            What each of the captures shows as a whole.
+        names : iterable of str
+            Names of captures.
+        where : str
+            Filter on the catalogue: also these.
+
+        Returns
+        -------
+        list of str
+            Names of the captures that did not have the caption.
+
+        Raises
+        ------
+        QueryError
+            When there is no capture of one of the names, the filter cannot be read, or there is no
+            word.
+        """
+        from motiondb.database.catalogue import editing
+
+        caption = Caption(words)
+        with store.transaction(self.store):
+            infos = self._chosen(names, where)
+            for info in infos:
+                _check_caption(info, caption)
+            return editing.add_words(self.store, infos, caption)
+
     def tag_rows(self) -> list[TagRow]:
         """Every tag with its number of captures and of different values, by name."""
         from motiondb.answers.catalogue import TagRow

@@ -63,7 +63,8 @@ class ActionPlace:
     Attributes
     ----------
     place : int or None
-        Number of one of the places that show the action about as clearly (``Generated.places``).
+        Number of one of the places that show the action about as clearly (``Generated.places``),
+        from 0; None for any.
     capture : str or None
         Name of the capture of an excerpt that was picked by hand; then `place` does not count.
     start, end : float
@@ -317,7 +318,8 @@ def _wish(session: Session, place: ActionPlace) -> PlaceWish:
     if place.capture is None:
         return PlaceWish(place.place)
     info = store.load_capture(session.store, place.capture)
-    first, last = (round(second * MOTION_FPS) for second in (place.start, place.end))
+    times = (place.start, place.end)
+    first, last = (round(t * MOTION_FPS) if math.isfinite(t) else -1 for t in times)
     if not 0 <= first < last <= info.motion_frames or last - first < LEAST_PICKED:
         raise QueryError(
             f"{info.name}: expected an excerpt of at least {LEAST_PICKED / MOTION_FPS:g} s within"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,7 @@ from motiondb.database.generated_files import draw_generated, sources_of, write_
 from motiondb.database.session import Session
 from motiondb.errors import QueryError
 from motiondb.generate.joining import Seam, join
+from motiondb.generate.material import SequenceMotion
 from motiondb.generate.stitching import Piece
 from motiondb.records import MOTION_FPS, Motion
 
@@ -35,9 +36,9 @@ class Joined:
     provenance : Provenance
         Origin and licence of every frame.
     parts : tuple of JoinedPart
-        The parts, in order.
+        The parts, in order, as far as they are in the motion.
     seams : tuple of Seam
-        How far the parts were apart where they meet; times of the motion before it was changed.
+        How far the parts were apart where they meet, as far as they meet in the motion.
     changed : tuple of str
         How the motion was changed after the parts were joined.
     """
@@ -141,14 +142,35 @@ def join_parts(
             parts.append(JoinedPart(info.name, first / MOTION_FPS, behind / MOTION_FPS))
         joined = join(motions, pieces)
         ids = np.array(list(numbers))
-        made, said = joined.made, tuple[str, ...]()
+        made, seams, said = joined.made, list(joined.seams), tuple[str, ...]()
         if changes is not None and changes.of_motion.are_any:
             done = change_sequence(made, changes)
+            parts, seams = _within(parts, joined.seams, done.first, done.made)
             made, said = done.made, done.said
         provenance = store.to_provenance(
             session.store, ids[made.captures], made.frames, edits=made.edits
         )
-    return Joined(made.motion, provenance, tuple(parts), joined.seams, said)
+    return Joined(made.motion, provenance, tuple(parts), tuple(seams), said)
+
+
+def _within(
+    parts: Sequence[JoinedPart], seams: Sequence[Seam], first: int, made: SequenceMotion
+) -> tuple[list[JoinedPart], list[Seam]]:
+    """Return the parts and seams that a motion still has which begins at a frame of the whole."""
+    kept: list[JoinedPart] = []
+    behind = 0  # Frame of the whole at which a part ends
+    for part, count in zip(parts, made.lengths, strict=True):
+        start, end = round(part.start * MOTION_FPS), round(part.end * MOTION_FPS)
+        if count:
+            begin = start + max(first - behind, 0)
+            kept.append(JoinedPart(part.capture, begin / MOTION_FPS, (begin + count) / MOTION_FPS))
+        behind += end - start
+    places = [round(seam.seconds * MOTION_FPS) - first for seam in seams]
+    return kept, [
+        replace(seam, seconds=round(place / MOTION_FPS, 3))
+        for seam, place in zip(seams, places)
+        if 0 < place < made.motion.n_frames
+    ]
 
 
 def _known(session: Session, text: str) -> tuple[str, float | None, float | None]:

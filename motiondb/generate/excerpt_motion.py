@@ -10,7 +10,7 @@ is not to be seen (a run that stops joins best with what follows, but who stands
 for "slowly" and "fast" a cost of the distance from the speed that is asked for. Choice 0 is that
 sequence. Choice c > 0 prefers place c of each action (:mod:`motiondb.generate.excerpts`), counted
 modulo their number: the place is made as good as the best one, and excerpts of other places cost
-``OTHER_PLACE`` more.
+``OTHER_PLACE`` more. A place that is wished for one action must be one of its places.
 
 Tempo: frame t of the result is frame r t of the source, so that a rate r > 1 is faster; path values
 that are speeds are multiplied by r. The *speed* of a motion is the mean speed of its joints in the
@@ -29,6 +29,7 @@ from scipy.ndimage import maximum_filter1d
 
 from motiondb.body import pose_vectors, retarget, rotation
 from motiondb.body.features import FEATURE_STEP
+from motiondb.errors import QueryError
 from motiondb.generate import contact, cuts, stitching, variation
 from motiondb.generate.action_sources import ActionSources
 from motiondb.generate.direction import ONCE, gone
@@ -186,6 +187,8 @@ def excerpt_motion(
             actions, excerpts, directed, costs, values, places, unseen, wishes
         )
     ]
+    if choice.wishes:
+        _check_places(rows, choice.wishes)
     picked, owners = _pick(material, rows, rng)
     shown, pieces, sources, lengths = [], [], dict(material.paths), []
     origins: dict[int, tuple[int, float]] = {c: (c, 1.0) for c in sources}
@@ -232,6 +235,18 @@ class _Rows:
     places: IntArray  # (excerpts,)
     unseen: Mapping[int, FloatArray]  # Capture -> 1 where the action is not to be seen: (frames,)
     wish: PlaceWish
+
+
+def _check_places(rows: Sequence[_Rows], wishes: Sequence[PlaceWish]) -> None:
+    """Raise QueryError if an action is wanted from a place that it does not have."""
+    for number, (row, wish) in enumerate(zip(rows, wishes), start=1):
+        last = int(row.places.max())
+        if wish.excerpt is None and wish.place is not None and not 0 <= wish.place <= last:
+            raise QueryError(
+                f"places: expected a place from 0 to {last} for action {number}"
+                f" ({' '.join(row.of.action.words)}), found {wish.place}. Choose one of those, or"
+                " None for any."
+            )
 
 
 def _unseen(

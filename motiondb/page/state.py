@@ -107,7 +107,7 @@ class Edit:
     """An edit of captures, which can be undone."""
 
     captures: tuple[str, ...]  # Names as they were before it
-    runs: tuple[int, ...]  # Numbers of the runs that made it, in their order
+    run: int  # Number of the run that made it
     what: str  # "words", "tags", "name" or "removal"
 
 

@@ -6,6 +6,8 @@ from pathlib import Path
 
 from page_serving import Serve
 
+from motiondb.database import MotionDB
+
 NAMES = ["ana/bow_1", "ana/jump_1"]
 
 
@@ -31,6 +33,8 @@ def test_several_captures_are_changed_and_each_change_is_undone(
     assert change("tags", captures=NAMES, tags=tags) == {"changed": [], "undo": 1}
     assert facts("ana/bow_1")["tags"]["performer"] == "bea"
     assert change("words", captures=NAMES, words="a test of words")["undo"] == 2
+    again = {"captures": NAMES, "words": "a test of words"}
+    assert change("words", **again) == {"changed": [], "undo": 2}
     assert "a test of words" in [caption["words"] for caption in facts("ana/jump_1")["words"]]
     assert change("rename", old="ana/bow_1", new="bea/bow_1")["changed"] == ["ana/bow_1"]
     assert change("remove", captures=["ana/jump_1", "bea/bow_1"])["undo"] == 4
@@ -45,3 +49,30 @@ def test_several_captures_are_changed_and_each_change_is_undone(
     assert facts("ana/bow_1")
     refused = serve(learned_copy, read_only=True)
     assert refused.post("/api/captures/remove", json={"captures": NAMES}).status_code == 403
+
+
+def test_words_of_several_captures_are_one_run_and_undone_together_or_not_at_all(
+    learned_copy: Path, serve: Serve
+) -> None:
+    client = serve(learned_copy)
+
+    def words(name: str) -> list[str]:
+        found = client.get("/api/capture", params={"name": name, "described": False}).json()
+        return [caption["words"] for caption in found["words"]]
+
+    new = {"words": "a test of words"}
+    one = client.post("/api/captures/words", json={"captures": NAMES[:1], **new}).json()
+    assert one == {"changed": NAMES[:1], "undo": 1}
+    two = client.post("/api/captures/words", json={"captures": NAMES, **new}).json()
+    assert two == {"changed": NAMES[1:], "undo": 2}  # the first has it already
+    more = {"captures": NAMES, "words": "more words"}
+    assert client.post("/api/captures/words", json=more).json() == {"changed": NAMES, "undo": 3}
+    with MotionDB(learned_copy) as db:
+        newest = max(db.runs(), key=lambda run: int(run["run_id"]))
+        assert newest["kind"] == "words"
+        assert "more words" in [caption.words for caption in db.captions(NAMES[0])]
+        db.set_captions(NAMES[0], [])  # another program changes one of them
+    refused = client.post("/api/undo", json={})
+    assert refused.status_code == 409
+    assert "more words" in words(NAMES[1])
+    assert client.get("/api/undo").json()["left"] == 2

@@ -302,7 +302,11 @@ def test_captures_are_browsed_as_previews_and_changed_together(serve_copy, new_p
         still,
     )
     page.get_by_role("checkbox", name="Select ana/bow_1").click()
-    page.get_by_role("checkbox", name="Select ana/jump_1").click()
+    page.get_by_role("checkbox", name="Select ana/jump_1").focus()
+    page.keyboard.press("Space")
+    page.get_by_text("2 captures selected").wait_for()
+    focused = page.evaluate("() => document.activeElement.getAttribute('aria-label')")
+    assert focused == "Select ana/jump_1"  # the card was not made anew
     bar = page.get_by_role("region", name="Selected captures")
     bar.get_by_text("2 captures selected").wait_for()
     bar.get_by_role("button", name="Licence…").click()

@@ -91,6 +91,19 @@ def set_tags(
     return [info.name for info, _ in changed]
 
 
+def add_words(opened: store.Store, infos: Sequence[CaptureInfo], caption: Caption) -> list[str]:
+    """Add a caption to captures, inside a transaction; names of those that lacked it."""
+    captions = store.load_captions(opened)
+    lacking = [info for info in infos if caption not in captions.get(info.capture_id, ())]
+    if lacking:
+        numbers = [info.capture_id for info in lacking]
+        parameters = {"words": caption.words, "captures": len(numbers)}
+        with updating.changing(opened, "words", parameters, numbers):
+            for number in numbers:
+                store.save_captions(opened, number, [*captions.get(number, ()), caption])
+    return [info.name for info in lacking]
+
+
 def undo(opened: store.Store, run: int | None) -> Undone:
     """Take back the latest change of captures, or that of a run, by a run of its own."""
     with store.transaction(opened):

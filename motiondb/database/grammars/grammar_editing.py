@@ -1,8 +1,10 @@
 """Edit a grammar by hand: its rules, the name of a terminal; and take the last edit back.
 
 An edit is saved as a whole new version of the grammar. Its run holds what was before it, so edits
-can be taken back one after the other, also by a later process. Saved sequences stay editable where
-the new rules derive their strings; those that were lost come back when the edit is taken back.
+can be taken back one after the other, also by a later process. The version that comes back has a
+run of its own, too: a derivation of an older run belongs to another version, which is how the trash
+knows. Saved sequences stay editable where the new rules derive their strings; those that were lost
+come back when the edit is taken back.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ from motiondb.grammar.rules.description_length import description_length
 from motiondb.records import Run
 
 EDIT = "edit"  # The key of a run's parameters that holds an edit
+UNDONE = "undone"  # That of a run which took an edit back
 _TERMINAL = re.compile(r"[A-Za-z_][A-Za-z0-9_'.-]{0,59}")
 _Derivations = Mapping[str, store.Derivation]
 
@@ -31,6 +34,10 @@ def edit_rules(database: store.Store, name: str, text: str) -> list[str]:
     with store.transaction(database):
         learned = load_learned_grammar(database, name)
         grammar = _read_rules(learned, text)
+        if grammar.start == learned.grammar.start and set(grammar.rules) == set(
+            learned.grammar.rules
+        ):
+            return []
         edited = _parsed(replace(learned, grammar=grammar))
         return _save(database, learned, edited, "rules", {})
 
@@ -45,12 +52,15 @@ def rename_terminal(database: store.Store, name: str, terminal: str, to: str) ->
             raise QueryError(
                 f"terminal: expected one of {name}, found {terminal!r}.{near}",
             )
-        taken = {*known, *learned.grammar.nonterminals, EMPTY} - {terminal}
+        if to == terminal:
+            return []
+        taken = {*known, *learned.grammar.nonterminals, EMPTY}
         if not _TERMINAL.fullmatch(to) or to in taken:
             found = "one that is taken" if to in taken else repr(to[:100])
             raise QueryError(
-                f"terminal: expected a new name of letters, digits, _, ', . and -, that begins with"
-                f" a letter, found {found}. Choose another name."
+                f"terminal: expected a new name of at most 60 of the letters a-z and A-Z, digits,"
+                f" _, ', . and -, that begins with a letter or _, found {found}. Choose another"
+                " name."
             )
         names = tuple(to if one == terminal else one for one in known)
         rules = tuple(
@@ -69,8 +79,8 @@ def undo_edit(database: store.Store, name: str) -> str:
     """Take the last edit of a grammar back; return what it was."""
     with store.transaction(database):
         learned = load_learned_grammar(database, name)
-        run = _runs(database)[learned.run_id]
-        edit = _edit_of(run)
+        runs = _runs(database)
+        edit = _edit_of(runs[learned.run_id])
         if edit is None:
             raise QueryError(f"{name}: expected a grammar that was edited, found none. Edit it.")
         before = edit["before"]
@@ -84,19 +94,20 @@ def undo_edit(database: store.Store, name: str) -> str:
             parses=tuple(map(tuple, before["parses"])),
             bits=before["bits"],
         )
-        kept = {
-            capture: store.Derivation(name, tuple(rules), tuple(clips))
-            for capture, (rules, clips) in before["derivations"].items()
-        }
         renamed = dict(zip(learned.terminals.names, names, strict=True))
-        since = store.load_derivations(database, learned.grammar_id)
-        fresh = {capture: one for capture, one in since.items() if capture not in kept}
-        carried, _ = _carried(learned, earlier, fresh, renamed)
-        undone = store.start_run(
-            database, "grammar undo", {"name": name, "what": edit["what"], "run": run.run_id}
+        since = _derivations(database, learned)
+        carried, _ = _carried(learned, earlier, since, renamed)
+        kept = {
+            sha256: store.Derivation(name, tuple(rules), tuple(clips))
+            for sha256, (rules, clips) in before["derivations"].items()
+        }
+        of_before = runs[before["run"]]
+        undone = {UNDONE: {"what": edit["what"], "run": learned.run_id}}
+        number = store.start_run(
+            database, "grammar undo", of_before.parameters | undone, of_before.seed
         )
-        _replace(database, earlier, before["run"], kept | carried)
-        store.finish_run(database, undone)
+        _replace(database, earlier, number, carried | kept)
+        store.finish_run(database, number)
         return str(edit["what"])
 
 
@@ -115,6 +126,13 @@ def edits_of(runs: Mapping[int, Run], run_id: int) -> tuple[str, ...]:
 def _edit_of(run: Run) -> dict[str, Any] | None:
     """The edit that a run made, with what was before it."""
     return cast("dict[str, Any] | None", run.parameters.get(EDIT))
+
+
+def _derivations(database: store.Store, learned: LearnedGrammar) -> dict[str, store.Derivation]:
+    """Load the derivations of a grammar by the digests of their captures, which stay."""
+    digests = {info.name: info.sha256 for info in store.load_captures(database)}
+    known = store.load_derivations(database, learned.grammar_id)
+    return {digests[name]: derivation for name, derivation in known.items()}
 
 
 def _runs(database: store.Store) -> dict[int, Run]:
@@ -178,10 +196,10 @@ def _carried(
     kept: dict[str, store.Derivation] = {}
     lost: list[str] = []
     for capture, derivation in known.items():
-        leaves = context_free.derive_by(learned.grammar, derivation.rules).leaves()
         try:
+            leaves = context_free.derive_by(learned.grammar, derivation.rules).leaves()
             tree = parse(edited.grammar, [renamed.get(leaf, leaf) for leaf in leaves])
-        except ParseError:
+        except GrammarError:  # such as ParseError
             lost.append(capture)
         else:
             kept[capture] = replace(derivation, rules=context_free.choices_of(tree))
@@ -196,7 +214,7 @@ def _save(
     renamed: Mapping[str, str],
 ) -> list[str]:
     """Save an edited grammar with what was before it."""
-    known = store.load_derivations(database, learned.grammar_id)
+    known = _derivations(database, learned)
     kept, lost = _carried(learned, edited, known, renamed)
     run = _runs(database)[learned.run_id]
     before: dict[str, Any] = {
@@ -211,12 +229,12 @@ def _save(
             for capture, one in known.items()
         },
     }
-    of_learning = {key: value for key, value in run.parameters.items() if key != EDIT}
+    of_learning = {key: value for key, value in run.parameters.items() if key not in (EDIT, UNDONE)}
     parameters = of_learning | {EDIT: {"what": what, "before": before}}
     number = store.start_run(database, "grammar edit", parameters, run.seed)
     _replace(database, edited, number, kept)
     store.finish_run(database, number)
-    return lost
+    return [info.name for info in store.load_captures(database) if info.sha256 in lost]
 
 
 def _replace(
@@ -225,7 +243,9 @@ def _replace(
     """Save a version of a grammar in the place of the present one, with its derivations."""
     store.save_grammar(database, grammar.stored, run_id)
     number = store.load_grammar(database, grammar.name).grammar_id
-    there = {info.name: info.capture_id for info in store.load_captures(database)}
-    for capture, derivation in derivations.items():
-        if capture in there:
-            store.save_derivation(database, there[capture], number, derivation, run_id)
+    for info in store.load_captures(database):
+        derivation = derivations.get(info.sha256)
+        if derivation is None or info.kind != "generated":
+            continue
+        if store.load_derivation(database, info.capture_id) is None:
+            store.save_derivation(database, info.capture_id, number, derivation, run_id)

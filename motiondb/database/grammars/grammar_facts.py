@@ -28,7 +28,7 @@ from motiondb.answers.grammars import (
 )
 from motiondb.answers.questions import DescribedWord
 from motiondb.database.generated_files import sources_of
-from motiondb.database.grammars.grammar_editing import EDIT
+from motiondb.database.grammars.grammar_editing import EDIT, UNDONE
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
 from motiondb.database.grammars.grammar_words import Meaning
 from motiondb.database.learned_grammar import LearnedGrammar
@@ -46,6 +46,7 @@ from motiondb.grammar.languages import (
 from motiondb.grammar.rules.description_length import description_length
 from motiondb.records import MOTION_FPS, FloatArray
 
+_NOT_SETTINGS = ("name", "captures", EDIT, UNDONE)  # Parameters of a run that are no settings
 N_STRINGS = 500  # Number of strings that are derived at random from each compared grammar
 FOLDS = 5  # Most parts of the sentences in the cross-validation
 LIMIT = 10_000  # Largest language whose strings are counted
@@ -64,7 +65,7 @@ def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> GrammarAns
         grammar=learned.name,
         run=learned.run_id,
         seed=run.seed,
-        settings={k: v for k, v in run.parameters.items() if k not in ("name", "captures", EDIT)},
+        settings={k: v for k, v in run.parameters.items() if k not in _NOT_SETTINGS},
         captures=tuple(
             LearnedTake(
                 source.name,

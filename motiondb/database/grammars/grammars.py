@@ -134,7 +134,7 @@ class Grammars:
         """Replace the rules of a grammar by edited ones.
 
         The terminals, their segments and the sentences stay. The edit can be taken back, see
-        :meth:`undo_edit`.
+        :meth:`undo_edit`. Rules that are the present ones are no edit.
 
         Parameters
         ----------
@@ -167,7 +167,8 @@ class Grammars:
         terminal : str
             Present name of the terminal.
         to : str
-            New name: letters, digits, ``_``, ``'``, ``.`` and ``-``, beginning with a letter.
+            New name, of at most 60 letters (a-z, A-Z), digits, ``_``, ``'``, ``.`` and ``-``. It
+            begins with a letter or ``_``.
 
         Returns
         -------
@@ -184,6 +185,9 @@ class Grammars:
 
     def undo_edit(self, name: str) -> str:
         """Take the last edit of a grammar back; return what it had changed.
+
+        Sequences that could no longer be edited can be edited again, but not those that were
+        removed in between: these come back (``MotionDB.undo``) as captures without derivation.
 
         Parameters
         ----------

@@ -321,7 +321,7 @@ def _change(page: Page, db: MotionDB, capture: str, captions: tuple[Caption, ...
     change = db.set_captions(capture, captions)
     after = db.captions(capture)
     if after != before:
-        page.edits.append(Edit((capture,), (change.run_id,), "words"))
+        page.edits.append(Edit((capture,), change.run_id, "words"))
     return WordsEdited(capture, after, bool(change.counted), change.new_words, len(page.edits))
 
 

@@ -15,7 +15,7 @@ from motiondb.errors import QueryError
 from motiondb.page.errors import PageError, unknown
 from motiondb.page.routes.parameters import Body, Text
 from motiondb.page.state import Edit, Page
-from motiondb.records import Caption
+from motiondb.store import transaction
 
 MOST_CHANGED = 10_000  # Largest number of captures of one change
 Names = Annotated[list[Text], Field(min_length=1, max_length=MOST_CHANGED)]
@@ -63,25 +63,20 @@ def router(page: Page) -> APIRouter:
         """Set tags, such as performer and licence, of several captures."""
         with _changing(page) as db, page.editing:
             names = _known(db, body.captures)
-            return _noted(page, db, "tags", names, lambda: db.set_tags(body.tags, names))
+            return _noted(page, db, "tags", lambda: db.set_tags(body.tags, names))
 
     @routes.post("/api/captures/words")
     def add_words(body: CaptureWordsBody) -> CapturesChanged:
         """Add a caption to each of several captures."""
         with _changing(page) as db, page.editing:
-            names, runs = _known(db, body.captures), list[int]()
-            new = Caption(body.words, None, None)
-            for name in names:
-                before = db.captions(name)
-                if new not in before:
-                    runs.append(db.set_captions(name, (*before, new)).run_id)
-            return _remember(page, "words", names, runs)
+            names = _known(db, body.captures)
+            return _noted(page, db, "words", lambda: db.add_words(body.words, names))
 
     @routes.post("/api/captures/rename")
     def rename(body: RenameBody) -> CapturesChanged:
         """Rename a capture, or all below a folder."""
         with _changing(page) as db, page.editing:
-            return _noted(page, db, "name", [body.old], lambda: db.rename(body.old, body.new))
+            return _noted(page, db, "name", lambda: db.rename(body.old, body.new))
 
     @routes.post("/api/captures/remove")
     def remove(body: CapturesBody) -> CapturesChanged:
@@ -95,7 +90,7 @@ def router(page: Page) -> APIRouter:
 def remove_captures(page: Page, db: MotionDB, captures: Sequence[str]) -> CapturesChanged:
     """Remove captures, to be undone; the caller holds ``page.editing``."""
     names = _known(db, captures)
-    return _noted(page, db, "removal", names, lambda: db.remove(names))
+    return _noted(page, db, "removal", lambda: db.remove(names))
 
 
 def undo_last(page: Page, db: MotionDB) -> Edit:
@@ -104,8 +99,7 @@ def undo_last(page: Page, db: MotionDB) -> Edit:
         raise PageError("undo: expected an edit, found none.", 409, "ConflictError")
     last = page.edits[-1]
     try:
-        for run in reversed(last.runs):
-            db.undo(run)
+        db.undo(last.run)
     except QueryError as error:
         page.edits.pop()
         raise PageError(
@@ -133,22 +127,12 @@ def _known(db: MotionDB, names: Sequence[str]) -> list[str]:
 
 
 def _noted(
-    page: Page, db: MotionDB, what: str, names: Sequence[str], change: Callable[[], Iterable[str]]
+    page: Page, db: MotionDB, what: str, change: Callable[[], Iterable[str]]
 ) -> CapturesChanged:
     """Make a change, and remember the run that made it, to be undone."""
-    before = _last_run(db)
-    changed = list(change())
-    after = _last_run(db)
-    runs = [after] if after != before else []
-    return _remember(page, what, changed or names, runs)
-
-
-def _remember(page: Page, what: str, names: Sequence[str], runs: Sequence[int]) -> CapturesChanged:
-    if runs:
-        page.edits.append(Edit(tuple(names), tuple(runs), what))
-    return CapturesChanged(tuple(names) if runs else (), len(page.edits))
-
-
-def _last_run(db: MotionDB) -> int:
-    """Return the number of the newest run; the page holds the database meanwhile."""
-    return max((int(run["run_id"]) for run in db.runs()), default=0)
+    with transaction(db.store):  # no other request can start a run meanwhile
+        changed = tuple(change())
+        newest = max((int(run["run_id"]) for run in db.runs()), default=0)
+    if changed:
+        page.edits.append(Edit(changed, newest, what))
+    return CapturesChanged(changed, len(page.edits))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from motiondb.database import MotionDB
@@ -42,7 +44,7 @@ def test_edits_are_whole_and_taken_back_exactly(dances: MotionDB) -> None:
 
     assert grammars.undo_edit("nested") == "rules"
     assert grammars.undo_edit("nested") == f"name of {first}"
-    assert grammars.show("nested") == before
+    assert grammars.show("nested") == replace(before, run=grammars.load("nested").run_id)
     assert grammars.open("mine/new").string == sequence.string
     with pytest.raises(QueryError, match="expected a grammar that was edited, found none"):
         grammars.undo_edit("nested")
@@ -60,9 +62,50 @@ def test_an_edit_that_cannot_hold_changes_nothing(dances: MotionDB) -> None:
     }.items():
         with pytest.raises(QueryError, match=told):
             grammars.edit_rules("nested", text)
-    for to in (other, "S", "empty", "two words", ""):
-        with pytest.raises(QueryError, match="expected a new name of letters"):
+    for to in (other, "S", "empty", "two words", "", "é", "a" * 61):
+        with pytest.raises(QueryError, match="expected a new name of at most 60 of the letters"):
             grammars.rename_terminal("nested", name, to)
     with pytest.raises(QueryError, match="terminal: expected one of nested"):
         grammars.rename_terminal("nested", "no-such", "hop")
     assert grammars.show("nested") == before
+
+
+def test_no_edit_is_made_of_what_stays_the_same(dances: MotionDB) -> None:
+    grammars = dances.grammars
+    before = grammars.show("nested")
+    name = grammars.load("nested").terminals.names[0]
+    assert grammars.edit_rules("nested", before.text) == []
+    assert grammars.rename_terminal("nested", name, name) == []
+    assert grammars.edits("nested") == ()
+    assert grammars.show("nested") == before
+    assert grammars.rename_terminal("nested", name, "_a") == []
+
+
+def test_a_sequence_of_undone_rules_comes_back_without_derivation(dances: MotionDB) -> None:
+    grammars = dances.grammars
+    grammars.edit_rules("nested", listed(dances))
+    grammars.save("mine/new", grammars.generate("nested"))
+    dances.remove(["mine/new"])
+    grammars.undo_edit("nested")
+    dances.undo()
+    assert dances.check() == []
+    with pytest.raises(QueryError, match="a capture that a grammar derived"):
+        grammars.open("mine/new")
+    assert grammars.edit_rules("nested", listed(dances)) == []
+    assert grammars.undo_edit("nested") == "rules"
+    assert grammars.edits("nested") == ()
+
+
+def test_taking_an_edit_back_finds_sequences_by_their_content(dances: MotionDB) -> None:
+    grammars = dances.grammars
+    sequence = grammars.generate("nested")
+    for name in ("mine/renamed", "mine/removed"):
+        grammars.save(name, sequence if name == "mine/renamed" else grammars.generate("nested", 1))
+    grammars.edit_rules("nested", listed(dances))
+    dances.remove(["mine/removed"])
+    dances.rename("fatou/dance_1", "mine/removed")
+    dances.rename("mine/renamed", "mine/other")
+    grammars.undo_edit("nested")
+    assert grammars.open("mine/other").string == sequence.string
+    assert grammars.saved("nested") == ["mine/other"]
+    assert dances.check() == []

@@ -11,6 +11,7 @@ import {
   removePlayer,
 } from "../src/views/board/edits.ts";
 import { curvePoints, triesOf } from "../src/views/board/curve.ts";
+import { draftKey } from "../src/views/board/draft.ts";
 import { inOrder, ruleSentence } from "../src/views/board/rules.ts";
 import { smoothCurve, strokeOf, waved, zigzag } from "../src/views/board/strokes.ts";
 import type { MeasuredRule } from "../src/api/types.ts";
@@ -216,4 +217,12 @@ test("a rule is said in a sentence with the names of the board", () => {
   assert.equal(said("line", "A2 - (0, 0)"), "on the line from A2 to the rim");
   assert.equal(said("synchronisation", "A2 catch|hold"), "in time with A2's catch or hold");
   assert.equal(said("direction", "90 deg"), "faces 90° from the board's top");
+});
+
+test("a draft belongs to one database, one board, and one text of its file", () => {
+  const edited = { database: "a.duckdb", name: "play", text: "one" };
+  const others = [{ database: "b.duckdb" }, { name: "other" }, { text: "two" }];
+  const keys = [{}, ...others].map((change) => draftKey({ ...edited, ...change }));
+  assert.equal(new Set(keys).size, 4);
+  assert.equal(draftKey({ ...edited }), keys[0]);
 });

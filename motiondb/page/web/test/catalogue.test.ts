@@ -5,6 +5,8 @@ import { sharedReason } from "../src/parts/text.ts";
 import { sortFiles } from "../src/parts/upload.ts";
 import { parseRoute, routeTo } from "../src/shell/router.ts";
 import { withWholeWords } from "../src/views/catalogue/editing.ts";
+import { makeRangePick } from "../src/views/catalogue/picking.ts";
+import { makeRows } from "../src/views/catalogue/rows.ts";
 import { combine, filterOf, readPicks, togglePick, writePick } from "../src/views/catalogue/filter.ts";
 
 const ana = { column: "performer", where: "performer=ana" };
@@ -102,4 +104,32 @@ test("a reason that no action escapes is said once", () => {
   assert.equal(sharedReason([open, { shown: null, reason: "too short" }]), "");
   assert.equal(sharedReason([open, { shown: false, reason: "no judge" }]), "");
   assert.equal(sharedReason([]), "");
+});
+
+test("a range of rows is selected whole, also where its rows have not arrived", async (context) => {
+  const total = 2500;
+  const asked: string[] = [];
+  context.mock.method(globalThis, "fetch", (path: string) => {
+    const query = new URL(path, "http://page").searchParams;
+    const [offset, limit] = [Number(query.get("offset")), Number(query.get("limit"))];
+    asked.push(`${offset} ${limit}`);
+    const count = Math.max(Math.min(limit, total - offset), 0);
+    const captures = Array.from({ length: count }, (_, i) => ({ name: `take ${offset + i}` }));
+    return Promise.resolve(new Response(JSON.stringify({ total, captures })));
+  });
+  const failed = (fault: unknown): void => assert.fail(String(fault));
+  const rows = makeRows(() => undefined, failed);
+  await rows.ask("", "name");
+  const picked: string[] = [];
+  const pick = makeRangePick(rows, { onPick: (names) => picked.push(...names), failed });
+  await pick(5, false, true);
+  await pick(8, true, true);
+  assert.deepEqual(picked.splice(0), ["take 5", "take 5", "take 6", "take 7", "take 8"]);
+  assert.equal(asked.length, 1); // all of them were there
+  await pick(2400, true, true);
+  assert.deepEqual(
+    picked,
+    Array.from({ length: 2393 }, (_, i) => `take ${8 + i}`),
+  );
+  assert.deepEqual(asked.slice(1), ["8 1000", "1008 1000", "2008 393"]);
 });

@@ -137,17 +137,18 @@ test("an answer is drawn by what is known about it", () => {
 
 test("a replaced word carries its real name, and the probability of that", () => {
   const replaced = replacedWords({ taken: { moonwalk: [{ word: "walk", probability: 0.8 }] } });
-  const said = sayPart(
-    {
-      words: "moonwalk left",
-      start: 0,
-      end: 1,
-      probability: 0.76,
-      interval_probability: 0.4,
-      place: "known",
-    },
-    replaced,
-  );
+  const part = {
+    words: "moonwalk left",
+    start: 0,
+    end: 1,
+    probability: 0.76,
+    interval_probability: 0.4,
+    place: "known",
+  } as const;
+  const said = sayPart(part, replaced, 0.7);
   assert.deepEqual([said.words, said.instead], ["walk left", "moonwalk"]);
   assert.ok(Math.abs(said.probability! - 0.95) < 1e-9 && Math.abs(said.place! - 0.5) < 1e-9);
+  // Of an order nothing is measured for the whole, and the server leaves the parts as they are.
+  const inOrder = sayPart(part, replaced, null);
+  assert.deepEqual([inOrder.words, inOrder.probability, inOrder.place], ["walk left", 0.76, 0.4]);
 });

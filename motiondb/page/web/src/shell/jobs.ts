@@ -59,6 +59,10 @@ function addedAddress(job: JobReply): string | null {
     : routeTo("catalogue", { sort: "-added" });
 }
 
+/** What the address shows: exactly these, or the catalogue with the newest first. */
+const sayShow = (names: readonly string[]): string =>
+  names.length > MOST_LINKS ? "Show the newest" : "Show them";
+
 function addedList(job: JobReply): HTMLElement | null {
   const address = addedAddress(job);
   if (!address || job.result?.kind !== "add") return null;
@@ -70,7 +74,7 @@ function addedList(job: JobReply): HTMLElement | null {
       .slice(0, MOST_LINKS)
       .map((name, i) => [i > 0 ? ", " : "", h("a", { href: routeTo("catalogue", { capture: name }) }, name)]),
     ". ",
-    h("a", { href: address }, names.length > MOST_LINKS ? `Show all ${names.length}` : "Show them"),
+    h("a", { href: address }, sayShow(names)),
   );
 }
 
@@ -169,7 +173,8 @@ export function makeJobs(context: Context): { element: HTMLElement } {
         const cure = { label: "Learn words of others…", run: () => openLearning(context) };
         const about = job.kind === "learn" ? "" : `${job.title}: `;
         const address = addedAddress(job);
-        const show = address ? { label: "Show them", run: () => go(address) } : undefined;
+        const added = job.result?.kind === "add" ? job.result.captures : [];
+        const show = address ? { label: sayShow(added), run: () => go(address) } : undefined;
         const problems = job.result?.kind === "add" && job.result.problems.length > 0;
         const named = { label: "Show the problems", run: () => setTimeout(() => toggle(true)) };
         context.notify(`${about}${outcome(job)}`, wordless ? cure : problems ? named : show);

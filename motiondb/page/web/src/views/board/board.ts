@@ -8,7 +8,7 @@ import { banner, faultState } from "../../parts/states.ts";
 import { go, routeTo } from "../../shell/router.ts";
 import type { Context, OpenView, View } from "../view.ts";
 import { makeDrawing } from "./drawing.ts";
-import { dropDraft, keepDraft, readDraft } from "./draft.ts";
+import { dropDraft, keepDraft, readDraft, type Edited } from "./draft.ts";
 import {
   blankDiagram,
   addElement,
@@ -44,6 +44,8 @@ let opened = false;
 
 function open(host: HTMLElement, context: Context): OpenView {
   let name = "";
+  /** The text of the file of this board when it was opened or saved; "": a new board. */
+  let fileText = "";
   let diagram: DiagramShape = emptyDiagram();
   let board: BoardReply | null = null;
   let kinds: BoardKinds = { kinds: [], teams: [], grammars: [], grounds: [] };
@@ -84,10 +86,11 @@ function open(host: HTMLElement, context: Context): OpenView {
     openText: (text) => void check({ text }, true),
     present: () => ({ name: board?.shipped ? `my-${name}` : name, text: board?.text ?? "" }),
     saved: (saved) => {
-      dropDraft(name);
-      dropDraft(saved.name);
+      dropDraft(edited());
       draftNote.replaceChildren();
       name = saved.name;
+      fileText = saved.text;
+      dropDraft(edited());
       setRoute({ board: saved.name });
       void files.list(saved.name, kinds.grammars).catch(context.fail);
     },
@@ -141,9 +144,13 @@ function open(host: HTMLElement, context: Context): OpenView {
     },
   });
 
+  function edited(): Edited {
+    return { database: context.status().database, name, text: fileText };
+  }
+
   function setRoute(change: Partial<typeof route>): void {
     route = { ...route, ...change };
-    history.replaceState(null, "", routeTo("board", route));
+    history.replaceState(history.state, "", routeTo("board", route));
   }
 
   function remember(before: DiagramShape): void {
@@ -201,7 +208,7 @@ function open(host: HTMLElement, context: Context): OpenView {
 
   function changed(update: boolean, pause = PAUSE): void {
     untouched = false;
-    keepDraft(name, diagram);
+    keepDraft(edited(), diagram);
     clearTimeout(timer);
     timer = window.setTimeout(() => {
       const follows = update && warm.checked;
@@ -235,7 +242,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       if (board) {
         remember(diagram);
         untouched = false;
-        keepDraft(name, answer.diagram);
+        keepDraft(edited(), answer.diagram);
       }
       diagram = answer.diagram;
       selection = null;
@@ -342,20 +349,22 @@ function open(host: HTMLElement, context: Context): OpenView {
     undoButton.disabled = true;
     selection = null;
     name = wanted;
+    fileText = "";
     board = null;
     try {
       if (kinds.kinds.length === 0) kinds = await get<BoardKinds>("/api/board/kinds");
       void files.list(wanted, kinds.grammars).catch(context.fail);
       const first = !opened;
-      const draft = readDraft(wanted);
       opened = true;
-      untouched = first && !draft && !wanted;
+      untouched = first && !wanted && !readDraft(edited());
       draftNote.replaceChildren();
       if (wanted) {
         const saved = await get<BoardReply>("/api/board", { name: wanted });
         if (name !== wanted) return;
+        fileText = saved.text;
         learn(saved, true);
       }
+      const draft = readDraft(edited());
       if (!draft && !wanted) await check({ diagram: emptyDiagram() }, true);
       if (draft) {
         if (wanted) undone = [diagram];
@@ -378,33 +387,33 @@ function open(host: HTMLElement, context: Context): OpenView {
   }
 
   /** Ask before a drawing that was not saved is dropped; false: it stays. */
-  async function mayDrop(): Promise<boolean> {
-    if (!readDraft(name)) return true;
+  async function mayDrop(which: Edited): Promise<boolean> {
+    if (!readDraft(which)) return true;
     const sure = await askWhether(
       "Discard the unsaved drawing?",
-      name ? `The changes of ${name} since it was saved are lost.` : "It was not saved as a board.",
+      which.name
+        ? `The changes of ${which.name} since it was saved are lost.`
+        : "A new board was drawn before, and not saved as a board.",
       "Discard",
     );
-    if (sure) dropDraft(name);
+    if (sure) dropDraft(which);
     return sure;
   }
 
   async function discard(): Promise<void> {
-    if (await mayDrop()) void load(name);
+    if (await mayDrop(edited())) void load(name);
   }
 
   /** Begin a new board on the ground of a grammar; the present one stays as a draft of its name. */
   async function begin(grammar: string): Promise<void> {
-    const stays = name;
+    if (!(await mayDrop({ ...edited(), name: "", text: "" }))) {
+      void files.list(name, kinds.grammars).catch(context.fail);
+      return;
+    }
     if (name) {
-      name = "";
+      name = fileText = "";
       route = { board: "", scene: "", job: "" };
       history.pushState(null, "", routeTo("board", route)); // Back returns to the other board
-    }
-    if (!(await mayDrop())) {
-      if (stays) void load("");
-      else void files.list("", kinds.grammars).catch(context.fail);
-      return;
     }
     making.clear();
     undone = [];
@@ -415,7 +424,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     void files.list("", kinds.grammars).catch(context.fail);
     const ground = kinds.grounds.find((one) => one.grammar === grammar) ?? null;
     const next = emptyDiagram(ground);
-    keepDraft("", next);
+    keepDraft(edited(), next);
     await check({ diagram: next }, true);
   }
 

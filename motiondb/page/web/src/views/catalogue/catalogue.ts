@@ -51,6 +51,16 @@ function placeOf(parameters: URLSearchParams): Place {
   };
 }
 
+/** The names of all captures that a filter lets through. */
+async function allNames(where: string, sort: string): Promise<string[]> {
+  const names: string[] = [];
+  for (;;) {
+    const page = await get<CapturePage>("/api/captures", { where, sort, offset: names.length, limit: 1000 });
+    names.push(...page.captures.map((capture) => capture.name));
+    if (page.captures.length === 0 || names.length >= page.total) return names;
+  }
+}
+
 function open(host: HTMLElement, context: Context): OpenView {
   let wanted: Wanted = {
     typed: "",
@@ -78,6 +88,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     onEdit: (capture, cell) => editWords(capture, cell),
     isPicked: (name) => picking.has(name),
     onPick: (names, picked) => picking.set(names, picked),
+    failed: context.fail,
   });
   const previews = makeThumbs(context.motions, true);
   const grid = makeGrid({
@@ -86,23 +97,12 @@ function open(host: HTMLElement, context: Context): OpenView {
     onChoose: (capture) => route({ capture }),
     isPicked: (name) => picking.has(name),
     onPick: (names, picked) => picking.set(names, picked),
+    failed: context.fail,
   });
   let table: Table = listed;
   const picking = makePicking(context, {
-    async all() {
-      const where = combine(wanted.typed, wanted.picks);
-      const names: string[] = [];
-      for (;;) {
-        const page = await get<CapturePage>("/api/captures", {
-          where,
-          sort: wanted.sort,
-          offset: names.length,
-          limit: 1000,
-        });
-        names.push(...page.captures.map((capture) => capture.name));
-        if (page.captures.length === 0 || names.length >= page.total) return names;
-      }
-    },
+    all: () => allNames(combine(wanted.typed, wanted.picks), wanted.sort),
+    known: () => allNames("", "name"),
     changed: () => table.refresh(),
     undo: () => actions.undo(),
   });
@@ -376,6 +376,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       showNotice();
       context.motions.forget();
       void load();
+      void picking.check().catch(context.fail);
       void refreshUndo();
       void details?.reload();
     },

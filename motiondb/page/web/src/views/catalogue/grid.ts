@@ -3,6 +3,7 @@
 import { fill, h } from "../../dom/element.ts";
 import { makeVirtualList, type VirtualList } from "../../parts/virtual.ts";
 import { seconds } from "../../parts/text.ts";
+import { makeRangePick } from "./picking.ts";
 import { wholeWords } from "./row.ts";
 import type { Table, TableOptions } from "./table.ts";
 
@@ -16,7 +17,9 @@ export function makeGrid(options: Omit<TableOptions, "onSort" | "onEdit" | "canE
   const { rows, thumbs } = options;
   let chosen: string | null = null;
   let columns = 1;
-  let last = 0;
+  const pickRange = makeRangePick(rows, options);
+  /** What a row of cards shows: while it is the same, the cards stay, and with them the focus. */
+  const shown = new WeakMap<HTMLElement, readonly unknown[]>();
   const body = h("div", { class: "grid-body" });
   const element = h(
     "div",
@@ -42,18 +45,7 @@ export function makeGrid(options: Omit<TableOptions, "onSort" | "onEdit" | "canE
       checked: options.isPicked(capture.name),
       "aria-label": `Select ${capture.name}`,
       on: {
-        click: (event) => {
-          const [low, high] = event.shiftKey
-            ? [Math.min(last, index), Math.max(last, index)]
-            : [index, index];
-          last = index;
-          const names: string[] = [];
-          for (let i = low; i <= high; i += 1) names.push(rows.at(i)?.name ?? "");
-          options.onPick(
-            names.filter((name) => name !== ""),
-            box.checked,
-          );
-        },
+        click: (event) => void pickRange(index, event.shiftKey, box.checked),
       },
     });
     return h(
@@ -86,16 +78,30 @@ export function makeGrid(options: Omit<TableOptions, "onSort" | "onEdit" | "canE
     );
   }
 
+  /** Show on a card whether it is open and selected. */
+  function mark(card: Element, name: string): void {
+    card.classList.toggle("chosen", name === chosen);
+    card.querySelector("input")!.checked = options.isPicked(name);
+  }
+
   const list: VirtualList = makeVirtualList({
     viewport: element,
     body,
     rowHeight: ROW,
     make: () => h("div", { class: "card-row", role: "presentation" }),
     render(row, index) {
-      const cards: HTMLElement[] = [];
-      for (let i = index * columns; i < Math.min((index + 1) * columns, rows.total); i += 1) {
-        cards.push(card(i) ?? h("div", { class: "card", role: "listitem" }));
+      const end = Math.min((index + 1) * columns, rows.total);
+      const captures = Array.from({ length: end - index * columns }, (_, i) => rows.at(index * columns + i));
+      const now = [index, columns, ...captures];
+      const before = shown.get(row);
+      if (before?.length === now.length && now.every((one, i) => one === before[i])) {
+        captures.forEach((capture, i) => capture && mark(row.children[i]!, capture.name));
+        return;
       }
+      shown.set(row, now);
+      const cards = captures.map(
+        (_, i) => card(index * columns + i) ?? h("div", { class: "card", role: "listitem" }),
+      );
       row.style.gridTemplateColumns = `repeat(${columns}, minmax(0, 1fr))`;
       fill(row, cards);
     },

@@ -1,6 +1,6 @@
 /** Several captures at once: which are chosen, and what is done with them. */
 
-import { post } from "../../api/client.ts";
+import { isAbort, post } from "../../api/client.ts";
 import type { CapturesChanged } from "../../api/types.ts";
 import { h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
@@ -8,15 +8,42 @@ import { askWhether, openDialog } from "../../parts/asking.ts";
 import { download, type FileFormat } from "../../parts/download.ts";
 import { plural } from "../../parts/text.ts";
 import type { Context } from "../view.ts";
+import type { Rows } from "./rows.ts";
+import type { TableOptions } from "./table.ts";
+
+/**
+ * Select a row, with Shift all from the row that was selected before; also those that have not
+ * arrived.
+ */
+export function makeRangePick(
+  rows: Pick<Rows, "names">,
+  options: Pick<TableOptions, "onPick" | "failed">,
+): (index: number, isRange: boolean, on: boolean) => Promise<void> {
+  let last = 0;
+  return async (index, isRange, on) => {
+    const [low, high] = isRange ? [Math.min(last, index), Math.max(last, index)] : [index, index];
+    last = index;
+    try {
+      options.onPick(await rows.names(low, high), on);
+    } catch (fault) {
+      options.onPick([], on); // the box shows again that it is not selected
+      if (!isAbort(fault)) options.failed(fault);
+    }
+  };
+}
 
 export interface Picking {
   readonly element: HTMLElement;
   has(name: string): boolean;
   set(names: readonly string[], chosen: boolean): void;
   clear(): void;
+  /** The database changed: captures that are not there any more are not selected any more. */
+  check(): Promise<void>;
 }
 
 export interface PickingOptions {
+  /** The names of all captures of the database. */
+  known(): Promise<string[]>;
   /** The names of all captures that the filter lets through. */
   all(): Promise<string[]>;
   changed(): void;
@@ -90,6 +117,14 @@ export function makePicking(context: Context, options: PickingOptions): Picking 
   function clear(): void {
     chosen.clear();
     show();
+  }
+
+  async function check(): Promise<void> {
+    if (chosen.size === 0) return;
+    const before = [...chosen];
+    const known = new Set(await options.known());
+    const gone = before.filter((name) => !known.has(name));
+    if (gone.length > 0) set(gone, false);
   }
 
   async function change(path: string, body: object, done: string): Promise<boolean> {
@@ -180,7 +215,7 @@ export function makePicking(context: Context, options: PickingOptions): Picking 
     }
   }
 
-  return { element, has: (name) => chosen.has(name), set, clear };
+  return { element, has: (name) => chosen.has(name), set, clear, check };
 }
 
 const NAMES: Record<FileFormat, string> = { bvh: "BVH", glb: "glTF", npz: "npz", source: "originals" };

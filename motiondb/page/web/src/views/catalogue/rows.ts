@@ -4,6 +4,8 @@ import { get, isAbort } from "../../api/client.ts";
 import type { CapturePage, CaptureRow } from "../../api/types.ts";
 
 const PAGE = 100;
+/** The largest page that the server gives. */
+const MOST = 1000;
 
 export interface Rows {
   readonly total: number;
@@ -16,6 +18,8 @@ export interface Rows {
   readonly found: number | null;
   /** The index of a capture among the rows that are there, or -1. */
   find(name: string): number;
+  /** The names of a range of rows, both ends included, also of those that have not arrived. */
+  names(low: number, high: number): Promise<string[]>;
   /** Replace a row that was edited. */
   replace(row: CaptureRow): void;
 }
@@ -44,13 +48,15 @@ export function makeRows(arrived: () => void, failed: (fault: unknown) => void):
     pages.set(page, answer.captures);
   }
 
+  function at(index: number): CaptureRow | null {
+    const page = pages.get(Math.floor(index / PAGE));
+    return page && page !== "asked" ? (page[index % PAGE] ?? null) : null;
+  }
+
   return {
+    at,
     get total() {
       return total;
-    },
-    at(index) {
-      const page = pages.get(Math.floor(index / PAGE));
-      return page && page !== "asked" ? (page[index % PAGE] ?? null) : null;
     },
     want(start, end) {
       for (let page = Math.floor(start / PAGE); page * PAGE < end; page += 1) {
@@ -81,6 +87,23 @@ export function makeRows(arrived: () => void, failed: (fault: unknown) => void):
         if (at >= 0) return page * PAGE + at;
       }
       return -1;
+    },
+    async names(low, high) {
+      const names: string[] = [];
+      for (let i = low; i <= high; i += 1) {
+        const row = at(i);
+        if (row) names.push(row.name);
+      }
+      if (names.length === high - low + 1) return names;
+      names.length = 0;
+      while (names.length <= high - low) {
+        const offset = low + names.length;
+        const limit = Math.min(high - offset + 1, MOST);
+        const page = await get<CapturePage>("/api/captures", { where, sort, offset, limit }, current.signal);
+        if (page.captures.length === 0) break; // fewer are left by now
+        names.push(...page.captures.map((row) => row.name));
+      }
+      return names;
     },
     replace(row) {
       for (const rows of pages.values()) {

@@ -4,6 +4,7 @@ import type { CaptureRow } from "../../api/types.ts";
 import { h } from "../../dom/element.ts";
 import { makeVirtualList, type VirtualList } from "../../parts/virtual.ts";
 import { isEditing } from "./editing.ts";
+import { makeRangePick } from "./picking.ts";
 import { COLUMNS, makeRow, ROW_HEIGHT, showRow, type RowParts } from "./row.ts";
 import type { Rows } from "./rows.ts";
 import type { Thumbs } from "./thumbs.ts";
@@ -31,6 +32,7 @@ export interface TableOptions {
   isPicked(name: string): boolean;
   /** Captures were selected, or not any more. */
   onPick(names: readonly string[], picked: boolean): void;
+  failed(fault: unknown): void;
 }
 
 export function makeTable(options: TableOptions): Table {
@@ -39,6 +41,7 @@ export function makeTable(options: TableOptions): Table {
   const indices = new WeakMap<HTMLElement, number>();
   let chosen: string | null = null;
   let focused = 0;
+  const pickRange = makeRangePick(rows, options);
   let sort = "name";
 
   const heads = COLUMNS.map(({ title, sort: by, kind }) =>
@@ -105,16 +108,8 @@ export function makeTable(options: TableOptions): Table {
       event.preventDefault(); // the label is there to be read with the box, the name opens the row
       return pick(index);
     }
-    const [low, high] = event.shiftKey ? [Math.min(last, index), Math.max(last, index)] : [index, index];
-    last = index;
-    const names: string[] = [];
-    for (let i = low; i <= high; i += 1) {
-      const capture = rows.at(i);
-      if (capture) names.push(capture.name);
-    }
-    options.onPick(names, box.checked);
+    void pickRange(index, event.shiftKey, box.checked);
   }
-  let last = 0;
 
   element.addEventListener("click", (event) => {
     const row = rowOf(event.target);

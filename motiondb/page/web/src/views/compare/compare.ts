@@ -110,7 +110,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     timer = window.setTimeout(() => {
       if (player.screen.playback.playing) return;
       wanted = { ...wanted, time };
-      history.replaceState(null, "", addressOf(wanted));
+      history.replaceState(history.state, "", addressOf(wanted));
     }, PAUSE);
   });
 

@@ -193,7 +193,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       const answer = await post<GenerateReply>("/api/generate", body);
       // A first motion of a sentence has no address of its own yet: Back would make it again.
       if (!asked.includes("made="))
-        history.replaceState(null, "", routeTo("generate", { q: made.words, made: made.id }));
+        history.replaceState(history.state, "", routeTo("generate", { q: made.words, made: made.id }));
       if (mine === running) go(routeTo("generate", { made: answer.variants[0]!.id }));
     } catch (fault) {
       context.fail(fault); // the timeline stays as it was

@@ -38,7 +38,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     sequence: (id) => go(addressOf({ ...route, sequence: id, selection: null })),
     region: (selection, tree) => {
       route = { ...route, selection, tree };
-      history.replaceState(null, "", addressOf(route));
+      history.replaceState(history.state, "", addressOf(route));
     },
   });
   fill(host, h("h1", { class: "hidden-heading" }, "Grammars"), job, list, one);

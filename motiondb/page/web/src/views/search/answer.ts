@@ -62,7 +62,7 @@ function bar(value: number): HTMLElement {
 function verdictOf(match: ShownMatch, certainty: Certainty, options: AnswerOptions): Child {
   const { value, most } = certainty;
   const [part] = match.parts;
-  const said = match.parts.length === 1 && part ? sayPart(part, options.replaced) : null;
+  const said = match.parts.length === 1 && part ? sayPart(part, options.replaced, value) : null;
   const shown = said ? said.probability : value;
   const what = said
     ? [h("b", {}, said.words), said.instead ? `, for “${said.instead}”` : ""]
@@ -118,7 +118,7 @@ function placesOf(match: ShownMatch, options: AnswerOptions, seek: (time: number
     "ul",
     { class: "plain found" },
     parts.map((part) => {
-      const said = sayPart(part, options.replaced);
+      const said = sayPart(part, options.replaced, match.probability);
       if (parts.length === 1) return h("li", {}, place(part, said));
       return h(
         "li",

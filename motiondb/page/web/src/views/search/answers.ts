@@ -39,7 +39,7 @@ export function makeAnswers(
       return h(
         "div",
         { class: "verdict not-here", role: "status" },
-        h("h2", {}, none ? "Not in this database" : "Probably not in this database"),
+        h("h2", {}, none ? "Not in this database" : "No likely answer"),
         h(
           "p",
           {},

@@ -68,11 +68,15 @@ export interface SaidPart {
   place: number | null;
 }
 
-/** A part with its real words, and the probabilities of these: not those of the replacement. */
-export function sayPart(part: MatchPart, replaced: Replaced): SaidPart {
+/**
+ * A part with its real words, and the probabilities of these: not those of the replacement. The
+ * server counted the replacement in only where it gave a probability of the whole answer, `whole`.
+ */
+export function sayPart(part: MatchPart, replaced: Replaced, whole: number | null): SaidPart {
   const asked = part.words.split(" ");
   const instead = asked.filter((word) => replaced.words.has(word));
-  const real = (p: number | null): number | null => (p === null ? null : Math.min(p / replaced.share, 1));
+  const share = whole === null ? 1 : replaced.share;
+  const real = (p: number | null): number | null => (p === null ? null : Math.min(p / share, 1));
   return {
     words: asked.map((word) => replaced.words.get(word) ?? word).join(" "),
     instead: instead.join(" "),
