@@ -117,7 +117,7 @@ def test_required_joints_are_named_when_missing() -> None:
         "skeleton: expected joints for r_elbow, found none among: Hips, LeftUpLeg, LeftLeg, "
         "LeftFoot, RightUpLeg, RightLeg, RightFoot, Spine1, Spine2, Neck, LeftArm, LeftForeArm, "
         "RightArm (nearest convention: Mixamo / MotionBuilder). "
-        "Name them in a joint map, lines of `role = joint`."
+        "Name them in a joint map, lines of `role = joint`; motiondb joints proposes one."
     )
 
 

@@ -27,6 +27,13 @@ CHANGES = [
     ("DELETE", "/api/board?name=mine", None),
     ("POST", "/api/scenes/keep", {"ref": "scene:s1", "name": "x"}),
     ("DELETE", "/api/scene?ref=kept:x", None),
+    ("POST", "/api/captures/tags", {"captures": ["ana/walk_1"], "tags": {"mood": "glad"}}),
+    ("POST", "/api/captures/words", {"captures": ["ana/walk_1"], "words": "walk"}),
+    ("POST", "/api/captures/remove", {"captures": ["ana/walk_1"]}),
+    ("POST", "/api/captures/rename", {"old": "ana/walk_1", "new": "x"}),
+    ("PUT", "/api/grammar/rules", {"grammar": "g", "run": 1, "text": "x"}),
+    ("PUT", "/api/grammar/terminal", {"grammar": "g", "run": 1, "terminal": "a", "to": "b"}),
+    ("POST", "/api/grammar/undo", {"grammar": "g", "run": 1}),
 ]
 
 
@@ -140,6 +147,7 @@ def test_the_routes_that_change_are_all_tried_read_only(client: TestClient) -> N
         "/api/search", "/api/generate", "/api/sequences", "/api/sequences/open",
         "/api/sequences/alternatives", "/api/motions", "/api/download", "/api/board/check",
         "/api/scenes", "/api/scenes/update", "/api/uploads", "/api/jobs/{job_id}",
+        "/api/grammar/parse",
     }  # fmt: skip
     for path, methods in client.get("/api/openapi.json").json()["paths"].items():
         for method in methods:
