@@ -93,7 +93,7 @@ def test_what_somebody_else_wrote_is_not_undone(learned_copy: Path, serve: Serve
         db.set_words(NAME, "somebody else wrote this")
     answer = client.post("/api/undo", json={})
     assert answer.status_code == 409
-    assert "They were changed since" in answer.json()["error"]["message"]
+    assert "nothing has changed since" in answer.json()["error"]["message"]
     with motiondb.open(learned_copy, read_only=True) as db:
         assert db.captions(NAME)[0].words == "somebody else wrote this"
 

@@ -67,7 +67,7 @@ def test_words_of_several_captures_are_one_run_and_undone_together_or_not_at_all
     assert two == {"changed": NAMES[1:], "undo": 2}  # the first has it already
     more = {"captures": NAMES, "words": "more words"}
     assert client.post("/api/captures/words", json=more).json() == {"changed": NAMES, "undo": 3}
-    with MotionDB(learned_copy) as db:
+    with MotionDB(learned_copy, wait=30.0) as db:
         newest = max(db.runs(), key=lambda run: int(run["run_id"]))
         assert newest["kind"] == "words"
         assert "more words" in [caption.words for caption in db.captions(NAMES[0])]

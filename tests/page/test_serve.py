@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 import urllib.request
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -96,6 +97,7 @@ def test_it_serves_until_it_is_ended_and_leaves_nothing(
     with subprocess.Popen(
         [sys.executable, "-c", code, *words],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment,
+        preexec_fn=partial(signal.signal, ending, signal.SIG_DFL),  # nohup would ignore it
     ) as server:  # fmt: skip
         assert server.stdout is not None
         try:

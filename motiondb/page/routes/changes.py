@@ -103,8 +103,7 @@ def undo_last(page: Page, db: MotionDB) -> Edit:
     except QueryError as error:
         page.edits.pop()
         raise PageError(
-            f"{last.captures[0]}: expected the {last.what} of this edit, found others."
-            " They were changed since, and stay as they are.",
+            f"{last.captures[0]}: this change of {last.what} was not taken back. {error}",
             409,
             "ConflictError",
         ) from error
