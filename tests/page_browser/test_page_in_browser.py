@@ -121,7 +121,7 @@ def test_an_unknown_address_shows_the_catalogue(asked_server, new_page):
 def test_the_page_opens_on_a_question_that_finds_something(asked_server, new_page):
     page = new_page(asked_server)
     page.get_by_text("A library of human motion that you can ask.").wait_for()
-    assert page.locator(".row-capture").count() > 0  # the unfiltered answer
+    page.locator(".row-capture").first.wait_for()  # the unfiltered answer
     box = page.get_by_role("searchbox", name="What to search for")
     examples = page.locator(".examples .chip")
     examples.first.wait_for()
