@@ -198,9 +198,14 @@ def test_small_things_are_where_they_are_looked_for(asked_server, new_page):
 
     page.goto(f"{asked_server}#/search?like=capture:fatou/kick_1&limit=5")
     page.locator(".answer").first.wait_for()
-    example = page.locator(".example").bounding_box()
-    answer = page.locator(".answer").first.bounding_box()
-    assert example["x"] + example["width"] < answer["x"]  # beside, not above
+    wait_for(  # the example beside the answers, not above
+        page,
+        """() => {
+          const [example, answer] = [".example", ".answer"].map((one) =>
+            document.querySelector(one)?.getBoundingClientRect());
+          return example && answer && example.right < answer.left;
+        }""",
+    )
     script = page.request.get(f"{asked_server}app.js", headers={"Accept-Encoding": "gzip"})
     assert script.headers["content-encoding"] == "gzip"
     assert script.text().startswith('"use strict"')
