@@ -140,7 +140,7 @@ function wordsOf(capture: CaptureRow, canEdit: boolean): Node {
       ? h("span", { class: "muted" }, whole ? " · " : "", plural(parts.length, "caption"), " of parts")
       : null,
   ];
-  if (!canEdit) return h("span", {}, text);
+  if (!canEdit) return h("span", { class: "words-text", title: whole }, text);
   return h(
     "button",
     {
