@@ -110,6 +110,12 @@ class Clip:
     unit: float = 1.0
     notes: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        joints = len(self.joint_names)
+        return (
+            f"Clip({self.format}, {self.n_frames} frames at {self.fps:g} a second, {joints} joints)"
+        )
+
     @property
     def n_frames(self) -> int:
         """Number of frames."""
@@ -164,6 +170,9 @@ class Motion:
     root_positions: Float32Array
     leg_length: float = 0.8
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"Motion({self.n_frames} frames, {self.duration:.2f} s)"
 
     @property
     def n_frames(self) -> int:
@@ -431,6 +440,10 @@ class MotionSymbols:
     self_loops: Annotated[FloatArray, Axes("symbols", "states")]
     means: Annotated[FloatArray, Axes("symbols", "states", "dimensions")]
     covars: Annotated[FloatArray, Axes("symbols", "states", "dimensions")]
+
+    def __repr__(self) -> str:
+        _, states, dimensions = self.means.shape
+        return f"MotionSymbols({self.n_symbols} symbols, {states} states, {dimensions} dimensions)"
 
     @property
     def n_symbols(self) -> int:

@@ -13,12 +13,14 @@ from motiondb import store
 from motiondb.answers.making import ActionVerdict, DecodedAction, GeneratedAnswer, WrittenMotion
 from motiondb.answers.plain import extended
 from motiondb.answers.questions import WordProbability, understood_question
+from motiondb.database.arguments import check_text
 from motiondb.database.catalogue.exporting import MotionChanges, change_sequence
 from motiondb.database.generated_files import (
     draw_generated,
     sources_of,
     write_with_provenance,
 )
+from motiondb.database.searching import check_any
 from motiondb.database.session import Session, nearby_table
 from motiondb.errors import QueryError
 from motiondb.generate.excerpt_motion import Choices, PlaceWish
@@ -253,6 +255,7 @@ def generate(
     They are judged after they were mirrored, looped or put in place. Stitched motions of the same
     actions from the same places as an earlier one are left out, so that there may be fewer.
     """
+    check_text("words", words)
     seed, number = seeds.start, len(seeds)
     if not 1 <= number <= MOST_VARIANTS:
         raise QueryError(f"variants: expected 1 to {MOST_VARIANTS}, found {number}.")
@@ -265,6 +268,7 @@ def generate(
     motions: list[Generated] = []
     with session.reading():
         takes = Takes(session.features, lambda capture: store.load_motion(session.store, capture))
+        check_any(session.learned)
         text, same = words, dict[str, Taking]()
         if exact:
             learned = session.learned

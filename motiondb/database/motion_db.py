@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 from motiondb import store
 from motiondb.database import searching
+from motiondb.database.arguments import Example, check_whole, seeds_from
 from motiondb.database.captures import Captures
 from motiondb.database.session import Session
 from motiondb.learn.learned import Learned
-from motiondb.records import Motion
 from motiondb.search.asked_words import learned_words
 from motiondb.search.by_words import WordAnswer
 from motiondb.search.chances import WordSource, why_unchecked, word_sources
@@ -315,7 +315,7 @@ class MotionDB(Captures):
 
     def like(
         self,
-        example: str | Path | Motion,
+        example: Example,
         start: float | None = None,
         end: float | None = None,
         where: str = "",
@@ -327,7 +327,7 @@ class MotionDB(Captures):
 
         Parameters
         ----------
-        example : str, Path or Motion
+        example : str, Path, Clip or Motion
             A file, the name of a stored capture, or a motion.
         start : float, optional
             Start of the part of the example, seconds.
@@ -353,6 +353,7 @@ class MotionDB(Captures):
         """
         from motiondb.search.by_example import search_motion
 
+        check_whole("limit", limit, 1)
         with self.session.reading():
             motion = self.motion(example, start, end)
             allowed = searching.allowed_captures(self.session, where, exact)
@@ -361,13 +362,16 @@ class MotionDB(Captures):
             )
 
     def describe(
-        self, example: str | Path | Motion, start: float | None = None, end: float | None = None
+        self,
+        example: Example,
+        start: float | None = None,
+        end: float | None = None,
     ) -> tuple[Description, ...]:
         """The words of a motion over time, with probabilities.
 
         Parameters
         ----------
-        example : str, Path or Motion
+        example : str, Path, Clip or Motion
             A file, the name of a stored capture, or a motion.
         start : float, optional
             Start of the part of the example, seconds.
@@ -490,9 +494,8 @@ class MotionDB(Captures):
         """
         from motiondb.database import generating
 
-        seeds = range(seed, seed + 1)
         return generating.generate(
-            self.session, words, seeds, method, exact, anyway, places=places
+            self.session, words, seeds_from(seed, 1), method, exact, anyway, places=places
         )[0]
 
     def generate_variants(
@@ -537,9 +540,8 @@ class MotionDB(Captures):
         """
         from motiondb.database import generating
 
-        return generating.generate(
-            self.session, words, range(seed, seed + number), method, exact, anyway, changes
-        )
+        seeds = seeds_from(seed, number)
+        return generating.generate(self.session, words, seeds, method, exact, anyway, changes)
 
     def join(self, parts: Sequence[str], changes: MotionChanges | None = None) -> Joined:
         """Join parts of captures, with the blending of generated motion.

@@ -167,6 +167,8 @@ def check_output(path: Path, *, is_folder: bool = False) -> None:
     """
     if path.is_dir() and not is_folder:
         raise IsADirectoryError(errno.EISDIR, "a folder; name a file in it")
+    if not is_folder and not path.parent.exists():
+        raise FileNotFoundError(errno.ENOENT, f"no folder {path.parent}; make it first")
     if is_duckdb(path):
         raise FileExistsError(
             errno.EEXIST, "a database of that name, which is never overwritten; choose another name"
@@ -230,7 +232,7 @@ def output_file(path: Path, kind: type[MotionDBError] = MotionDBError) -> Iterat
             yield draft
     except OSError as error:
         reason = f"{path}: expected a file that can be written, found: {error.strerror or error}."
-        is_told = isinstance(error, FileExistsError | IsADirectoryError)
+        is_told = isinstance(error, FileExistsError | IsADirectoryError | FileNotFoundError)
         advice = "" if is_told else " Check the folder and its disk."
         raise kind(reason + advice) from None
 
@@ -315,6 +317,8 @@ def read_user_text(path: Path, what: str) -> str:
     """
     try:
         return read_bounded_text(Path(path))
+    except FileNotFoundError:
+        raise MotionDBError(f"{path}: expected {what}, found no such file.") from None
     except OSError as error:
         raise MotionDBError(
             f"{path}: expected {what} that can be read, found: {error.strerror}."

@@ -48,6 +48,7 @@ def _folder_names(everyone: Mapping[str, CaptureInfo], old: str, new: str) -> di
             f"{new!r}: expected a folder, as {old!r} is one, found no {FOLDER!r} at its end. "
             f"Give {new + FOLDER!r}."
         )
+    old = old.removeprefix(FOLDER)  # "/" stands for all captures
     names = [name for name in everyone if name.startswith(old)]
     if not names:
         folders = {n[: n.rindex(FOLDER) + 1] for n in everyone if FOLDER in n}

@@ -121,7 +121,7 @@ def check_changes(asked: MotionChanges, path: Path) -> None:
             f"other, found {unit_name(unit)}."
         )
     if path.suffix.lower() not in ARRAY_ENDINGS:
-        check_motion_file(path)
+        check_motion_file(path, ARRAY_ENDINGS)
 
 
 @dataclass(frozen=True, eq=False)
