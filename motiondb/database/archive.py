@@ -236,7 +236,7 @@ class Archive:
         Parameters
         ----------
         old : str
-            Name of a capture; ending in ``/``: of a folder, such as ``studio1/``.
+            Name of a capture; ending in ``/``: of a folder, such as ``studio1/``; "/": all.
         new : str
             The new name; of a folder if ``old`` is one. "" for a folder: none.
 

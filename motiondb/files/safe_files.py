@@ -167,8 +167,6 @@ def check_output(path: Path, *, is_folder: bool = False) -> None:
     """
     if path.is_dir() and not is_folder:
         raise IsADirectoryError(errno.EISDIR, "a folder; name a file in it")
-    if not is_folder and not path.parent.exists():
-        raise FileNotFoundError(errno.ENOENT, f"no folder {path.parent}; make it first")
     if is_duckdb(path):
         raise FileExistsError(
             errno.EEXIST, "a database of that name, which is never overwritten; choose another name"
@@ -185,6 +183,8 @@ def check_output(path: Path, *, is_folder: bool = False) -> None:
             raise FileExistsError(
                 errno.EEXIST, f"the cache of the database {folder.stem}; choose another name"
             )
+    if not is_folder and not path.parent.exists():
+        raise FileNotFoundError(errno.ENOENT, f"no folder {path.parent}; make it first")
     with suppress(FileNotFoundError):
         _refuse_other_kinds(path.stat().st_mode, False)
 
