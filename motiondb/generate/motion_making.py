@@ -44,7 +44,6 @@ from motiondb.language.translation import decoding
 from motiondb.language.vocabulary import nearest_words
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
-from motiondb.meaning.place_fitting import Written
 from motiondb.records import IntArray
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
@@ -213,10 +212,9 @@ def _sources(learned: Learned, wanted: _Wanted, anyway: bool) -> list[ActionSour
             "generate: expected captures with words, found none. Write some down (motiondb words "
             "set) and learn again."
         )
-    written = Written(learned.captions, learned.synonyms, learned.lemmas, learned.word_numbers)
     sources_of: dict[PlannedAction, ActionSources] = {}
     for action in dict.fromkeys(wanted.actions):
-        of = find_sources(learned, written, action, wanted.verbs)
+        of = find_sources(learned, action, wanted.verbs)
         if not of.sources and not anyway and not _is_from_start(learned, action):
             raise QueryError(_no_source(action))
         sources_of[action] = of if of.sources else all_sources(learned, of)
