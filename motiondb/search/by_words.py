@@ -12,6 +12,7 @@ seen come before the others.
 from __future__ import annotations
 
 import heapq
+import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -344,17 +345,19 @@ def unquote(text: str) -> str:
 def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswer:
     """An answer with replaced words, with a correspondingly lower certainty.
 
-    The probability of every match is multiplied by that of every taking.
+    The probability of every match is multiplied by that of every taking, the probability of a part
+    by those of the takings in its words.
     """
     if not takings:
         return answer
     taken = {word: taking for word, taking in takings.items() if taking.heard}
-    share = float(np.prod([each.probability for each in taken.values() if each.is_taken]))
+    shares = {word: each.probability for word, each in taken.items() if each.is_taken}
     matches = tuple(
         match
         if match.probability is None
         else _less_certain(
-            replace(match, parts=tuple(_less_certain(part, share) for part in match.parts)), share
+            replace(match, parts=tuple(_with_shares(part, shares) for part in match.parts)),
+            math.prod(shares.values()),
         )
         for match in answer.matches
     )
@@ -369,6 +372,12 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
         taken=taken,
         suggested=suggested,
     )
+
+
+def _with_shares(part: MatchPart, shares: Mapping[str, float]) -> MatchPart:
+    """A part, less certain by the shares of the replaced words that it asks for."""
+    words = part.words.split()
+    return _less_certain(part, math.prod(shares.get(word, 1.0) for word in words))
 
 
 _Certain = TypeVar("_Certain", Match, MatchPart)
