@@ -387,7 +387,8 @@ class Match:
     end : float
         Seconds.
     score : float
-        Orders the answers, largest first; of actions in order, probable answers come first.
+        Orders the answers, largest first; of actions in order and measured directions, probable
+        answers come first.
     words : tuple of str
         Words of the question that the capture shows, or words of the interval.
     reason : str
@@ -408,6 +409,9 @@ class Match:
     in_order : bool or None
         For actions in order: whether the capture is seen to show them in this order; None if the
         question asks for no order, or the motion does not tell.
+    not_gone : tuple of str
+        Directions that the question names ("backward") and in which the capture, as measured, does
+        not go.
     """
 
     rank: int
@@ -422,6 +426,7 @@ class Match:
     place: str = ""
     parts: tuple[MatchPart, ...] = ()
     in_order: bool | None = None
+    not_gone: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, order=True)

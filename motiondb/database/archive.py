@@ -230,15 +230,21 @@ class Archive:
 
         merging.check(Path(other), prefix, wait)
 
-    def rename(self, old: str, new: str) -> dict[str, str]:
-        """Give a capture another name, or all captures of a folder another folder.
+    def rename(self, old: str, new: str, captures: Iterable[str] | None = None) -> dict[str, str]:
+        """Give a capture another name, or several captures that fit a pattern.
+
+        ``rename("walk_*", "ana/walk_*")`` puts a folder before all names that begin with "walk_".
 
         Parameters
         ----------
         old : str
-            Name of a capture; ending in ``/``: of a folder, such as ``studio1/``.
+            Name of a capture; ending in ``/``: of a folder, such as ``studio1/``; or a pattern
+            with one ``*``, which stands for any letters.
         new : str
-            The new name; of a folder if ``old`` is one. "" for a folder: none.
+            The new name; of a folder if ``old`` is one. "" for a folder: none. For a pattern:
+            another one, whose ``*`` is what stood there before.
+        captures : iterable of str, optional
+            Names of the captures among which the pattern looks. None means all captures.
 
         Returns
         -------
@@ -252,7 +258,7 @@ class Archive:
         """
         from motiondb.database.catalogue import editing
 
-        return editing.rename(self.store, old, new)
+        return editing.rename(self.store, old, new, captures)
 
     def undo(self, run: int | None = None) -> Undone:
         """Take back the latest change of captures that was not taken back, or that of a run.

@@ -247,7 +247,7 @@ def _source(
     """A source with its values; the distance from the others is not yet among its costs."""
     rows = learned.rows[capture]
     starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
-    asked = [sorted(_numbers(learned, group)) for group in action.groups]
+    asked = [sorted(known) for group in action.groups if (known := _numbers(learned, group))]
     shown = _shown(learned, capture, len(starts), len(actions), asked)
     values = np.log(np.maximum(shown, LEAST_SHOWN))
     evidence = _evidence(learned, capture, {word for words in asked for word in words})
@@ -316,6 +316,17 @@ def all_sources(learned: Learned, of: ActionSources) -> ActionSources:
         if learned.captures[capture].kind == "captured"
     ]
     return replace(of, sources=tuple(sources))
+
+
+def picked_source(learned: Learned, of: ActionSources, capture: int) -> ActionSources:
+    """A capture as the only source, whatever its captions say: one that somebody picked."""
+    if _numbers(learned, of.action.words):
+        source = _source(learned, capture, [frozenset()], of.action, 0.0)
+    else:
+        rows = learned.rows[capture]
+        segments = learned.segments.starts[rows], learned.segments.ends[rows]
+        source = Source(capture, rows, *segments, np.zeros(len(segments[0])), 0.0, False)
+    return replace(of, sources=(source,))
 
 
 def _with_rarity(learned: Learned, sources: Sequence[Source]) -> list[Source]:

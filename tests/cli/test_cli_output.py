@@ -121,10 +121,10 @@ def test_outputs_are_refused_before_the_work(command: Any, learned_file: Path) -
 def test_memory_that_runs_out_is_told(
     command: Any, monkeypatch: pytest.MonkeyPatch, fault: Exception
 ) -> None:
-    def run_out() -> None:
+    def run_out(_app: object) -> None:
         raise fault
 
-    monkeypatch.setattr("motiondb.cli.main.app", run_out)
+    monkeypatch.setattr("typer.Typer.__call__", run_out)
     ended = command("list")
     assert (ended.code, ended.out, ended.err.count("\n")) == (1, "", 1)
     assert "memory: expected enough for this command, found that it ran out." in ended.err
