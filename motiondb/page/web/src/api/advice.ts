@@ -2,7 +2,7 @@
 
 /** Clauses that only the command line can follow, or that the page says otherwise. */
 const CLAUSES: readonly [RegExp, string][] = [
-  [/,? or (?:pass|allow more with|let [^.;]*?\() ?--[^.;]*(?=[.;]|$)/g, ""],
+  [/,? or [^.,;]*--[^.;]*(?=[.;]|$)/g, ""],
   [/ \(`motiondb words` lists them\)/g, ""],
   [/ \(motiondb words set[^)]*\)/g, " in the catalogue"],
   [/ \(--[a-z-]+(?: [^)]*)?\)/g, ""],
