@@ -20,7 +20,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -139,14 +139,21 @@ def measure_views(address: str) -> list[dict[str, object]]:
 
 
 @contextmanager
-def opened_browser(db: Path | None) -> Iterator[tuple[Any, str]]:
-    """A browser and the address of a server of a copy of ``db``, or of the learned sample data."""
+def opened_browser(
+    db: Path | None, prepare: Callable[[Path], None] | None = None
+) -> Iterator[tuple[Any, str]]:
+    """A browser and the address of a server of a copy of ``db``, or of the learned sample data.
+
+    `prepare`: Called with the copy before it is served.
+    """
     with tempfile.TemporaryDirectory() as place:
         database = Path(place) / "motions.duckdb"
         if db:
             shutil.copy(db, database)
         else:
             make_sample_database(database)
+        if prepare:
+            prepare(database)
         with served(database) as address, launched() as browser:
             yield browser, address
 

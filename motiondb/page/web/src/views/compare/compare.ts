@@ -174,7 +174,10 @@ function open(host: HTMLElement, context: Context): OpenView {
   function play(): void {
     const { parts, overlaid, time } = wanted;
     const { tracks, spans } = alignTracks(bodies, parts, wanted.at, overlaid);
-    const named = tracks.map((track, i) => ({ ...track, name: `${i + 1} ${nameOf(parts[i]!.ref)}` }));
+    const named = tracks.map((track, i) => ({
+      ...track,
+      name: innerWidth > 720 ? `${i + 1} ${nameOf(parts[i]!.ref)}` : String(i + 1),
+    }));
     player.show({ tracks: named, colours: parts.map((_, i) => rgb(i)) });
     const [, duration] = spanOf(tracks);
     timeline = makeTimeline({

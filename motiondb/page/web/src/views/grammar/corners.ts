@@ -87,7 +87,7 @@ export function makeCorners(context: Context, choose: (sequence: SequenceReply) 
         h(
           "span",
           { class: "muted time", title: "How often the grammar makes this string here" },
-          `probability ${chanceText(one.log_probability)}`,
+          `chance ${chanceText(one.log_probability)}`,
         ),
         playable
           ? h(
