@@ -160,9 +160,9 @@ def _add_words(world: World, given: Arguments, _by: str) -> None:
         world.only(name)
     for name in given["names"]:
         kept = world.captures[name]
-        if isinstance(kept.captions, tuple):
-            new = (given["words"], None, None)
-            kept.captions = tuple(dict.fromkeys((*kept.captions, new)))
+        new = (given["words"], None, None)
+        if isinstance(kept.captions, tuple) and new not in kept.captions:
+            kept.captions = (*kept.captions, new)
 
 
 def _undo(world: World, given: Arguments, by: str) -> None:
