@@ -78,5 +78,5 @@ def undo_edit(world: World, given: Arguments, _by: str) -> None:
     }
     if ANY in digests or not since <= back:
         world.loose.add(name)
-    world.sequences |= dict.fromkeys(back, name)
+    world.sequences |= {capture: name for capture in back}
     world.renew("grammar", name)
