@@ -14,11 +14,33 @@ export interface Messages {
 
 const SHOWN_FOR = 8000;
 const MOST = 4;
+/** Corners of the page as classes, the usual one first. */
+const CORNERS = ["", "left", "top"];
+/** What messages must not cover: the buttons of players, and those of selected rows. */
+const KEPT_FREE = ".player-bar, .clip-play, .selection-bar";
 
 export function makeMessages(): Messages {
   const news = h("div", { role: "status", "aria-label": "Messages" });
   const faults = h("div", { role: "alert", "aria-label": "Faults" });
   const element = h("div", { class: "messages" }, news, faults);
+
+  /** Move to the first corner in which nothing that must stay free is covered. */
+  function place(): void {
+    const free = [...document.querySelectorAll(KEPT_FREE)].map((one) => one.getBoundingClientRect());
+    const covers = (corner: string): boolean => {
+      element.className = `messages ${corner}`;
+      const own = element.getBoundingClientRect();
+      return free.some(
+        (one) =>
+          one.width > 0 &&
+          one.left < own.right &&
+          one.right > own.left &&
+          one.top < own.bottom &&
+          one.bottom > own.top,
+      );
+    };
+    element.className = `messages ${CORNERS.find((corner) => !covers(corner)) ?? CORNERS.at(-1)}`;
+  }
 
   function add(where: HTMLElement, kind: string, ...children: (Node | string)[]): HTMLElement {
     const close = h(
@@ -29,6 +51,7 @@ export function makeMessages(): Messages {
     const message = h("div", { class: `message ${kind}` }, h("p", {}, ...children), close);
     where.append(message);
     while (where.childElementCount > MOST) where.firstElementChild!.remove();
+    place();
     return message;
   }
 

@@ -2,7 +2,7 @@
 
 import type { CaptureRow } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
-import { plural, seconds } from "../../parts/text.ts";
+import { breakable, plural, seconds } from "../../parts/text.ts";
 import type { Thumbs } from "./thumbs.ts";
 
 export interface RowParts {
@@ -100,7 +100,7 @@ export function showRow(
         "data-pick": capture.name,
         "aria-label": `Select ${capture.name}`,
       }),
-      h("span", { class: "capture-name" }, capture.name),
+      h("span", { class: "capture-name" }, breakable(capture.name)),
     ),
     badges(capture),
   );
