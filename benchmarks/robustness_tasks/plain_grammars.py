@@ -65,7 +65,7 @@ def rename_terminal(world: World, given: Arguments, _by: str) -> None:
 
 def undo_edit(world: World, given: Arguments, _by: str) -> None:
     """The grammar before the edit, and what it derived; it may derive what was saved since."""
-    name = given["name"]
+    name = str(given["name"])
     _only(world, name)
     if not world.grammar_edits.get(name):
         raise RefusedError
@@ -78,5 +78,5 @@ def undo_edit(world: World, given: Arguments, _by: str) -> None:
     }
     if ANY in digests or not since <= back:
         world.loose.add(name)
-    world.sequences |= {capture: name for capture in back}
+    world.sequences |= dict.fromkeys(back, name)
     world.renew("grammar", name)
