@@ -54,7 +54,7 @@ REPEAT = (
     " t.* EXCLUDE (capture_id, name, sha256) FROM capture t, repeats",
     *(
         f"INSERT INTO {table} {_NEXT}, t.* EXCLUDE (capture_id) FROM {table} t, repeats"
-        for table in ("motion_frame", "capture_tag", "caption")
+        for table in ("motion", "capture_tag", "caption")
     ),
 )
 """Statements that repeat all captures under other numbers and names."""

@@ -320,6 +320,31 @@ class Relation:
 
 
 @dataclass(frozen=True)
+class DuplicateGroup:
+    """Captures that repeat one another."""
+
+    # Names: first the one to keep, then the others in the order in which they were added
+    captures: tuple[str, ...]
+    relations: tuple[Relation, ...]
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How well a rig follows a motion; lengths in metres of the rig."""
+
+    scale: float  # Length of the rig's legs by those of the canonical body
+    foot_error: float  # Mean distance of the ankles from their places in the motion
+    most_foot_error: float
+    hand_error: float  # Mean distance of the wrists from their places
+    most_hand_error: float
+    hands: str  # "in place", or "by the arm" where the arms have other proportions
+    slip: float  # Mean ground speed of feet in contact, m/s
+    slip_of_motion: float  # The same of the motion, on the canonical body scaled to the rig
+    joints: int  # Joints of the rig
+    driven: int  # Joints that the motion turns; others follow them
+
+
+@dataclass(frozen=True)
 class Run:
     """The run that made a derived row."""
 

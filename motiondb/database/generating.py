@@ -10,16 +10,18 @@ from pathlib import Path
 import numpy as np
 
 from motiondb import store
+from motiondb.answers.catalogue import WordProbability
 from motiondb.answers.making import ActionVerdict, DecodedAction, GeneratedAnswer, WrittenMotion
 from motiondb.answers.plain import extended
-from motiondb.answers.questions import WordProbability, understood_question
+from motiondb.answers.questions import understood_question
 from motiondb.database.catalogue.exporting import MotionChanges, change_sequence
 from motiondb.database.generated_files import (
     draw_generated,
     sources_of,
     write_with_provenance,
 )
-from motiondb.database.session import Session, nearby_table
+from motiondb.database.loading import nearby_table
+from motiondb.database.session import Session
 from motiondb.errors import QueryError
 from motiondb.generate.excerpt_motion import Choices, PlaceWish
 from motiondb.generate.material import Takes

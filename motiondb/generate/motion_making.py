@@ -56,7 +56,6 @@ from motiondb.language.translation import decoding
 from motiondb.language.vocabulary import nearest_words
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
-from motiondb.meaning.place_fitting import Written
 from motiondb.records import IntArray
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
@@ -241,12 +240,11 @@ def _sources(
             "generate: expected captures with words, found none. Write some down (motiondb words "
             "set) and learn again."
         )
-    written = Written(learned.captions, learned.synonyms, learned.lemmas, learned.word_numbers)
     found: dict[PlannedAction, ActionSources] = {}
     for action in dict.fromkeys(wanted.actions):
         known = any(word in learned.word_numbers for word in action.words)
         of = ActionSources(action, ())
-        found[action] = find_sources(learned, written, action, wanted.verbs) if known else of
+        found[action] = find_sources(learned, action, wanted.verbs) if known else of
     chosen = []
     for action, wish in zip(wanted.actions, wishes or [PlaceWish()] * len(wanted.actions)):
         of = found[action]

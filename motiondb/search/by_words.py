@@ -30,6 +30,7 @@ from motiondb.language.question.readings import (
     plain_actions,
     readings,
     with_hints,
+    without_amounts,
 )
 from motiondb.language.question.tree import NotUsed, actions_of
 from motiondb.language.translation import decoding
@@ -52,6 +53,7 @@ from motiondb.search.chances import (
 )
 from motiondb.search.nothing_matches import NOTHING, best_strength, is_doubtful, reaches
 from motiondb.search.reasons import Explanation, explain
+from motiondb.search.said_together import without_words_apart
 from motiondb.search.takings import Taking, hints_of, say_not_understood, understand, with_notation
 
 LOOKED_AT = 10  # Answers by which it is told whether anything matches, however many are shown
@@ -86,8 +88,8 @@ class WordAnswer:
         ``motiondb.search.reasons.total`` is the number that ranks the match, and ``score`` its
         logistic function.
     strength : float or None
-        Nats by which the least certain action is more probable than usual for its words, in the
-        answer that shows it best, of the first 10 (of an order or a measured direction, 30).
+        Nats by which the least certain action, once, is more probable than usual for its words, in
+        the answer that shows it best, of the first 10 (of an order or a measured direction, 30).
     threshold : float or None
         Strength below which nothing in the database matches; None if it could not be learned
         (``meaning.regression``).
@@ -197,10 +199,14 @@ def search_words(
         return _search_decoded(asked, undecided, words, allowed, limit)
     read, not_searched = readings(question.tree)
     verbs = verbs_in(text, learned.synonyms, learned.lemmas)
+    asked = without_words_apart(asked, read, verbs)
     is_order = features is not None and len(read) == 1 and placing.is_order(read[0])
     is_checked = is_order or (features is not None and any(map(placing.has_directions, read)))
     n_judged = CHECKED if is_checked else LOOKED_AT
-    found = find(asked, read, allowed, max(limit, n_judged), written, verbs)
+    find_them = partial(
+        find, asked, allowed=allowed, limit=max(limit, n_judged), written=written, verbs=verbs
+    )
+    found = find_them(read)
     place = partial(_place, asked, read, written, features)
     if is_checked:
         found = [_checked(each, place(each)) for each in found]
@@ -214,6 +220,8 @@ def search_words(
         )
         for rank, each in enumerate(ranked, start=1)
     )
+    once = tuple(map(without_amounts, read))  # how often and how long was never measured
+    shown = judged if once == tuple(read) else find_them(once)[:n_judged]
     sure = learned.word_certainty
     unchecked = why_unchecked(asked, sorted(set().union(*map(words_of_reading, read))))
     known = sure is not None and not np.isnan(sure.threshold) and not unchecked
@@ -224,7 +232,7 @@ def search_words(
         actions,
         (*question.not_used, *not_searched),
         reasons=tuple(each.why for each in ranked),
-        strength=best_strength(asked, judged, threshold),
+        strength=best_strength(asked, shown, threshold),
         doubtful=is_doubtful([each.sure for each in judged])
         or (is_checked and all(map(_is_weak if known else _goes_elsewhere, judged))),
         suggests=tuple(partial(learned.captions_like, each.capture) for each in ranked),

@@ -30,8 +30,8 @@ from motiondb.files.units import UNITS
 from motiondb.generate.contact import find_contacts
 from motiondb.generate.loops import Loop, looped
 from motiondb.generate.material import SequenceMotion
-from motiondb.generate.onto import Fit, at_rest, onto
-from motiondb.records import MOTION_FPS, BoolArray, CaptureInfo, Clip, Motion
+from motiondb.generate.onto import at_rest, onto
+from motiondb.records import MOTION_FPS, BoolArray, CaptureInfo, Clip, Fit, Motion
 
 GLTF = (".glb", ".gltf")
 FIXED_UNITS = MappingProxyType(

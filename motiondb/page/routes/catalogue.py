@@ -25,8 +25,7 @@ from motiondb.page.routes.parameters import LONGEST_TEXT, Body, Name, Seconds, T
 from motiondb.page.settings import SHEET_ENDINGS, SKELETON_ENDINGS, VERSION
 from motiondb.page.state import Edit, Page
 from motiondb.page.uploads import without_surrogates
-from motiondb.records import Caption
-from motiondb.search.copies import DuplicateGroup
+from motiondb.records import Caption, DuplicateGroup
 
 MOST_SHOWN = 50  # Largest number of values of a facet that are sent; longer lists are searched
 

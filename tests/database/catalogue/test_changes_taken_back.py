@@ -11,7 +11,7 @@ import motiondb
 from motiondb import AddSettings, MotionDB, QueryError, store
 from motiondb.database.learn import updating
 
-TABLES = ("capture", "capture_tag", "caption", "event", "motion_frame", "relation", "source")
+TABLES = ("capture", "capture_tag", "caption", "event", "motion", "relation", "source")
 
 
 def catalogue(db: MotionDB) -> dict[str, list[tuple[object, ...]]]:
