@@ -51,7 +51,6 @@ from motiondb.meaning.motion_judge import (
     judging_table,
     said_words,
 )
-from motiondb.meaning.place_fitting import Written
 from motiondb.meaning.regression import fit_probability, probability
 from motiondb.symbols.hmm_jobs import one_blas_thread
 from quality_tasks.generation_page import draw_pages
@@ -102,12 +101,11 @@ def judged(db: MotionDB, made: Generated, sentence: str) -> str:
     tree = hold_to_known(parse(sentence, learned.synonyms, learned.lemmas), counts).tree
     actions = plan_sentence(tree, np.random.default_rng(0))[0]
     verbs = verbs_in(sentence, learned.synonyms, learned.lemmas)
-    written = Written(learned.captions, learned.synonyms, learned.lemmas, learned.word_numbers)
     numbers = {info.name: number for number, info in learned.captures.items()}
     asked = []
     for action, shown in zip(actions, (one for one in made.shown if one.done), strict=True):
         name = shown.done[0].split()[0]
-        of = find_sources(learned, written, action, verbs)
+        of = find_sources(learned, action, verbs)
         asked.append(
             Asked(
                 of.action, shown.start, shown.end,

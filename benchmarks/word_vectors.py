@@ -26,7 +26,7 @@ from pathlib import Path
 
 import numpy as np
 
-from motiondb.database.session import nearby_table
+from motiondb.database.loading import nearby_table
 from motiondb.language.vocabulary import lemma
 from motiondb.language.word_vectors.word_vectors import (
     ENTRIES,

@@ -108,10 +108,18 @@ def undo(
 
 def rename(
     shared: options.Shared,
-    old: Annotated[str, typer.Argument(help="Name of a capture, or of a folder such as old/.")],
-    new: Annotated[str, typer.Argument(help="The new name; of a folder, one such as new/.")],
+    old: Annotated[
+        str,
+        typer.Argument(
+            help="Name of a capture, a folder such as old/, or a pattern such as walk_*."
+        ),
+    ],
+    new: Annotated[
+        str,
+        typer.Argument(help="The new name, folder such as new/, or pattern such as ana/walk_*."),
+    ],
 ) -> None:
-    """Give a capture another name, or all captures of a folder another folder."""
+    """Give a capture another name, or all that are in a folder or fit a pattern."""
     from motiondb.answers.catalogue import Renamed
 
     with shared.database(writing=True) as base:

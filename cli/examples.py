@@ -26,6 +26,7 @@ motiondb undo
 motiondb undo 12
 motiondb rename walk_1 ana/walk_1
 motiondb rename old/ studio1/
+motiondb rename "walk_*" "ana/walk_*"
 motiondb merge other.duckdb --prefix studio2/
 motiondb backup copy.duckdb
 motiondb learn
@@ -73,6 +74,10 @@ motiondb grammar parse dance dance_3
 motiondb grammar suggest dance "a b"
 motiondb grammar generate dance -o new.bvh --seconds 30
 motiondb grammar edit dance new --at 3 -o edited.bvh
+motiondb grammar rules dance
+motiondb grammar rules dance edited.txt
+motiondb grammar rename dance a step_left
+motiondb grammar undo dance
 motiondb grammar compare dance
 motiondb grammar remove dance
 motiondb scene grammar check basketball

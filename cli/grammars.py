@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the app."""
-    from motiondb.cli import parsing, sequences
+    from motiondb.cli import grammar_edits, parsing, sequences
 
     group = options.Commands(
         help="Grammars of movement: learn from long takes, parse, suggest, generate, edit.",
@@ -26,6 +26,7 @@ def register(app: typer.Typer) -> None:
     group.command("show")(show)
     parsing.register(group)
     sequences.register(group)
+    grammar_edits.register(group)
     group.command("compare")(compare)
     group.command("remove")(remove)
     app.add_typer(group, name="grammar")

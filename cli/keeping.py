@@ -36,11 +36,12 @@ def check(
 ) -> None:
     """Check the database for faults; exit 1 if there are any."""
     from motiondb import check_file
-    from motiondb.answers.catalogue import Faults
 
     faults = check_file(shared.db, wait=shared.wait, quick=quick)
-    if printing.as_json(shared, Faults(faults)):
-        pass
+    if shared.json:
+        from motiondb.answers.catalogue import Faults
+
+        printing.as_json(shared, Faults(faults))
     elif not faults:
         said = "no faults found; motions, scores and stored files were not read"
         printing.say(f"{shared.db}: {said}" if quick else f"{shared.db} is sound")

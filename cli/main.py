@@ -145,7 +145,7 @@ def _run_command() -> None:
     DuckDB turns an interrupt into one of its own errors, and Typer into the exit code 130.
     """
     try:
-        app()
+        app.only(sys.argv[1] if len(sys.argv) > 1 else "")()
     except BaseException as ended:
         if _interrupts and not (isinstance(ended, SystemExit) and not ended.code):
             _end_interrupted()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from copy import copy
 from dataclasses import dataclass, fields
 from functools import wraps
 from inspect import Parameter, signature
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_type_hints
 
 import typer
 import typer.core
+from typer.main import get_command_name
 
 from motiondb.cli import printing
 
@@ -331,6 +333,20 @@ class Commands(typer.Typer):
     def callback(self, *args: Any, **options: Any) -> Callable[[Function], Function]:
         """Register the function that a group runs before its commands, or alone."""
         return _with_options(super().callback(*args, **options))
+
+    def only(self, name: str) -> typer.Typer:
+        """The app with the command or group of a name alone, or all of it where there is none.
+
+        Typer builds the options of every command of an app, a tenth of a second for all.
+        """
+        own = copy(self)
+        own.registered_groups = [each for each in self.registered_groups if each.name == name]
+        own.registered_commands = [
+            each
+            for each in self.registered_commands
+            if name == (each.name or get_command_name(getattr(each.callback, "__name__", "")))
+        ]
+        return own if own.registered_groups or own.registered_commands else self
 
 
 def _with_options(

@@ -12,6 +12,7 @@ import csv
 import io
 import json
 import math
+import shutil
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -230,28 +231,59 @@ def print_csv(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
     writer.writerows([visible(cell) for cell in row] for row in rows)
 
 
+_NUMBERS = (
+    *("rank", "start", "end", "score", "probability"),
+    *("interval", "seconds", "duration", "fps", "count"),
+)  # Columns that are aligned at the right
+
+
 def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
-    """Print a table; it is 160 columns wide if the output is not a terminal."""
+    """Print a table; it is 160 columns wide if the output is not a terminal.
+
+    Rich lays out what must be folded: a millisecond a row, too slow for a whole catalogue.
+    """
+    at_right = [column.lstrip("-") in _NUMBERS for column in columns]
+    cells = [[visible(cell) for cell in row] for row in rows]
+    widths = [max(map(_width, column)) for column in zip(columns, *cells)]
+    room = shutil.get_terminal_size().columns if sys.stdout.isatty() else 160
+    total = sum(widths) + 2 * (len(widths) - 1)
+    if max(total, _width(title)) > room:
+        _print_folded(title, columns, cells, at_right)
+        return
+
+    def line(texts: Sequence[str]) -> str:
+        gaps = [" " * (width - _width(text)) for text, width in zip(texts, widths)]
+        return "  ".join(
+            gap + text if right else text + gap for text, gap, right in zip(texts, gaps, at_right)
+        )
+
+    head = [title.ljust(total), line(columns)] if title else [line(columns)]
+    if sys.stdout.isatty():
+        head[-1] = typer.style(head[-1], bold=True)
+    print(*head, *map(line, cells), sep="\n", flush=True)
+
+
+def _width(text: str) -> int:
+    """Columns that a text takes in a terminal."""
+    if text.isascii():
+        return len(text)
+    from rich.cells import cell_len
+
+    return cell_len(text)
+
+
+def _print_folded(
+    title: str, columns: list[str], rows: list[list[str]], at_right: list[bool]
+) -> None:
+    """Print a table that is wider than the output, its cells in several lines."""
     from rich.console import Console
     from rich.table import Table
 
     table = Table(title=title or None, title_justify="left", box=None, pad_edge=False)
-    for column in columns:
-        right = column.lstrip("-") in (
-            "rank",
-            "start",
-            "end",
-            "score",
-            "probability",
-            "interval",
-            "seconds",
-            "duration",
-            "fps",
-            "count",
-        )
+    for column, right in zip(columns, at_right):
         table.add_column(column, justify="right" if right else "left", overflow="fold")
     for row in rows:
-        table.add_row(*map(visible, row))
+        table.add_row(*row)
     console = Console()
     if not console.is_terminal:
         console = Console(width=160)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
     from motiondb.database.catalogue.parts import check_motion_file
     from motiondb.database.catalogue.rescuing import rescue
-    from motiondb.database.checking import check_file
+    from motiondb.database.check_process import check_file
     from motiondb.database.cluster import Cluster
     from motiondb.database.generating import ActionPlace, Generated
     from motiondb.database.grammars.grammar_facts import grammar_row
@@ -223,7 +223,7 @@ _PLACES = {
     "motiondb.files.own_files": "check_overwriting protect_others",
     "motiondb.database": "MotionDB",
     "motiondb.database.catalogue.cataloguing": "check_captures",
-    "motiondb.database.checking": "check_file",
+    "motiondb.database.check_process": "check_file",
     "motiondb.database.cluster": "Cluster",
     "motiondb.database.learned_grammar": "LearnedGrammar",
     "motiondb.database.catalogue.exporting": "MotionChanges",

@@ -329,6 +329,31 @@ class Relation:
 
 
 @dataclass(frozen=True)
+class DuplicateGroup:
+    """Captures that repeat one another."""
+
+    # Names: first the one to keep, then the others in the order in which they were added
+    captures: tuple[str, ...]
+    relations: tuple[Relation, ...]
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How well a rig follows a motion; lengths in metres of the rig."""
+
+    scale: float  # Length of the rig's legs by those of the canonical body
+    foot_error: float  # Mean distance of the ankles from their places in the motion
+    most_foot_error: float
+    hand_error: float  # Mean distance of the wrists from their places
+    most_hand_error: float
+    hands: str  # "in place", or "by the arm" where the arms have other proportions
+    slip: float  # Mean ground speed of feet in contact, m/s
+    slip_of_motion: float  # The same of the motion, on the canonical body scaled to the rig
+    joints: int  # Joints of the rig
+    driven: int  # Joints that the motion turns; others follow them
+
+
+@dataclass(frozen=True)
 class Run:
     """The run that made a derived row."""
 
@@ -371,7 +396,8 @@ class Match:
     end : float
         Seconds.
     score : float
-        Orders the answers, largest first; of actions in order, probable answers come first.
+        Orders the answers, largest first; of actions in order and measured directions, probable
+        answers come first.
     words : tuple of str
         Words of the question that the capture shows, or words of the interval.
     reason : str
@@ -392,6 +418,9 @@ class Match:
     in_order : bool or None
         For actions in order: whether the capture is seen to show them in this order; None if the
         question asks for no order, or the motion does not tell.
+    not_gone : tuple of str
+        Directions that the question names ("backward") and in which the capture, as measured, does
+        not go.
     """
 
     rank: int
@@ -406,6 +435,7 @@ class Match:
     place: str = ""
     parts: tuple[MatchPart, ...] = ()
     in_order: bool | None = None
+    not_gone: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, order=True)

@@ -99,12 +99,13 @@ CREATE TABLE synonym (
     canonical VARCHAR NOT NULL
 );
 
--- The motion on the canonical body, a row a frame at 30 frames a second: root position x y z in
--- metres, then the 21 joints' local rotations, each a unit quaternion w x y z.
-CREATE TABLE motion_frame (
+-- The motion on the canonical body at 30 frames a second. A pose has 87 numbers: root position x y z
+-- in metres, then the 21 joints' local rotations, each a unit quaternion w x y z. They are packed
+-- without loss (motiondb/store/poses.py).
+CREATE TABLE motion (
     capture_id BIGINT NOT NULL,
-    frame INTEGER NOT NULL,
-    pose FLOAT[87] NOT NULL
+    n_frames BIGINT NOT NULL,
+    poses BLOB USING COMPRESSION uncompressed NOT NULL
 );
 
 -- `capture_id` repeats `other_id`: as a whole, mirrored, or cut out of it (seconds within other).

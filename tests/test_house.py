@@ -54,7 +54,7 @@ OPENERS = {
     "motiondb/store/connection/turns.py": "notes, to lock them",
     "motiondb/store/connection/migrations.py": "the package's own",
     "motiondb/database/learn/start.py": "the package's own",
-    "motiondb/database/session.py": "the package's own",
+    "motiondb/database/loading.py": "the package's own",
     "motiondb/database/scenes/scene_texts.py": "the package's own",
     "motiondb/store/catalogue/cache.py": "writes",
     "motiondb/fetch/download.py": "its own parts",

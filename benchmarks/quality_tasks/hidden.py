@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.database.session import nearby_table
+from motiondb.database.loading import nearby_table
 from motiondb.language.vocabulary import MODIFIERS, words_of
 from motiondb.language.word_vectors.word_vectors import shares_by_meaning, word_vectors
 from motiondb.meaning import word_map

@@ -55,7 +55,9 @@ COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "grammar parse": ("grammar", "parse", GRAMMAR, "kept", "--png", "tree.png"),
         "grammar remove": ("grammar", "remove", GRAMMAR),
+        "grammar rename": ("grammar", "rename", GRAMMAR, "b", "second"),
         "grammar show": ("grammar", "show", GRAMMAR, "--png", "grammar.png"),
+        "grammar undo": ("grammar", "undo", GRAMMAR),
         "join": (
             "join", "ana/walk_1:0-1", "boris/kick_1:0-1", "-o", "joined.bvh", "--png", "joined.png",
         ),
@@ -101,6 +103,7 @@ ASKING: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "events show": ("events", "show", "ana/walk_1"),
         "grammar compare": ("grammar", "compare", GRAMMAR),
         "grammar list": ("grammar", "list"),
+        "grammar rules": ("grammar", "rules", GRAMMAR),
         "grammar suggest": ("grammar", "suggest", GRAMMAR),
         "info": ("info",),
         "knowledge show": ("knowledge", "show", "cmu"),

@@ -66,6 +66,7 @@ def small_database(folder: Path) -> Path:
         takes = [name for name in SMALL if "long" in name]
         motiondb("grammar", "learn", *takes, "--terminals", 5, "--name", GRAMMAR, *at)
         motiondb("grammar", "generate", GRAMMAR, "-o", new / "kept.bvh", "--save", "kept", *at)
+        motiondb("grammar", "rename", GRAMMAR, "a", "first", *at)  # an edit that can be undone
         motiondb("search", "walk", *at)  # fills the cache
         shutil.copytree(f"{made}.cache", f"{path}.cache", dirs_exist_ok=True)
         made.replace(path)

@@ -8,11 +8,16 @@ from typing import Any, Literal
 
 from motiondb.answers.learning import StartAnswer
 from motiondb.answers.plain import OPTIONAL, SPREAD, extended
-from motiondb.answers.questions import WordProbability
-from motiondb.generate.onto import Fit
 from motiondb.learn.drift import Drift
-from motiondb.records import Caption, CaptureInfo, Event, Relation
-from motiondb.search.copies import DuplicateGroup
+from motiondb.records import Caption, CaptureInfo, DuplicateGroup, Event, Fit, Relation
+
+
+@dataclass(frozen=True)
+class WordProbability:
+    """A word with its probability."""
+
+    word: str
+    probability: float
 
 
 @dataclass(frozen=True)

@@ -107,6 +107,23 @@ class GrammarLearnedAnswer(GrammarAnswer):
 
 
 @dataclass(frozen=True)
+class GrammarRules:
+    """The rules of a grammar, as text that can be edited."""
+
+    grammar: str
+    text: str
+
+
+@dataclass(frozen=True)
+class GrammarEdited:
+    """A grammar that was edited, and sequences that can no longer be edited with it."""
+
+    grammar: str
+    no_longer_editable: list[str]
+    undone: str | None = None  # What the edit had changed that was taken back
+
+
+@dataclass(frozen=True)
 class ParsedSentence:
     """A sentence of a motion."""
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from motiondb.answers.catalogue import WordProbability
 from motiondb.answers.plain import OPTIONAL
-from motiondb.answers.questions import UnderstoodQuestion, WordProbability
+from motiondb.answers.questions import UnderstoodQuestion
 from motiondb.generate.joining import Seam
-from motiondb.generate.onto import Fit
 from motiondb.generate.smoothness import Smoothness
+from motiondb.records import Fit
 from motiondb.search.chances import WordSource
 
 

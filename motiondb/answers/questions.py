@@ -8,6 +8,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from motiondb.answers.catalogue import WordProbability
 from motiondb.answers.plain import OPTIONAL, fields_of
 from motiondb.language.question import tree
 from motiondb.language.question.tree import NotUsed
@@ -22,14 +23,6 @@ if TYPE_CHECKING:
     from motiondb.search.by_words import WordAnswer
     from motiondb.search.described import Description
     from motiondb.search.takings import Taking
-
-
-@dataclass(frozen=True)
-class WordProbability:
-    """A word with its probability."""
-
-    word: str
-    probability: float
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motiondb import store
-from motiondb.database.catalogue.parts import outside
-from motiondb.database.learn import updating
 from motiondb.errors import QueryError
-from motiondb.language.vocabulary import parse_synonyms
 from motiondb.records import Caption, CaptureInfo
 from motiondb.store import Store
 
@@ -28,6 +25,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.database.catalogue import cataloguing, sheets
     from motiondb.database.cluster import Cluster
     from motiondb.database.generated_files import Made
+    from motiondb.database.learn import updating
     from motiondb.database.session import Session
 
 
@@ -160,6 +158,8 @@ class Archive:
         QueryError
             When there is no capture of one of the names, or the filter cannot be read.
         """
+        from motiondb.database.learn import updating
+
         with store.transaction(self.store):
             infos = self._chosen(names, where)
             numbers = [info.capture_id for info in infos]
@@ -230,15 +230,21 @@ class Archive:
 
         merging.check(Path(other), prefix, wait)
 
-    def rename(self, old: str, new: str) -> dict[str, str]:
-        """Give a capture another name, or all captures of a folder another folder.
+    def rename(self, old: str, new: str, captures: Iterable[str] | None = None) -> dict[str, str]:
+        """Give a capture another name, or several captures that fit a pattern.
+
+        ``rename("walk_*", "ana/walk_*")`` puts a folder before all names that begin with "walk_".
 
         Parameters
         ----------
         old : str
-            Name of a capture; ending in ``/``: of a folder, such as ``studio1/``; "/": all.
+            Name of a capture; ending in ``/``: of a folder, such as ``studio1/``; or a pattern
+            with one ``*``, which stands for any letters.
         new : str
-            The new name; of a folder if ``old`` is one. "" for a folder: none.
+            The new name; of a folder if ``old`` is one. "" for a folder: none. For a pattern:
+            another one, whose ``*`` is what stood there before.
+        captures : iterable of str, optional
+            Names of the captures among which the pattern looks. None means all captures.
 
         Returns
         -------
@@ -252,7 +258,7 @@ class Archive:
         """
         from motiondb.database.catalogue import editing
 
-        return editing.rename(self.store, old, new)
+        return editing.rename(self.store, old, new, captures)
 
     def undo(self, run: int | None = None) -> Undone:
         """Take back the latest change of captures that was not taken back, or that of a run.
@@ -473,6 +479,8 @@ class Archive:
 
     def _save_captions(self, name: str, new: list[Caption], keep: bool) -> updating.Change:
         """Save captions of a capture, in place of those there, or after them (``keep``)."""
+        from motiondb.database.learn import updating
+
         with store.transaction(self.store):
             info = store.load_capture(self.store, name)
             for caption in new:
@@ -497,7 +505,9 @@ class Archive:
         MotionDBError
             When the file cannot be read.
         """
+        from motiondb.database.learn import updating
         from motiondb.files.safe_files import read_user_text
+        from motiondb.language.vocabulary import parse_synonyms
 
         text = read_user_text(Path(path), "a file of synonyms")
         table = parse_synonyms(text, str(path))
@@ -510,6 +520,8 @@ class Archive:
 
 def _check_caption(info: CaptureInfo, caption: Caption) -> None:
     """Refuse a caption without words, or of an interval outside its capture (QueryError)."""
+    from motiondb.database.catalogue.parts import outside
+
     first, last = caption.start or 0.0, info.duration if caption.end is None else caption.end
     if not 0.0 <= first < last <= info.duration + 1.0:
         raise QueryError(f"{info.name}: {outside(info.duration, caption.start, caption.end)}")

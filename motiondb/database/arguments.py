@@ -4,14 +4,25 @@ from __future__ import annotations
 
 import operator
 from pathlib import Path
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from motiondb.errors import QueryError
 from motiondb.records import Clip, Motion
 
+if TYPE_CHECKING:
+    import numpy as np
+
 Example = str | Path | Clip | Motion
 """A file, the name of a stored capture, or a motion."""
+
+
+def check_example(value: object) -> None:
+    """Refuse an argument that is no example."""
+    if not isinstance(value, Example):
+        raise QueryError(
+            "example: expected a file, the name of a capture, a motiondb.Clip or a "
+            f"motiondb.Motion, found {type(value).__name__}."
+        )
 
 
 def check_text(name: str, value: object) -> None:
@@ -32,6 +43,8 @@ def check_whole(name: str, value: object, least: int) -> None:
 
 def seeded(seed: int) -> np.random.Generator:
     """A generator of random numbers from the seed of a user."""
+    import numpy as np
+
     check_whole("seed", seed, 0)
     return np.random.default_rng(seed)
 

@@ -10,25 +10,27 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motiondb import store
-from motiondb.answers.catalogue import Exported
-from motiondb.body.features import FEATURE_STEP, recognition_features
-from motiondb.body.retarget import to_motion
-from motiondb.database import searching
 from motiondb.database.archive import Archive
-from motiondb.database.arguments import Example
-from motiondb.database.catalogue import browsing, filter_words
-from motiondb.database.catalogue.parts import cut_clip, cut_motion
-from motiondb.errors import QueryError
-from motiondb.files import read_capture, split_take
-from motiondb.files.safe_files import is_file
-from motiondb.records import Caption, CaptureInfo, Clip, Event, Float32Array, Motion, Relation
-from motiondb.search.takings import Taking
+from motiondb.database.arguments import Example, check_example
+from motiondb.database.catalogue import browsing
+from motiondb.records import (
+    Caption,
+    CaptureInfo,
+    Clip,
+    DuplicateGroup,
+    Event,
+    Float32Array,
+    Motion,
+    Relation,
+)
 from motiondb.store import Provenance
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
     from motiondb.answers.catalogue import (
         CaptureFacts,
+        DatabaseInfo,
         EventRow,
+        Exported,
         MatchFile,
         ShownActivity,
         ShownSegment,
@@ -38,7 +40,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.database.tables import Tables
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
-    from motiondb.search.copies import DuplicateGroup
+    from motiondb.search.takings import Taking
 
 
 class Captures(Archive):
@@ -67,6 +69,8 @@ class Captures(Archive):
             if exact or not where.strip():
                 infos = store.load_captures(self.store, where)
             else:
+                from motiondb.database.catalogue import filter_words
+
                 filters = filter_words.take_filter_words(self.store, where)[0]
                 infos = store.load_captures(self.store, filters)
             return browsing.sort_captures(self.session, infos, sort) if sort else infos
@@ -81,6 +85,8 @@ class Captures(Archive):
         """
         if not where.strip():
             return {}
+        from motiondb.database.catalogue import filter_words
+
         with self.session.reading():
             return filter_words.take_filter_words(self.store, where)[1]
 
@@ -121,6 +127,15 @@ class Captures(Archive):
             When the filter cannot be read.
         """
         return browsing.facets(self.session, where)
+
+    def info(self) -> DatabaseInfo:
+        """What is in the database: numbers of captures, grammars, symbols and words."""
+        with self.session.reading():
+            return browsing.database_info(self.session)
+
+    def unlearned(self) -> list[str]:
+        """Names of captured captures that no question searches: added and not counted."""
+        return browsing.unlearned_captures(self.session)
 
     def browsed(self, name: str) -> browsing.BrowsedCapture | None:
         """The row of the capture of exactly this name; None if there is none."""
@@ -179,15 +194,17 @@ class Captures(Archive):
         CaptureError
             When a file cannot be read.
         """
+        from motiondb.body.features import FEATURE_STEP
+        from motiondb.body.retarget import to_motion
+        from motiondb.database.catalogue.parts import cut_motion
+        from motiondb.files import read_capture, split_take
+        from motiondb.files.safe_files import is_file
+
+        check_example(example)
         if isinstance(example, Motion):
             motion = example
         elif isinstance(example, Clip):
             motion = to_motion(example)
-        elif not isinstance(example, Example):
-            raise QueryError(
-                "example: expected a file, the name of a capture, a motiondb.Clip or a "
-                f"motiondb.Motion, found {type(example).__name__}."
-            )
         elif is_file(split_take(example)[0]):
             motion = to_motion(read_capture(example))
         else:
@@ -229,13 +246,11 @@ class Captures(Archive):
 
         Raises
         ------
-        QueryError
-            When there is no such capture, or the part lies outside it.
-        CaptureError
-            When a file cannot be read.
-        NotLearnedError
-            When they should be whitened, and the database has not learned.
+        MotionDBError
+            As for :meth:`motion`; NotLearnedError when they should be whitened before ``learn``.
         """
+        from motiondb.body.features import recognition_features
+
         with self.session.reading():
             features = recognition_features(self.motion(example, start, end))
             return self.session.learned.feature_space.project(features) if whitened else features
@@ -296,7 +311,9 @@ class Captures(Archive):
         MotionDBError
             When there is no such capture, or the file cannot be written.
         """
+        from motiondb.answers.catalogue import Exported
         from motiondb.database.catalogue import exporting
+        from motiondb.database.catalogue.parts import cut_clip, cut_motion
 
         path, asked = Path(path), changes or exporting.MotionChanges()
         is_named = asked.of_motion.are_any or path.suffix.lower() in exporting.ARRAY_ENDINGS
@@ -429,6 +446,8 @@ class Captures(Archive):
         MotionDBError
             When the answer has no matches, or the picture cannot be written.
         """
+        from motiondb.database import searching
+
         return searching.draw_matches(self.session, answer.matches, path, title, example)
 
     def draw_reasons(self, answer: WordAnswer, path: str | Path, title: str = "") -> Path:
@@ -448,6 +467,8 @@ class Captures(Archive):
         QueryError
             When the answer has no reasons.
         """
+        from motiondb.database import searching
+
         return searching.draw_reasons(self.session, answer, path, title)
 
     def captions(self, name: str) -> tuple[Caption, ...]:

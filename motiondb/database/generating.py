@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from motiondb import store
+from motiondb.answers.catalogue import WordProbability
 from motiondb.answers.making import ActionVerdict, DecodedAction, GeneratedAnswer, WrittenMotion
 from motiondb.answers.plain import extended
-from motiondb.answers.questions import WordProbability, understood_question
+from motiondb.answers.questions import understood_question
 from motiondb.database.arguments import check_text
 from motiondb.database.catalogue.exporting import MotionChanges, change_sequence
 from motiondb.database.generated_files import (
@@ -20,8 +21,9 @@ from motiondb.database.generated_files import (
     sources_of,
     write_with_provenance,
 )
+from motiondb.database.loading import nearby_table
 from motiondb.database.searching import check_any
-from motiondb.database.session import Session, nearby_table
+from motiondb.database.session import Session
 from motiondb.errors import QueryError
 from motiondb.generate.excerpt_motion import Choices, PlaceWish
 from motiondb.generate.material import Takes
@@ -68,7 +70,8 @@ class ActionPlace:
         Number of one of the places that show the action about as clearly (``Generated.places``),
         from 0; None for any.
     capture : str or None
-        Name of the capture of an excerpt that was picked by hand; then `place` does not count.
+        Name of the capture of an excerpt that was picked by hand; then `place` does not count, and
+        no caption needs to say the action.
     start, end : float
         The excerpt, in seconds of the capture.
     """
@@ -276,7 +279,9 @@ def generate(
             instead: dict[str, str] = {}
         else:
             text, same = write_otherwise(session.learned, words)
-            learned, takings, instead = _replace_unknown(session.learned, text, anyway)
+            learned, takings, instead = _replace_unknown(
+                session.learned, text, anyway, any(place.capture for place in places)
+            )
         wishes = tuple(_wish(session, place) for place in places)
         missing = not_understood(
             session.learned, text, [w for w, t in takings.items() if t.is_taken]
@@ -371,9 +376,11 @@ def _shares_most(one: MadeMotion, other: MadeMotion, action: int) -> bool:
 
 
 def _replace_unknown(
-    learned: Learned, words: str, anyway: bool
+    learned: Learned, words: str, anyway: bool, is_picked: bool
 ) -> tuple[Learned, dict[str, Taking], dict[str, str]]:
     """Unknown words as known ones; words of speed stay, since the tempo can be changed.
+
+    `is_picked`: Whether excerpts were picked, which may show what no word is known for.
 
     Also, for each word that is made as the nearest known one although it may not be taken so, that
     known word.
@@ -382,7 +389,7 @@ def _replace_unknown(
         takings = unknown_words(learned, words, nearby_table())
     except QueryError:
         instead = nearest_suggested(learned, words, nearby_table()) if anyway else {}
-        if not instead:
+        if not instead and not is_picked:
             raise
         return replace(learned, synonyms={**learned.synonyms, **instead}), {}, instead
     speeds = {word for word in takings if speed_of(word)}

@@ -10,18 +10,13 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from motiondb import store
-from motiondb.database import searching
 from motiondb.database.arguments import Example, check_whole, seeds_from
 from motiondb.database.captures import Captures
 from motiondb.database.session import Session
-from motiondb.learn.learned import Learned
-from motiondb.search.asked_words import learned_words
-from motiondb.search.by_words import WordAnswer
-from motiondb.search.chances import WordSource, why_unchecked, word_sources
 from motiondb.workers import HERE
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
-    from motiondb.answers.catalogue import DatabaseInfo, SymbolRow, SymbolSegment, WordRow
+    from motiondb.answers.catalogue import SymbolRow, SymbolSegment, WordRow
     from motiondb.answers.learning import Evaluation, StartAnswer
     from motiondb.database.catalogue.exporting import MotionChanges
     from motiondb.database.cluster import Cluster
@@ -31,9 +26,12 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.database.scenes.scenes import Scenes
     from motiondb.learn.drift import Drift
     from motiondb.learn.knowledge import Knowledge
+    from motiondb.learn.learned import Learned
     from motiondb.learn.learned_model import LearnedModel
     from motiondb.learn.recognition import LearnSettings, Progress
     from motiondb.search.by_example import ExampleAnswer
+    from motiondb.search.by_words import WordAnswer
+    from motiondb.search.chances import WordSource
     from motiondb.search.described import Description
 
 
@@ -221,18 +219,14 @@ class MotionDB(Captures):
         """
         return self.session.searchable
 
-    def unlearned(self) -> list[str]:
-        """Names of captured captures that no question searches: added and not counted."""
-        return searching.unlearned_captures(self.session)
-
     def drift(self) -> Drift | None:
         """How far captures and words have changed since the database learned.
 
         None if it has not learned, or an earlier version learned that kept no baseline.
         """
-        from motiondb.database.learn import learn_run
+        from motiondb.database.learn import drifting
 
-        return learn_run.measure(self.store)
+        return drifting.measure_drift(self.store)
 
     def export_knowledge(self, path: str | Path, name: str = "", credit: str = "") -> Knowledge:
         """Write the learned model, without motion and captions, as a start for other databases.
@@ -311,6 +305,8 @@ class MotionDB(Captures):
         QueryError
             When no word is known or taken as a known one, or the filter cannot be read.
         """
+        from motiondb.database import searching
+
         return searching.search(self.session, words, where, limit, by_symbols, written, exact)
 
     def like(
@@ -351,6 +347,7 @@ class MotionDB(Captures):
         QueryError
             When there is no such capture, or the filter cannot be read.
         """
+        from motiondb.database import searching
         from motiondb.search.by_example import search_motion
 
         check_whole("limit", limit, 1)
@@ -398,6 +395,8 @@ class MotionDB(Captures):
         words : iterable of str
             Learned words; others are left out.
         """
+        from motiondb.search.chances import word_sources
+
         return word_sources(self.learned, words)
 
     def why_unchecked(self, words: Iterable[str]) -> str:
@@ -411,6 +410,9 @@ class MotionDB(Captures):
         words : iterable of str
             Words that were learned; others are left out.
         """
+        from motiondb.search.asked_words import learned_words
+        from motiondb.search.chances import why_unchecked
+
         asked = list(words)
         return why_unchecked(learned_words(self.learned), asked) if asked else ""
 
@@ -583,17 +585,10 @@ class MotionDB(Captures):
         StoreError
             When there is such a file, it cannot be written, or the copy has faults.
         """
-        from motiondb.database.checking import check_file
+        from motiondb.database.check_process import check_file
 
         store.backup(self.store, Path(path), check_file)
         return Path(path)
-
-    def info(self) -> DatabaseInfo:
-        """What is in the database: numbers of captures, grammars, symbols and words."""
-        from motiondb.database import showing
-
-        with self.session.reading():
-            return showing.database_info(self.session)
 
     def runs(self) -> list[dict[str, Any]]:
         """All runs that changed the database, oldest first: kind, parameters, seed, version."""

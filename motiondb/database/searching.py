@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 from motiondb import store
 from motiondb.database import arguments
 from motiondb.database.catalogue.filter_words import take_filter_words
-from motiondb.database.session import Session, nearby_table
+from motiondb.database.loading import nearby_table
+from motiondb.database.session import Session
 from motiondb.errors import QueryError
 from motiondb.learn.learned import Learned
 from motiondb.records import Match, Motion
@@ -98,20 +99,6 @@ def allowed_captures(session: Session, where: str, exact: bool) -> list[int]:
         return list(session.searchable.captures)
     filters = where if exact else take_filter_words(session.store, where)[0]
     return [info.capture_id for info in store.load_captures(session.store, filters)]
-
-
-def unlearned_captures(session: Session) -> list[str]:
-    """Names of captured captures that no question searches: added and not counted."""
-
-    def load() -> list[str]:
-        opened = session.store
-        captured = [i for i in store.load_captures(opened) if i.kind == "captured"]
-        if not store.is_learned(opened):
-            return [info.name for info in captured]
-        learned = set(store.load_segments(opened, scores=False).capture_ids.tolist())
-        return [info.name for info in captured if info.capture_id not in learned]
-
-    return list(session.kept("unlearned", load))
 
 
 def draw_matches(

@@ -2,40 +2,27 @@
 
 Everything that is kept belongs to one revision of the store, which every committed change raises
 (:func:`motiondb.store.revision`). Cached values are used as long as the revision is the same, and
-need not be removed by hand. Threads may share a session.
+need not be removed by hand. Threads may share a session. What loads the learned model and the
+features (:mod:`motiondb.database.loading`) is imported when it is asked for: listing needs none.
 """
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
-from functools import lru_cache, partial
-from importlib import resources
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any, TypeVar, cast
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from motiondb import store
-from motiondb.body.features import N_FEATURES, features_of_motions
-from motiondb.errors import NotLearnedError
-from motiondb.language.nearby.table import NearbyTable, read_table
-from motiondb.learn.checking import given_certainties
-from motiondb.learn.learned import Learned, prepare, with_prepared
-from motiondb.learn.learned_model import from_stored
-from motiondb.learn.recognition import FeaturePool, recognise_capture
-from motiondb.meaning.counting import join_tables
-from motiondb.records import Float32Array, Motion
-from motiondb.workers import HERE, Workers, runs
+
+if TYPE_CHECKING:
+    from motiondb.database.loading import FeaturesMade
+    from motiondb.learn.learned import Learned
+    from motiondb.learn.recognition import FeaturePool
+    from motiondb.records import Motion
 
 T = TypeVar("T")
-TABLE = "words.table"  # The shipped table of nearby words
-FEATURE_SECONDS = 1e-5  # Time of one processor for a frame; decides only how work is divided
-FEATURES = "features"  # Name of the features of all captures in the cache of the database
 
 
 class Session:
@@ -97,7 +84,9 @@ class Session:
     @property
     def learned(self) -> Learned:
         """The learned model, with the catalogue of the same revision."""
-        return self.kept("learned", lambda: _prepared(self.store, load_learned(self.store)))
+        from motiondb.database import loading
+
+        return self.kept("learned", lambda: loading.load_prepared(self.store))
 
     @property
     def searchable(self) -> Learned:
@@ -107,99 +96,30 @@ class Session:
         They take no part in counts, nor as material for further generation. Search finds them: here
         they are cut and scored by the learned symbols.
         """
-        return self.kept("searchable", lambda: _searchable(self.store, self.learned))
+        from motiondb.database import loading
+
+        return self.kept("searchable", lambda: loading.searchable(self.store, self.learned))
 
     @property
     def features(self) -> FeaturePool:
         """Recognition features of all captures."""
-        return self.kept("features", lambda: load_features(self.store))
+        from motiondb.database import loading
+
+        return self.kept("features", lambda: loading.load_features(self.store))
 
     def lacking_features(self) -> dict[int, Motion]:
         """Motions of the captures whose features are not in the cache of the database."""
+        from motiondb.database import loading
+
         with self.reading():
-            return store.lacking_rows(self.store, FEATURES)
+            return store.lacking_rows(self.store, loading.FEATURES)
 
     def keep_features(self, made: Mapping[int, FeaturesMade]) -> None:
         """Keep features that were computed while the file was free.
 
         `made`: Features of captures by number; those that were removed meanwhile are left out.
         """
+        from motiondb.database import loading
+
         with self.reading():
-            self.kept("features", lambda: load_features(self.store, made))
-
-
-def load_learned(opened: store.Store) -> Learned:
-    """Load the data that questions need, all of one revision."""
-    with store.reading(opened):
-        if not store.is_learned(opened):
-            raise NotLearnedError(
-                f"{opened.path}: expected a database that has learned, found only captures. "
-                "Run motiondb learn first."
-            )
-        model = from_stored(store.load_learning(opened))
-        return Learned(
-            **{**vars(model), "certainties": given_certainties(model.certainties, model.counted)},
-            captures={info.capture_id: info for info in store.load_captures(opened)},
-            captions=store.load_captions(opened),
-            synonyms=store.load_synonyms(opened),
-            source=str(opened.path),
-        )
-
-
-FeaturesMade = tuple[NDArray[Any], float]
-"""Features (frames, 130) of a capture, and the length of its motion in frames."""
-
-
-def load_features(
-    opened: store.Store,
-    ready: Mapping[int, FeaturesMade] = MappingProxyType({}),
-    workers: Workers = HERE,
-) -> FeaturePool:
-    """Features of all motions; computed once, then memory-mapped from the cache of the database.
-
-    `ready`: Features that were computed already, by number of the capture.
-    """
-    held = store.cached_rows(opened, FEATURES, partial(_made_by, workers), ready)
-    none = np.zeros((0, N_FEATURES), dtype=np.float32)
-    features = cast(Float32Array, held.rows) if len(held.rows) else none
-    return FeaturePool(held.capture_ids, held.bounds, features, held.values.astype(np.int64))
-
-
-def make_features(motions: Sequence[Motion]) -> list[FeaturesMade]:
-    """Features and length of some motions, in their order."""
-    parts = features_of_motions(motions)
-    return [(part, float(motion.n_frames)) for part, motion in zip(parts, motions)]
-
-
-def _made_by(workers: Workers, motions: Sequence[Motion]) -> list[FeaturesMade]:
-    """As :func:`make_features`, by workers."""
-    pieces = runs(motions, workers.n_pieces(FEATURE_SECONDS * sum(m.n_frames for m in motions)))
-    return [made for part in workers.map(make_features, pieces) for made in part]
-
-
-def _with_generated(opened: store.Store, learned: Learned) -> Learned:
-    """The learned model, with segments of the generated captures if there are any."""
-    generated = sorted(i.capture_id for i in learned.captures.values() if i.kind == "generated")
-    if not generated:
-        return learned
-    tables = [recognise_capture(learned, c, store.load_motion(opened, c)) for c in generated]
-    return replace(learned, segments=join_tables(learned.segments, *tables))
-
-
-def _searchable(opened: store.Store, learned: Learned) -> Learned:
-    """The learned model with the generated captures, and what questions need of all captures."""
-    every = _with_generated(opened, learned)
-    return learned if every is learned else _prepared(opened, every, "searched")
-
-
-def _prepared(opened: store.Store, learned: Learned, kind: str = "evidence") -> Learned:
-    """The learned model with arrays of all captures from the cache of the database."""
-    mark = store.learning_mark(opened)
-    return with_prepared(learned, store.cached_arrays(opened, kind, lambda: prepare(learned), mark))
-
-
-@lru_cache(maxsize=1)
-def nearby_table() -> NearbyTable:
-    """The table that is shipped with motiondb; read once."""
-    file = resources.files("motiondb.language.nearby").joinpath(TABLE)
-    return read_table(file.read_bytes(), TABLE)
+            self.kept("features", lambda: loading.load_features(self.store, made))

@@ -12,19 +12,16 @@ import numpy as np
 from motiondb import pictures, store
 from motiondb.answers.catalogue import (
     CaptureFacts,
-    DatabaseInfo,
     ShownActivity,
     ShownSegment,
     SymbolProbability,
     SymbolRow,
     SymbolSegment,
+    WordProbability,
     WordRow,
 )
-from motiondb.answers.questions import WordProbability
 from motiondb.body.features import FEATURE_STEP, recognition_features
-from motiondb.database.learn.start import start_facts
 from motiondb.database.learned_grammar import load_learned_grammar
-from motiondb.database.searching import unlearned_captures
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg.context_free import derive_by
 from motiondb.learn.learned import Learned
@@ -35,45 +32,8 @@ from motiondb.symbols.activities import find_activities
 if TYPE_CHECKING:
     from motiondb.database.session import Session
 
-PAYS, LEAST_UNUSED = 0.25, 10_000_000
-"""Share of the file and bytes that are unused from which on compacting pays. Chosen by hand."""
 LIKELY = 0.2  # Probability from which on a word is named
 LEAST_SHOWN = 0.01  # Smallest t(word | symbol) for which a symbol is listed with a word
-
-
-def database_info(session: Session) -> DatabaseInfo:
-    """What is in the database: numbers of captures, grammars, symbols and words."""
-    opened = session.store
-    captures = store.load_captures(opened)
-    learned: dict[str, Any] = {"learned": store.is_learned(opened)}
-    if learned["learned"]:
-        size = store.load_learning_size(opened)
-        learned |= {
-            "symbols": size.n_symbols,
-            "clusters": size.n_clusters,
-            "words": size.n_words,
-            "current": store.learning_is_current(opened),
-            "not_yet_learned": len(unlearned_captures(session)),
-            "start": start_facts(session),
-        }
-    n_bytes, unused = opened.path.stat().st_size, store.unused_bytes(opened)
-    return DatabaseInfo(
-        database=str(opened.path),
-        bytes=n_bytes,
-        captures=len(captures),
-        generated=sum(c.kind == "generated" for c in captures),
-        seconds=round(sum(c.duration for c in captures), 2),
-        performers=len({c.tags["performer"] for c in captures if "performer" in c.tags}),
-        captures_with_words=len(store.load_captions(opened)),
-        copies=len(store.load_relations(opened)),
-        grammars=len(store.load_grammar_names(opened)),
-        cache_bytes=store.cache_bytes(opened),
-        unused_bytes=unused,
-        removed=len(store.load_trash(opened)),
-        compact_pays=unused >= max(PAYS * n_bytes, LEAST_UNUSED),
-        faulty_files=len(store.load_faulty(opened)),
-        **learned,
-    )
 
 
 def describe_capture(session: Session, name: str) -> CaptureFacts:

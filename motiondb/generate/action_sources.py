@@ -40,8 +40,7 @@ import numpy as np
 
 from motiondb.generate.competing_words import (
     LEAST_CAPTURES,
-    describe_segments,
-    neighbour_gain,
+    neighbour_gains,
     rival_gain,
 )
 from motiondb.generate.direction import ACTIONS, FULL, directions_of
@@ -49,7 +48,6 @@ from motiondb.generate.sentence_plan import PlannedAction
 from motiondb.language.question.heads import heads_of
 from motiondb.language.question.tree import LIMBS, SIDES, NotUsed
 from motiondb.learn.learned import Learned
-from motiondb.meaning.place_fitting import Written
 from motiondb.records import FloatArray, IntArray
 
 LEAST_SHOWN = 0.1
@@ -130,11 +128,9 @@ class ActionSources:
     directions: tuple[str, ...] = ()
 
 
-def find_sources(
-    learned: Learned, written: Written, action: PlannedAction, verbs: Collection[str]
-) -> ActionSources:
+def find_sources(learned: Learned, action: PlannedAction, verbs: Collection[str]) -> ActionSources:
     """Find the captures that can show an action of a sentence with these verbs."""
-    listed = _listed(learned, written)
+    listed = learned.listed_actions
     groups, left_out = [], []
     directions = tuple(d for group in action.groups for d in directions_of(group))
     for group in action.groups:
@@ -169,24 +165,12 @@ def usual_directions(word_numbers: Mapping[str, int], sources: Sequence[Source])
     return tuple(d for d, count in said.items() if count >= fewest)
 
 
-def _listed(learned: Learned, written: Written) -> dict[int, list[frozenset[int]]]:
-    """Per recorded capture the actions that its captions list."""
-    actions_of = {}
-    for capture in learned.rows:
-        if learned.captures[capture].kind == "captured":
-            captions = learned.captions.get(capture, ())
-            actions = [frozenset(a) for caption in captions for a in written.actions(caption)]
-            if actions:
-                actions_of[capture] = actions
-    return actions_of
-
-
 def _numbers(learned: Learned, words: Sequence[str]) -> frozenset[int]:
     return frozenset(learned.word_numbers[w] for w in words if w in learned.word_numbers)
 
 
 def _said_together(
-    listed: dict[int, list[frozenset[int]]],
+    listed: Mapping[int, Sequence[frozenset[int]]],
     group: tuple[str, ...],
     learned: Learned,
     verbs: Collection[str],
@@ -263,7 +247,7 @@ def _source(
     """A source with its values; the distance from the others is not yet among its costs."""
     rows = learned.rows[capture]
     starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
-    asked = [sorted(_numbers(learned, group)) for group in action.groups]
+    asked = [sorted(known) for group in action.groups if (known := _numbers(learned, group))]
     shown = _shown(learned, capture, len(starts), len(actions), asked)
     values = np.log(np.maximum(shown, LEAST_SHOWN))
     evidence = _evidence(learned, capture, {word for words in asked for word in words})
@@ -317,13 +301,8 @@ def _evidence(learned: Learned, capture: int, asked: set[int]) -> FloatArray | N
     by_others = placed.by_others(capture)
     if by_others is not None:
         performer = learned.performers[capture]
-        shown = {
-            word
-            for other, words in placed.places.words.items()
-            if learned.performers[other] != performer
-            for word in asked.intersection(words)
-        }
-        columns = sorted(shown)
+        others = [words for name, words in placed.listed_by.items() if name != performer]
+        columns = sorted(word for word in asked if any(word in words for words in others))
         evidence[:, columns] = (evidence[:, columns] + by_others[:, columns]) / 2.0
     said = learned.said_places.get(capture)
     return evidence if said is None else evidence + said
@@ -337,6 +316,17 @@ def all_sources(learned: Learned, of: ActionSources) -> ActionSources:
         if learned.captures[capture].kind == "captured"
     ]
     return replace(of, sources=tuple(sources))
+
+
+def picked_source(learned: Learned, of: ActionSources, capture: int) -> ActionSources:
+    """A capture as the only source, whatever its captions say: one that somebody picked."""
+    if _numbers(learned, of.action.words):
+        source = _source(learned, capture, [frozenset()], of.action, 0.0)
+    else:
+        rows = learned.rows[capture]
+        segments = learned.segments.starts[rows], learned.segments.ends[rows]
+        source = Source(capture, rows, *segments, np.zeros(len(segments[0])), 0.0, False)
+    return replace(of, sources=(source,))
 
 
 def _with_rarity(learned: Learned, sources: Sequence[Source]) -> list[Source]:
@@ -358,12 +348,16 @@ def _against_rivals(
     order = sorted(range(len(sources)), key=lambda n: sources[n].cost - _peak(sources[n]))
     if not order:
         return []
-    others = describe_segments(learned)
+    others = learned.described_segments
     known = {int(w) for w in np.flatnonzero((others.says > 0.0).sum(axis=0) >= LEAST_CAPTURES)}
+    compared = order[:MOST_COMPARED]
+    alike = neighbour_gains(
+        others, {sources[n].capture: learned.segment_rows[sources[n].rows] for n in compared}, words
+    )
     gains = {}
-    for n in order[:MOST_COMPARED]:
-        capture, vectors = sources[n].capture, learned.segment_rows[sources[n].rows]
-        gains[n] = NEIGHBOUR_WEIGHT * neighbour_gain(others, capture, vectors, words)
+    for n in compared:
+        capture = sources[n].capture
+        gains[n] = NEIGHBOUR_WEIGHT * alike[capture]
         evidence = learned.unplaced.get(capture)
         if evidence is not None and words:
             rivals = known - words - sources[n].beside

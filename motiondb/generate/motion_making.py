@@ -8,13 +8,25 @@ by a judge that is not used in making it (:mod:`motiondb.generate.shown_actions`
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from motiondb.errors import QueryError, UnknownWordsError
-from motiondb.generate.action_sources import ActionSources, all_sources, find_sources
-from motiondb.generate.excerpt_motion import ANY_PLACE, Choices, ExcerptMotion, excerpt_motion
+from motiondb.generate.action_sources import (
+    ActionSources,
+    all_sources,
+    find_sources,
+    picked_source,
+)
+from motiondb.generate.excerpt_motion import (
+    ANY_PLACE,
+    Choices,
+    ExcerptMotion,
+    PlaceWish,
+    excerpt_motion,
+)
 from motiondb.generate.excerpt_report import (
     miscounted,
     place_probability,
@@ -44,7 +56,6 @@ from motiondb.language.translation import decoding
 from motiondb.language.vocabulary import nearest_words
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
-from motiondb.meaning.place_fitting import Written
 from motiondb.records import IntArray
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
@@ -110,7 +121,7 @@ def make_motion(
     """
     if method not in METHODS:
         raise QueryError(f"method: expected one of {', '.join(METHODS)}, found {method!r}.")
-    wanted = _understand(learned, text, rng, anyway, instead or {})
+    wanted = _understand(learned, text, rng, anyway, instead or {}, choice.wishes)
     if choice.wishes and (method != "stitched" or len(choice.wishes) != len(wanted.actions)):
         said = ", ".join(" ".join(action.words) for action in wanted.actions)
         raise QueryError(
@@ -121,7 +132,7 @@ def make_motion(
     with one_blas_thread():  # the same sums on any machine
         if method == "trajectory":
             return _from_symbols(learned, takes, wanted)
-        sources = _sources(learned, wanted, anyway)
+        sources = _sources(learned, wanted, anyway, choice.wishes)
         made_of_excerpts = excerpt_motion(learned, takes, sources, rng, choice)
         return _from_excerpts(learned, takes, wanted, sources, made_of_excerpts)
 
@@ -132,13 +143,16 @@ def _understand(
     rng: np.random.Generator,
     anyway: bool,
     instead: Mapping[str, str],
+    wishes: Sequence[PlaceWish],
 ) -> _Wanted:
-    """Read a sentence; words of speed count as known."""
+    """Read a sentence; words of speed, and of actions with a picked excerpt, count as known."""
     counts = dict.fromkeys(SPEED_NAMES, 1)
     for word, count in zip(learned.association.words, learned.association.counts):
         if count > 0:
             counts[word] = int(count)
     read = parse(text, learned.synonyms, learned.lemmas)
+    for word in _picked_words(read.tree, rng, wishes):
+        counts.setdefault(word, 1)
     question = _each_word_once(hold_to_known(read, counts))
     missing = _missing(read, counts)
     actions, decided, left = plan_sentence(question.tree, rng)
@@ -164,6 +178,17 @@ def _understand(
         judged.append(JudgedAction((word,), 0, 0, False, 0.0, reason=why))
     not_used = (*question.not_used, *left)
     return _Wanted(question, actions, verbs, tuple(judged), decided, not_used)
+
+
+def _picked_words(tree: Node, rng: np.random.Generator, wishes: Sequence[PlaceWish]) -> set[str]:
+    """The words of the actions of which an excerpt was picked: no caption needs to say them."""
+    if not any(wish.excerpt for wish in wishes):
+        return set()
+    actions, *_ = plan_sentence(tree, deepcopy(rng))  # the same draws come again
+    if len(actions) != len(wishes):
+        return set()
+    picked = [action for action, wish in zip(actions, wishes) if wish.excerpt]
+    return {word for action in picked for word in action.words}
 
 
 def _each_word_once(question: KnownQuestion) -> KnownQuestion:
@@ -206,21 +231,31 @@ def _nothing_shows(missing: Sequence[tuple[str, ...]], learned: Learned) -> str:
     )
 
 
-def _sources(learned: Learned, wanted: _Wanted, anyway: bool) -> list[ActionSources]:
-    """The captures that can show each action."""
+def _sources(
+    learned: Learned, wanted: _Wanted, anyway: bool, wishes: Sequence[PlaceWish]
+) -> list[ActionSources]:
+    """The captures that can show each action; a picked one shows it, whatever is written."""
     if not learned.has_words:
         raise QueryError(
             "generate: expected captures with words, found none. Write some down (motiondb words "
             "set) and learn again."
         )
-    written = Written(learned.captions, learned.synonyms, learned.lemmas, learned.word_numbers)
-    sources_of: dict[PlannedAction, ActionSources] = {}
+    found: dict[PlannedAction, ActionSources] = {}
     for action in dict.fromkeys(wanted.actions):
-        of = find_sources(learned, written, action, wanted.verbs)
-        if not of.sources and not anyway and not _is_from_start(learned, action):
-            raise QueryError(_no_source(action))
-        sources_of[action] = of if of.sources else all_sources(learned, of)
-    return [sources_of[action] for action in wanted.actions]
+        known = any(word in learned.word_numbers for word in action.words)
+        of = ActionSources(action, ())
+        found[action] = find_sources(learned, action, wanted.verbs) if known else of
+    chosen = []
+    for action, wish in zip(wanted.actions, wishes or [PlaceWish()] * len(wanted.actions)):
+        of = found[action]
+        if not of.sources and wish.excerpt is not None:
+            of = picked_source(learned, of, wish.excerpt[0])
+        elif not of.sources:
+            if not anyway and not _is_from_start(learned, action):
+                raise QueryError(_no_source(action))
+            of = all_sources(learned, of)
+        chosen.append(of)
+    return chosen
 
 
 def _is_from_start(learned: Learned, action: PlannedAction) -> bool:

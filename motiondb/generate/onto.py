@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from motiondb.body import body, changes, kinematics, retarget, rotation
 from motiondb.body.joint_names import joint_map
 from motiondb.generate import contact
-from motiondb.records import MOTION_FPS, Clip, FloatArray, Motion, Skeleton
+from motiondb.records import MOTION_FPS, Clip, Fit, FloatArray, Motion, Skeleton
 
 LIKE_ARMS = 1.25
 """Ratio of arm to leg, relative to the canonical body's, within which the hands are brought to
@@ -32,22 +32,6 @@ their places; beyond it they would pull arms straight or fold them."""
 _TOE_HEIGHT = 0.02  # Of a toe over the ground in a flat stance of the canonical body, metres
 _LOW, _HIGH = 0.02, 0.2  # Heights of an ankle over the ground that are believed, by the legs' scale
 _I = body.INDEX
-
-
-@dataclass(frozen=True)
-class Fit:
-    """How well a rig follows a motion; lengths in metres of the rig."""
-
-    scale: float  # Length of the rig's legs by those of the canonical body
-    foot_error: float  # Mean distance of the ankles from their places in the motion
-    most_foot_error: float
-    hand_error: float  # Mean distance of the wrists from their places
-    most_hand_error: float
-    hands: str  # "in place", or "by the arm" where the arms have other proportions
-    slip: float  # Mean ground speed of feet in contact, m/s
-    slip_of_motion: float  # The same of the motion, on the canonical body scaled to the rig
-    joints: int  # Joints of the rig
-    driven: int  # Joints that the motion turns; others follow them
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,6 +28,7 @@ from motiondb.language.translation import explanation, transition
 from motiondb.language.vocabulary import words_of
 from motiondb.language.word_vectors.word_vectors import word_vectors
 from motiondb.learn.checking import checked_words
+from motiondb.learn.described_segments import DescribedSegments, describe_segments
 from motiondb.learn.joining import join_moments
 from motiondb.learn.learned_model import LearnedModel
 from motiondb.meaning import (
@@ -356,6 +357,26 @@ class Learned(LearnedModel):
         """Evidence for words by a map that ignores places and is fitted without the take itself."""
         said = said_words(self.described, self.word_numbers)
         return {} if self.placed is None else self.placed.unplaced(said)
+
+    @cached_property
+    def listed_actions(self) -> dict[int, list[frozenset[int]]]:
+        """Recorded capture -> the actions that its captions list, each by numbers of its words."""
+        written = Written(self.captions, self.synonyms, self.lemmas, self.word_numbers)
+        listed = {
+            capture: [
+                frozenset(action)
+                for caption in self.captions.get(capture, ())
+                for action in written.actions(caption)
+            ]
+            for capture in self.rows
+            if self.captures[capture].kind == "captured"
+        }
+        return {capture: actions for capture, actions in listed.items() if actions}
+
+    @cached_property
+    def described_segments(self) -> DescribedSegments:
+        """The segments of the described captures, to be compared with one another."""
+        return describe_segments(self.described, self.word_numbers, self.rows, self.segment_rows)
 
     @cached_property
     def said_places(self) -> dict[int, FloatArray]:

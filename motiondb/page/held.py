@@ -15,7 +15,7 @@ from pathlib import Path
 
 from motiondb.answers.catalogue import DatabaseInfo
 from motiondb.database import MotionDB
-from motiondb.database.session import make_features
+from motiondb.database.loading import make_features
 from motiondb.errors import MotionDBError
 from motiondb.files.safe_files import link_target, log_of
 from motiondb.learn.drift import Drift

@@ -100,6 +100,8 @@ class AskedWords:
     names: tuple[str, ...]  # All words by number
     written_words: tuple[WrittenWord, ...] = ()
     columns: AddedColumns | None = field(default=None, repr=False)  # None where nothing is added
+    # Evidence that stands for that of the words (``said_together``); None: that of the words
+    heard: TakeEvidence | None = field(default=None, repr=False)
 
     @cached_property
     def numbers(self) -> dict[str, int]:
@@ -133,6 +135,8 @@ class AskedWords:
     @property
     def evidence(self) -> TakeEvidence:
         """Evidence of all words in all captures, from the motion, the captions and the tags."""
+        if self.heard is not None:
+            return self.heard
         return self.learned.evidence if self.columns is None else self.columns.evidence
 
     @cached_property

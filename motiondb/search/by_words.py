@@ -2,15 +2,17 @@
 
 **The captures that answer a question in words, best first, with reasons and certainty.**
 
-Answers are ranked by their log-odds (of actions in order, behind those that are more likely right
-than wrong and in which the order is seen): those of the question's words at their places
+Answers are ranked by their log-odds: those of the question's words at their places
 (:mod:`motiondb.meaning.by_question`), to which every word adds its likeness to the caption that the
-motion of the capture suggests (:mod:`motiondb.meaning.caption_map`).
+motion of the capture suggests (:mod:`motiondb.meaning.caption_map`). Where a question asks for an
+order or a direction, the first answers that are more likely right than wrong and in which both are
+seen come before the others.
 """
 
 from __future__ import annotations
 
 import heapq
+import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -28,6 +30,7 @@ from motiondb.language.question.readings import (
     plain_actions,
     readings,
     with_hints,
+    without_amounts,
 )
 from motiondb.language.question.tree import NotUsed, actions_of
 from motiondb.language.translation import decoding
@@ -50,10 +53,11 @@ from motiondb.search.chances import (
 )
 from motiondb.search.nothing_matches import NOTHING, best_strength, is_doubtful, reaches
 from motiondb.search.reasons import Explanation, explain
+from motiondb.search.said_together import without_words_apart
 from motiondb.search.takings import Taking, hints_of, say_not_understood, understand, with_notation
 
 LOOKED_AT = 10  # Answers by which it is told whether anything matches, however many are shown
-ORDERS_LOOKED_AT = 30  # The same for actions in order, which not all of them show in this order
+CHECKED = 30  # The same for orders and measured directions, which not all of them show
 MOST_DECODED = 50
 """Largest number of words that are decoded to symbols at once: 200 words need 2 GB, and
 sequences are short."""
@@ -84,8 +88,8 @@ class WordAnswer:
         ``motiondb.search.reasons.total`` is the number that ranks the match, and ``score`` its
         logistic function.
     strength : float or None
-        Nats by which the least certain action is more probable than usual for its words, in the
-        answer that shows it best, of the first 10 (of actions in order, 30).
+        Nats by which the least certain action, once, is more probable than usual for its words, in
+        the answer that shows it best, of the first 10 (of an order or a measured direction, 30).
     threshold : float or None
         Strength below which nothing in the database matches; None if it could not be learned
         (``meaning.regression``).
@@ -106,8 +110,8 @@ class WordAnswer:
         Words that name an action of the question and are not understood. The answers are for the
         rest alone; they carry no probabilities, and whether any matches is not known.
     doubtful : bool
-        Whether each of the first answers is more likely wrong than right, or some action or the
-        order is shown by none of them.
+        Whether each of the first answers is more likely wrong than right, or some action, the
+        order or a measured direction is shown by none of them.
     """
 
     matches: tuple[Match, ...]
@@ -195,15 +199,20 @@ def search_words(
         return _search_decoded(asked, undecided, words, allowed, limit)
     read, not_searched = readings(question.tree)
     verbs = verbs_in(text, learned.synonyms, learned.lemmas)
+    asked = without_words_apart(asked, read, verbs)
     is_order = features is not None and len(read) == 1 and placing.is_order(read[0])
-    n_judged = ORDERS_LOOKED_AT if is_order else LOOKED_AT
-    found = find(asked, read, allowed, max(limit, n_judged), written, verbs)
+    is_checked = is_order or (features is not None and any(map(placing.has_directions, read)))
+    n_judged = CHECKED if is_checked else LOOKED_AT
+    find_them = partial(
+        find, asked, allowed=allowed, limit=max(limit, n_judged), written=written, verbs=verbs
+    )
+    found = find_them(read)
     place = partial(_place, asked, read, written, features)
-    if is_order:
+    if is_checked:
         found = [_checked(each, place(each)) for each in found]
     judged = found[:n_judged]
     ranked = (
-        [*sorted(judged, key=_is_weak), *found[n_judged:]][:limit] if is_order else found[:limit]
+        [*sorted(judged, key=_is_weak), *found[n_judged:]][:limit] if is_checked else found[:limit]
     )
     matches = tuple(
         _match(
@@ -211,6 +220,8 @@ def search_words(
         )
         for rank, each in enumerate(ranked, start=1)
     )
+    once = tuple(map(without_amounts, read))  # how often and how long was never measured
+    shown = judged if once == tuple(read) else find_them(once)[:n_judged]
     sure = learned.word_certainty
     unchecked = why_unchecked(asked, sorted(set().union(*map(words_of_reading, read))))
     known = sure is not None and not np.isnan(sure.threshold) and not unchecked
@@ -221,9 +232,9 @@ def search_words(
         actions,
         (*question.not_used, *not_searched),
         reasons=tuple(each.why for each in ranked),
-        strength=best_strength(asked, judged, threshold),
+        strength=best_strength(asked, shown, threshold),
         doubtful=is_doubtful([each.sure for each in judged])
-        or (is_order and known and all(map(_is_weak, judged))),
+        or (is_checked and all(map(_is_weak if known else _goes_elsewhere, judged))),
         suggests=tuple(partial(learned.captions_like, each.capture) for each in ranked),
         threshold=threshold,
         vocabulary=asked.names,
@@ -234,21 +245,26 @@ def search_words(
 
 
 def _checked(answer: Found, placed: placing.Placed) -> Found:
-    """An answer with its places; without a probability where its order is not seen.
+    """An answer with its places; without a probability where order or direction are not seen.
 
     How often such an answer is right was not measured.
     """
-    if placed.in_order is not False:
+    if placed.in_order is not False and not placed.not_gone:
         return replace(answer, placed=placed)
     return replace(answer, placed=placed, sure=replace(answer.sure, whole=None))
 
 
 def _is_weak(answer: Found) -> bool:
-    """Whether an answer to an order is more likely wrong than right, or its order is not seen."""
-    if answer.placed is None or answer.placed.in_order is False:
+    """Whether an answer is more likely wrong than right, or its order or direction is not seen."""
+    if answer.placed is None or answer.placed.in_order is False or answer.placed.not_gone:
         return True
     whole = answer.sure.whole
     return reasons.total(answer.why) < 0.0 if whole is None else whole < placing.LIKELY
+
+
+def _goes_elsewhere(answer: Found) -> bool:
+    """Whether an answer does not go in a direction that is asked for, as measured."""
+    return answer.placed is not None and bool(answer.placed.not_gone)
 
 
 def _place(
@@ -265,6 +281,8 @@ def _place(
     if features is None:
         return placing.sure_of_whole(placing.Placed(places), length)
     placed = placing.refine_places(asked, capture, reading, places, features, written)
+    if placing.has_directions(reading):
+        placed = placing.measure_directions(asked, capture, reading, placed, features, written)
     return placing.sure_of_whole(placed, length)
 
 
@@ -300,12 +318,14 @@ def _match(
         _matched(asked, answer.capture, takes[answer.capture], words),
         "; ".join(map(_say_part, parts))
         + ("; not seen in this order" if placed.in_order is False else "")
+        + "".join(f"; measured: not {direction}" for direction in placed.not_gone)
         + mark_generated(learned, answer.capture, "; "),
         answer.sure.whole,
         placing.interval_probability(answer.sure.whole, places, reading),
         "unknown" if any(place.unknown for place in places) else "known",
         parts,
         placed.in_order,
+        placed.not_gone,
     )
 
 
@@ -325,17 +345,19 @@ def unquote(text: str) -> str:
 def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswer:
     """An answer with replaced words, with a correspondingly lower certainty.
 
-    The probability of every match is multiplied by that of every taking.
+    The probability of every match is multiplied by that of every taking, the probability of a part
+    by those of the takings in its words.
     """
     if not takings:
         return answer
     taken = {word: taking for word, taking in takings.items() if taking.heard}
-    share = float(np.prod([each.probability for each in taken.values() if each.is_taken]))
+    shares = {word: each.probability for word, each in taken.items() if each.is_taken}
     matches = tuple(
         match
         if match.probability is None
         else _less_certain(
-            replace(match, parts=tuple(_less_certain(part, share) for part in match.parts)), share
+            replace(match, parts=tuple(_with_shares(part, shares) for part in match.parts)),
+            math.prod(shares.values()),
         )
         for match in answer.matches
     )
@@ -350,6 +372,12 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
         taken=taken,
         suggested=suggested,
     )
+
+
+def _with_shares(part: MatchPart, shares: Mapping[str, float]) -> MatchPart:
+    """A part, less certain by the shares of the replaced words that it asks for."""
+    words = part.words.split()
+    return _less_certain(part, math.prod(shares.get(word, 1.0) for word in words))
 
 
 _Certain = TypeVar("_Certain", Match, MatchPart)

@@ -25,7 +25,7 @@ from functools import lru_cache
 import numpy as np
 
 from motiondb.body import body, features, retarget, rotation
-from motiondb.records import Float32Array, IntArray, Motion, Relation
+from motiondb.records import DuplicateGroup, Float32Array, IntArray, Motion, Relation
 from motiondb.search.copy_outlines import (
     Keys,
     Outlines,
@@ -192,15 +192,6 @@ def _distance(take: Float32Array, offset: int, poses: Float32Array) -> float:
 def _keys(n_frames: int) -> IntArray:
     """Numbers of the key frames of a query: array (keys,)."""
     return np.linspace(0, n_frames - 1 - SLACK, KEY_FRAMES).round().astype(np.int64)
-
-
-@dataclass(frozen=True)
-class DuplicateGroup:
-    """Captures that repeat one another."""
-
-    # Names: first the one to keep, then the others in the order in which they were added
-    captures: tuple[str, ...]
-    relations: tuple[Relation, ...]
 
 
 def group_duplicates(

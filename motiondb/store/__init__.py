@@ -140,6 +140,7 @@ from motiondb.store.learned import (
     learning_is_current,
     learning_mark,
     load_association,
+    load_learned_captures,
     load_learning,
     load_learning_size,
     load_parameters,

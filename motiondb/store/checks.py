@@ -8,7 +8,7 @@ The rules are those that constraints of the tables cannot express (see the head 
 A run that was killed is not a fault, unless derived rows refer to it.
 
 DuckDB may crash on a file that is damaged in a way it does not expect: to check a file,
-:func:`motiondb.database.checking.check_file` runs this in another process.
+:func:`motiondb.database.check_process.check_file` runs this in another process.
 """
 
 from __future__ import annotations
@@ -22,12 +22,11 @@ import numpy as np
 
 from motiondb.errors import MotionDBError, StoreError
 from motiondb.files.safe_files import log_of
-from motiondb.store.catalogue.captures import POSE_SIZE, unflatten_motion
+from motiondb.store.catalogue.captures import load_poses, unflatten_motion
 from motiondb.store.catalogue.sources import load_source
 from motiondb.store.connection.faults import damage_sentence
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.migrations import present_schema
-from motiondb.store.connection.statements import from_rows
 from motiondb.store.connection.transactions import read_meta
 from motiondb.store.grammars import TABLES as GRAMMAR_TABLES
 from motiondb.store.learned import TABLES as LEARNED_TABLES
@@ -56,11 +55,10 @@ _UNIT_LENGTH = 1e-3  # By which the length of a quaternion may differ from 1; fl
 _RULES = (
     # rule, query for the offenders (one text column)
     (
-        "expected as many motion frames as its row says, numbered from 0",
-        """SELECT c.name FROM capture c LEFT JOIN (SELECT capture_id, count(*) AS n, min(frame) AS
-           low, max(frame) AS high, count(DISTINCT frame) AS d FROM motion_frame GROUP BY ALL) f
-           USING (capture_id) WHERE coalesce(n, 0) <> motion_frames
-           OR (n > 0 AND (low <> 0 OR high <> n - 1 OR d <> n))""",
+        "expected one motion of as many frames as its row says",
+        """SELECT c.name FROM capture c LEFT JOIN (SELECT capture_id, count(*) AS n,
+           max(n_frames) AS length FROM motion GROUP BY ALL) m USING (capture_id)
+           WHERE coalesce(n, 0) <> 1 OR length <> motion_frames""",
     ),
     (
         "expected events within its motion",
@@ -191,7 +189,7 @@ _REFERENCES = (
     ("capture_tag", "capture_id", "capture", "capture_id"),
     ("caption", "capture_id", "capture", "capture_id"),
     ("event", "capture_id", "capture", "capture_id"),
-    ("motion_frame", "capture_id", "capture", "capture_id"),
+    ("motion", "capture_id", "capture", "capture_id"),
     ("relation", "capture_id", "capture", "capture_id"),
     ("relation", "other_id", "capture", "capture_id"),
     ("generated_source", "capture_id", "capture", "capture_id"),
@@ -215,7 +213,7 @@ _REFERENCES = (
 _FINISHED = "SELECT run_id FROM run WHERE finished IS NOT NULL"
 
 
-_LARGE = ("motion_frame", "segment_score", "segment_movement", "frame_source")
+_LARGE = ("segment_score", "segment_movement", "frame_source")
 """Tables with a row a frame or an array a segment, which a quick check does not read."""
 
 
@@ -419,10 +417,11 @@ def _bad_poses(store: Store) -> list[str]:
         "SELECT capture_id, name FROM capture ORDER BY 1"
     ).fetchall()
     for number, name in captures:
-        query = "SELECT pose FROM motion_frame WHERE capture_id = ? ORDER BY frame"
-        poses = from_rows(
-            store.connection.arrays(query, [number])["pose"], (POSE_SIZE,), np.float32
-        )
+        try:
+            poses = load_poses(store, number)
+        except StoreError as error:
+            faults.append(f"{name}: {error}")
+            continue
         lengths = np.linalg.norm(unflatten_motion(poses).local_rotations, axis=2)
         good = np.isfinite(poses).all(axis=1) & (np.abs(lengths - 1) < _UNIT_LENGTH).all(axis=1)
         if not good.all():

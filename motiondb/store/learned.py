@@ -170,6 +170,12 @@ def load_segments(store: Store, *, scores: bool = True) -> SegmentTable:
     )
 
 
+def load_learned_captures(store: Store) -> set[int]:
+    """Numbers of the captures that have segments: those that questions search."""
+    rows = store.connection.arrays("SELECT DISTINCT capture_id FROM segment")
+    return set(rows["capture_id"].tolist())
+
+
 def load_space(store: Store) -> SymbolSpace:
     """Load the symbol space."""
     size, connection = load_learning_size(store), store.connection

@@ -32,7 +32,7 @@ from motiondb.store.catalogue.annotations import (
     save_relations,
     save_synonyms,
 )
-from motiondb.store.catalogue.captures import POSE_SIZE, unflatten_motion
+from motiondb.store.catalogue.captures import load_poses, unflatten_motion
 from motiondb.store.catalogue.generated import Provenance, load_provenance
 from motiondb.store.catalogue.runs import load_runs
 from motiondb.store.catalogue.sources import Source, unpack_source
@@ -40,7 +40,6 @@ from motiondb.store.catalogue.where import COLUMNS
 from motiondb.store.connection.faults import is_damage
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.opening import connect
-from motiondb.store.connection.statements import from_rows
 from motiondb.store.connection.transactions import transaction
 from motiondb.store.grammars import (
     load_derivation,
@@ -187,11 +186,9 @@ def _read_source(store: Store, key: str, value: object) -> Source:
 
 
 def _read_motion(store: Store, row: dict[str, Any], lost_columns: Sequence[str]) -> Motion:
-    query = "SELECT frame, pose FROM motion_frame WHERE capture_id = ? ORDER BY frame"
-    rows = store.connection.arrays(query, [row["capture_id"]])
-    poses = from_rows(rows["pose"], (POSE_SIZE,), np.float32)
+    poses = load_poses(store, row["capture_id"])
     whole = len(poses) if "motion_frames" in lost_columns else row["motion_frames"]
-    if len(poses) != whole or rows["frame"].tolist() != list(range(len(poses))) or not len(poses):
+    if len(poses) != whole or not len(poses):
         raise ValueError("frames are missing")
     if not np.isfinite(poses).all():
         raise ValueError("poses are not finite")

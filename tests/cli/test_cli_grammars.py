@@ -127,6 +127,27 @@ def test_what_cannot_be_done_is_told(
         assert db.grammars.names() == ["fight"]
 
 
+def test_rules_are_edited_a_terminal_is_renamed_and_both_are_undone(
+    command: Any, copy: Path, tmp_path: Path
+) -> None:
+    before = command("grammar", "rules", "fight", "--db", copy).out
+    first = before.split("-> ")[1].split()[0]
+    renamed = command("grammar", "rename", "fight", first, "step", "--db", copy)
+    assert renamed.out == f"{first} of fight is now step\n"
+    edited = tmp_path / "rules.txt"
+    edited.write_text(command("grammar", "rules", "fight", "--db", copy).out)
+    told = command("grammar", "rules", "fight", edited, "--db", copy).out
+    assert told == "fight has these rules already\n"
+    edited.write_text("S -> step")
+    assert command("grammar", "rules", "fight", edited, "--db", copy).code == 2
+    undone = answer(command("grammar", "undo", "fight", "--json", "--db", copy))
+    said = {"grammar": "fight", "no_longer_editable": [], "undone": f"name of {first}"}
+    assert undone == said
+    assert command("grammar", "rules", "fight", "--db", copy).out == before
+    missing = command("grammar", "rules", "fight", tmp_path / "none.txt", "--db", copy)
+    assert missing.code == 1
+
+
 def test_suggest_lists_what_may_come_next_and_leads_to_a_goal(command: Any, taught: Path) -> None:
     string = string_of(command, taught)
     words = ("grammar", "suggest", "fight", " ".join(string), "--db", taught)

@@ -13,6 +13,8 @@ from typing import Any
 import pytest
 
 import motiondb
+from motiondb.cli import printing
+from motiondb.cli.main import app
 
 PROGRAM = [sys.executable, "-c", "from motiondb.cli.main import main; main()"]
 
@@ -119,10 +121,48 @@ def test_outputs_are_refused_before_the_work(command: Any, learned_file: Path) -
 def test_memory_that_runs_out_is_told(
     command: Any, monkeypatch: pytest.MonkeyPatch, fault: Exception
 ) -> None:
-    def run_out() -> None:
+    def run_out(_app: object) -> None:
         raise fault
 
-    monkeypatch.setattr("motiondb.cli.main.app", run_out)
+    monkeypatch.setattr("typer.Typer.__call__", run_out)
     ended = command("list")
     assert (ended.code, ended.out, ended.err.count("\n")) == (1, "", 1)
     assert "memory: expected enough for this command, found that it ran out." in ended.err
+
+
+@pytest.mark.parametrize("words", [["list"], ["info"], ["check", "--quick"]])
+def test_a_look_at_the_catalogue_loads_no_science(learned_file: Path, words: list[str]) -> None:
+    code = (
+        "import atexit, sys\n"
+        "atexit.register(lambda: print(*sys.modules, file=sys.stderr))\n"
+        f"sys.argv = ['motiondb', *{words!r}, '--db', {str(learned_file)!r}]\n"
+        "from motiondb.cli.main import main\n"
+        "main()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = {name.split(".")[0] for name in done.stderr.split()}
+    assert "motiondb" in loaded
+    assert not loaded & {"scipy", "sklearn", "numba", "rich", "matplotlib", "pandas"}
+
+
+def test_a_command_is_run_by_an_app_that_has_it_alone() -> None:
+    alone = app.only("scene")
+    assert [group.name for group in alone.registered_groups] == ["scene"]
+    assert not alone.registered_commands
+    assert [c.callback.__name__ for c in app.only("list").registered_commands] == ["list_captures"]
+    assert app.only("lists") is app.only("--help") is app
+
+
+def test_a_table_is_as_wide_as_its_cells_and_folded_where_that_is_too_wide(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    printing.print_table("", ["name", "duration"], [["a\x1b", "1.00"], ["歩く", "12.50"]])
+    assert capsys.readouterr().out.splitlines() == [
+        "name   duration",
+        "a\\x1b      1.00",
+        "歩く      12.50",
+    ]
+    printing.print_table("title", ["name", "note"], [["walk", "x" * 200]])
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) == 160
+    assert len(lines) == 4

@@ -145,6 +145,12 @@ def test_actions_come_from_the_places_that_were_asked_for(db: MotionDB) -> None:
     walk = motiondb.ActionPlace(capture="boris/walk_1", start=0.0, end=2.5)
     not_kicked, _ = db.generate("kick, then walk", places=[walk, motiondb.ActionPlace()]).shown
     assert not_kicked.shown is not True  # judged by its motion, whoever picked it
+    for words in ("walk, then cartwheel", "cartwheel, then walk", "walk, then kick while clapping"):
+        at = motiondb.ActionPlace(), picked
+        unsaid = db.generate(words, places=at if words.startswith("walk") else at[::-1])
+        strange = next(one for one in unsaid.shown if one.words != ("walk",))
+        assert strange.shown is None  # no caption says it, so nothing can confirm it
+        assert strange.done == ("fatou/kick_1 0.2-1.6 s", "the excerpt that was picked")
     with pytest.raises(QueryError, match="expected one for each of 1 stitched actions"):
         db.generate("walk", places=[motiondb.ActionPlace()] * 2)
     with pytest.raises(QueryError, match=r"at least 0\.5 s within 0 to"):

@@ -9,12 +9,12 @@ from motiondb.generate.competing_words import (
     MOST_RIVALRY,
     NEIGHBOURS,
     SMALL,
-    DescribedSegments,
-    neighbour_gain,
+    neighbour_gains,
     related_words,
     rival_gain,
 )
 from motiondb.generate.symbol_motion import log_clarity, symbol_clarity
+from motiondb.learn.described_segments import DescribedSegments
 
 
 def test_clarity_of_a_stretch_is_the_mean_over_its_frames() -> None:
@@ -53,7 +53,7 @@ def test_without_other_captures_nothing_is_gained() -> None:
     nobody = DescribedSegments(
         np.zeros((0, 2)), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros((0, 3))
     )
-    assert neighbour_gain(nobody, 1, np.ones((4, 2)), [SIT]).tolist() == [0.0] * 4
+    assert neighbour_gains(nobody, {1: np.ones((4, 2))}, [SIT])[1].tolist() == [0.0] * 4
 
 
 def test_the_gain_beside_a_slow_twin() -> None:
@@ -65,7 +65,7 @@ def test_the_gain_beside_a_slow_twin() -> None:
     says = (rng.random((30, 8)) < 0.2).astype(float)
     others = DescribedSegments(vectors, firsts, np.arange(30), says)
     asked, queries = [2, 5], rng.normal(size=(7, 6))
-    gain = neighbour_gain(others, 3, queries, asked)
+    gain = neighbour_gains(others, {3: queries}, asked)[3]
     rivals = [w for w in range(8) if w not in related_words(says, asked)]
     for query, value in zip(queries, gain):
         alike = []

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 import motiondb
-from motiondb.database.session import make_features
+from motiondb.database.loading import make_features
 from motiondb.page.held import HeldDatabase
 from motiondb.records import Motion
 

@@ -322,15 +322,28 @@ def test_captures_are_browsed_as_previews_and_changed_together(serve_copy, new_p
     row = _row(page, "ana/jump_1")
     row.get_by_text("CC-BY-4.0").wait_for()
     row.get_by_role("checkbox").click()
+    _row(page, "ana/bow_1").get_by_role("checkbox").click()
     bar.get_by_role("button", name="Rename…").click()
-    page.get_by_label("The new name of ana/jump_1").fill("ana/leap_1")
+    assert page.get_by_label("Names like").input_value() == "ana/*"
+    page.get_by_label("Names like").fill("ana/*_1")
+    page.get_by_label("become").fill("ana/my_*_1")
+    page.get_by_text("ana/jump_1 → ana/my_jump_1; ana/bow_1 → ana/my_bow_1").wait_for()
     page.get_by_role("dialog").get_by_role("button", name="Rename", exact=True).click()
+    page.get_by_text("Name of 2 captures.").wait_for()
     held = []
     page.route("**/api/describe?*", lambda route: held.append(route))
-    _row(page, "ana/leap_1").get_by_text("ana/leap_1").click()
-    page.get_by_role("button", name="Download as npz").wait_for()  # before the description
+    page.route("**/api/capture?*", lambda route: held.append(route))
+    _row(page, "ana/my_bow_1").get_by_text("ana/my_bow_1").click()
+    page.get_by_role("button", name="Download as BVH").wait_for()  # before anything is known of it
+    page.unroute("**/api/capture?*")
+    held.pop().continue_()
     page.locator(".details .lane-captions .block").first.wait_for()
     wait_for(page, "() => document.querySelector('.lane-words') === null")
     for route in held:
         route.continue_()
     page.locator(".details .lane-words .block").first.wait_for()
+    drag_on(page, ".details .timeline-area", 0.3, 0.6)
+    page.get_by_text("Download this part").click()
+    with page.expect_download() as download:  # every format also of a part
+        page.get_by_role("button", name="Download as CSV").first.click()
+    assert download.value.suggested_filename.endswith(".csv")

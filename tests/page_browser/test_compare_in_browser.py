@@ -22,6 +22,9 @@ def test_answers_and_a_dragged_part_are_compared_and_the_address_says_where(aske
     page.get_by_label("Figures", exact=True).select_option("one")
     wait_for(page, "() => location.hash.includes('ground=one')")
     wait_for(page, f"beside => {name} !== beside", beside)
+    page.get_by_label("Same moment").select_option("poses")  # time is stretched
+    wait_for(page, "() => location.hash.includes('at=poses')")
+    page.locator(".lane li[title*='times its speed'], .lane [title*='times its speed']").wait_for()
     page.get_by_label("Time", exact=True).fill("0.5")
     wait_for(page, "() => location.hash.includes('time=0.50')")
     page.reload()

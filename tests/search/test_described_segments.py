@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import motiondb
-from motiondb.database.session import nearby_table
+from motiondb.database.loading import nearby_table
 from motiondb.learn.learned import Learned
 from motiondb.meaning.score_vectors import interval_vectors
 from motiondb.meaning.word_evidence import WINDOW_MARGIN

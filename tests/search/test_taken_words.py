@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import motiondb
-from motiondb.database.session import nearby_table
+from motiondb.database.loading import nearby_table
 from motiondb.errors import QueryError
 from motiondb.search.asked_words import learned_words, with_replaced
 from motiondb.search.takings import Taking, unknown_words, with_likeliest

@@ -8,12 +8,18 @@ from pathlib import Path
 from types import ModuleType
 
 import duckdb
+import numpy as np
 import pytest
 
 from motiondb import store
 from motiondb.errors import StoreError
 from motiondb.store import DamagedFileError, grammars, learned, scenes
 from motiondb.store.connection.migrations import present_schema
+from motiondb.store.poses import POSE_SIZE, pack_poses
+
+POSES = np.full((12, POSE_SIZE), 0.5, dtype=np.float32)
+POSES[5] = 2.0  # Quaternions of length 4
+LONG = pack_poses(POSES)
 
 
 @pytest.fixture(scope="module")
@@ -36,18 +42,23 @@ def filled(tmp_path: Path, whole_file: Path) -> Iterator[store.Store]:
     ("damage", "sentence"),
     [
         (
-            "DELETE FROM motion_frame WHERE capture_id = 1 AND frame = 3",
-            "a: expected as many motion frames as its row says, numbered from 0, found others.",
+            "UPDATE motion SET n_frames = n_frames - 1 WHERE capture_id = 1",
+            "a: expected one motion of as many frames as its row says, found others.",
         ),
         (
-            "DELETE FROM motion_frame WHERE capture_id = 2",
-            "bb: expected as many motion frames as its row says, numbered from 0, found others.",
+            "DELETE FROM motion WHERE capture_id = 2",
+            "bb: expected one motion of as many frames as its row says, found others.",
         ),
         (
-            "UPDATE motion_frame SET pose = array_value("
-            + ", ".join(["2.0"] * 87)
-            + ")::FLOAT[87] WHERE capture_id = 2 AND frame = 5",
+            f"UPDATE motion SET poses = from_hex('{LONG.hex()}') WHERE capture_id = 2",
             "bb: expected finite positions and quaternions of length 1, found others in frame 5.",
+        ),
+        (
+            "UPDATE motion SET poses = 'walk'::BLOB WHERE capture_id = 2",
+            "bb: {path}: expected tables that can be read, found: a motion (capture 2) that "
+            "cannot be unpacked (Error -3 while decompressing data: incorrect header check). The "
+            "file is damaged: restore a copy, or save what is readable: "
+            "motiondb rescue {path} -o NEW.duckdb.",
         ),
         (
             "DELETE FROM source WHERE file_name = 'a.bvh'",
@@ -103,7 +114,7 @@ def filled(tmp_path: Path, whole_file: Path) -> Iterator[store.Store]:
 )
 def test_damage_is_told(filled: store.Store, damage: str, sentence: str) -> None:
     filled.connection.execute(damage)
-    assert sentence in store.check_store(filled)
+    assert sentence.replace("{path}", str(filled.path)) in store.check_store(filled)
 
 
 @pytest.mark.parametrize(
@@ -112,7 +123,7 @@ def test_damage_is_told(filled: store.Store, damage: str, sentence: str) -> None
         ("DELETE FROM source WHERE file_name = 'a.bvh'", True),
         ("UPDATE segment SET symbol_id = 77 WHERE ordinal = 0", True),
         ("DROP TABLE event", True),
-        ("DELETE FROM motion_frame WHERE capture_id = 2", False),
+        ("DELETE FROM motion WHERE capture_id = 2", True),
     ],
 )
 def test_a_quick_check_leaves_out_large_tables(
@@ -131,7 +142,7 @@ def test_a_killed_run_is_no_fault(filled: store.Store) -> None:
 
 def test_a_damaged_block_is_told(filled: store.Store) -> None:
     pose_blocks = filled.connection.execute(
-        "SELECT block_id FROM pragma_storage_info('motion_frame') WHERE column_name = 'pose'"
+        "SELECT block_id FROM pragma_storage_info('motion') WHERE column_name = 'poses'"
     ).fetchall()
     filled.close()
     damage_block(filled.path, max(block for (block,) in pose_blocks))

@@ -67,7 +67,7 @@ def damaged(path: Path, table: str, column: str, target: Path) -> Path:
 
 
 def test_lost_motions_are_read_from_the_files_again(small: Path, tmp_path: Path) -> None:
-    bad = damaged(small, "motion_frame", "pose", tmp_path / "bad.duckdb")
+    bad = damaged(small, "motion", "poses", tmp_path / "bad.duckdb")
     report = rescue(bad, tmp_path / "new.duckdb")
     assert report.captures == ("bow_1", "jump_1", "walk_1", "made")
     assert report.lost == ()
@@ -175,7 +175,7 @@ def test_a_damaged_log_is_left_out(small: Path, tmp_path: Path) -> None:
 
 
 def test_the_command_tells_what_was_saved(small: Path, tmp_path: Path) -> None:
-    bad = damaged(small, "motion_frame", "pose", tmp_path / "bad.duckdb")
+    bad = damaged(small, "motion", "poses", tmp_path / "bad.duckdb")
     new = tmp_path / "new.duckdb"
     ended = CliRunner().invoke(app, ["rescue", str(bad), "-o", str(new)])
     assert ended.exit_code == 0

@@ -11,15 +11,18 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from motiondb import store
+from motiondb.answers.catalogue import DatabaseInfo
 from motiondb.errors import QueryError, suggestion
 from motiondb.records import Caption, CaptureInfo
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session
 
+PAYS, LEAST_UNUSED = 0.25, 10_000_000
+"""Share of the file and bytes that are unused from which on compacting pays. Chosen by hand."""
 MOST_VALUES = 50
 """Different values of a tag up to which it is counted by value. Chosen by hand: longer lists are
 names or numbers, which are not useful as a filter."""
@@ -105,9 +108,7 @@ def _load_rows(session: Session) -> list[BrowsedCapture]:
     copies: Counter[str] = Counter()
     for relation in store.load_relations(opened):
         copies.update((relation.capture, relation.other))
-    learned: set[int] = set()
-    if store.is_learned(opened):
-        learned = set(store.load_segments(opened, scores=False).capture_ids.tolist())
+    learned = store.load_learned_captures(opened)
     return [
         BrowsedCapture(
             info,
@@ -188,3 +189,52 @@ def _natural(value: object) -> tuple[object, ...]:
 
 
 _RUNS = re.compile("[0-9]+|[^0-9]+")  # Numbers, and what stands between them
+
+
+def database_info(session: Session) -> DatabaseInfo:
+    """What is in the database: numbers of captures, grammars, symbols and words."""
+    opened = session.store
+    captures = store.load_captures(opened)
+    learned: dict[str, Any] = {"learned": store.is_learned(opened)}
+    if learned["learned"]:
+        size = store.load_learning_size(opened)
+        learned |= {
+            "symbols": size.n_symbols,
+            "clusters": size.n_clusters,
+            "words": size.n_words,
+            "current": store.learning_is_current(opened),
+            "not_yet_learned": len(unlearned_captures(session)),
+        }
+        if store.has_parameter(opened, "started"):
+            from motiondb.database.learn.start import start_facts
+
+            learned["start"] = start_facts(session)
+    n_bytes, unused = opened.path.stat().st_size, store.unused_bytes(opened)
+    return DatabaseInfo(
+        database=str(opened.path),
+        bytes=n_bytes,
+        captures=len(captures),
+        generated=sum(c.kind == "generated" for c in captures),
+        seconds=round(sum(c.duration for c in captures), 2),
+        performers=len({c.tags["performer"] for c in captures if "performer" in c.tags}),
+        captures_with_words=len(store.load_captions(opened)),
+        copies=len(store.load_relations(opened)),
+        grammars=len(store.load_grammar_names(opened)),
+        cache_bytes=store.cache_bytes(opened),
+        unused_bytes=unused,
+        removed=len(store.load_trash(opened)),
+        compact_pays=unused >= max(PAYS * n_bytes, LEAST_UNUSED),
+        faulty_files=len(store.load_faulty(opened)),
+        **learned,
+    )
+
+
+def unlearned_captures(session: Session) -> list[str]:
+    """Names of captured captures that no question searches: added and not counted."""
+
+    def load() -> list[str]:
+        learned = store.load_learned_captures(session.store)
+        infos = store.load_captures(session.store)
+        return [i.name for i in infos if i.kind == "captured" and i.capture_id not in learned]
+
+    return list(session.kept("unlearned", load))

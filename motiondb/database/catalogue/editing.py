@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from motiondb import store
 from motiondb.answers.catalogue import CaptionVersion, Undone
@@ -13,14 +13,25 @@ from motiondb.records import Caption, CaptureInfo
 from motiondb.store import CAPTION, COLUMNS
 
 FOLDER = "/"  # How the name of a folder of captures ends
+ANY = "*"  # In a pattern of names: any letters
 
 
-def rename(opened: store.Store, old: str, new: str) -> dict[str, str]:
-    """Give a capture, or all captures of a folder, another name; old names with new ones."""
+def rename(
+    opened: store.Store, old: str, new: str, among: Iterable[str] | None = None
+) -> dict[str, str]:
+    """Give captures another name; return old names with new ones.
+
+    `old`: A name, a folder, or a pattern with one ``*``. `among`: None means all captures.
+    """
     with store.transaction(opened):
         everyone = {info.name: info for info in store.load_captures(opened)}
-        if old.endswith(FOLDER):
+        if among is not None:
+            chosen = [store.load_capture(opened, name).name for name in among]
+            renamed = _names_by_pattern(chosen, old, new)
+        elif old.endswith(FOLDER):
             renamed = _folder_names(everyone, old, new)
+        elif ANY in old and old not in everyone:
+            renamed = _names_by_pattern(everyone, old, new)
         else:
             renamed = {store.load_capture(opened, old).name: new}
         for name in renamed.values():
@@ -48,7 +59,6 @@ def _folder_names(everyone: Mapping[str, CaptureInfo], old: str, new: str) -> di
             f"{new!r}: expected a folder, as {old!r} is one, found no {FOLDER!r} at its end. "
             f"Give {new + FOLDER!r}."
         )
-    old = old.removeprefix(FOLDER)  # "/" stands for all captures
     names = [name for name in everyone if name.startswith(old)]
     if not names:
         folders = {n[: n.rindex(FOLDER) + 1] for n in everyone if FOLDER in n}
@@ -57,6 +67,26 @@ def _folder_names(everyone: Mapping[str, CaptureInfo], old: str, new: str) -> di
             f"{suggestion(old, folders)}"
         )
     return {name: new + name.removeprefix(old) for name in names}
+
+
+def _names_by_pattern(names: Iterable[str], old: str, new: str) -> dict[str, str]:
+    """The names that fit a pattern, with what the other pattern makes of them."""
+    for pattern in (old, new):
+        if pattern.count(ANY) != 1:
+            raise QueryError(
+                f"{pattern!r}: expected a pattern with one {ANY!r}, which stands for any letters,"
+                f" found {pattern.count(ANY)}. Nothing was renamed."
+            )
+    (before, after), (head, tail) = old.split(ANY), new.split(ANY)
+    least = len(before) + len(after)
+    fitting = [
+        name
+        for name in names
+        if name.startswith(before) and name.endswith(after) and len(name) >= least
+    ]
+    if not fitting:
+        raise QueryError(f"{old!r}: expected a pattern of names, found no capture that fits.")
+    return {name: head + name[len(before) : len(name) - len(after)] + tail for name in fitting}
 
 
 def set_tags(

@@ -5,6 +5,7 @@ The changes are the same for captures, generated and joined motion. Each says wh
 
 from __future__ import annotations
 
+import importlib.util
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -19,7 +20,7 @@ from motiondb.body import body, changes, retarget
 from motiondb.body.joint_names import joint_map
 from motiondb.body.joint_proposals import map_text
 from motiondb.database.catalogue.parts import check_motion_file, write_bytes, write_clip
-from motiondb.errors import QueryError, SkeletonError
+from motiondb.errors import CaptureError, QueryError, SkeletonError
 from motiondb.files.arrays import ARRAY_ENDINGS, write_arrays
 from motiondb.files.gltf_writer import add_copyright
 from motiondb.files.limits import MAX_FPS, MIN_FPS
@@ -29,8 +30,8 @@ from motiondb.files.units import UNITS
 from motiondb.generate.contact import find_contacts
 from motiondb.generate.loops import Loop, looped
 from motiondb.generate.material import SequenceMotion
-from motiondb.generate.onto import Fit, at_rest, onto
-from motiondb.records import MOTION_FPS, BoolArray, CaptureInfo, Clip, Motion
+from motiondb.generate.onto import at_rest, onto
+from motiondb.records import MOTION_FPS, BoolArray, CaptureInfo, Clip, Fit, Motion
 
 GLTF = (".glb", ".gltf")
 FIXED_UNITS = MappingProxyType(
@@ -122,6 +123,25 @@ def check_changes(asked: MotionChanges, path: Path) -> None:
         )
     if path.suffix.lower() not in ARRAY_ENDINGS:
         check_motion_file(path, ARRAY_ENDINGS)
+
+
+def formats_here() -> tuple[str, ...]:
+    """The formats that can be written on this computer, as endings without the dot.
+
+    FBX needs Blender, USD and Parquet need packages.
+    """
+    needed = {".parquet": importlib.util.find_spec("pyarrow") is not None}
+
+    def can(ending: str) -> bool:
+        try:
+            if ending not in ARRAY_ENDINGS:
+                check_motion_file(Path(f"motion{ending}"))
+        except CaptureError:
+            return False
+        return needed.get(ending, True)
+
+    endings = (".bvh", ".glb", ".fbx", ".usd", *ARRAY_ENDINGS)
+    return tuple(ending[1:] for ending in endings if can(ending))
 
 
 @dataclass(frozen=True, eq=False)

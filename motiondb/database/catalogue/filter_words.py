@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from motiondb import store
-from motiondb.database.session import nearby_table
+from motiondb.database.loading import nearby_table
 from motiondb.language.vocabulary import forms_of, lemma
 from motiondb.records import CaptureInfo
 from motiondb.search.takings import TAKEN, Taking, take_word

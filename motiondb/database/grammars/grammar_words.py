@@ -40,7 +40,7 @@ from motiondb.database.grammars.grammar_sequences import (
     play,
 )
 from motiondb.database.learned_grammar import LearnedGrammar
-from motiondb.database.session import nearby_table
+from motiondb.database.loading import nearby_table
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar.derivation.complete import Completions, complete, sample_completion
 from motiondb.grammar.derivation.pattern import ANY, GAP, Pattern, PatternSymbol, read_pattern

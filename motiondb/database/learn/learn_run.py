@@ -1,4 +1,4 @@
-"""``learn`` and ``drift``: load the captures, compute, save all results or none."""
+"""``learn``: load the captures, compute, save all results or none."""
 
 from __future__ import annotations
 
@@ -8,11 +8,9 @@ from pathlib import Path
 from motiondb import store
 from motiondb.database.arguments import seeded
 from motiondb.database.learn.start import find_start
-from motiondb.database.session import load_features
+from motiondb.database.loading import load_features
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.learn import name_order
-from motiondb.learn.codec import from_values
-from motiondb.learn.drift import Drift, DriftBaseline, count_word_use, measure_drift
 from motiondb.learn.fitting import fit_model
 from motiondb.learn.knowledge import Knowledge, begin
 from motiondb.learn.learned import performers_of
@@ -118,23 +116,3 @@ def _load_catalogue(opened: store.Store, where: str) -> TaughtWords:
 def _same(first: TaughtWords, second: TaughtWords) -> bool:
     """Whether the same would be learned from both; motions never change."""
     return vars(first) == vars(second)
-
-
-def measure(opened: store.Store) -> Drift | None:
-    """The drift since the database learned; None if it has not."""
-    with store.reading(opened):
-        if not store.is_learned(opened):
-            return None
-        values = store.load_parameters(opened, "drift_baseline", "lemmas")
-        baseline = from_values(DriftBaseline, values, "drift_baseline")
-        lemmas = from_values(dict[str, str], values, "lemmas")
-        captured = {i.capture_id for i in store.load_captures(opened) if i.kind == "captured"}
-        captions = [
-            caption
-            for capture, rows in store.load_captions(opened).items()
-            if capture in captured
-            for caption in rows
-        ]
-        vocabulary = store.load_association(opened).words
-        words = count_word_use(captions, vocabulary, store.load_synonyms(opened), lemmas)
-        return measure_drift(store.load_segments(opened, scores=False), baseline, words)

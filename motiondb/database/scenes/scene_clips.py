@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motiondb import store
-from motiondb.database.session import nearby_table
+from motiondb.database.loading import nearby_table
 from motiondb.errors import SceneError
 from motiondb.records import MOTION_FPS, Event, Motion
 from motiondb.scene.clips.caption_actions import THROW, FoundActions, ShownAction

@@ -490,7 +490,20 @@ def parse(
             f"query: expected words that describe a motion, found {_short(text)!r}. "
             "Ask for example for 'walk, turn left, sit down'."
         )
-    return Question(text, tree, (*not_used, *parser.not_used))
+    return Question(text, tree, (*not_used, *parser.not_used, *_loose(tokens)))
+
+
+_CONNECTIVES = ("or", "and", "while", "then", "after", "before")
+
+
+def _loose(tokens: Sequence[Token]) -> list[NotUsed]:
+    """Connectives at the ends of a question, which connect nothing: "walk or"."""
+    loose = []
+    if tokens[0].kind == "or":
+        loose.append(NotUsed(tokens[0].text, "no action stands before it"))
+    if tokens[-1].kind in _CONNECTIVES:
+        loose.append(NotUsed(tokens[-1].text, "no action follows it"))
+    return loose
 
 
 def _short(text: str) -> str:

@@ -320,6 +320,20 @@ def reason_unknown(near: tuple[str, ...]) -> str:
     return f"not in the captions{say_perhaps(near)}"
 
 
+def without_amounts(reading: Reading) -> Reading:
+    """A reading without repeats and durations; one with exclusions stays as it is.
+
+    >>> jump = (("jump",),)
+    >>> without_amounts(Reading((Part(jump), Part(jump), Part((("sit",),), 2.0, 2)))).parts
+    (Part(actions=(('jump',),), seconds=0.0, repeat_of=0), Part(actions=(('sit',),), seconds=0.0, \
+repeat_of=1))
+    """
+    if reading.exclusions:
+        return reading
+    once = [part for k, part in enumerate(reading.parts) if part.repeat_of == k]
+    return Reading(tuple(Part(part.actions, 0.0, n) for n, part in enumerate(once)))
+
+
 def with_hints(question: KnownQuestion, hints: Mapping[str, tuple[str, ...]]) -> KnownQuestion:
     """A question whose unknown words have other hints than the known words of like spelling."""
     return replace(

@@ -13,6 +13,7 @@ from motiondb.answers.catalogue import DatabaseInfo, WordRow
 from motiondb.answers.plain import fields_of
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.browsing import BrowsedCapture, Facet
+from motiondb.database.catalogue.exporting import formats_here
 from motiondb.database.learn.start import shipped_starts
 from motiondb.files.folder import CAPTURE_ENDINGS
 from motiondb.learn.drift import Drift
@@ -24,8 +25,7 @@ from motiondb.page.routes.parameters import LONGEST_TEXT, Body, Name, Seconds, T
 from motiondb.page.settings import SHEET_ENDINGS, SKELETON_ENDINGS, VERSION
 from motiondb.page.state import Edit, Page
 from motiondb.page.uploads import without_surrogates
-from motiondb.records import Caption
-from motiondb.search.copies import DuplicateGroup
+from motiondb.records import Caption, DuplicateGroup
 
 MOST_SHOWN = 50  # Largest number of values of a facet that are sent; longer lists are searched
 
@@ -92,6 +92,7 @@ class Status(DatabaseInfo):
     revision: int
     drift: Drift | None
     accepts: Accepted
+    writes: tuple[str, ...]  # Formats of downloads: FBX, USD and Parquet need more than motiondb
     folders: list[AllowedFolder]
     starts: tuple[ShippedStart, ...]
     running_jobs: int
@@ -222,7 +223,7 @@ def router(page: Page) -> APIRouter:
 
     @routes.get("/api/capture")
     def capture(name: Name, described: bool = True) -> CaptureDetails:
-        """Everything about one capture; without `described`, its likely words are left out."""
+        """Everything about one capture; without `described`, no activities and no likely words."""
         with page.held.use() as db, db.session.reading():
             return capture_details(db, find_row(db, name), described)
 
@@ -373,6 +374,7 @@ def _status(page: Page, db: MotionDB) -> Status:
             limits.request_bytes,
             limits.files,
         ),
+        writes=formats_here(),
         folders=[
             AllowedFolder(n, without_surrogates(folder.name or str(folder)))
             for n, folder in enumerate(folders)

@@ -40,10 +40,14 @@ class CaptureWordsBody(CapturesBody):
 
 
 class RenameBody(Body):
-    """A capture, or a folder ending in "/", and its new name."""
+    """A capture, a folder ending in "/", or a pattern with "*", and the new one.
+
+    `captures`: Those among which a pattern looks; by default all.
+    """
 
     old: Text
     new: Annotated[str, Field(min_length=1, max_length=500)]
+    captures: Names | None = None
 
 
 @dataclass(frozen=True)
@@ -74,9 +78,10 @@ def router(page: Page) -> APIRouter:
 
     @routes.post("/api/captures/rename")
     def rename(body: RenameBody) -> CapturesChanged:
-        """Rename a capture, or all below a folder."""
+        """Rename a capture, or all below a folder, or several by a pattern."""
         with _changing(page) as db, page.editing:
-            return _noted(page, db, "name", lambda: db.rename(body.old, body.new))
+            names = None if body.captures is None else _known(db, body.captures)
+            return _noted(page, db, "name", lambda: db.rename(body.old, body.new, names))
 
     @routes.post("/api/captures/remove")
     def remove(body: CapturesBody) -> CapturesChanged:

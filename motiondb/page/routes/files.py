@@ -32,7 +32,8 @@ _PLAIN = re.compile(r"[^A-Za-z0-9._-]+")
 _TYPES = {".zip": "application/zip", ".glb": "model/gltf-binary"}
 LICENCES = "LICENCES.txt"  # In a zip: the licence of each capture, as BVH has no place for it
 MOST_ITEMS = 500  # Largest number of captures of one download
-Format = Literal["bvh", "glb", "npz", "source"]
+Format = Literal["bvh", "glb", "fbx", "usd", "npz", "csv", "parquet", "source"]
+_SCENE_FORMATS = ("bvh", "glb", "source")
 _UPLOAD = {
     "requestBody": {
         "required": True,
@@ -136,8 +137,8 @@ def download(page: Page, asked: DownloadBody) -> Response:
     changes = MotionChanges(fps=asked.fps, onto=rig)
     if changes.are_any and asked.format == "source":
         raise PageError(
-            "format: expected bvh, glb or npz for a changed motion, found source, which is the "
-            "file as it was added. Choose one of these."
+            "format: expected another one for a changed motion, found source, which is the file as "
+            "it was added. Choose one of the others."
         )
     with tempfile.TemporaryDirectory(dir=page.folder) as place:
         folder = Path(place)
@@ -146,7 +147,9 @@ def download(page: Page, asked: DownloadBody) -> Response:
         ]
         for _, ref, target in targets:
             target.mkdir()
-            if ref.kind in ("scene", "kept") and (changes.are_any or asked.format == "npz"):
+            if ref.kind in ("scene", "kept") and (
+                changes.are_any or asked.format not in _SCENE_FORMATS
+            ):
                 raise PageError(
                     f"{ref}: expected one motion, found a scene with several. Name a capture."
                 )
@@ -216,7 +219,7 @@ def _write(
         db.export(name, path, part.start, part.end, asked.canonical, changes)
     elif ref.kind == "made" and whole:
         page.made.get(ref.name).generated.write(path, changes)
-    elif ref.kind == "sequence" and whole and not changes.are_any and ending != "npz":
+    elif ref.kind == "sequence" and whole and not changes.are_any and ending in _SCENE_FORMATS:
         kept = page.sequences.get(ref.name)
         db.grammars.write(kept.sequence, path, kept.seed)
     elif ref.kind == "kept":

@@ -11,6 +11,7 @@ from pydantic import Field
 from motiondb.answers.grammars import (
     AlternativesAnswer,
     GrammarAnswer,
+    GrammarEdited,
     GrammarRow,
     NextTerminal,
     ParseAnswer,
@@ -132,14 +133,6 @@ class ParseBody(Body):
 
 
 @dataclass(frozen=True)
-class GrammarEdited:
-    """A grammar that was edited, and sequences that can no longer be edited with it."""
-
-    grammar: str
-    no_longer_editable: list[str]
-
-
-@dataclass(frozen=True)
 class SuggestReply:
     """The terminals that may come next."""
 
@@ -253,8 +246,7 @@ def _edit_routes(routes: APIRouter, page: Page) -> None:
         page.check_writable()
         with page.held.use() as db, page.editing:
             check_version(db, body)
-            db.grammars.undo_edit(body.grammar)
-            return GrammarEdited(body.grammar, [])
+            return GrammarEdited(body.grammar, [], db.grammars.undo_edit(body.grammar))
 
 
 def _question_routes(routes: APIRouter, page: Page) -> None:

@@ -15,7 +15,7 @@ OWN_TABLES = (
     "capture_tag",
     "caption",
     "event",
-    "motion_frame",
+    "motion",
     "generated_source",
     "frame_source",
     "derivation",

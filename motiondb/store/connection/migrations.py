@@ -9,13 +9,16 @@ version before it.
 from __future__ import annotations
 
 import uuid
+from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from importlib import metadata, resources
 
 import duckdb
+import numpy as np
 
 from motiondb.errors import StoreError
+from motiondb.store.poses import pack_poses
 
 
 @cache
@@ -86,17 +89,46 @@ def migrate(connection: duckdb.DuckDBPyConnection, version: int) -> None:
     if version == 0:
         marks = {f"{kind}_revision": uuid.uuid4().hex for kind in ("motion", "content")}
         text = present_schema()
-        _run(connection, text, newest_version(), next_capture_id="1", revision="0", log="", **marks)
+        marks |= {"next_capture_id": "1", "revision": "0", "log": ""}
+        _run(connection, text, newest_version(), None, **marks)
         return
     for number, text in enumerate(known_migrations()[version - 1 :], start=version + 1):
-        _run(connection, text, number)
+        _run(connection, text, number, _THEN.get(number))
 
 
-def _run(connection: duckdb.DuckDBPyConnection, text: str, version: int, **marks: str) -> None:
-    """Run SQL and save the version that it leads to and other marks, in one transaction."""
+def _pack_motions(connection: duckdb.DuckDBPyConnection) -> None:
+    """Pack the motions of a file that has a row a frame, also those in the trash."""
+    for (schema,) in connection.execute(
+        "SELECT schema_name FROM duckdb_tables() WHERE table_name = 'motion_frame'"
+    ).fetchall():
+        frames, motions = f"{schema}.motion_frame", f"{schema}.motion"
+        connection.execute(f"CREATE TABLE IF NOT EXISTS {motions} AS FROM main.motion LIMIT 0")
+        for row in connection.execute(f"SELECT DISTINCT capture_id FROM {frames}").fetchall():
+            query = f"SELECT pose FROM {frames} WHERE capture_id = ? ORDER BY frame"
+            poses = np.stack(connection.execute(query, row).fetchnumpy()["pose"])
+            packed = pack_poses(poses)
+            connection.execute(
+                f"INSERT INTO {motions} VALUES (?, ?, ?)", [*row, len(poses), packed]
+            )
+        connection.execute(f"DROP TABLE {frames}")
+
+
+_THEN = {4: _pack_motions}  # What SQL cannot say, after the text that leads to a version
+
+
+def _run(
+    connection: duckdb.DuckDBPyConnection,
+    text: str,
+    version: int,
+    then: Callable[[duckdb.DuckDBPyConnection], None] | None,
+    **marks: str,
+) -> None:
+    """Run SQL and what follows, and save version and other marks, in one transaction."""
     connection.execute("BEGIN")
     try:
         connection.execute(text)
+        if then is not None:
+            then(connection)
         marks |= {"schema": str(version), "created_by": motiondb_version()}
         for key, value in marks.items():
             connection.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", [key, value])

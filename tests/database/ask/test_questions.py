@@ -95,6 +95,14 @@ def test_only_measured_kinds_of_questions_have_a_probability(asked: MotionDB) ->
         assert (match.probability is None) == match.reason.endswith("; not seen in this order")
 
 
+def test_counts_and_durations_do_not_decide_whether_anything_matches(asked: MotionDB) -> None:
+    """How often an action is shown was never measured; whether it is was."""
+    once = asked.search("kick")
+    for text in ("kick 7 times", "kick for at least 3 s"):
+        counted = asked.search(text)
+        assert (counted.strength, counted.matches_anything) == (once.strength, True)
+
+
 def test_nothing_matches_where_what_is_asked_is_excluded(asked: MotionDB) -> None:
     assert asked.search("kick").matches_anything
     assert asked.search("kick, not kick").matches_anything is False

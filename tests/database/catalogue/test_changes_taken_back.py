@@ -11,7 +11,7 @@ import motiondb
 from motiondb import AddSettings, MotionDB, QueryError, store
 from motiondb.database.learn import updating
 
-TABLES = ("capture", "capture_tag", "caption", "event", "motion_frame", "relation", "source")
+TABLES = ("capture", "capture_tag", "caption", "event", "motion", "relation", "source")
 
 
 def catalogue(db: MotionDB) -> dict[str, list[tuple[object, ...]]]:
@@ -39,7 +39,7 @@ def test_every_change_is_taken_back_in_turn_and_done_again(base: MotionDB, tmp_p
         lambda: base.set_tags({"performer": "A", "mood": ""}, where="name~ana"),
         lambda: base.rename("ana/", "studio/"),
         lambda: base.import_words(sheet),
-        lambda: base.rename("studio/", "ana/"),
+        lambda: base.rename("studio/*", "ana/*", ["studio/bow_1", "studio/jump_1"]),
         lambda: base.import_words(sheet),
         lambda: base.import_events(events),
         lambda: base.remove(["ana/bow_1"], "name~kick"),
@@ -138,6 +138,10 @@ def test_names_that_are_taken_are_refused(base: MotionDB) -> None:
         base.rename("ana/bow_1", "ana/jump_1")
     with pytest.raises(QueryError, match=r"Give 'new/'"):
         base.rename("ana/", "new")
+    with pytest.raises(QueryError, match=r"^'bow': expected a pattern with one '\*'"):
+        base.rename("ana/*", "bow")
+    with pytest.raises(QueryError, match="found no capture that fits"):
+        base.rename("ana/*", "bow_*", ["boris/kick_1"])
     with pytest.raises(QueryError, match="Did you mean boris/"):
         base.rename("borys/", "new/")
     for key in ("Start", "duration", "license", "a=b"):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import motiondb
-from motiondb.database.session import nearby_table
+from motiondb.database.loading import nearby_table
 from motiondb.grammar.terminals.terminals import TerminalSettings
 from motiondb.language.nearby.table import UNIT, read_table, write_table
 from motiondb.scene.clips.caption_actions import Phrases, take_phrases

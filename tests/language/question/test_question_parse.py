@@ -114,6 +114,8 @@ def test_what_has_no_use_is_named_with_the_reason() -> None:
         NotUsed("not 2 times", "no action follows that could be excluded"),
     )
     assert parse("walk while not ?").not_used[0].text == "not ?"
+    assert parse("walk OR").not_used == (NotUsed("OR", "no action follows it"),)
+    assert parse("or walk").not_used == (NotUsed("or", "no action stands before it"),)
 
 
 @pytest.mark.parametrize(

@@ -9,17 +9,21 @@ from pathlib import Path
 from types import ModuleType
 
 import duckdb
+import numpy as np
 import pytest
 
 from motiondb import store
 from motiondb.errors import StoreError
 from motiondb.store import checks
+from motiondb.store.catalogue.captures import flatten_motion
 from motiondb.store.connection import migrations
+from motiondb.store.connection.statements import to_rows
 
 RELEASED = {
     1: "09250f85fd51537900d1fa1acb51019fc9566e230975730ce972926d70a842d5",
     2: "0b771bf400838a11a6420296b693a1fc4628d1f11d1d5d2c6dc1a6b5224e71c1",
     3: "924d56a483729ad262cdf682718091c516e5654ad00f7f10e07d65fc8f36a89d",
+    4: "6aaa4d3c4936aaf3c811a169a73ee3797e00889b8c4e526ef6be9d0c7ea813c2",
 }
 """Version -> SHA-256 of the SQL of its tables, without comments. A further version gets a row, and
 a row never changes after its release: write a migration instead."""
@@ -67,13 +71,22 @@ def test_a_database_of_the_first_version_gets_the_tables_of_today(
     database: store.Store, samples: ModuleType
 ) -> None:
     samples.add(database, "a")
-    for table in ("edit", "faulty_file", "same_file"):
+    motion = store.load_motion(database, 1)
+    rows = to_rows(flatten_motion(motion))
+    database.connection.execute(
+        "CREATE TABLE motion_frame (capture_id BIGINT, frame INTEGER, pose FLOAT[87])"
+    )
+    database.connection.insert("motion_frame", capture_id=1, frame=np.arange(len(rows)), pose=rows)
+    for table in ("edit", "faulty_file", "same_file", "motion"):
         database.connection.execute(f"DROP TABLE {table}")
     database.connection.execute("UPDATE meta SET value = '1' WHERE key = 'schema'")
     database.close()
     with store.open_store(database.path) as newer:
         assert store.check_store(newer) == []
         assert [info.name for info in store.load_captures(newer)] == ["a"]
+        np.testing.assert_array_equal(
+            flatten_motion(store.load_motion(newer, 1)), flatten_motion(motion)
+        )
 
 
 def test_a_database_that_two_versions_wrote_stays_sound(

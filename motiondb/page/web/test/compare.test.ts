@@ -2,6 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import type { BodyTrack } from "../src/api/container.ts";
 import { addressOf, comparisonOf } from "../src/views/compare/address.ts";
+import { cheapestPath } from "../src/views/compare/warp.ts";
 import { alignTracks, bodyPart, differenceOf } from "../src/views/compare/aligned.ts";
 
 const POINTS = ["pelvis", "l_hip", "r_hip", "l_hand_end"];
@@ -40,8 +41,12 @@ test("parts are aligned at a moment, on one clock and on one spot", () => {
     { ref: "capture:a", start: 5, end: 6 },
     { ref: "capture:b", start: 0, end: 2 },
   ];
-  const { tracks, shifts } = alignTracks([first, second], parts, "start", true);
-  assert.deepEqual(shifts, [-4, 1]); // 5 s of the one and 0 s of the other are 1 s of the clock
+  const { tracks, spans } = alignTracks([first, second], parts, "start", true);
+  // 5 s of the one and 0 s of the other are 1 s of the clock
+  assert.deepEqual(spans, [
+    [1, 2],
+    [1, 3],
+  ]);
   assert.deepEqual(
     tracks.map(({ motion }) => motion.start),
     [0, 1],
@@ -56,4 +61,28 @@ test("the difference leaves out where motions go, and names the part that differ
   const { mean, worst } = differenceOf(first, second);
   for (const value of mean) assert.ok(Math.abs(value - 0.1) < 1e-6); // 0.4 m of one point of four
   assert.equal(bodyPart(POINTS[worst[0]!]!), "left hand");
+});
+
+test("the cheapest path waits where the other motion waits", () => {
+  const [first, second] = [
+    [0, 1, 2, 3],
+    [0, 0, 0, 1, 2, 3],
+  ];
+  const costs = first.map((a) => second.map((b) => Math.abs(a - b)));
+  assert.deepEqual(cheapestPath(costs), [1, 3, 4, 5]); // the first 0 meets three
+});
+
+test("with stretched time a slow motion shows the poses of a fast one at the same moments", () => {
+  const raised = (...hands: number[]) => hands.map((hand) => pose(0, hand));
+  const fast = track(0, ...raised(1, 1.5, 2));
+  const slow = track(0, ...raised(1, 1.25, 1.5, 1.75, 2));
+  const parts = [
+    { ref: "capture:fast", start: 0, end: 2 },
+    { ref: "capture:slow", start: 0, end: 4 },
+  ];
+  const [still, stretched] = (["start", "poses"] as const).map((at) => {
+    const { tracks } = alignTracks([fast, slow], parts, at, true);
+    return Math.max(...differenceOf(tracks[0]!.motion, tracks[1]!.motion).mean);
+  });
+  assert.ok(still! > 0.1 && stretched! < 0.02, `${still} ${stretched}`);
 });

@@ -1,5 +1,6 @@
 /** Requests to the server, and its errors as sentences for people. */
 
+import { onPage } from "./advice.ts";
 import type { ErrorReply } from "./types.ts";
 
 /** Why the server refused a request, or could not be reached. */
@@ -54,7 +55,7 @@ async function send(path: string, init: RequestInit, tries = HELD_TRIES): Promis
 async function errorOf(response: Response): Promise<ApiError> {
   try {
     const { error } = (await response.json()) as ErrorReply;
-    return new ApiError(error.kind, error.message, response.status);
+    return new ApiError(error.kind, onPage(error.message), response.status);
   } catch {
     return new ApiError(
       "HTTP",

@@ -297,7 +297,7 @@ export interface DiagramShape {
 
 export interface DownloadBody {
   items: Part[];
-  format?: "bvh" | "glb" | "npz" | "source";
+  format?: "bvh" | "glb" | "fbx" | "usd" | "npz" | "csv" | "parquet" | "source";
   canonical?: boolean;
   fps?: number | null;
   onto?: string | null;
@@ -444,6 +444,7 @@ export interface GenerateReply {
 export interface GrammarEdited {
   grammar: string;
   no_longer_editable: string[];
+  undone: string | null;
 }
 
 export interface GrammarLearned {
@@ -881,6 +882,7 @@ export interface Relation {
 export interface RenameBody {
   old: string;
   new: string;
+  captures?: string[] | null;
 }
 
 export interface RepeatedTree {
@@ -1084,6 +1086,7 @@ export interface ShownMatch {
   place: string;
   parts: MatchPart[];
   in_order: boolean | null;
+  not_gone: string[];
   explain: Explanation | null;
   ref: string;
   duration: number;
@@ -1173,6 +1176,7 @@ export interface Status {
   revision: number;
   drift: Drift | null;
   accepts: Accepted;
+  writes: string[];
   folders: AllowedFolder[];
   starts: ShippedStart[];
   running_jobs: number;

@@ -2,8 +2,24 @@
 
 import { postForFile } from "../api/client.ts";
 import type { Part } from "../api/types.ts";
+import { h } from "../dom/element.ts";
+import { icon } from "../dom/icons.ts";
+import { makeMenu } from "./menu.ts";
 
-export type FileFormat = "bvh" | "glb" | "npz" | "source";
+/** The formats of downloads, as they are called on the page; the first two stand outside the menu. */
+const NAMES = {
+  bvh: "BVH",
+  glb: "glTF",
+  fbx: "FBX",
+  usd: "USD",
+  npz: "npz",
+  csv: "CSV",
+  parquet: "Parquet",
+  source: "original files",
+} as const;
+const OUTSIDE = 2;
+
+export type FileFormat = keyof typeof NAMES;
 
 /** Hand a file to the browser's downloads. */
 export function saveBlob(name: string, blob: Blob): void {
@@ -19,4 +35,50 @@ export function saveBlob(name: string, blob: Blob): void {
 export async function download(items: readonly Part[], format: FileFormat): Promise<void> {
   const { name, blob } = await postForFile("/api/download", { items, format, canonical: false });
   saveBlob(name, blob);
+}
+
+/** One menu of all formats in which a part of a capture can be written. */
+export function downloadMenu(
+  label: string,
+  writes: readonly string[],
+  save: (format: FileFormat) => void,
+): HTMLElement {
+  const formats = (Object.keys(NAMES) as FileFormat[]).filter((format) => writes.includes(format));
+  return makeMenu(
+    label,
+    formats.map((format) => formatButton(format, save)),
+  );
+}
+
+function formatButton(format: FileFormat, save: (format: FileFormat) => void): HTMLElement {
+  return h(
+    "button",
+    {
+      class: "button plain",
+      type: "button",
+      "aria-label": `Download as ${NAMES[format]}`,
+      on: { click: () => save(format) },
+    },
+    icon("download"),
+    NAMES[format],
+  );
+}
+
+/**
+ * Buttons for the usual formats, and a menu of the others that this server writes.
+ * `source`: also the files as they were added, of which no part can be taken.
+ */
+export function downloadButtons(
+  writes: readonly string[],
+  save: (format: FileFormat) => void,
+  source: boolean,
+): HTMLElement[] {
+  const offered = (Object.keys(NAMES) as FileFormat[]).filter((format) =>
+    format === "source" ? source : writes.includes(format),
+  );
+  const button = (format: FileFormat): HTMLElement => formatButton(format, save);
+  return [
+    ...offered.slice(0, OUTSIDE).map(button),
+    makeMenu("Other formats", offered.slice(OUTSIDE).map(button)),
+  ];
 }

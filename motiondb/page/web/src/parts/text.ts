@@ -1,5 +1,11 @@
 /** Numbers and names as text. */
 
+import { h, type Child } from "../dom/element.ts";
+
+/** A name that is broken after its separators, before it is broken anywhere. */
+export const breakable = (name: string): Child =>
+  name.split(/(?<=[/_.-])/).map((part, i) => [i > 0 ? h("wbr") : null, part]);
+
 export function seconds(value: number): string {
   if (value < 60) return `${value.toFixed(value < 10 ? 2 : 1)} s`;
   const minutes = Math.floor(value / 60);

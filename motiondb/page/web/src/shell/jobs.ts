@@ -1,5 +1,6 @@
 /** Long work: a button that shows how much is running, and the list behind it. */
 
+import { onPage } from "../api/advice.ts";
 import { remove } from "../api/client.ts";
 import type { JobReply } from "../api/types.ts";
 import { fill, h } from "../dom/element.ts";
@@ -23,7 +24,7 @@ function saidOf(job: JobReply): string {
 /** One sentence on what a job did. */
 export function outcome(job: JobReply): string {
   const { result } = job;
-  if (job.state === "failed") return job.message ?? "It failed.";
+  if (job.state === "failed") return onPage(job.message ?? "It failed.");
   if (job.state === "cancelled") return "Cancelled. The database stays as it was.";
   if (result?.kind === "add") {
     const problems = result.problems.length;
@@ -81,7 +82,7 @@ function addedList(job: JobReply): HTMLElement | null {
 function problemList(job: JobReply): HTMLElement | null {
   const problems = job.result?.kind === "add" ? job.result.problems : [];
   if (problems.length === 0) return null;
-  const items = problems.map((problem) => h("li", {}, problem));
+  const items = problems.map((problem) => h("li", {}, onPage(problem)));
   return h(
     "details",
     { open: true },

@@ -1,6 +1,6 @@
 /** The times of a selected part, as numbers that can be typed, and actions for the part. */
 
-import { h } from "../dom/element.ts";
+import { h, type Child } from "../dom/element.ts";
 import { icon } from "../dom/icons.ts";
 import type { Interval } from "../timeline/timeline.ts";
 
@@ -15,6 +15,7 @@ const SHORTEST = 0.1;
 export function makePartBar(
   actions: readonly { label: string; run: (part: Interval) => void }[],
   change: (part: Interval | null) => void,
+  more: Child = null,
 ): PartBar {
   let part: Interval | null = null;
   let whole = 0;
@@ -56,6 +57,7 @@ export function makePartBar(
     actions.map(({ label, run }) =>
       h("button", { class: "button plain", type: "button", on: { click: () => part && run(part) } }, label),
     ),
+    more,
     h(
       "button",
       {

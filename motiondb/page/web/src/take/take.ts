@@ -3,7 +3,7 @@
 import type { Track } from "../api/container.ts";
 import type { Motions } from "../api/motions.ts";
 import { messageOf } from "../api/client.ts";
-import { fill, h } from "../dom/element.ts";
+import { fill, h, type Child } from "../dom/element.ts";
 import { makePlayer, type Player } from "../player/player.ts";
 import { spanOf } from "../player/screen.ts";
 import { seek } from "../player/playback.ts";
@@ -33,6 +33,8 @@ export interface TakeOptions {
   label: string;
   /** Actions for a selected part, shown beside its times. */
   partActions?: readonly { label: string; run: (part: Interval) => void }[];
+  /** More beside the times of a selected part. */
+  partMore?: Child;
   onSelect?(selection: Interval | null): void;
 }
 
@@ -40,7 +42,7 @@ export interface TakeOptions {
 export function makeTake(context: { stage: Stage; motions: Motions }, options: TakeOptions): Take {
   const player = makePlayer(context.stage, { label: options.label });
   const timelineBox = h("div", {});
-  const partBar = makePartBar(options.partActions ?? [], (part) => select(part));
+  const partBar = makePartBar(options.partActions ?? [], (part) => select(part), options.partMore);
   const element = h("div", { class: "take" }, player.element, timelineBox, partBar.element);
   let timeline: Timeline | null = null;
   let lanes: readonly Lane[] = [];

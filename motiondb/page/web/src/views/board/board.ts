@@ -8,7 +8,7 @@ import { banner, faultState } from "../../parts/states.ts";
 import { go, routeTo } from "../../shell/router.ts";
 import type { Context, OpenView, View } from "../view.ts";
 import { makeDrawing } from "./drawing.ts";
-import { dropDraft, keepDraft, readDraft, type Edited } from "./draft.ts";
+import { dropDraft, keepDraft, olderDraft, readDraft, type Edited } from "./draft.ts";
 import {
   blankDiagram,
   addElement,
@@ -372,7 +372,7 @@ function open(host: HTMLElement, context: Context): OpenView {
         await check({ diagram: draft }, true);
         undoButton.disabled = undone.length === 0;
         showDraftNote();
-      }
+      } else showOlderNote();
       takeScene();
     } catch (fault) {
       fill(faults, faultState(messageOf(fault)));
@@ -384,6 +384,28 @@ function open(host: HTMLElement, context: Context): OpenView {
     const what = name ? `This is ${name} with your unsaved changes.` : "This is your unsaved drawing.";
     const text = `${what} This browser keeps it until you save or discard it.`;
     fill(draftNote, banner(text, [{ label: "Discard…", plain: true, run: () => void discard() }]));
+  }
+
+  /** Say that a drawing of an earlier file of this board is kept. */
+  function showOlderNote(): void {
+    const [older, which] = [olderDraft(edited()), edited()];
+    if (!older) return;
+    const text = `The file of ${name} was changed since you drew on it. Your unsaved drawing of the earlier one is kept here.`;
+    const show = (): void => {
+      keepDraft(which, older);
+      void load(which.name);
+    };
+    const forget = (): void => {
+      dropDraft(which);
+      draftNote.replaceChildren();
+    };
+    fill(
+      draftNote,
+      banner(text, [
+        { label: "Show my drawing", run: show },
+        { label: "Discard it", plain: true, run: forget },
+      ]),
+    );
   }
 
   /** Ask before a drawing that was not saved is dropped; false: it stays. */

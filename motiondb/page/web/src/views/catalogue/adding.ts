@@ -1,5 +1,6 @@
 /** Add captures: drop or choose files or a folder, or name a folder of the server's computer. */
 
+import { onPage } from "../../api/advice.ts";
 import { get, messageOf, post } from "../../api/client.ts";
 import type { FolderReply, JobReply, UploadReply } from "../../api/types.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
@@ -186,7 +187,7 @@ function refusedList(refused: readonly { name: string; message: string }[]): HTM
     h(
       "ul",
       { class: "plain" },
-      refused.slice(0, 200).map(({ name, message }) => h("li", {}, h("b", {}, name), ` ${message}`)),
+      refused.slice(0, 200).map(({ name, message }) => h("li", {}, h("b", {}, name), ` ${onPage(message)}`)),
     ),
   );
 }

@@ -1,11 +1,12 @@
 /** The panel of one capture: its player, its words, where it comes from, its copies. */
 
+import { onPage } from "../../api/advice.ts";
 import { ApiError, get, messageOf, post } from "../../api/client.ts";
 import type { CaptureDetails, CapturesChanged, DescribeReply } from "../../api/types.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { askWhether } from "../../parts/asking.ts";
-import { download, type FileFormat } from "../../parts/download.ts";
+import { download, downloadButtons, downloadMenu, type FileFormat } from "../../parts/download.ts";
 import { faultState } from "../../parts/states.ts";
 import { interval, seconds } from "../../parts/text.ts";
 import { makeTake } from "../../take/take.ts";
@@ -58,6 +59,21 @@ export function makeDetails(
   let name = "";
   const title = h("h2", { tabindex: -1 });
   const under = h("div", { class: "details-under" });
+  // There at once, before anything is known of the capture.
+  const tools = h(
+    "div",
+    { class: "row actions" },
+    h(
+      "button",
+      {
+        class: "button plain",
+        type: "button",
+        on: { click: () => go(routeTo("search", { like: ref() })) },
+      },
+      "More like this",
+    ),
+    downloadButtons(context.status().writes, (format) => void save(format), true),
+  );
   const ref = (): string => `capture:${name}`;
 
   const writeWords = (part: Interval): void => {
@@ -77,10 +93,12 @@ export function makeDetails(
       ...(context.status().read_only ? [] : [{ label: "Write words", run: writeWords }]),
       { label: "Search with this part", run: likeThis },
       { label: "Compare this part", run: compareThis },
-      { label: "BVH", run: ([start, end]: Interval) => void save("bvh", start, end) },
-      { label: "glTF", run: ([start, end]: Interval) => void save("glb", start, end) },
-      { label: "npz", run: ([start, end]: Interval) => void save("npz", start, end) },
     ],
+    partMore: downloadMenu(
+      "Download this part",
+      context.status().writes,
+      (format) => void save(format, ...(take.selection ?? [])),
+    ),
   });
   take.player.onTime((time) => {
     clearTimeout(timer);
@@ -136,6 +154,7 @@ export function makeDetails(
       ),
     ),
     take.element,
+    tools,
     under,
   );
   element.addEventListener("keydown", (event) => {
@@ -160,32 +179,8 @@ export function makeDetails(
     if (!facts) return;
     take.setLanes(lanesOf(facts));
     captions.show(name, facts.words, !context.status().read_only && facts.kind !== "generated");
-    const buttons: [string, () => void][] = [
-      ["More like this", () => go(routeTo("search", { like: ref() }))],
-      ["BVH", () => void save("bvh")],
-      ["glTF", () => void save("glb")],
-      ["npz", () => void save("npz")],
-      ["Original", () => void save("source")],
-    ];
     fill(
       under,
-      h(
-        "div",
-        { class: "row actions" },
-        buttons.map(([label, run]) =>
-          h(
-            "button",
-            {
-              class: "button plain",
-              type: "button",
-              ...(label === "More like this" ? {} : { "aria-label": `Download as ${label}` }),
-              on: { click: run },
-            },
-            label === "More like this" ? null : icon("download"),
-            label,
-          ),
-        ),
-      ),
       facts.grammar && facts.string
         ? h(
             "p",
@@ -216,7 +211,8 @@ export function makeDetails(
       clearTimeout(timer);
       title.textContent = name;
       facts = null;
-      under.replaceChildren();
+      take.element.hidden = tools.hidden = false;
+      fill(under, h("p", { class: "muted", role: "status" }, "Loading its words and facts…"));
       loading = true;
       const ready = take.load({ ref: ref(), selection: part }).then(() => {
         if (name !== next) return;
@@ -231,7 +227,9 @@ export function makeDetails(
         facts = answer;
         void describe(next);
       } catch (fault) {
-        if (name === next) fill(under, faultState(messageOf(fault), [{ label: "Close", run: leave }]));
+        if (name !== next) return;
+        take.element.hidden = tools.hidden = true;
+        fill(under, faultState(messageOf(fault), [{ label: "Close", run: leave }]));
         return;
       }
       showFacts();
@@ -292,7 +290,7 @@ function factList(facts: CaptureDetails): HTMLElement {
     ["Format", facts.format],
     ["File", facts.path.split(/[/\\]/).at(-1) ?? ""],
     ...Object.entries(facts.tags).filter(([key]) => key !== "performer" && key !== "licence"),
-    ...facts.notes.map((note): [string, string] => ["Note", note]),
+    ...facts.notes.map((note): [string, string] => ["Note", onPage(note)]),
     ...facts.sources.map((one): [string, string] => [
       "Source",
       `${one.capture}, ${one.frames} frames, licence ${one.licence}`,

@@ -3,11 +3,11 @@
 import { isAbort, post } from "../../api/client.ts";
 import type { CapturesChanged } from "../../api/types.ts";
 import { h } from "../../dom/element.ts";
-import { icon } from "../../dom/icons.ts";
 import { askWhether, openDialog } from "../../parts/asking.ts";
-import { download, type FileFormat } from "../../parts/download.ts";
+import { download, downloadButtons, type FileFormat } from "../../parts/download.ts";
 import { plural } from "../../parts/text.ts";
 import type { Context } from "../view.ts";
+import { askNames } from "./renaming.ts";
 import type { Rows } from "./rows.ts";
 import type { TableOptions } from "./table.ts";
 
@@ -73,23 +73,11 @@ export function makePicking(context: Context, options: PickingOptions): Picking 
           action("Licence…", () =>
             ask("Set the licence", "The licence of all of them", "CC0-1.0", setLicence),
           ),
-          action("Rename…", () => void rename()),
+          action("Rename…", () => rename()),
           action("Remove…", () => void removeAll()),
         ]
       : null,
-    (["bvh", "glb", "npz", "source"] as const).map((format) =>
-      h(
-        "button",
-        {
-          class: "button plain",
-          type: "button",
-          "aria-label": `Download as ${NAMES[format]}`,
-          on: { click: () => void save(format) },
-        },
-        icon("download"),
-        NAMES[format],
-      ),
-    ),
+    downloadButtons(context.status().writes, (format) => void save(format), true),
     link("Clear", () => clear()),
   );
 
@@ -182,17 +170,15 @@ export function makePicking(context: Context, options: PickingOptions): Picking 
     return change("tags", { captures: names(), tags: { [key.trim()]: value.join("=").trim() } }, "Tags");
   };
 
-  async function rename(): Promise<void> {
-    const [only, ...more] = names();
-    if (!only) return;
-    if (more.length > 0) {
-      return context.fail(new Error("Select one capture to rename it: names of captures differ."));
+  function rename(): void {
+    const chosen = names();
+    if (chosen.length > 0) {
+      askNames(chosen, async (body) => {
+        const done = await change("rename", body, "Name");
+        if (done) clear();
+        return done;
+      });
     }
-    ask("Rename", `The new name of ${only}`, only, async (name) => {
-      const done = await change("rename", { old: only, new: name }, "Name");
-      if (done) clear();
-      return done;
-    });
   }
 
   async function removeAll(): Promise<void> {
@@ -217,5 +203,3 @@ export function makePicking(context: Context, options: PickingOptions): Picking 
 
   return { element, has: (name) => chosen.has(name), set, clear, check };
 }
-
-const NAMES: Record<FileFormat, string> = { bvh: "BVH", glb: "glTF", npz: "npz", source: "originals" };

@@ -2,7 +2,8 @@
 
 import type { CaptureRow } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
-import { plural, seconds } from "../../parts/text.ts";
+import { onPage } from "../../api/advice.ts";
+import { breakable, plural, seconds } from "../../parts/text.ts";
 import type { Thumbs } from "./thumbs.ts";
 
 export interface RowParts {
@@ -100,7 +101,7 @@ export function showRow(
         "data-pick": capture.name,
         "aria-label": `Select ${capture.name}`,
       }),
-      h("span", { class: "capture-name" }, capture.name),
+      h("span", { class: "capture-name" }, breakable(capture.name)),
     ),
     badges(capture),
   );
@@ -123,7 +124,8 @@ function badges(capture: CaptureRow): HTMLElement {
     marks.push(["not learned yet", "Learn again to search it with its own words."]);
   if (capture.copies > 0)
     marks.push([plural(capture.copies, "copy", "copies"), "There are copies, cuts or mirror images of it."]);
-  for (const note of capture.notes) marks.push(["note", note]);
+  for (const note of capture.notes)
+    marks.push([/replaced|interpolated/.test(note) ? "repaired" : "to check", onPage(note)]);
   return h(
     "span",
     { class: "badges" },

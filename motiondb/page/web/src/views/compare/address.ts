@@ -9,8 +9,9 @@ export interface Part {
   end: number;
 }
 
-/** The moment of each part that is shown at the same time. */
-export type Moment = "start" | "middle" | "end";
+/** The moment of each part that is shown at the same time; "poses": like poses, in stretched time. */
+export const MOMENTS = ["start", "middle", "end", "poses"] as const;
+export type Moment = (typeof MOMENTS)[number];
 
 export interface Comparison {
   parts: readonly Part[];
@@ -39,7 +40,7 @@ export function comparisonOf(parameters: URLSearchParams): Comparison {
   const time = parameters.get("time");
   return {
     parts: parameters.getAll("part").flatMap(read),
-    at: at === "start" || at === "end" ? at : "middle",
+    at: MOMENTS.find((one) => one === at) ?? "middle",
     overlaid: parameters.get("ground") === "one",
     time: time === null || !Number.isFinite(Number(time)) ? null : Number(time),
   };

@@ -2,7 +2,9 @@
 
 import type { BodyTrack } from "../../api/container.ts";
 import { poseAt, type Motion } from "../../player/motion.ts";
+import type { Interval } from "../../timeline/timeline.ts";
 import type { Moment, Part } from "./address.ts";
+import { inTimeOf } from "./warp.ts";
 
 type Pose = Pick<Motion, "points" | "positions" | "fps" | "frames" | "start">;
 
@@ -13,7 +15,7 @@ const RATE = 15;
 
 /** The time of a part that is shown at the same moment as those of the others. */
 export function momentOf({ start, end }: Part, at: Moment): number {
-  return at === "start" ? start : at === "end" ? end : (start + end) / 2;
+  return at === "end" ? end : at === "middle" ? (start + end) / 2 : start;
 }
 
 /** The direction that the hips face, radians around the vertical; 0 where there are no hips. */
@@ -44,19 +46,26 @@ function moved(
 
 /**
  * Tracks on one clock, each facing the same way at its moment, side by side or on one spot.
- * Returns them with the shift from the times of each take to the common clock.
+ * Returns them with the interval of each part on the common clock.
  */
 export function alignTracks(
-  tracks: readonly BodyTrack[],
-  parts: readonly Part[],
+  takes: readonly BodyTrack[],
+  found: readonly Part[],
   at: Moment,
   overlaid: boolean,
-): { tracks: BodyTrack[]; shifts: number[] } {
+): { tracks: BodyTrack[]; spans: Interval[] } {
+  const stretched = at === "poses";
+  const tracks = takes.map((track, i) =>
+    stretched && i > 0
+      ? { ...track, motion: inTimeOf(takes[0]!.motion, found[0]!, track.motion, found[i]!, ownPose) }
+      : track,
+  );
+  const parts = stretched ? found.map(() => found[0]!) : found;
   const before = tracks.map(({ motion }, i) => momentOf(parts[i]!, at) - motion.start);
   const clock = Math.max(...before, 0);
   const shifts = tracks.map((_, i) => clock - momentOf(parts[i]!, at));
   return {
-    shifts,
+    spans: parts.map(({ start, end }, i): Interval => [start + shifts[i]!, end + shifts[i]!]),
     tracks: tracks.map((track, i) => {
       const { motion } = track;
       const pose = new Float32Array(motion.points.length * 3);
@@ -89,7 +98,7 @@ function ownPose(motion: Pose, time: number): Float32Array {
 
 /**
  * The distance of two motions moment by moment, each with its pelvis over one spot and facing the
- * same way, so that where they go does not count. Time is not stretched.
+ * same way, so that where they go does not count. Their times are taken as they are.
  */
 export function differenceOf(first: Pose, second: Pose): Difference {
   const from = Math.max(first.start, second.start);

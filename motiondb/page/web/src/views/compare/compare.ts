@@ -12,12 +12,13 @@ import { spanOf } from "../../player/screen.ts";
 import { go, routeTo } from "../../shell/router.ts";
 import { REDUCED } from "../../take/clip.ts";
 import type { Lane } from "../../timeline/lanes.ts";
-import { makeTimeline, type Timeline } from "../../timeline/timeline.ts";
+import { makeTimeline, type Interval, type Timeline } from "../../timeline/timeline.ts";
 import type { Context, OpenView, View } from "../view.ts";
 import {
   addressOf,
   comparisonOf,
   keepParts,
+  MOMENTS,
   MOST,
   type Comparison,
   type Moment,
@@ -33,11 +34,12 @@ const PAUSE = 300;
 /** Hues of the figures, degrees in OKLCH; far apart also for most who see few colours. By eye. */
 const HUES = [250, 50, 150, 330];
 
-const MOMENTS: readonly [Moment, string][] = [
-  ["start", "the start of each part"],
-  ["middle", "the middle of each part"],
-  ["end", "the end of each part"],
-];
+const SAID: Readonly<Record<Moment, string>> = {
+  start: "the start of each part",
+  middle: "the middle of each part",
+  end: "the end of each part",
+  poses: "like poses",
+};
 
 const rgb = (i: number): [number, number, number] => rgbOf(0.64, 0.13, HUES[i]!);
 const css = (i: number): string =>
@@ -64,7 +66,7 @@ function open(host: HTMLElement, context: Context): OpenView {
   const at = h(
     "select",
     { class: "field", id: "compare-at", on: { change: () => change({ at: at.value as Moment }) } },
-    MOMENTS.map(([value, label]) => h("option", { value }, label)),
+    MOMENTS.map((value) => h("option", { value }, SAID[value])),
   );
   const ground = h(
     "select",
@@ -76,6 +78,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     h("option", { value: "" }, "side by side"),
     h("option", { value: "one" }, "overlaid on one spot"),
   );
+  const note = h("p", { class: "small muted", "aria-live": "polite" });
   const body = h(
     "div",
     { class: "compare-body" },
@@ -91,11 +94,8 @@ function open(host: HTMLElement, context: Context): OpenView {
         h("label", { for: "compare-ground" }, "Figures"),
         ground,
       ),
-      h(
-        "p",
-        { class: "small muted" },
-        "All face the same way at that moment. To add another, select an answer of a search and press Compare.",
-      ),
+      note,
+      h("p", { class: "small muted" }, "To add another, select an answer of a search and press Compare."),
     ),
     h("div", { class: "compare-right" }, fault, player.element, timelineBox, curves.element),
   );
@@ -147,17 +147,25 @@ function open(host: HTMLElement, context: Context): OpenView {
     );
   }
 
+  /** How much faster or slower a figure is played than it was, in words. */
+  function stretchOf(i: number): string {
+    const [first, part] = [wanted.parts[0]!, wanted.parts[i]!];
+    if (wanted.at !== "poses" || i === 0) return "";
+    const ratio = (part.end - part.start) / (first.end - first.start);
+    return `, at ${ratio.toFixed(2)} times its speed on average`;
+  }
+
   /** The found part of each motion, on the common clock. */
-  function lanes(shifts: readonly number[]): Lane[] {
+  function lanes(spans: readonly Interval[]): Lane[] {
     return wanted.parts.map((part, i) => ({
       name: String(i + 1),
       kind: "parts",
       blocks: [
         {
-          start: part.start + shifts[i]!,
-          end: part.end + shifts[i]!,
+          start: spans[i]![0],
+          end: spans[i]![1],
           label: nameOf(part.ref),
-          title: `${i + 1}: ${nameOf(part.ref)}, ${interval(part.start, part.end)} of its take`,
+          title: `${i + 1}: ${nameOf(part.ref)}, ${interval(part.start, part.end)} of its take${stretchOf(i)}`,
         },
       ],
     }));
@@ -165,8 +173,11 @@ function open(host: HTMLElement, context: Context): OpenView {
 
   function play(): void {
     const { parts, overlaid, time } = wanted;
-    const { tracks, shifts } = alignTracks(bodies, parts, wanted.at, overlaid);
-    const named = tracks.map((track, i) => ({ ...track, name: `${i + 1} ${nameOf(parts[i]!.ref)}` }));
+    const { tracks, spans } = alignTracks(bodies, parts, wanted.at, overlaid);
+    const named = tracks.map((track, i) => ({
+      ...track,
+      name: innerWidth > 720 ? `${i + 1} ${nameOf(parts[i]!.ref)}` : String(i + 1),
+    }));
     player.show({ tracks: named, colours: parts.map((_, i) => rgb(i)) });
     const [, duration] = spanOf(tracks);
     timeline = makeTimeline({
@@ -174,7 +185,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       label: "Timeline of the comparison",
       onSeek: (moment) => player.seek(moment),
     });
-    timeline.setLanes(lanes(shifts));
+    timeline.setLanes(lanes(spans));
     fill(timelineBox, timeline.element);
     const others = tracks.slice(1).map((track, k) => ({
       figure: k + 2,
@@ -182,7 +193,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       difference: differenceOf(tracks[0]!.motion, track.motion),
     }));
     curves.show(others, tracks[0]?.motion.points ?? [], duration);
-    player.seek(time ?? Math.min(...parts.map((part, i) => part.start + shifts[i]!)));
+    player.seek(time ?? Math.min(...spans.map(([start]) => start)));
     if (time === null && !REDUCED.matches) player.play();
   }
 
@@ -190,6 +201,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     loads += 1;
     const mine = loads;
     fault.replaceChildren();
+    player.element.hidden = false;
     player.say("Loading…");
     const asking = wanted.parts.map(({ ref, start, end }) =>
       context.motions.tracks(ref, Math.max(start - AROUND, 0), end + AROUND),
@@ -204,7 +216,9 @@ function open(host: HTMLElement, context: Context): OpenView {
     } catch (problem) {
       if (mine !== loads) return;
       bodies = [];
-      player.show({ tracks: [] });
+      timelineBox.replaceChildren();
+      curves.show([], [], 0);
+      player.element.hidden = true;
       fill(fault, faultState(messageOf(problem)));
     }
   }
@@ -220,6 +234,10 @@ function open(host: HTMLElement, context: Context): OpenView {
       parts.length === 0 ? emptyState("Nothing to compare yet", about as Child, [searching]) : null,
     );
     at.value = wanted.at;
+    note.textContent =
+      wanted.at === "poses"
+        ? "The time of the others is stretched, so that like poses come at the same moments as in 1."
+        : "All face the same way at that moment. Time is as it was.";
     ground.value = wanted.overlaid ? "one" : "";
     fill(list, parts.map(row));
   }

@@ -129,7 +129,7 @@ export function makeFacts(context: Context): FactsPanel {
       { class: "plain terminal-list" },
       facts.terminals.map((one) => terminalRow(one, colours, box, facts)),
     );
-    fill(box, h("p", { class: "muted small" }, "A terminal plays its medoid: the most typical segment."));
+    fill(box, h("p", { class: "muted small" }, "Choose a terminal: its most typical segment plays here."));
     return h(
       "section",
       { "aria-label": "Terminals" },

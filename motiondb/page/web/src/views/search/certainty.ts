@@ -12,17 +12,14 @@ export type Grade = "likely" | "unlikely" | "folded" | "unmeasured";
 export interface Certainty {
   /** The probability that the capture shows all that was asked; null: not measured. */
   value: number | null;
-  /** Where it was not measured for the whole: it is at most this, the least of its parts. */
+  /** Where it was not measured for the whole: it is at most this, the least of the known parts. */
   most: number | null;
   grade: Grade;
 }
 
 export function certaintyOf(match: Pick<ShownMatch, "probability" | "parts">): Certainty {
-  const parts = match.parts.map((part) => part.probability);
-  const most =
-    match.probability === null && parts.length > 0 && parts.every((one) => one !== null)
-      ? Math.min(...(parts as number[]))
-      : null;
+  const parts = match.parts.map((part) => part.probability).filter((one) => one !== null);
+  const most = match.probability === null && parts.length > 0 ? Math.min(...parts) : null;
   const value = match.probability;
   const known = value ?? most;
   const grade: Grade =
@@ -40,23 +37,20 @@ export function sayGrade(value: number): string {
   return "very unlikely";
 }
 
-/** The words that stand for words of the question, and how likely the replacements are together. */
-export interface Replaced {
-  words: ReadonlyMap<string, string>;
-  share: number;
-}
+/** For each replaced word of the question: the words that stand for it, and how likely it means them. */
+export type Replaced = ReadonlyMap<string, { words: string; share: number }>;
 
-export const NOTHING_REPLACED: Replaced = { words: new Map(), share: 1 };
+export const NOTHING_REPLACED: Replaced = new Map();
 
 export function replacedWords(answer: Pick<SearchReply, "taken">): Replaced {
-  const words = new Map<string, string>();
-  let share = 1;
-  for (const [word, known] of Object.entries(answer.taken)) {
-    if (known.length === 0) continue;
-    words.set(word, known.map((one) => one.word).join(" or "));
-    share *= known[0]!.probability;
-  }
-  return { words, share };
+  return new Map(
+    Object.entries(answer.taken)
+      .filter(([, known]) => known.length > 0)
+      .map(([word, known]) => [
+        word,
+        { words: known.map((one) => one.word).join(" or "), share: known[0]!.probability },
+      ]),
+  );
 }
 
 export interface SaidPart {
@@ -69,16 +63,16 @@ export interface SaidPart {
 }
 
 /**
- * A part with its real words, and the probabilities of these: not those of the replacement. The
- * server counted the replacement in only where it gave a probability of the whole answer, `whole`.
+ * A part with its real words, and the probabilities of these. The server multiplied those of a part
+ * with replaced words by the shares of these, if it gave a probability of the whole answer, `whole`.
  */
 export function sayPart(part: MatchPart, replaced: Replaced, whole: number | null): SaidPart {
   const asked = part.words.split(" ");
-  const instead = asked.filter((word) => replaced.words.has(word));
-  const share = whole === null ? 1 : replaced.share;
+  const instead = asked.filter((word) => replaced.has(word));
+  const share = whole === null ? 1 : instead.reduce((all, word) => all * replaced.get(word)!.share, 1);
   const real = (p: number | null): number | null => (p === null ? null : Math.min(p / share, 1));
   return {
-    words: asked.map((word) => replaced.words.get(word) ?? word).join(" "),
+    words: asked.map((word) => replaced.get(word)?.words ?? word).join(" "),
     instead: instead.join(" "),
     probability: real(part.probability),
     place: real(part.interval_probability),

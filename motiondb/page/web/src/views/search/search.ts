@@ -35,7 +35,7 @@ function open(host: HTMLElement, context: Context): OpenView {
   let abort = new AbortController();
   let example: Example | null = null;
 
-  const selection = makeSelection(context.fail);
+  const selection = makeSelection(context);
   const answers = makeAnswers(context, selection);
   const where = h("input", {
     class: "field",

@@ -2,10 +2,10 @@
 
 import type { ShownMatch } from "../../api/types.ts";
 import { h } from "../../dom/element.ts";
-import { icon } from "../../dom/icons.ts";
-import { download, type FileFormat } from "../../parts/download.ts";
+import { download, downloadButtons, type FileFormat } from "../../parts/download.ts";
 import { plural } from "../../parts/text.ts";
 import { go } from "../../shell/router.ts";
+import type { Context } from "../view.ts";
 import { addressWith, compareAddress, MOST } from "../compare/address.ts";
 
 export interface Selection {
@@ -15,7 +15,7 @@ export interface Selection {
   onClear(listener: () => void): void;
 }
 
-export function makeSelection(fail: (fault: unknown) => void): Selection {
+export function makeSelection(context: Context): Selection {
   const chosen = new Map<string, ShownMatch>();
   let cleared: () => void = () => undefined;
   const count = h("span", { role: "status" });
@@ -30,8 +30,7 @@ export function makeSelection(fail: (fault: unknown) => void): Selection {
     { class: "selection-bar", role: "region", "aria-label": "Selected answers", hidden: true },
     count,
     compareButton,
-    button("BVH", "bvh"),
-    button("glTF", "glb"),
+    downloadButtons(context.status().writes, (format) => void save(format), false),
     h("label", { class: "check", for: "whole-takes" }, whole, "whole takes"),
     h(
       "button",
@@ -49,20 +48,6 @@ export function makeSelection(fail: (fault: unknown) => void): Selection {
     ),
   );
 
-  function button(label: string, format: FileFormat): HTMLElement {
-    return h(
-      "button",
-      {
-        class: "button plain",
-        type: "button",
-        "aria-label": `Download as ${label}`,
-        on: { click: () => void save(format) },
-      },
-      icon("download"),
-      label,
-    );
-  }
-
   async function save(format: FileFormat): Promise<void> {
     const items = [...chosen.values()].map(({ ref, start, end }) =>
       whole.checked ? { ref } : { ref, start, end },
@@ -70,7 +55,7 @@ export function makeSelection(fail: (fault: unknown) => void): Selection {
     try {
       await download(items, format);
     } catch (fault) {
-      fail(fault);
+      context.fail(fault);
     }
   }
 

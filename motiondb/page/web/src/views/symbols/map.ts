@@ -20,7 +20,9 @@ export interface SymbolMap {
   close(): void;
 }
 
-const SIZE = { width: 900, height: 640, margin: 60 };
+const WIDE = { width: 900, height: 640, margin: 60 };
+/** On a phone the same units would be too small to read. */
+const NARROW = { width: 420, height: 460, margin: 36 };
 
 function nameOf(symbol: PlacedSymbol): string {
   const words = symbol.words
@@ -36,6 +38,7 @@ function radius(count: number, largest: number): number {
 }
 
 export function makeSymbolMap(motions: Motions, click: (symbol: number) => void): SymbolMap {
+  const SIZE = innerWidth < 700 ? NARROW : WIDE;
   const figures = makeMapFigures(motions, SIZE);
   const picture = h("div", {});
   const element = h("div", { class: "symbol-map" }, picture, figures.element);
@@ -86,7 +89,8 @@ export function makeSymbolMap(motions: Motions, click: (symbol: number) => void)
     );
     const axes = zoomed(whole, zoom, SIZE);
     const largest = Math.max(...symbols.map((one) => one.count));
-    const ellipses = clusters.map(({ cluster, mean, covariance }) => {
+    const several = clusters.length > 1 ? clusters : []; // one alone says nothing
+    const ellipses = several.map(({ cluster, mean, covariance }) => {
       const { x, y, rx, ry, angle } = ellipseOf(mean, covariance, axes);
       return svg(
         "ellipse",

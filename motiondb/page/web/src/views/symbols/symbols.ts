@@ -112,7 +112,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       h(
         "p",
         { class: "summary" },
-        `${plural(space.symbols.length, "symbol")}, ${plural(space.clusters.length, "cluster")}. Symbols that lie close together move alike.`,
+        `${plural(space.symbols.length, "symbol")}: kinds of movement that learning found. Those that lie close together move alike.`,
       ),
       h(
         "span",
@@ -151,14 +151,15 @@ function open(host: HTMLElement, context: Context): OpenView {
   function showLegend(): void {
     fill(
       legend,
-      clustersOf(space!.symbols).map(({ tint, symbols: members, words }) =>
-        h(
-          "li",
-          {},
-          h("span", { class: "cluster-colour", style: { background: tint.strong } }),
-          words.length ? words.join(", ") : "no probable word",
-          h("span", { class: "muted small" }, ` ${plural(members, "symbol")}`),
-        ),
+      (space!.clusters.length > 1 ? clustersOf(space!.symbols) : []).map(
+        ({ tint, symbols: members, words }) =>
+          h(
+            "li",
+            {},
+            h("span", { class: "cluster-colour", style: { background: tint.strong } }),
+            words.length ? words.join(", ") : "no probable word",
+            h("span", { class: "muted small" }, ` ${plural(members, "symbol")}`),
+          ),
       ),
     );
   }
@@ -188,15 +189,12 @@ function open(host: HTMLElement, context: Context): OpenView {
     closeClip();
     const facts = space?.symbols.find((one) => one.symbol === chosen);
     if (!facts) {
-      fill(
-        panel,
-        emptyState("Choose a symbol", "A click on a dot plays the movement and lists where it happens."),
-      );
+      fill(panel, emptyState("Choose a dot", "It plays this kind of movement, and lists where it happens."));
       return;
     }
     const box = h("div", { class: "symbol-clip" });
     const list = h("ul", { class: "plain segment-list" });
-    fill(panel, heading(facts), box, h("h3", {}, "Segments, the most typical first"), list);
+    fill(panel, heading(facts), box, h("h3", {}, "Where it happens, the most typical first"), list);
     await moreSegments(facts.symbol, box, list, 0);
   }
 
@@ -272,7 +270,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       h(
         "p",
         { class: "muted" },
-        `${plural(facts.count, "segment")} in ${plural(facts.captures, "capture")}, ${seconds(facts.seconds)} on average, cluster ${facts.cluster}`,
+        `${plural(facts.count, "segment")} in ${plural(facts.captures, "capture")}, ${seconds(facts.seconds)} on average`,
       ),
       h(
         "p",

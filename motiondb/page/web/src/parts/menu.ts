@@ -1,0 +1,37 @@
+/** A button that opens a short list of others; it closes when one is chosen, or by Escape. */
+
+import { h } from "../dom/element.ts";
+
+export function makeMenu(label: string, items: readonly HTMLElement[]): HTMLElement {
+  const close = (): void => void (menu.open = false);
+  const summary = h("summary", { class: "button plain" }, label);
+  const menu = h(
+    "details",
+    {
+      class: "menu",
+      on: {
+        keydown: (event) => {
+          if (event.key !== "Escape" || !menu.open) return;
+          event.stopPropagation();
+          close();
+          summary.focus();
+        },
+        focusout: (event) => {
+          if (event.relatedTarget && !menu.contains(event.relatedTarget as Node)) close();
+        },
+      },
+    },
+    summary,
+    h("div", { class: "menu-items", on: { click: close } }, items),
+  );
+  menu.addEventListener("toggle", () => {
+    if (!menu.open) return;
+    const outside = (event: Event): void => {
+      if (menu.contains(event.target as Node)) return;
+      close();
+      removeEventListener("pointerdown", outside);
+    };
+    addEventListener("pointerdown", outside);
+  });
+  return menu;
+}

@@ -1,0 +1,84 @@
+/** Ask for new names: one for a capture, or a pattern for several. */
+
+import { h } from "../../dom/element.ts";
+import { openDialog } from "../../parts/asking.ts";
+import { plural } from "../../parts/text.ts";
+
+/** In a pattern: any letters. */
+const ANY = "*";
+/** Names that the dialog shows as examples. */
+const SHOWN = 3;
+
+/** What the server is asked for. */
+export interface Renaming {
+  old: string;
+  new: string;
+  captures?: string[];
+}
+
+/** A pattern that all names fit: the letters with which all begin, then any. */
+export function commonPattern(names: readonly string[]): string {
+  let common = names[0] ?? "";
+  for (const name of names) while (!name.startsWith(common)) common = common.slice(0, -1);
+  return common + ANY;
+}
+
+/** What patterns make of a name; null where it does not fit the old one. */
+export function byPattern(name: string, old: string, fresh: string): string | null {
+  const [before, after, ...rest] = old.split(ANY);
+  const [head, tail, ...more] = fresh.split(ANY);
+  if (after === undefined || tail === undefined || rest.length + more.length > 0) return null;
+  const fits = name.startsWith(before!) && name.endsWith(after) && name.length >= old.length - 1;
+  return fits ? head + name.slice(before!.length, name.length - after.length) + tail : null;
+}
+
+/** Open the dialog; it stays open where the captures cannot be renamed. */
+export function askNames(names: readonly string[], run: (body: Renaming) => Promise<boolean>): void {
+  const [only] = names;
+  const several = names.length > 1;
+  const pattern = several ? commonPattern(names) : only!;
+  const field = (id: string): HTMLInputElement =>
+    h("input", { class: "field wide", id, required: true, value: pattern, spellcheck: false });
+  const [old, fresh] = [field("old-names"), field("new-names")];
+  fresh.autofocus = true;
+  const shown = h("p", { class: "small muted", role: "status" });
+
+  function show(): void {
+    if (!several) return;
+    const fitting = names.flatMap((name) => {
+      const next = byPattern(name, old.value.trim(), fresh.value.trim());
+      return next === null ? [] : [`${name} → ${next}`];
+    });
+    const more = fitting.length > SHOWN ? `; … ${fitting.length} of ${names.length}` : "";
+    shown.textContent =
+      fitting.length > 0
+        ? fitting.slice(0, SHOWN).join("; ") + more
+        : `None fits. Write ${ANY} once in both: it stands for any letters.`;
+  }
+
+  const form = h(
+    "form",
+    { on: { input: show } },
+    several
+      ? [
+          h("p", { class: "muted" }, `${plural(names.length, "capture")}. ${ANY} stands for any letters.`),
+          h("label", { for: "old-names" }, "Names like"),
+          old,
+        ]
+      : null,
+    h("label", { for: "new-names" }, several ? "become" : `The new name of ${only}`),
+    fresh,
+    shown,
+    h("div", { class: "row end" }, h("button", { class: "button", type: "submit" }, "Rename")),
+  );
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    const name = fresh.value.trim();
+    const body = several
+      ? { old: old.value.trim(), new: name, captures: [...names] }
+      : { old: only!, new: name };
+    void run(body).then((done) => done && dialog.close());
+  });
+  const dialog = openDialog("Rename", form);
+  show();
+}
