@@ -14,6 +14,7 @@ that steps write are the old ones or the new ones. At the end no file and no pro
 from __future__ import annotations
 
 import hashlib
+import json
 import multiprocessing
 import os
 import shutil
@@ -27,21 +28,12 @@ from typing import Any
 
 import numpy as np
 
+from motiondb.errors import MotionDBError
 from robustness_tasks.databases import SAMPLES, import_everything
 from robustness_tasks.model_processes import CALLS, Answer, Harm, Server, Worker
-from robustness_tasks.model_verbs import DB, OTHER, SCENE, Hand
-from robustness_tasks.plain_model import (
-    DONE,
-    REFUSED,
-    UNKNOWN,
-    Change,
-    Kept,
-    Step,
-    Words,
-    World,
-    difference,
-    futures,
-)
+from robustness_tasks.model_verbs import DB, MATCHES, OTHER, SCENE, Hand
+from robustness_tasks.plain_model import DONE, REFUSED, UNKNOWN, Step, futures
+from robustness_tasks.plain_world import Change, Kept, Words, World, difference
 from robustness_tasks.random_steps import SHORTEST, Chooser, Material, choose
 
 STEPS = 200
@@ -372,6 +364,8 @@ class Chain:
         elif verb in ("rescue", "backup") and facts:
             rescued = {n: [k.digest, len(k.captions)] for n, k in world.captures.items()}
             expected = {"rescued": rescued, "wrong": []}
+        elif verb in ("edit rules", "export matches"):
+            expected = {"wrong": []}
         elif verb.startswith("ask") and "answer" in facts:
             known = self.answers.setdefault(f"{verb} {given}", facts["answer"])
             expected = {"answer": known}
@@ -410,6 +404,8 @@ class Chain:
         if has_changed:
             self.answers.clear()
         faults += self._left_over(drafts, steps)
+        if any(step.verb == "export matches" for step in steps):
+            faults += self._torn()
         self.revision = revision
         if "" in differences:
             before = self.world.facts()
@@ -419,14 +415,27 @@ class Chain:
         return has_changed, faults
 
     def _files(self) -> tuple[dict[str, str], set[str]]:
-        """Digests of the files that steps wrote, and the names of drafts."""
-        names = {path.name: path for path in (self.place / "out").iterdir()}
-        drafts = {name for name in names if name.startswith(".")}
+        """Digests of the files that steps wrote, but matches, and the names of drafts."""
+        out = self.place / "out"
+        paths = {p.relative_to(out).as_posix(): p for p in out.rglob("*") if p.is_file()}
+        drafts = {name for name, path in paths.items() if path.name.startswith(".")}
         return {
             name: hashlib.sha256(path.read_bytes()).hexdigest()
-            for name, path in names.items()
-            if name not in drafts
+            for name, path in paths.items()
+            if name not in drafts and not name.startswith(MATCHES)
         }, drafts
+
+    def _torn(self) -> list[str]:
+        """Matches, and the files beside them, that are not whole."""
+        from motiondb import read_capture
+
+        torn = []
+        for path in (self.place / "out" / MATCHES).glob("[!.]*"):
+            try:
+                json.loads(path.read_text()) if path.suffix == ".json" else read_capture(path)
+            except (ValueError, MotionDBError) as error:
+                torn.append(f"not whole: {path.name}: {error}")
+        return torn
 
     def _left_over(self, drafts: set[str], steps: list[Step]) -> list[str]:
         """Drafts that no kill left, and those that a later writing of the file should remove."""

@@ -40,7 +40,8 @@ from motiondb.errors import MotionDBError
 from motiondb.files.parent_process import end_with_parent
 from motiondb.store.connection import opening
 from robustness_tasks.model_verbs import DB, Hand
-from robustness_tasks.plain_model import DONE, REFUSED, UNKNOWN, Arguments
+from robustness_tasks.plain_model import DONE, REFUSED, UNKNOWN
+from robustness_tasks.plain_world import Arguments
 
 STRACE = shutil.which("strace")
 PATIENCE = 300.0
@@ -329,6 +330,17 @@ class Server:
     def _requested(
         self, verb: str, given: Arguments, process: psutil.Process, children: list[psutil.Process]
     ) -> Answer:
+        if verb in EDITS:
+            status, shown = self.request(
+                "GET", f"/api/grammar?{urlencode({'name': given['name']})}", None
+            )
+            if status >= 400:
+                return Answer(REFUSED, message=str(shown))
+            given = {
+                **given,
+                "run": shown["run"],
+                "terminals": [t["terminal"] for t in shown["terminals"]],
+            }
         method, path, body = REQUESTS[verb](given)
         status, facts = self.request(method, path, body)
         while status in (200, 202) and (job := facts.get("id")) and "state" in facts:
@@ -400,6 +412,12 @@ def _serve(place: Path, told: Any, threads: int) -> None:
     serve(settings, told.send, lambda _warning: None, open_browser=False)
 
 
+def _rename_terminal(given: Arguments) -> tuple[str, str, object]:
+    terminal = given["terminals"][given["which"] % len(given["terminals"])]
+    told = {"grammar": given["name"], "run": given["run"], "terminal": terminal, "to": given["to"]}
+    return "PUT", "/api/grammar/terminal", told
+
+
 def _captions(given: Arguments) -> list[dict[str, Any]]:
     return [dict(zip(("words", "start", "end"), words)) for words in given["captions"]]
 
@@ -425,6 +443,19 @@ REQUESTS: Mapping[str, Callable[[Arguments], tuple[str, str, object]]] = Mapping
         "set captions": lambda g: (
             "PUT", "/api/captions", {"capture": g["name"], "words": _captions(g)}
         ),
+        "add words": lambda g: (
+            "POST", "/api/captures/words", {"captures": g["names"], "words": g["words"]}
+        ),
+        "set tags": lambda g: (
+            "POST", "/api/captures/tags", {"captures": g["names"], "tags": g["tags"]}
+        ),
+        "rename": lambda g: (
+            "POST", "/api/captures/rename", {"old": g["old"], "new": g["new"]}
+        ),
+        "rename terminal": _rename_terminal,
+        "undo edit": lambda g: (
+            "POST", "/api/grammar/undo", {"grammar": g["name"], "run": g["run"]}
+        ),
         "undo": lambda _g: ("POST", "/api/undo", None),
         "learn": lambda g: ("POST", "/api/learn", {"symbols": g["symbols"], "seed": g["seed"]}),
         "save generated": lambda g: (
@@ -442,6 +473,8 @@ REQUESTS: Mapping[str, Callable[[Arguments], tuple[str, str, object]]] = Mapping
     }
 )  # fmt: skip
 """Verb -> method, path and body of its first request."""
+EDITS = frozenset({"rename terminal", "undo edit"})
+"""Verbs that need to know the version of a grammar."""
 SECOND = MappingProxyType({"save generated": "/api/made/save",
                            "save sequence": "/api/sequences/save"})  # fmt: skip
 """Verb -> where what the first request made is saved."""

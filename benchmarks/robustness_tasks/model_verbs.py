@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import pickle
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -14,12 +15,16 @@ import numpy as np
 
 import motiondb
 from motiondb import AddSettings, Caption, GrammarSettings, LearnSettings, MotionDB, store
-from robustness_tasks.plain_model import Arguments
+from motiondb.grammar.cfg.context_free import Grammar, Rule, format_grammar
+from motiondb.records import Run
+from robustness_tasks.plain_world import Arguments
 
 DB = "motions.duckdb"
 SCENE = "scene.pickle"
 OTHER = "other.duckdb"
 """The database that is merged, beside the material."""
+MATCHES = "matches"
+"""The folder for matches, where files are written."""
 
 
 class Hand:
@@ -89,6 +94,7 @@ class Hand:
                 name: [names.get(player.capture_id) for player in db.scenes.load(name).players]
                 for name in db.scenes.names()
             }
+            runs = store.load_runs(db.store)
             facts = {
                 "captures": captures,
                 "synonyms": store.load_synonyms(db.store),
@@ -99,10 +105,10 @@ class Hand:
                 },
                 "scenes": scenes,
                 "trash": sorted(name for _, name in store.load_trash(db.store)),
-                "history": [[kind, [e.name for e in edits]] for kind, edits in _history(db)],
+                "history": [[kind, [e.name for e in edits]] for kind, edits in _history(db, runs)],
             }
             wrong = [f"unlearned: {name}" for name in db.unlearned()] if db.is_learned() else []
-            wrong += [f"a run without an end: {run}" for run in db.runs() if not run["finished"]]
+            wrong += [f"a run without an end: {run}" for run in runs if not run.finished]
             revision = db.revision()
         if thorough:
             wrong += db.check()
@@ -112,13 +118,13 @@ class Hand:
     def begun(self) -> dict[str, Any]:
         """Numbers of the captures, and what runs changed, in a database that is taken over."""
         runs = [(kind, [tuple(vars(e).values())[1:6] for e in edits])
-                for kind, edits in _history(self.db)]  # fmt: skip
+                for kind, edits in _history(self.db, store.load_runs(self.db.store))]  # fmt: skip
         return {"numbers": {i.name: i.capture_id for i in self.db.captures()}, "runs": runs}
 
 
-def _history(db: MotionDB) -> list[tuple[str, list[Any]]]:
+def _history(db: MotionDB, runs: Sequence[Run]) -> list[tuple[str, list[Any]]]:
     """The kind of every run that changed captures, with its edits by name; oldest first."""
-    kinds = {run.run_id: run.kind for run in store.load_runs(db.store)}
+    kinds = {run.run_id: run.kind for run in runs}
     edits: dict[int, list[Any]] = {}
     for edit in store.load_edits(db.store):
         edits.setdefault(edit.run_id, []).append(edit)
@@ -199,6 +205,52 @@ def _learn_grammar(hand: Hand, given: Arguments) -> None:
 def _save_sequence(hand: Hand, given: Arguments) -> None:
     sequence = hand.db.grammars.generate(given["grammar"], given["seed"])
     hand.db.grammars.save(given["name"], sequence, given["seed"])
+
+
+def _edit_rules(hand: Hand, given: Arguments) -> Any:
+    """Add an alternative, or let the start derive the sentences at once and this alternative."""
+    grammars, name = hand.db.grammars, given["name"]
+    with store.transaction(hand.db.store):
+        learned, saved = grammars.load(name), grammars.saved(name)
+        text = edited_rules(learned.grammar, learned.strings, given["how"])
+        lost = grammars.edit_rules(name, text)
+        wrong = {*saved} - {*lost} ^ {*grammars.saved(name)}
+    return {"wrong": [f"not lost as told: {capture}" for capture in sorted(wrong)]}
+
+
+def edited_rules(grammar: Grammar, sentences: Sequence[Sequence[str]], how: str) -> str:
+    """The text of other rules, "flat" or "more", with an alternative that is not there yet."""
+    known = {rule.right for rule in grammar.rules if rule.left == grammar.start}
+    used = next(symbol for rule in grammar.rules for symbol in rule.right
+                if not grammar.is_nonterminal(symbol))  # fmt: skip
+    new = next((used,) * n for n in range(1, len(known) + 2) if (used,) * n not in known)
+    if how == "flat":
+        known, others = {tuple(sentence) for sentence in sentences}, []
+    else:
+        others = [rule for rule in grammar.rules if rule.left != grammar.start]
+    rights = [*sorted(known), new]
+    own = [Rule(grammar.start, right, 1.0 / len(rights)) for right in rights]
+    return format_grammar(Grammar(grammar.start, (*own, *others)))
+
+
+def _rename_terminal(hand: Hand, given: Arguments) -> None:
+    grammars, name = hand.db.grammars, given["name"]
+    with store.transaction(hand.db.store):
+        names = grammars.load(name).terminals.names
+        grammars.rename_terminal(name, names[given["which"] % len(names)], given["to"])
+
+
+def _export_matches(hand: Hand, given: Arguments) -> Any:
+    answer = hand.db.search(given["words"], limit=2)
+    files = hand.db.export_matches(answer, hand.place / "out" / MATCHES, given["words"])
+    wrong = [file.output.name for file in files if not _is_as_told(file.output, file.provenance)]
+    return {"wrong": [f"not as told: {name}" for name in wrong]}
+
+
+def _is_as_told(path: Path, beside: Path) -> bool:
+    """Whether the file beside says the content of a file."""
+    told = json.loads(beside.read_text())["sha256"]
+    return bool(told == hashlib.sha256(path.read_bytes()).hexdigest())
 
 
 def _keep_scene(hand: Hand, given: Arguments) -> None:
@@ -305,6 +357,7 @@ VERBS: Mapping[str, Callable[[Hand, Arguments], Any]] = MappingProxyType(
         "set words": lambda hand, given: hand.db.set_words(
             *(given[key] for key in ("name", "words", "start", "end", "keep"))
         ),
+        "add words": lambda hand, given: hand.db.add_words(given["words"], given["names"]),
         "set captions": lambda hand, given: hand.db.set_captions(given["name"], _captions(given)),
         "import words": lambda hand, given: hand.db.import_words(hand.place / given["words"]),
         "import events": lambda hand, given: hand.db.import_events(
@@ -321,6 +374,9 @@ VERBS: Mapping[str, Callable[[Hand, Arguments], Any]] = MappingProxyType(
         "learn": _learn,
         "save generated": _save_generated,
         "learn grammar": _learn_grammar,
+        "edit rules": _edit_rules,
+        "rename terminal": _rename_terminal,
+        "undo edit": lambda hand, given: hand.db.grammars.undo_edit(given["name"]),
         "remove grammar": lambda hand, given: hand.db.grammars.remove(given["name"]),
         "save sequence": _save_sequence,
         "keep scene": _keep_scene,
@@ -328,6 +384,7 @@ VERBS: Mapping[str, Callable[[Hand, Arguments], Any]] = MappingProxyType(
         "export": lambda hand, given: hand.db.export(given["name"], _out(hand, given)),
         "write generated": lambda hand, given: _made(hand, given).write(_out(hand, given)),
         "export knowledge": lambda hand, given: hand.db.export_knowledge(_out(hand, given)),
+        "export matches": _export_matches,
         "show": _show,
         "list": _list,
         "ask": _ask,

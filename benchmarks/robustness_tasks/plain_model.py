@@ -1,4 +1,4 @@
-"""What must be in a database, as plain dictionaries; and what every verb changes in them.
+"""What every verb changes in what must be in a database.
 
 A change of the database is a function of a :class:`World` and the verb's arguments. It changes the
 world, or raises :class:`RefusedError` where the database must refuse. What a model so small cannot
@@ -12,159 +12,23 @@ A verb that was interrupted may have happened or not, and two that ran at once i
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from copy import deepcopy
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import permutations, product
 from types import MappingProxyType
-from typing import Any
 
-ANY = "?"
-"""Stands for something that the model does not foresee."""
-Arguments = Mapping[str, Any]
-Words = tuple[str, float | None, float | None]
-"""A caption: words, start and end in seconds."""
+from robustness_tasks import plain_grammars
+from robustness_tasks.plain_world import (
+    ANY,
+    SYNONYMS,
+    Arguments,
+    Change,
+    Kept,
+    RefusedError,
+    Removed,
+    World,
+)
+
 DONE, REFUSED, UNKNOWN = "done", "refused", "unknown"
-
-
-class RefusedError(Exception):
-    """The database must refuse the verb."""
-
-
-@dataclass
-class Kept:
-    """A capture that must be there."""
-
-    kind: str
-    digest: str
-    tags: dict[str, str] | str
-    captions: tuple[Words, ...] | str = ()
-    events: tuple[tuple[int, str], ...] = ()
-    number: int = 0  # the same by whatever name; 0: not given yet
-
-
-@dataclass(frozen=True)
-class Change:
-    """What a run changed in captures: number -> name and capture before, None if it was added.
-
-    The synonyms are noted as the tags of the number SYNONYMS.
-    """
-
-    serial: int
-    verb: str
-    names: tuple[str, ...]  # of the captures: before the change, or of new ones
-    before: Mapping[int, tuple[str, Kept] | None]
-    removed: frozenset[int]
-    undoes: int = 0  # serial of the run that it takes back
-
-
-@dataclass(frozen=True)
-class Removed:
-    """A capture in the trash, with what may be restored beside it."""
-
-    name: str
-    kept: Kept
-    derived: tuple[str, int] | None  # grammar and its version
-    players: tuple[tuple[str, int, int], ...]  # scene, its version, player
-
-
-SYNONYMS = -1
-
-
-@dataclass
-class World:
-    """Everything that must be in the database, its history, and the edits of the server."""
-
-    captures: dict[str, Kept] = field(default_factory=dict)
-    synonyms: dict[str, str] = field(default_factory=dict)
-    vocabulary: tuple[str, ...] | str | None = None  # None: it has not learned
-    grammars: dict[str, str] = field(default_factory=dict)  # name -> digest
-    sequences: dict[str, str] = field(default_factory=dict)  # capture -> grammar that derived it
-    scenes: dict[str, list[str | None]] = field(default_factory=dict)  # name -> captures of players
-    edits: list[int] = field(default_factory=list)  # serials of the server's changes of words
-    history: list[Change] = field(default_factory=list)
-    trash: dict[int, Removed] = field(default_factory=dict)
-    versions: dict[tuple[str, str], int] = field(default_factory=dict)  # of grammars and scenes
-    latest: int = 0  # serial of the latest run that changed captures
-    numbers: int = 0  # given to captures so far
-    players: set[int] = field(default_factory=set)  # numbers of captures that scenes brought
-    undoes: int = 0  # serial of what the step under way takes back
-    files: dict[str, str] = field(default_factory=dict)  # file that was written -> digest
-
-    def facts(self) -> dict[str, Any]:
-        """What a look into the database must give."""
-        grammars = {
-            name: [digest, sorted(c for c, by in self.sequences.items() if by == name)]
-            for name, digest in self.grammars.items()
-        }
-        captures = {name: list(vars(kept).values())[:5] for name, kept in self.captures.items()}
-        return {
-            "captures": captures,
-            "synonyms": self.synonyms,
-            "vocabulary": self.vocabulary,
-            "grammars": grammars,
-            "scenes": self.scenes,
-            "files": self.files,
-            "trash": sorted(removed.name for removed in self.trash.values()),
-            "history": [[KINDS.get(c.verb, c.verb), list(c.names)] for c in self.history],
-        }
-
-    def learn_from(self, seen: Mapping[str, Any]) -> None:
-        """Take over what the model did not foresee."""
-        for name, kept in self.captures.items():
-            kept.digest, kept.tags, kept.captions = seen["captures"][name][1:4]
-        self.vocabulary = seen["vocabulary"]
-        self.grammars = {name: facts[0] for name, facts in seen["grammars"].items()}
-        self.files = dict(seen["files"])
-
-    def remember(self, verb: str, before: World) -> None:
-        """Number new captures, and note what a verb changed in captures, for an undoing."""
-        for kept in self.captures.values():
-            if not kept.number:
-                self.numbers += 1
-                kept.number = self.numbers
-                self.players |= {kept.number} if verb == "keep scene" else set()
-        now = {kept.number: (name, kept) for name, kept in self.captures.items()}
-        then = {kept.number: (name, kept) for name, kept in before.captures.items()}
-        changed: dict[int, tuple[str, Kept] | None] = {
-            number: then.get(number)
-            for number in {*now, *then}
-            if now.get(number) != then.get(number)
-        }
-        if self.synonyms != before.synonyms:
-            changed[SYNONYMS] = ("synonyms", Kept("", "", dict(before.synonyms)))
-        if not changed or verb in NOT_NOTED:
-            return
-        self.latest += 1
-        removed = frozenset(then.keys() - now.keys())
-        names = (old[0] if old else now[number][0] for number, old in changed.items())
-        change = Change(self.latest, verb, tuple(sorted(names)), changed, removed, self.undoes)
-        self.history.append(change)
-        self.undoes = 0
-
-    def only(self, name: str) -> Kept:
-        """The capture of a name."""
-        if name not in self.captures:
-            raise RefusedError
-        return self.captures[name]
-
-
-def difference(expected: object, seen: object, where: str = "") -> str:
-    """Where two nested values differ, "" if nowhere; ``ANY`` agrees with everything."""
-    if isinstance(expected, str) and expected == ANY:
-        return ""
-    if isinstance(expected, dict) and isinstance(seen, dict):
-        for key in sorted({*expected, *seen}):
-            if key not in expected or key not in seen:
-                return f"{where}/{key}: {'unexpected' if key in seen else 'missing'}"
-            if told := difference(expected[key], seen[key], f"{where}/{key}"):
-                return told
-        return ""
-    if isinstance(expected, (list, tuple)) and isinstance(seen, (list, tuple)):
-        if len(expected) != len(seen):
-            return f"{where}: expected {expected!r}, found {seen!r}"
-        pairs = enumerate(zip(expected, seen))
-        return next(filter(None, (difference(a, b, f"{where}/{n}") for n, (a, b) in pairs)), "")
-    return "" if expected == seen else f"{where}: expected {expected!r}, found {seen!r}"
 
 
 @dataclass(frozen=True)
@@ -186,7 +50,7 @@ def futures(world: World, steps: Sequence[Step], undisturbed: bool) -> Iterator[
     steps = [part for step in steps for part in _by_file(step)]
     for order in permutations(steps):
         for happened in product(*((False, True) if s.ended == UNKNOWN else (None,) for s in order)):
-            later = deepcopy(world)
+            later = world.copy()
             if all(_allows(later, s, h, undisturbed) for s, h in zip(order, happened)):
                 yield later
 
@@ -203,12 +67,16 @@ def _by_file(step: Step) -> list[Step]:
 
 def _allows(world: World, step: Step, happened: bool | None, undisturbed: bool) -> bool:
     """Whether a step may have ended as it did; changes the world if it happened."""
-    change, before = CHANGES[step.verb], deepcopy(world)
+    change, before = CHANGES[step.verb], world.copy()
     is_optional = step.verb in MAY_REFUSE or not undisturbed
+    if step.verb in ("ask", "export matches"):
+        is_optional = not undisturbed or step.arguments["words"] not in (world.vocabulary or ())
     is_optional |= step.verb == "rescue" and world == World()  # there may be no file yet
     try:
         change(world, step.arguments, step.by)
         world.remember(step.verb, before)
+        if step.by == "server" and step.verb in OF_PAGE and world.latest > before.latest:
+            world.edits.append(world.latest)
         is_refused = False
     except RefusedError:
         vars(world).update(vars(before))
@@ -220,6 +88,17 @@ def _allows(world: World, step: Step, happened: bool | None, undisturbed: bool) 
     if is_edit and step.ended == REFUSED and is_refused:
         world.edits.pop()  # an edit that cannot be undone is forgotten
     return step.ended != REFUSED or is_refused or is_optional
+
+
+def _ask(world: World, given: Arguments, _by: str) -> None:
+    if world.vocabulary is None:
+        raise RefusedError
+    world.only(given["name"])
+
+
+def _export_matches(world: World, _given: Arguments, _by: str) -> None:
+    if world.vocabulary is None:
+        raise RefusedError
 
 
 def _add(world: World, given: Arguments, _by: str) -> None:
@@ -267,14 +146,23 @@ def _set_words(world: World, given: Arguments, by: str) -> None:
     )
 
 
-def _set_captions(world: World, given: Arguments, by: str) -> None:
+def _set_captions(world: World, given: Arguments, _by: str) -> None:
     kept = world.only(given["name"])
     for words, start, end in given["captions"]:
         if not words.strip() or (start or 0.0) >= (0.3 if end is None else end) or (end or 0) > 9.0:
             raise RefusedError
-    if by == "server" and kept.captions != tuple(given["captions"]):
-        world.edits.append(world.latest + 1)
     kept.captions = tuple(given["captions"])
+
+
+def _add_words(world: World, given: Arguments, _by: str) -> None:
+    """A caption more where it is not there yet."""
+    for name in given["names"]:
+        world.only(name)
+    for name in given["names"]:
+        kept = world.captures[name]
+        new = (given["words"], None, None)
+        if isinstance(kept.captions, tuple) and new not in kept.captions:
+            kept.captions = (*kept.captions, new)
 
 
 def _undo(world: World, given: Arguments, by: str) -> None:
@@ -434,39 +322,6 @@ def _save_generated(world: World, given: Arguments, _by: str) -> None:
     world.captures[given["name"]] = Kept("generated", ANY, ANY, captions)
 
 
-def _learn_grammar(world: World, given: Arguments, _by: str) -> None:
-    """A grammar replaces that of its name; what the earlier one derived can no longer be edited."""
-    for name in given["captures"]:
-        world.only(name)
-    _lose_sequences(world, given["name"])
-    _renew(world, "grammar", given["name"])
-    world.grammars[given["name"]] = ANY
-
-
-def _remove_grammar(world: World, given: Arguments, _by: str) -> None:
-    if given["name"] not in world.grammars:
-        raise RefusedError
-    del world.grammars[given["name"]]
-    _renew(world, "grammar", given["name"])
-    _lose_sequences(world, given["name"])
-
-
-def _renew(world: World, kind: str, name: str) -> None:
-    """A grammar or scene is another one from now on, though it may have the name."""
-    world.versions[kind, name] = world.versions.get((kind, name), 0) + 1
-
-
-def _lose_sequences(world: World, grammar: str) -> None:
-    world.sequences = {c: by for c, by in world.sequences.items() if by != grammar}
-
-
-def _save_sequence(world: World, given: Arguments, _by: str) -> None:
-    if given["grammar"] not in world.grammars or given["name"] in world.captures:
-        raise RefusedError
-    world.captures[given["name"]] = Kept("generated", ANY, ANY, ANY)
-    world.sequences[given["name"]] = given["grammar"]
-
-
 def _keep_scene(world: World, given: Arguments, _by: str) -> None:
     """A scene replaces that of its name, with the captures of its players.
 
@@ -477,7 +332,7 @@ def _keep_scene(world: World, given: Arguments, _by: str) -> None:
     if any(k.number in world.players and n not in own for n, k in world.captures.items()):
         raise RefusedError
     if name in world.scenes:
-        before = deepcopy(world)
+        before = world.copy()
         _remove_scene(world, given, "")
         world.remember("remove scene", before)
     captures = [f"{name}/{player}" for player in given["players"]]
@@ -493,7 +348,7 @@ def _remove_scene(world: World, given: Arguments, _by: str) -> None:
         raise RefusedError
     for capture in filter(None, world.scenes.pop(given["name"])):
         _remove_one(world, capture)
-    _renew(world, "scene", given["name"])
+    world.renew("scene", given["name"])
 
 
 def _export(world: World, given: Arguments, _by: str) -> None:
@@ -527,6 +382,7 @@ CHANGES: Mapping[str, Callable[[World, Arguments, str], None]] = MappingProxyTyp
         "add": _add,
         "remove": _remove,
         "set words": _set_words,
+        "add words": _add_words,
         "set captions": _set_captions,
         "undo": _undo,
         "import words": _import_words,
@@ -534,17 +390,21 @@ CHANGES: Mapping[str, Callable[[World, Arguments, str], None]] = MappingProxyTyp
         "set synonyms": _set_synonyms,
         "learn": _learn,
         "save generated": _save_generated,
-        "learn grammar": _learn_grammar,
-        "remove grammar": _remove_grammar,
-        "save sequence": _save_sequence,
+        "learn grammar": plain_grammars.learn,
+        "remove grammar": plain_grammars.remove,
+        "edit rules": plain_grammars.edit_rules,
+        "rename terminal": plain_grammars.rename_terminal,
+        "undo edit": plain_grammars.undo_edit,
+        "save sequence": plain_grammars.save_sequence,
         "keep scene": _keep_scene,
         "remove scene": _remove_scene,
         "export": _export,
         "write generated": _write_learned,
         "export knowledge": _write_learned,
+        "export matches": _export_matches,
         "show": _ask_one,
         "list": _nothing,
-        "ask": _nothing,
+        "ask": _ask,
         "ask grammar": _nothing,
         "ask scene": _ask_scene,
         "rename": _rename,
@@ -558,21 +418,14 @@ CHANGES: Mapping[str, Callable[[World, Arguments, str], None]] = MappingProxyTyp
     }
 )
 """Verb -> what it changes in the world."""
-NOT_NOTED = frozenset({"save sequence", "keep scene"})
-"""Verbs that change captures and of which no undoing is foreseen."""
 UNDOABLE = frozenset(
-    {"add", "remove", "rename", "set words", "set captions", "import words", "set tags",
+    {"add", "remove", "rename", "set words", "set captions", "add words", "import words",
+     "set tags",
      "import events", "merge", "save generated", "set synonyms", "undo", "words"}
 )  # fmt: skip
 """Verbs that can be undone."""
-KINDS = MappingProxyType(
-    {
-        "set words": "words", "set captions": "words", "import words": "words",
-        "set synonyms": "words", "set tags": "tags", "import events": "events",
-        "save generated": "generate", "remove scene": "scene remove",
-    }
-)  # fmt: skip
-"""Verb -> kind of its run, where that has another name."""
+OF_PAGE = frozenset({"set words", "set captions", "add words", "set tags", "rename", "remove"})
+"""Verbs that the server takes back."""
 MAY_REFUSE = frozenset(
     {"learn", "save generated", "learn grammar", "save sequence", "write generated", "ask",
      "export knowledge", "ask grammar"}

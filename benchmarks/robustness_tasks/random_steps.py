@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from robustness_tasks.plain_model import CHANGES, Kept, Words, World
+from robustness_tasks.plain_model import CHANGES
+from robustness_tasks.plain_world import Kept, Words, World
 
 SAID = ("walk", "bow low", "jump, then kick", "kick", "wave", "a slow walk", "punch")
 GRAMMARS, SCENES, OUT = ("moves", "steps"), ("play", "game"), "out"
@@ -177,6 +178,12 @@ def _set_tags(of: Chooser) -> dict[str, Any]:
     return {"names": names, "tags": {key: tags[key] for key in of.some(tags, 2)}}
 
 
+def _add_words(of: Chooser) -> dict[str, Any]:
+    names = of.some(of.world.captures, 3) if of.world.captures else []
+    more = [NOBODY] if of.rng.random() < 0.1 or not names else []
+    return {"names": [*names, *more], "words": of.one(SAID)}
+
+
 def _grammar(of: Chooser) -> str:
     return str(of.one(sorted(of.world.grammars) or GRAMMARS))
 
@@ -187,6 +194,7 @@ CHOICES: Mapping[str, Callable[[Chooser], dict[str, Any]]] = MappingProxyType(
         "remove": _remove,
         "set words": _set_words,
         "set captions": _set_captions,
+        "add words": _add_words,
         "undo": lambda of: {"back": int(of.one((0, 0, 0, 1, 2, 3)))},
         "import words": _import_words,
         "import events": _import_events,
@@ -197,6 +205,10 @@ CHOICES: Mapping[str, Callable[[Chooser], dict[str, Any]]] = MappingProxyType(
         "learn grammar": lambda of: {"name": of.one(GRAMMARS),
                                      "captures": of.some(of.world.captures or [NOBODY], 4)},
         "remove grammar": lambda of: {"name": _grammar(of)},
+        "edit rules": lambda of: {"name": _grammar(of), "how": of.one(("more", "flat"))},
+        "rename terminal": lambda of: {"name": _grammar(of), "which": int(of.rng.integers(9)),
+                                       "to": f"step{of.number}"},
+        "undo edit": lambda of: {"name": _grammar(of)},
         "save sequence": lambda of: {"grammar": _grammar(of), "seed": int(of.rng.integers(3)),
                                      "name": of.one(("sung", "sung/again", of.capture()))},
         "keep scene": lambda of: {"name": of.one(SCENES), "players": of.material.players},
@@ -205,6 +217,7 @@ CHOICES: Mapping[str, Callable[[Chooser], dict[str, Any]]] = MappingProxyType(
         "write generated": lambda of: {"words": "walk", "seed": int(of.rng.integers(3)),
                                        "files": ["made.bvh", "made.bvh.provenance.json"]},
         "export knowledge": lambda _of: {"files": ["known.knowledge"]},
+        "export matches": lambda of: {"words": of.one(("walk", "kick", "bow"))},
         "show": lambda of: {"name": of.capture()},
         "list": lambda of: {"performer": of.one(("ana", "boris"))},
         "ask": lambda of: {"words": of.one(("walk", "kick")), "name": of.capture()},
@@ -229,6 +242,8 @@ WEIGHTS: Mapping[str, float] = MappingProxyType(
         "learn grammar": 0.1, "remove grammar": 0.15, "save sequence": 1.5, "keep scene": 0.6,
         "remove scene": 0.4, "export": 8, "write generated": 0.5, "export knowledge": 0.3,
         "rename": 4, "set tags": 4, "merge": 0.8, "join": 2, "export words": 2, "backup": 0.3,
+        "add words": 4, "edit rules": 2, "rename terminal": 1.5, "undo edit": 2,
+        "export matches": 1,
         "show": 0.2, "list": 12, "ask": 1, "ask grammar": 0.5, "ask scene": 0.3, "compact": 0.8,
         "rescue": 0.1,
     }
@@ -237,13 +252,18 @@ WEIGHTS: Mapping[str, float] = MappingProxyType(
 BY_SERVER: Mapping[str, float] = MappingProxyType(
     {
         "add": 0.5, "remove": 3, "set words": 20, "set captions": 14, "undo": 12, "learn": 0.05,
+        "add words": 6, "set tags": 6, "rename": 6, "rename terminal": 1, "undo edit": 1,
         "save generated": 1, "remove grammar": 0.2, "save sequence": 1, "list": 12,
         "ask": 1, "show": 1,
     }
 )  # fmt: skip
 """The same for the server."""
-LEARNED = ("save generated", "write generated", "export knowledge", "ask")
+LEARNED = ("save generated", "write generated", "export knowledge", "export matches", "ask")
 """Verbs that need a database that has learned; they are tried without, but seldom."""
+
+OF_GRAMMARS = ("remove grammar", "edit rules", "rename terminal", "undo edit", "save sequence",
+               "ask grammar")  # fmt: skip
+"""Verbs that need a grammar; they are tried without, but seldom."""
 
 
 def choose(of: Chooser, by: str) -> tuple[str, dict[str, Any]]:
@@ -255,7 +275,7 @@ def choose(of: Chooser, by: str) -> tuple[str, dict[str, Any]]:
     if of.world.vocabulary is None:
         weights["learn"] *= 0.2  # what follows takes ten times as long
     if not of.world.grammars:
-        for verb in ("remove grammar", "save sequence", "ask grammar"):
+        for verb in OF_GRAMMARS:
             weights[verb] = 0.1 * weights.get(verb, 0.0)
     if not of.material.players:
         weights |= {"keep scene": 0.0, "remove scene": 0.0}
@@ -267,6 +287,8 @@ def choose(of: Chooser, by: str) -> tuple[str, dict[str, Any]]:
     given = CHOICES[verb](of)
     if by == "server" and verb == "remove":
         given["names"] = given["names"][:1]
+    if by == "server" and verb == "rename":
+        given["new"] = given["new"] or "moved/"  # the page asks for a name
     if by == "server" and verb == "add":
         given |= {"events": {}, "events sheet": None}  # the page takes no sheet of events
     return verb, given

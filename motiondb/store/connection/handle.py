@@ -31,6 +31,7 @@ from motiondb.store.connection import log_mark
 from motiondb.store.connection.faults import OtherModeError, translate
 from motiondb.store.connection.statements import Connection
 
+_READERS = 2.0  # Seconds that the first change waits for threads that read; chosen by hand
 _LETTING_GO, _PAUSE = 10.0, 0.02
 """Seconds to wait until DuckDB has closed a file, and between two attempts. A thread that ends at
 that moment holds its connection a little longer."""
@@ -123,10 +124,24 @@ class Store:
         return log_mark.left_sentence(self.path) if log_of(self.path).exists() else ""
 
     def mark_log(self) -> None:
-        """See to it, before a change, that the file says that there is a log beside it."""
-        if not self._is_marked:
+        """See to it, before a change, that the file says that there is a log beside it.
+
+        What other threads read keeps DuckDB from writing the file. They end first, and new ones
+        wait, for ``_READERS`` seconds at most; then the change goes without the mark.
+        """
+        deadline = time.monotonic() + _READERS
+        while not self._is_marked:
             with self._turn:
-                self._is_marked = log_mark.set_mark(self._open_root(), self.path)
+                self._is_swapping = True
+                try:
+                    left = deadline - time.monotonic()
+                    self._turn.wait_for(lambda: self._users <= bool(self.local.depth), left)
+                    self._is_marked = log_mark.set_mark(self._open_root(), self.path)
+                finally:
+                    self._is_swapping = False
+                    self._turn.notify_all()
+            if time.monotonic() > deadline:
+                return
 
     def stand_in_for_log(self) -> None:
         """See to it that a kill during the next commit is not taken for the loss of the log."""

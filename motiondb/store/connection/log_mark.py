@@ -31,16 +31,18 @@ _CLOSED = "UPDATE meta SET value = '' WHERE key = 'log' AND value <> ''"
 
 
 def set_mark(root: duckdb.DuckDBPyConnection, path: Path) -> bool:
-    """Set the mark before the first change; False if others write, and it must be tried again.
+    """Set the mark before the first change; False if others read or write, and nothing is marked.
 
-    A thread's own connection may hold an answer that was not fetched to its end, and cannot make a
-    checkpoint; the connection that all others come from never does.
+    DuckDB makes no checkpoint while a transaction of another connection has begun, which an answer
+    that was not fetched to its end also keeps open.
     """
     stand_in(path)
     try:
         root.execute(_OPEN)
         root.execute("CHECKPOINT")
     except duckdb.TransactionException:
+        clear_mark(root)
+        delete_all(beside(path, MARKING))
         return False
     except duckdb.Error as error:
         raise translate(path, error) from error

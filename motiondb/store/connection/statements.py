@@ -66,8 +66,12 @@ class Connection:
         return self._fetch(lambda raw: raw.fetchall())
 
     def fetchone(self) -> tuple[Any, ...] | None:
-        """The next row of the answer; None after the last."""
-        return self._fetch(lambda raw: raw.fetchone())
+        """The first row of the answer, or None; the others are left out.
+
+        The answer is fetched to its end: until then its transaction stays open, and DuckDB can
+        write no change into the file.
+        """
+        return next(iter(self.fetchall()), None)
 
     def insert(self, table: str, **columns: Column) -> None:
         """Append rows to a table; a column that is one value has it in every row."""

@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
 from types import ModuleType
 
@@ -14,7 +15,8 @@ import pytest
 
 from motiondb import store
 from motiondb.errors import StoreError
-from motiondb.store.connection import opening
+from motiondb.files.safe_files import MARKING, beside
+from motiondb.store.connection import handle, opening
 
 _KILLED = """
 import os, signal, sys
@@ -255,3 +257,40 @@ def test_a_file_that_may_not_be_read_is_not_called_damaged(
         f"{path}: expected a database that this user may open, found: permission denied. Get the "
         "right to read it, and to write it and its folder for commands that change it."
     )
+
+
+def test_a_change_after_an_open_question_and_beside_a_reader_is_marked(
+    database: store.Store, tmp_path: Path
+) -> None:
+    assert not store.is_learned(database)  # an answer that was not fetched to its end
+    begun, ended = threading.Event(), threading.Event()
+
+    def read() -> None:
+        with store.reading(database):
+            store.load_synonyms(database)
+            begun.set()
+            ended.wait(0.2)
+
+    reader = threading.Thread(target=read)
+    reader.start()
+    begun.wait()
+    store.save_synonyms(database, {"jog": "run"})
+    ended.set()
+    reader.join()
+    assert not beside(database.path, MARKING).exists()
+    moved = shutil.copy(database.path, tmp_path / "moved.duckdb")
+    with store.open_store(moved, read_only=True) as lacking:
+        assert "expected its log" in lacking.log_note
+
+
+def test_a_reader_that_waits_for_the_change_is_not_waited_for_without_end(
+    database: store.Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(handle, "_READERS", 0.1)
+    with store.reading(database):
+        store.load_synonyms(database)
+        writer = threading.Thread(target=store.save_synonyms, args=(database, {"jog": "run"}))
+        writer.start()
+        writer.join()
+    assert not beside(database.path, MARKING).exists()
+    assert store.load_synonyms(database) == {"jog": "run"}

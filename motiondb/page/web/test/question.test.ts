@@ -132,6 +132,7 @@ test("an answer is drawn by what is known about it", () => {
   assert.equal(graded(0.049, 0.049), "folded");
   assert.equal(graded(null, null), "unmeasured");
   assert.equal(graded(null, 0.9, 0.02), "folded"); // the whole is at most its least part
+  assert.equal(graded(null, 0.9, null, 0.02), "folded"); // also where another part is not measured
   assert.equal(graded(null, 0.9, 0.8), "unmeasured"); // likely parts do not make it likely
 });
 

@@ -12,17 +12,14 @@ export type Grade = "likely" | "unlikely" | "folded" | "unmeasured";
 export interface Certainty {
   /** The probability that the capture shows all that was asked; null: not measured. */
   value: number | null;
-  /** Where it was not measured for the whole: it is at most this, the least of its parts. */
+  /** Where it was not measured for the whole: it is at most this, the least of the known parts. */
   most: number | null;
   grade: Grade;
 }
 
 export function certaintyOf(match: Pick<ShownMatch, "probability" | "parts">): Certainty {
-  const parts = match.parts.map((part) => part.probability);
-  const most =
-    match.probability === null && parts.length > 0 && parts.every((one) => one !== null)
-      ? Math.min(...(parts as number[]))
-      : null;
+  const parts = match.parts.map((part) => part.probability).filter((one) => one !== null);
+  const most = match.probability === null && parts.length > 0 ? Math.min(...parts) : null;
   const value = match.probability;
   const known = value ?? most;
   const grade: Grade =
