@@ -396,7 +396,7 @@ class Match:
     end : float
         Seconds.
     score : float
-        Orders the answers, largest first; of actions in order and measured directions, probable
+        Orders the answers, largest first; of actions in order and of what is measured, probable
         answers come first.
     words : tuple of str
         Words of the question that the capture shows, or words of the interval.
@@ -418,9 +418,9 @@ class Match:
     in_order : bool or None
         For actions in order: whether the capture is seen to show them in this order; None if the
         question asks for no order, or the motion does not tell.
-    not_gone : tuple of str
-        Directions that the question names ("backward") and in which the capture, as measured, does
-        not go.
+    contradicted : tuple of str
+        Directions and limbs that the question names ("backward", "left hand") and the motion
+        contradicts, as measured.
     """
 
     rank: int
@@ -435,7 +435,7 @@ class Match:
     place: str = ""
     parts: tuple[MatchPart, ...] = ()
     in_order: bool | None = None
-    not_gone: tuple[str, ...] = ()
+    contradicted: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, order=True)

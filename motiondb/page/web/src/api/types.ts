@@ -1086,7 +1086,7 @@ export interface ShownMatch {
   place: string;
   parts: MatchPart[];
   in_order: boolean | null;
-  not_gone: string[];
+  contradicted: string[];
   explain: Explanation | null;
   ref: string;
   duration: number;
