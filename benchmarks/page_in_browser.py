@@ -20,7 +20,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -48,6 +48,22 @@ SEEN = """selector => new Promise(resolve => {
 """Resolves to the milliseconds since the navigation when a selector is there and drawn."""
 READING = 1500
 """Milliseconds in which somebody looks at answers before the next question. Chosen by hand."""
+OPENED = """name => new Promise(resolve => {
+    const began = performance.now();
+    const look = () => {
+        const open = document.querySelector('.details');
+        if (open?.querySelector('h2').textContent !== name) return;
+        if (!open.querySelector('.details-under .facts')) return;
+        watch.disconnect();
+        requestAnimationFrame(() =>
+            requestAnimationFrame(() => resolve(performance.now() - began)));
+    };
+    const watch = new MutationObserver(look);
+    watch.observe(document, { childList: true, subtree: true });
+    [...document.querySelectorAll('.row-capture')]
+        .find((row) => row.querySelector('.capture-name')?.textContent === name).click();
+})"""
+"""Opens a capture; resolves to the milliseconds until its facts are drawn."""
 FRAMES = """seconds => new Promise(resolve => {
     const times = [];
     const step = now => {
@@ -72,9 +88,14 @@ SHOWN = """() => {
 """Notes how long after the release of the pointer each motion is there and drawn."""
 
 
+TOLD: list[dict[str, object]] = []
+"""Every result of this process."""
+
+
 def told(what: str, **numbers: object) -> None:
-    """Print a result."""
-    print(json.dumps({"what": what} | numbers), flush=True)
+    """Print a result, and remember it."""
+    TOLD.append({"what": what} | numbers)
+    print(json.dumps(TOLD[-1]), flush=True)
 
 
 def summary(times: list[float]) -> dict[str, float]:
@@ -98,21 +119,43 @@ def served(database: Path) -> Iterator[str]:
 
 
 @contextmanager
-def opened_browser(db: Path | None) -> Iterator[tuple[Any, str]]:
-    """A browser and the address of a server of a copy of ``db``, or of the learned sample data."""
+def launched() -> Iterator[Any]:
+    """A headless Chromium."""
     from playwright.sync_api import sync_playwright
 
+    program = shutil.which("chromium") or shutil.which("google-chrome")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=program, args=SWITCHES)
+        yield browser
+        browser.close()
+
+
+def measure_views(address: str) -> list[dict[str, object]]:
+    """Measure the first view, scrolling, opening and questions on a server; return the results."""
+    with launched() as browser:
+        for view in (catalogue, opening, search):
+            view(browser, address)
+    return TOLD
+
+
+@contextmanager
+def opened_browser(
+    db: Path | None, prepare: Callable[[Path], None] | None = None
+) -> Iterator[tuple[Any, str]]:
+    """A browser and the address of a server of a copy of ``db``, or of the learned sample data.
+
+    `prepare`: Called with the copy before it is served.
+    """
     with tempfile.TemporaryDirectory() as place:
         database = Path(place) / "motions.duckdb"
         if db:
             shutil.copy(db, database)
         else:
             make_sample_database(database)
-        program = shutil.which("chromium") or shutil.which("google-chrome")
-        with served(database) as address, sync_playwright() as playwright:
-            browser = playwright.chromium.launch(executable_path=program, args=SWITCHES)
+        if prepare:
+            prepare(database)
+        with served(database) as address, launched() as browser:
             yield browser, address
-            browser.close()
 
 
 def make_sample_database(database: Path) -> None:
@@ -143,6 +186,20 @@ def catalogue(browser: Any, address: str) -> None:
         "frames while scrolling", frames=len(gaps), **summary(gaps),
         over_100_ms=sum(gap > 100 for gap in gaps),
     )  # fmt: skip
+
+
+def opening(browser: Any, address: str) -> None:
+    """From a click on a row until the facts of its capture are drawn; each another capture."""
+    page = browser.new_context(viewport={"width": 1400, "height": 900}).new_page()
+    page.goto(address)
+    page.locator(".row-capture .capture-name").first.wait_for()
+    page.wait_for_timeout(2 * READING)
+    names = page.locator(".row-capture .capture-name").all_inner_texts()[:8]
+    times = []
+    for name in names:
+        times.append(page.evaluate(OPENED, name))
+        page.wait_for_timeout(READING)
+    told("a capture is opened", first_ms=round(times[0]), **summary(times[1:]))
 
 
 def search(browser: Any, address: str) -> None:
@@ -245,7 +302,7 @@ def player(browser: Any, address: str) -> None:
 def main() -> None:
     """Serve a database and measure one thing."""
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("what", choices=("catalogue", "search", "board", "player"))
+    options.add_argument("what", choices=("catalogue", "opening", "search", "board", "player"))
     options.add_argument("--db", type=Path, help="an existing database; it is copied")
     chosen = options.parse_args()
     with opened_browser(chosen.db) as (browser, address):

@@ -20,6 +20,8 @@ from typing import Any
 from page_in_browser import WAIT, opened_browser
 from PIL import Image
 
+import motiondb
+
 ROOT = Path(__file__).resolve().parents[1]
 FILM = (760, 494)
 """Width and height of the film, pixels. Chosen by hand: words can be read, the file is small."""
@@ -152,10 +154,19 @@ VIEWS = (
     ("generate", "generate?q=a person walks then kicks&variants=2", ".variant",
      (1280, 720), "light"),
     ("symbols", "symbols", "svg circle", (1280, 780), "light"),
-    ("board-narrow", "board?board=give-and-go", ".board-list li", (390, 844), "dark"),
+    ("not-here", "search?q=swim in the sea", ".verdict.not-here", (1280, 560), "light"),
+    ("example", "search?like=capture:ana/long_1&start=6.500&end=9.300", ".answer .block",
+     (1280, 860), "light"),
+    ("compare", "compare?part=0.400-4.400 capture:ana/walk_1&part=0.400-4.900 capture:chidi/walk_1"
+     "&at=poses", ".compare-curve", (1280, 720), "light"),
+    ("grammar-rules", "grammar?name=play", ".grammar-rules .letter", (1280, 640), "light"),
+    ("grammar", "grammar?name=play&seed=2&tree=1", ".strip-item", (1280, 900), "light"),
+    ("grammar-narrow", "grammar?name=play&seed=2", ".strip-item", (390, 844), "dark"),
 )  # fmt: skip
-"""Views of a database of the sample data: name of the picture, address, an element to wait for,
-size of the window, colours."""
+"""Views of the sample data with the grammar ``play``: name of the picture, address, an element to
+wait for, size of the window, colours."""
+GRAMMAR = ("chidi/long_play_1", "fatou/long_play_2")
+"""The captures of the grammar ``play``, as in README."""
 REAL_VIEWS = (
     ("generate-real", "generate?q=a person walks forward then kicks, then runs&seed=0", ".variant",
      (1280, 990), "dark"),
@@ -172,6 +183,9 @@ def views(browser: Any, address: str, out: Path, chosen: Sequence[Any] = VIEWS) 
         ).new_page()  # fmt: skip
         page.set_default_timeout(WAIT)
         page.goto(f"{address}#/{place}")
+        if "&seed=" in place and place.startswith("grammar"):
+            page.get_by_role("button", name="Make a sequence").click()
+            page.locator(seen).nth(2).click()  # its alternatives play in the corners
         page.locator(seen).first.wait_for()
         page.wait_for_timeout(4000)
         picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
@@ -185,6 +199,15 @@ def real_views(browser: Any, address: str, out: Path) -> None:
     views(browser, address, out, REAL_VIEWS)
 
 
+def learn_grammar(database: Path) -> None:
+    """Learn the grammar ``play``, if its captures are there and it is not."""
+    with motiondb.open(database) as db:
+        known = {info.name for info in db.captures()}
+        if known.issuperset(GRAMMAR) and "play" not in db.grammars.names():
+            settings = motiondb.GrammarSettings(n_terminals=8, longest=8)
+            db.grammars.learn(GRAMMAR, "play", settings)
+
+
 def main() -> None:
     """Serve a database and make pictures."""
     options = argparse.ArgumentParser(description=__doc__)
@@ -192,7 +215,7 @@ def main() -> None:
     options.add_argument("--db", type=Path, help="an existing database; it is copied")
     options.add_argument("--out", type=Path, default=ROOT / "docs" / "page")
     chosen = options.parse_args()
-    with opened_browser(chosen.db) as (browser, address):
+    with opened_browser(chosen.db, learn_grammar) as (browser, address):
         {"board": board, "views": views, "real": real_views}[chosen.what](
             browser, address, chosen.out
         )

@@ -14,6 +14,7 @@ from motiondb.answers.catalogue import WordProbability
 from motiondb.answers.making import ActionVerdict, DecodedAction, GeneratedAnswer, WrittenMotion
 from motiondb.answers.plain import extended
 from motiondb.answers.questions import understood_question
+from motiondb.database.arguments import check_text
 from motiondb.database.catalogue.exporting import MotionChanges, change_sequence
 from motiondb.database.generated_files import (
     draw_generated,
@@ -21,6 +22,7 @@ from motiondb.database.generated_files import (
     write_with_provenance,
 )
 from motiondb.database.loading import nearby_table
+from motiondb.database.searching import check_any
 from motiondb.database.session import Session
 from motiondb.errors import QueryError
 from motiondb.generate.excerpt_motion import Choices, PlaceWish
@@ -257,6 +259,7 @@ def generate(
     They are judged after they were mirrored, looped or put in place. Stitched motions of the same
     actions from the same places as an earlier one are left out, so that there may be fewer.
     """
+    check_text("words", words)
     seed, number = seeds.start, len(seeds)
     if not 1 <= number <= MOST_VARIANTS:
         raise QueryError(f"variants: expected 1 to {MOST_VARIANTS}, found {number}.")
@@ -269,6 +272,7 @@ def generate(
     motions: list[Generated] = []
     with session.reading():
         takes = Takes(session.features, lambda capture: store.load_motion(session.store, capture))
+        check_any(session.learned)
         text, same = words, dict[str, Taking]()
         if exact:
             learned = session.learned

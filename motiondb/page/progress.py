@@ -19,11 +19,11 @@ _STEPS: dict[str, dict[str, float]] = {
         "saving": 0.02,
     },
     "grammar": {
-        "describe poses": 0.05,
-        "search terminals": 0.45,
-        "tune cuts": 0.1,
+        "describe poses": 0.03,
+        "search terminals": 0.55,
+        "tune cuts": 0.12,
         "find sentences": 0.25,
-        "parses": 0.15,
+        "parses": 0.05,
     },
 }
 _BY_TURNS = ("add",)  # Kinds whose steps go on by turns, batch after batch

@@ -223,7 +223,10 @@ def described_words(db: MotionDB, name: str) -> tuple[WordsOverTime, ...]:
 
 
 def capture_details(db: MotionDB, row: BrowsedCapture, described: bool = True) -> CaptureDetails:
-    """Return everything about one capture; its likely words, which take longest, if asked for."""
+    """Return everything about one capture; if asked for, also what must be found in its motion.
+
+    That are its activities and its likely words, which take longest.
+    """
     name = row.info.name
     made: dict[str, Any] = {}
     if row.info.kind == "generated":
@@ -239,7 +242,7 @@ def capture_details(db: MotionDB, row: BrowsedCapture, described: bool = True) -
         relations=tuple(db.relations(name)),
         events=tuple(map(shown_event, db.events(name))),
         segments=worded_segments(db, name),
-        activities=tuple(db.activities(name)),
+        activities=tuple(db.activities(name)) if described else (),
         recognised=described_words(db, name) if described else (),
         **made,
     )

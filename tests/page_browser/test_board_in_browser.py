@@ -152,6 +152,16 @@ def test_a_board_is_saved_as_the_text_that_the_command_line_reads(serve_copy, ne
         page.get_by_role("button", name="Download", exact=True).first.click()
     assert download.value.suggested_filename == "stroll-1.tactics"
     assert "1 walk A1 to 0 6" in Path(download.value.path()).read_text()
+    page.locator("[aria-label='step 1: A1 walk']").focus()
+    page.keyboard.press("Delete")  # a drawing that is not saved
+    wait_for(page, "() => localStorage.length === 1")
+    saved.write_text(saved.read_text().replace("1 walk A1 to 0 6", "1 walk A1 to 0 5"))
+    page.reload()
+    page.get_by_text("Your unsaved drawing of the earlier one is kept here").wait_for()
+    page.get_by_role("button", name="Show my drawing").click()
+    page.get_by_text("with your unsaved changes").wait_for()
+    assert page.locator("[aria-label='step 1: A1 walk']").count() == 0
+    assert page.evaluate("() => localStorage.length") == 1
     saved.write_text("nothing of the kind")
     page.reload()
     page.get_by_role("button", name="Edit the text…").wait_for()

@@ -89,6 +89,15 @@ def test_actions_are_blocks_that_are_moved_lengthened_and_taken_from_elsewhere(
     assert page.locator(".made-block.shown").count() == 1  # a walk is not called a kick
     page.reload()
     page.get_by_text("picked: ana/walk_1, 0.00–1.60 s").wait_for()
+    page.get_by_label("A further action").fill("cartwheel")
+    page.get_by_role("button", name="Add by hand…").click()  # no caption says it
+    page.get_by_label("Capture", exact=True).fill("ana/bow_1")
+    page.get_by_label("from", exact=True).fill("0")
+    page.get_by_label("to", exact=True).fill("1.5")
+    page.get_by_role("button", name="Use this excerpt").click()
+    page.locator(".made-block.not-sure", has_text="cartwheel").wait_for()
+    page.go_back()
+    page.locator(".made-block", has_text="cartwheel").wait_for(state="detached")
     page.go_back()
     page.get_by_text("picked:").wait_for(state="detached")
     wait_for(page, f"() => ({names})() === 'kick,walk'")

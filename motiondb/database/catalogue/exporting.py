@@ -121,7 +121,7 @@ def check_changes(asked: MotionChanges, path: Path) -> None:
             f"other, found {unit_name(unit)}."
         )
     if path.suffix.lower() not in ARRAY_ENDINGS:
-        check_motion_file(path)
+        check_motion_file(path, ARRAY_ENDINGS)
 
 
 def formats_here() -> tuple[str, ...]:
@@ -291,14 +291,19 @@ def write_motion(motion: Motion, path: Path, asked: MotionChanges, owner: str = 
     if asked.onto is None:
         return write_changed(retarget.to_clip(motion), path, asked, owner)
     check_changes(asked, path)
-    rig = read_rig(asked.onto)
+    rig = read_rig(asked.onto, asked.joint_map)
     fitted = onto(motion, rig, _map_of(rig, path, asked))
     done = changed(fitted.clip, asked)
     clip = done.clip
-    if path.suffix.lower() not in GLTF:  # glTF has the frames of the rig's own joints
-        clip = at_rest(clip, fitted.rig)
+    own = path.suffix.lower() in GLTF or _keeps_frames(asked.onto, rig)
+    clip = clip if own else at_rest(clip, fitted.rig)
     missing = _write(clip, path, asked, owner)
     return Written(clip, (*_say_fit(asked.onto, fitted.fit), *done.said, *missing), fitted.fit)
+
+
+def _keeps_frames(source: Path, rig: Clip) -> bool:
+    """Whether the file of a rig has joint frames of its own beside the pose in which it stands."""
+    return source.suffix.lower() == ".bvh" and bool((abs(rig.local_rotations[..., 0]) < 1.0).any())
 
 
 def _map_of(rig: Clip, path: Path, asked: MotionChanges) -> Mapping[str, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -69,13 +70,15 @@ ENDINGS = (".bvh", ".fbx", ".glb", ".gltf", ".usd", ".usda", ".usdc")
 """Endings of files that motion is written to."""
 
 
-def check_motion_file(path: Path) -> None:
+def check_motion_file(path: Path, others: Sequence[str] = ()) -> None:
     """Check that motion can be written to a file of this name, before it is made.
 
     Parameters
     ----------
     path : Path
         The file; its ending says the format.
+    others : sequence of str
+        Further endings that are written, which a message names.
 
     Raises
     ------
@@ -86,7 +89,7 @@ def check_motion_file(path: Path) -> None:
     """
     ending = path.suffix.lower()
     if ending not in ENDINGS:
-        *most, last = ENDINGS
+        *most, last = (*ENDINGS, *others)
         raise QueryError(
             f"{path}: expected an ending {', '.join(most)} or {last}, found {ending or 'none'!r}."
         )

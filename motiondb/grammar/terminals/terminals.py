@@ -178,30 +178,32 @@ def find_terminals(
     settings: TerminalSettings | None = None,
     progress: Progress | None = None,
 ) -> Terminals:
-    """Find segments and terminals of takes."""
+    """Find segments and terminals of takes; `progress` gets the amounts of each step anew."""
     settings = settings or TerminalSettings()
     tell = progress or _silent
     check_settings(n_terminals, settings)
-    tell(0, 100, "describe poses")
+    tell(0, 1, "describe poses")
     poses = make_poses(takes)
     costs = cut_costs(poses, settings)
-    tell(5, 100, "search terminals")
+    tell(0, 100, "search terminals")
 
     def advance(share: float) -> None:
-        tell(5 + round(75 * share), 100, "search terminals")
+        tell(round(100 * share), 100, "search terminals")
 
     groupings = _search(poses, costs, n_terminals, settings, rng, advance)
-    tell(80, 100, "tune cuts")
+    tell(0, 1, "tune cuts")
 
     def finish(job: tuple[tuning.Grouping, np.random.Generator]) -> tuning.Grouping:
         tuned, _ = tuning.tune(job[0], costs, job[1], settings.tuning)
         again = _grouped(tuned.cuts, costs, n_terminals, tuned.medoids)
         return min((tuned, again), key=lambda g: tuning.total_cost(g, costs))
 
+    finished = []
     with ThreadPoolExecutor(2) as pool:
-        finished = list(pool.map(finish, zip(groupings, rng.spawn(len(groupings)))))
+        for done in pool.map(finish, zip(groupings, rng.spawn(len(groupings)))):
+            finished.append(done)
+            tell(len(finished), len(groupings), "tune cuts")
     best = min(finished, key=lambda g: tuning.total_cost(g, costs))
-    tell(100, 100, "terminals found")
     return _record(poses, best, settings.weight)
 
 
@@ -291,13 +293,19 @@ def _search(
         thin, cells, costs.rest[frames] / unit, COARSE_STEP * costs.price / unit, n_terminals
     )
     trials = trials_for(len(cells.firsts)) if settings.n_trials is None else settings.n_trials
-    states = exchange.exchange_search(task, rng, settings.n_starts, trials, advance)
+
+    def advance_half(share: float) -> None:
+        advance(share / 2.0)
+
+    n_starts = settings.n_starts
+    states = exchange.exchange_search(task, rng, n_starts, trials, advance_half)[:TUNED]
     groupings = []
-    for state in (divide(task, one) for one in states[:TUNED]):
+    for number, state in enumerate((divide(task, one) for one in states), start=1):
         path = _path_within(task, state, n_terminals, settings.most_segments)
         bounds = np.append(frames[cells.firsts[path]], poses.n_frames)
         medoids = exchange.path_medoids(task, state, path)
         groupings.append(_grouped(bounds, costs, n_terminals, medoids))
+        advance((1.0 + number / len(states)) / 2.0)
     return groupings
 
 

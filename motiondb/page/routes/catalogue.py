@@ -223,7 +223,7 @@ def router(page: Page) -> APIRouter:
 
     @routes.get("/api/capture")
     def capture(name: Name, described: bool = True) -> CaptureDetails:
-        """Everything about one capture; without `described`, its likely words are left out."""
+        """Everything about one capture; without `described`, no activities and no likely words."""
         with page.held.use() as db, db.session.reading():
             return capture_details(db, find_row(db, name), described)
 

@@ -12,7 +12,7 @@ const SAID: readonly [string, string][] = [
   ],
   [
     "generate: found 'x', which nothing in the database shows. Say it in other words (`motiondb words` lists them), or pass --anyway to make the rest.",
-    "generate: found 'x', which nothing in the database shows. Say it in other words.",
+    "generate: found 'x', which nothing in the database shows. Say it in other words, or add it to a motion by hand.",
   ],
   [
     'generate: expected captures with words, found none. Write some down (motiondb words set CAPTURE "...") and learn again.',
@@ -29,6 +29,10 @@ const SAID: readonly [string, string][] = [
   [
     "capture: expected a name, found 'x'. motiondb list shows the names.",
     "capture: expected a name, found 'x'. The catalogue shows the names.",
+  ],
+  [
+    "query: expected a word that is in the captions, found 'x'. `motiondb words` lists the words that are known.",
+    "query: expected a word that is in the captions, found 'x'.",
   ],
   ["Start motiondb serve without it.", "Start motiondb serve without it."],
 ];

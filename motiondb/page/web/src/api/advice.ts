@@ -2,7 +2,8 @@
 
 /** Clauses that only the command line can follow, or that the page says otherwise. */
 const CLAUSES: readonly [RegExp, string][] = [
-  [/,? or (?:pass|allow more with|let [^.;]*?\() ?--[^.;]*(?=[.;]|$)/g, ""],
+  [/,? or pass --anyway to make the (?:rest|nearest)/g, ", or add it to a motion by hand"],
+  [/,? or [^.,;]*--[^.;]*(?=[.;]|$)/g, ""],
   [/ \(`motiondb words` lists them\)/g, ""],
   [/ \(motiondb words set[^)]*\)/g, " in the catalogue"],
   [/ \(--[a-z-]+(?: [^)]*)?\)/g, ""],
@@ -10,7 +11,7 @@ const CLAUSES: readonly [RegExp, string][] = [
   [/\bGive --fps\b/g, "Give it in a column fps of the sheet of words"],
 ];
 
-/** What a sentence with a command becomes; the first that fits. */
+/** What a sentence with a command becomes, if another stands before it; the first that fits. */
 const SENTENCES: readonly [RegExp, string][] = [
   [/motiondb grammar learn/, "Learn one under Grammars."],
   [/motiondb grammar (?:generate|show|edit)/, "Its page under Grammars shows what there is."],
@@ -18,6 +19,7 @@ const SENTENCES: readonly [RegExp, string][] = [
   [/motiondb learn/, "Choose Learn… in the catalogue."],
   [/motiondb add/, "Choose Add captures in the catalogue."],
   [/motiondb list/, "The catalogue shows the names."],
+  [/motiondb words` lists/, ""],
   [/motiondb words/, "Write words to captures in the catalogue."],
   [/motiondb (?:info|undo)/, ""],
 ];
@@ -26,9 +28,9 @@ const SENTENCES: readonly [RegExp, string][] = [
 export function onPage(message: string): string {
   const clauses = CLAUSES.reduce((text, [pattern, by]) => text.replace(pattern, by), message);
   return clauses
-    .split(/(?<=[.!?]) (?=[A-Zm'"])/)
-    .map((sentence) => {
-      const known = SENTENCES.find(([pattern]) => pattern.test(sentence));
+    .split(/(?<=[.!?]) (?=[A-Zm'"`])/)
+    .map((sentence, i) => {
+      const known = i > 0 && SENTENCES.find(([pattern]) => pattern.test(sentence));
       return known ? known[1] : sentence;
     })
     .filter((sentence, i, all) => sentence !== "" && all.indexOf(sentence) === i)

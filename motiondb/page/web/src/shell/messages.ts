@@ -16,30 +16,31 @@ const SHOWN_FOR = 8000;
 const MOST = 4;
 /** Corners of the page as classes, the usual one first. */
 const CORNERS = ["", "left", "top"];
-/** What messages must not cover: the buttons of players, and those of selected rows. */
-const KEPT_FREE = ".player-bar, .clip-play, .selection-bar";
+/** What messages should not cover, and how bad that is: players and the bar of a selection above all. */
+const KEPT_FREE: readonly [string, number][] = [
+  [".player-bar, .clip-play, .selection-bar", 100],
+  ["main :is(button, input, select, summary)", 1],
+];
 
 export function makeMessages(): Messages {
   const news = h("div", { role: "status", "aria-label": "Messages" });
   const faults = h("div", { role: "alert", "aria-label": "Faults" });
   const element = h("div", { class: "messages" }, news, faults);
 
-  /** Move to the first corner in which nothing that must stay free is covered. */
+  /** Move to the corner in which the least is covered. */
   function place(): void {
-    const free = [...document.querySelectorAll(KEPT_FREE)].map((one) => one.getBoundingClientRect());
-    const covers = (corner: string): boolean => {
+    const free = KEPT_FREE.flatMap(([selector, weight]) =>
+      [...document.querySelectorAll(selector)].map((one) => ({ box: one.getBoundingClientRect(), weight })),
+    ).filter(({ box }) => box.width > 0);
+    const costs = CORNERS.map((corner) => {
       element.className = `messages ${corner}`;
       const own = element.getBoundingClientRect();
-      return free.some(
-        (one) =>
-          one.width > 0 &&
-          one.left < own.right &&
-          one.right > own.left &&
-          one.top < own.bottom &&
-          one.bottom > own.top,
-      );
-    };
-    element.className = `messages ${CORNERS.find((corner) => !covers(corner)) ?? CORNERS.at(-1)}`;
+      return free
+        .filter(({ box }) => box.left < own.right && box.right > own.left)
+        .filter(({ box }) => box.top < own.bottom && box.bottom > own.top)
+        .reduce((sum, { weight }) => sum + weight, 0);
+    });
+    element.className = `messages ${CORNERS[costs.indexOf(Math.min(...costs))]}`;
   }
 
   function add(where: HTMLElement, kind: string, ...children: (Node | string)[]): HTMLElement {

@@ -8,12 +8,6 @@ import { faultState } from "../parts/states.ts";
 /** Words that are shown; more would be a list to read. Chosen by hand. */
 const MOST = 24;
 
-/** A message without its sentences on commands of the terminal: the page shows what they would. */
-export function withoutCommands(message: string): string {
-  const kept = message.split(/(?<=[.!?]) /).filter((sentence) => !/`?\bmotiondb [a-z]+/.test(sentence));
-  return kept.length > 0 ? kept.join(" ") : message;
-}
-
 /** The fault; where no word of a question is known, also known words to choose from. */
 export function faultWithWords(fault: unknown, choose: (word: string) => void): HTMLElement {
   if (!(fault instanceof ApiError && fault.kind === "UnknownWordsError")) return faultState(messageOf(fault));
@@ -37,5 +31,5 @@ export function faultWithWords(fault: unknown, choose: (word: string) => void): 
     },
     () => undefined, // the fault stands there
   );
-  return h("div", {}, faultState(withoutCommands(messageOf(fault))), words);
+  return h("div", {}, faultState(messageOf(fault)), words);
 }

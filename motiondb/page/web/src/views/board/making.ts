@@ -64,6 +64,13 @@ export function makeMaking(
   let watched: { id: string; source: EventSource } | null = null;
   player.element.hidden = true;
 
+  /** What this is for, while there is nothing. */
+  function sayIdle(): void {
+    const text = "Make the scene: the people of the drawing move with motion of the captures.";
+    fill(state, h("p", { class: "muted" }, text));
+  }
+  sayIdle();
+
   function stop(): void {
     watched?.source.close();
     watched = null;
@@ -96,7 +103,8 @@ export function makeMaking(
       fill(state, faultState(job.message ?? "The scene could not be made."));
     } else if (job.kind === "scene") {
       fill(state, h("p", { class: "muted" }, "Cancelled."));
-    } else state.replaceChildren();
+    } else if (scene) state.replaceChildren();
+    else sayIdle();
   }
 
   function watch(id: string): void {
@@ -147,6 +155,7 @@ export function makeMaking(
         context.motions.tracks(ref),
       ]);
       scene = ref;
+      if (!watched) state.replaceChildren();
       went({ scene: ref, text: facts.text });
       play(tracks, first);
       if (facts.curve.length) curve.show(facts.curve);
@@ -226,7 +235,7 @@ export function makeMaking(
       player.show({ tracks: [] });
       player.element.hidden = buttons.hidden = true;
       report.replaceChildren();
-      state.replaceChildren();
+      sayIdle();
       curve.show([]);
       moved([]);
     },

@@ -1,5 +1,6 @@
 /** The panel of one capture: its player, its words, where it comes from, its copies. */
 
+import { onPage } from "../../api/advice.ts";
 import { ApiError, get, messageOf, post } from "../../api/client.ts";
 import type { CaptureDetails, CapturesChanged, DescribeReply } from "../../api/types.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
@@ -210,7 +211,7 @@ export function makeDetails(
       clearTimeout(timer);
       title.textContent = name;
       facts = null;
-      tools.hidden = false;
+      take.element.hidden = tools.hidden = false;
       fill(under, h("p", { class: "muted", role: "status" }, "Loading its words and facts…"));
       loading = true;
       const ready = take.load({ ref: ref(), selection: part }).then(() => {
@@ -226,8 +227,9 @@ export function makeDetails(
         facts = answer;
         void describe(next);
       } catch (fault) {
-        tools.hidden = name === next;
-        if (name === next) fill(under, faultState(messageOf(fault), [{ label: "Close", run: leave }]));
+        if (name !== next) return;
+        take.element.hidden = tools.hidden = true;
+        fill(under, faultState(messageOf(fault), [{ label: "Close", run: leave }]));
         return;
       }
       showFacts();
@@ -288,7 +290,7 @@ function factList(facts: CaptureDetails): HTMLElement {
     ["Format", facts.format],
     ["File", facts.path.split(/[/\\]/).at(-1) ?? ""],
     ...Object.entries(facts.tags).filter(([key]) => key !== "performer" && key !== "licence"),
-    ...facts.notes.map((note): [string, string] => ["Note", note]),
+    ...facts.notes.map((note): [string, string] => ["Note", onPage(note)]),
     ...facts.sources.map((one): [string, string] => [
       "Source",
       `${one.capture}, ${one.frames} frames, licence ${one.licence}`,

@@ -2,6 +2,7 @@
 
 import type { CaptureRow } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
+import { onPage } from "../../api/advice.ts";
 import { breakable, plural, seconds } from "../../parts/text.ts";
 import type { Thumbs } from "./thumbs.ts";
 
@@ -123,7 +124,8 @@ function badges(capture: CaptureRow): HTMLElement {
     marks.push(["not learned yet", "Learn again to search it with its own words."]);
   if (capture.copies > 0)
     marks.push([plural(capture.copies, "copy", "copies"), "There are copies, cuts or mirror images of it."]);
-  for (const note of capture.notes) marks.push(["note", note]);
+  for (const note of capture.notes)
+    marks.push([/replaced|interpolated/.test(note) ? "repaired" : "to check", onPage(note)]);
   return h(
     "span",
     { class: "badges" },

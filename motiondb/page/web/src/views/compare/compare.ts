@@ -38,7 +38,7 @@ const SAID: Readonly<Record<Moment, string>> = {
   start: "the start of each part",
   middle: "the middle of each part",
   end: "the end of each part",
-  poses: "every pose: time is stretched",
+  poses: "like poses",
 };
 
 const rgb = (i: number): [number, number, number] => rgbOf(0.64, 0.13, HUES[i]!);
@@ -78,6 +78,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     h("option", { value: "" }, "side by side"),
     h("option", { value: "one" }, "overlaid on one spot"),
   );
+  const note = h("p", { class: "small muted", "aria-live": "polite" });
   const body = h(
     "div",
     { class: "compare-body" },
@@ -93,11 +94,8 @@ function open(host: HTMLElement, context: Context): OpenView {
         h("label", { for: "compare-ground" }, "Figures"),
         ground,
       ),
-      h(
-        "p",
-        { class: "small muted" },
-        "All face the same way at that moment. To add another, select an answer of a search and press Compare.",
-      ),
+      note,
+      h("p", { class: "small muted" }, "To add another, select an answer of a search and press Compare."),
     ),
     h("div", { class: "compare-right" }, fault, player.element, timelineBox, curves.element),
   );
@@ -176,7 +174,10 @@ function open(host: HTMLElement, context: Context): OpenView {
   function play(): void {
     const { parts, overlaid, time } = wanted;
     const { tracks, spans } = alignTracks(bodies, parts, wanted.at, overlaid);
-    const named = tracks.map((track, i) => ({ ...track, name: `${i + 1} ${nameOf(parts[i]!.ref)}` }));
+    const named = tracks.map((track, i) => ({
+      ...track,
+      name: innerWidth > 720 ? `${i + 1} ${nameOf(parts[i]!.ref)}` : String(i + 1),
+    }));
     player.show({ tracks: named, colours: parts.map((_, i) => rgb(i)) });
     const [, duration] = spanOf(tracks);
     timeline = makeTimeline({
@@ -233,6 +234,10 @@ function open(host: HTMLElement, context: Context): OpenView {
       parts.length === 0 ? emptyState("Nothing to compare yet", about as Child, [searching]) : null,
     );
     at.value = wanted.at;
+    note.textContent =
+      wanted.at === "poses"
+        ? "The time of the others is stretched, so that like poses come at the same moments as in 1."
+        : "All face the same way at that moment. Time is as it was.";
     ground.value = wanted.overlaid ? "one" : "";
     fill(list, parts.map(row));
   }

@@ -77,7 +77,7 @@ export function makeCurves(): Curves {
         h(
           "p",
           { class: "small muted" },
-          "Mean distance of the joints, at the same moment, with the pelvis on one spot and facing the same way. Time is not stretched.",
+          "Mean distance of the joints, at the same moment, with the pelvis on one spot and facing the same way.",
         ),
         h(
           "div",

@@ -230,12 +230,31 @@ export function blocksOf(
     { class: "row" },
     phrase,
     h("button", { class: "button plain", type: "submit" }, icon("plus"), "Add"),
+    h(
+      "button",
+      {
+        class: "button plain",
+        type: "button",
+        title: "Add it as an excerpt that you pick: no caption needs to say it",
+        on: { click: () => pickFurther() },
+      },
+      "Add by hand…",
+    ),
   );
+  /** The typed action; null: nothing is typed. */
+  function further(): Wish | null {
+    const text = phrase.value.trim();
+    if (!text) phrase.focus();
+    return text ? { phrase: text, seconds: null, place: null, capture: null, start: null, end: null } : null;
+  }
+  function pickFurther(): void {
+    const fresh = further();
+    if (fresh) pickExcerpt(context, fresh, (part) => ask([...wishes, { ...fresh, ...part }]));
+  }
   adding.addEventListener("submit", (event) => {
     event.preventDefault();
-    const text = phrase.value.trim();
-    const fresh = { phrase: text, seconds: null, place: null, capture: null, start: null, end: null };
-    if (text) ask([...wishes, fresh]);
+    const fresh = further();
+    if (fresh) ask([...wishes, fresh]);
   });
   return h(
     "div",

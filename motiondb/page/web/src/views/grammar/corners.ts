@@ -86,8 +86,8 @@ export function makeCorners(context: Context, choose: (sequence: SequenceReply) 
         { class: "corner-foot" },
         h(
           "span",
-          { class: "muted time", title: "Probability of this string, given the nonterminal" },
-          `p ${chanceText(one.log_probability)}`,
+          { class: "muted time", title: "How often the grammar makes this string here" },
+          `chance ${chanceText(one.log_probability)}`,
         ),
         playable
           ? h(

@@ -100,7 +100,7 @@ export function madeFacts(sequence: SequenceReply): HTMLElement {
     h(
       "p",
       { class: "muted small" },
-      `Seed ${sequence.seed}. Seams cost ${cost(sequence.join_cost)}. Feet slip ${speed(sequence.foot_slip)}, in the sources ${speed(sequence.foot_slip_of_sources)}.`,
+      `Seed ${sequence.seed}. Roughness of the seams ${cost(sequence.join_cost)} (0: none). Feet slip ${speed(sequence.foot_slip)}, in the sources ${speed(sequence.foot_slip_of_sources)}.`,
     ),
     sourceList(sequence.sources),
   );

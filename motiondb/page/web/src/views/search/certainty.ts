@@ -12,18 +12,16 @@ export type Grade = "likely" | "unlikely" | "folded" | "unmeasured";
 export interface Certainty {
   /** The probability that the capture shows all that was asked; null: not measured. */
   value: number | null;
-  /** Where it was not measured for the whole: it is at most this, the least of its parts. */
+  /** Where it was not measured for the whole: it is at most this, the least of the known parts. */
   most: number | null;
   grade: Grade;
 }
 
-export function certaintyOf(match: Pick<ShownMatch, "probability" | "parts">): Certainty {
-  const parts = match.parts.map((part) => part.probability);
-  const most =
-    match.probability === null && parts.length > 0 && parts.every((one) => one !== null)
-      ? Math.min(...(parts as number[]))
-      : null;
+export function certaintyOf(match: Pick<ShownMatch, "probability" | "parts" | "contradicted">): Certainty {
+  const parts = match.parts.map((part) => part.probability).filter((one) => one !== null);
+  const most = match.probability === null && parts.length > 0 ? Math.min(...parts) : null;
   const value = match.probability;
+  if (match.contradicted.length > 0) return { value, most, grade: "unlikely" };
   const known = value ?? most;
   const grade: Grade =
     known === null ? "unmeasured" : known >= LIKELY ? "likely" : known >= FLOOR ? "unlikely" : "folded";

@@ -194,7 +194,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     }
     const box = h("div", { class: "symbol-clip" });
     const list = h("ul", { class: "plain segment-list" });
-    fill(panel, heading(facts), box, h("h3", {}, "Segments, the most typical first"), list);
+    fill(panel, heading(facts), box, h("h3", {}, "Where it happens, the most typical first"), list);
     await moreSegments(facts.symbol, box, list, 0);
   }
 
