@@ -1001,6 +1001,7 @@ export interface SearchReply {
   sources: WordSource[];
   written: WrittenAnswer[];
   by_meaning: Record<string, string[]>;
+  measured: string[];
   not_yet_learned: number;
   took: number | null;
 }
