@@ -329,11 +329,11 @@ class Captures(Archive):
                     return exporting.write_added(info, source, path, self.clip(name).unit)
                 motion, clip = None, cut_clip(self.clip(name), start, end)
                 asked = self._with_joint_map(info, asked)
+        owner = exporting.owner_of(info)
         if motion is not None:
-            made = exporting.write_motion(motion, path, asked)
+            made = exporting.write_motion(motion, path, asked, owner)
         else:
-            made = exporting.write_changed(clip, path, asked)
-        exporting.write_licence(path, info)
+            made = exporting.write_changed(clip, path, asked, owner)
         unit = exporting.unit_in(path, made.clip)
         clip = made.clip
         return Exported(

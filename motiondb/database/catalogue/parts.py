@@ -103,8 +103,8 @@ def check_motion_file(path: Path, others: Sequence[str] = ()) -> None:
         check_usd(path)
 
 
-def write_clip(clip: Clip, path: Path) -> Path:
-    """Write a clip in the format that the ending of the file says."""
+def write_clip(clip: Clip, path: Path, owner: str = "") -> Path:
+    """Write a clip in the format that the ending says; `owner` where that has a place for it."""
     check_motion_file(path)
     ending = path.suffix.lower()
     if ending == ".bvh":
@@ -118,7 +118,7 @@ def write_clip(clip: Clip, path: Path) -> Path:
 
         write_usd(clip, path)
     else:
-        files.write_gltf(clip, path)
+        files.write_gltf(clip, path, owner)
     return path
 
 
