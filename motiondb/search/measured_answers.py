@@ -9,8 +9,9 @@ Words alone hardly tell them: captions rarely say which way, or which hand. Thre
 * The action goes in the direction elsewhere in the take: then the part is moved there.
 * Otherwise the answer stays as it is.
 
-A word that a caption of the capture says of the same action is believed. In a question of one
-action, words that no caption of the database holds are measured too.
+A word that a caption of the capture says of the same action is believed, unless the take goes in
+the direction only where the action cannot be, before or after other actions of the question. In a
+question of one action, words that no caption of the database holds are measured too.
 """
 
 from __future__ import annotations
@@ -103,10 +104,11 @@ def compare_with_motion(
             places[k + 1].start // FEATURE_STEP if k + 1 < len(places) else len(frames),
         )
         for action in actions_of_part(part, only):
-            if not measured_words(action) - believed:
+            if not measured_words(action):
                 continue
-            shown = np.zeros(len(frames), dtype=bool)
-            shown[room] = _frames_that_show(asked, capture, action, places[k], features)[room]
+            shown = np.zeros((2, len(frames)), dtype=bool)
+            shown[0, room] = _frames_that_show(asked, capture, action, places[k], features)[room]
+            shown[1, room] = True
             against, places[k] = _compare_action(frames, action, believed, places[k], shown)
             contradicted += against
     for exclusion in reading.exclusions:
@@ -127,21 +129,21 @@ def _compare_action(
 ) -> tuple[list[str], PartPlace]:
     """What the motion has against an action, and the place where its directions are seen.
 
-    Shapes: `frames` (frames, 130); `shown` (frames,): which may show the action.
+    Shapes: `frames` (frames, 130); `shown` (2, frames): which frames show the action by its
+    evidence, and which may show it where captions say so.
     """
     against = [
         f"not {side} {limb}"
         for side, limb in limbs_to_measure(action)
-        if side not in believed and _is_otherwise(limb_speeds(frames, limb), side, place, shown)
+        if side not in believed and _is_otherwise(limb_speeds(frames, limb), side, place, shown[0])
     ]
     for direction in directions_to_measure(action):
-        if direction in believed:
-            continue
-        ways = _ways(speeds_of(frames), direction, action, place, shown)
-        if ways is None:
+        speeds, is_said = speeds_of(frames), direction in believed
+        ways = _ways(speeds, direction, action, place, shown[int(is_said)])
+        if ways is not None:
+            place = place if place.unknown else _moved(place, *ways)
+        elif not is_said or furthest(speeds, direction, not TURNS.isdisjoint(action))[0] >= 1.0:
             against.append(f"not {direction}")
-        elif not place.unknown:
-            place = _moved(place, *ways)
     return against, replace(place, probability=None, right=None) if against else place
 
 
