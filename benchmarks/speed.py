@@ -19,6 +19,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -192,7 +193,7 @@ def compare_parts(db: MotionDB, repeats: int) -> tuple[Timing, Ratio]:
 
     minutes = sum(len(whole) for whole in frames.values()) / FEATURE_FPS / 60.0
     name = f"part of {PART} symbols in {minutes:.0f} minutes, by symbols"
-    timing = time_each(name, [lambda f=f: by_symbols(f) for _, f in parts], 5.0)
+    timing = time_each(name, [partial(by_symbols, f) for _, f in parts], 5.0)
     began = time.perf_counter()
     slow = [by_frames(*part) for part in parts[:FEW_PARTS]]
     seconds = (time.perf_counter() - began) / FEW_PARTS

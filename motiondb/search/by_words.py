@@ -340,7 +340,7 @@ def _match(
         _matched(asked, answer.capture, takes[answer.capture], words),
         "; ".join(map(_say_part, parts))
         + ("; not seen in this order" if placed.in_order is False else "")
-        + "".join(f"; measured: not {words}" for words in placed.contradicted)
+        + "".join(f"; measured: {words}" for words in placed.contradicted)
         + mark_generated(learned, answer.capture, "; "),
         answer.sure.whole,
         placing.interval_probability(answer.sure.whole, places, reading),

@@ -4,7 +4,8 @@ Words alone hardly tell them: captions rarely say which way, or which hand. Thre
 
 * The motion contradicts a word: no frame of the part goes in the direction
   (:mod:`motiondb.meaning.travelled`), or the other limb moves (:mod:`motiondb.meaning.limb_sides`).
-  The answer says so and has no probability.
+  Or it clearly shows one that the question excludes ("walk, but not forward"). The answer says so
+  and has no probability.
 * The action goes in the direction elsewhere in the take: then the part is moved there.
 * Otherwise the answer stays as it is.
 
@@ -16,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
-from itertools import chain
+from itertools import chain, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,9 +31,12 @@ from motiondb.learn.learned import Learned
 from motiondb.meaning.edge_map import HALF, averaged
 from motiondb.meaning.limb_sides import limb_speeds, limbs_to_measure, moves_otherwise
 from motiondb.meaning.travelled import TURNS, directions_to_measure, furthest, speeds_of
-from motiondb.records import FloatArray
+from motiondb.records import Float32Array, FloatArray
 from motiondb.search.asked_words import AskedWords
 from motiondb.search.placing import Features, PartPlace, Placed
+
+CLEARLY = 2.0  # Least amounts of a direction from which a motion goes there though it must not
+OTHER = {"left": "right", "right": "left"}
 
 
 def measured_words(action: Sequence[str]) -> set[str]:
@@ -67,9 +71,10 @@ def actions_of_part(part: Part, only: tuple[str, ...]) -> tuple[tuple[str, ...],
 
 def is_measured(reading: Reading, only: tuple[str, ...] = ()) -> bool:
     """Whether a reading, or the only action of a question, names what is measured."""
-    return any(
-        measured_words(action) for part in reading.parts for action in actions_of_part(part, only)
-    )
+    asked = [action for part in reading.parts for action in actions_of_part(part, only)]
+    excluded = [action for each in reading.exclusions for action in each.actions]
+    without = [(*a, *e) for a, e in product(asked, excluded) if MODIFIERS.issuperset(e)]
+    return any(map(measured_words, [*asked, *without]))
 
 
 def compare_with_motion(
@@ -93,31 +98,69 @@ def compare_with_motion(
     }
     frames, places, contradicted = features(capture), list(placed.parts), list[str]()
     for k, part in enumerate(reading.parts):
+        room = slice(
+            places[k - 1].end // FEATURE_STEP if k else 0,
+            places[k + 1].start // FEATURE_STEP if k + 1 < len(places) else len(frames),
+        )
         for action in actions_of_part(part, only):
-            directions = [d for d in directions_to_measure(action) if d not in believed]
-            limbs = [pair for pair in limbs_to_measure(action) if pair[0] not in believed]
-            if not directions and not limbs:
+            if not measured_words(action) - believed:
                 continue
-            shown = _frames_that_show(asked, capture, action, places[k], features)
-            if k:
-                shown[: places[k - 1].end // FEATURE_STEP] = False
-            if k + 1 < len(places):
-                shown[places[k + 1].start // FEATURE_STEP :] = False
-            against = [
-                f"{side} {limb}"
-                for side, limb in limbs
-                if _is_otherwise(limb_speeds(frames, limb), side, places[k], shown)
-            ]
-            for direction in directions:
-                ways = _ways(speeds_of(frames), direction, action, places[k], shown)
-                if ways is None:
-                    against.append(direction)
-                elif not places[k].unknown:
-                    places[k] = _moved(places[k], *ways)
-            if against:
-                places[k] = replace(places[k], probability=None, right=None)
-                contradicted += against
+            shown = np.zeros(len(frames), dtype=bool)
+            shown[room] = _frames_that_show(asked, capture, action, places[k], features)[room]
+            against, places[k] = _compare_action(frames, action, believed, places[k], shown)
+            contradicted += against
+    for exclusion in reading.exclusions:
+        for k in range(exclusion.first, exclusion.last):
+            inside = frames[_inside(places[k])]
+            for action, excluded in product(reading.parts[k].actions, exclusion.actions):
+                if MODIFIERS.issuperset(excluded):
+                    contradicted += _done_though_excluded(inside, action, excluded)
     return replace(placed, parts=tuple(places), contradicted=tuple(dict.fromkeys(contradicted)))
+
+
+def _compare_action(
+    frames: Float32Array,
+    action: Sequence[str],
+    believed: Collection[str],
+    place: PartPlace,
+    shown: NDArray[np.bool_],
+) -> tuple[list[str], PartPlace]:
+    """What the motion has against an action, and the place where its directions are seen.
+
+    Shapes: `frames` (frames, 130); `shown` (frames,): which may show the action.
+    """
+    against = [
+        f"not {side} {limb}"
+        for side, limb in limbs_to_measure(action)
+        if side not in believed and _is_otherwise(limb_speeds(frames, limb), side, place, shown)
+    ]
+    for direction in directions_to_measure(action):
+        if direction in believed:
+            continue
+        ways = _ways(speeds_of(frames), direction, action, place, shown)
+        if ways is None:
+            against.append(f"not {direction}")
+        elif not place.unknown:
+            place = _moved(place, *ways)
+    return against, replace(place, probability=None, right=None) if against else place
+
+
+def _done_though_excluded(
+    frames: Float32Array, action: Sequence[str], excluded: Sequence[str]
+) -> list[str]:
+    """What of "walk, but not backward" the frames clearly show; `frames` (frames, 130)."""
+    words, turns = (*action, *excluded), not TURNS.isdisjoint(action)
+    gone = [
+        direction
+        for direction in directions_to_measure(words)
+        if direction in excluded and furthest(speeds_of(frames), direction, turns)[0] >= CLEARLY
+    ]
+    moved = [
+        f"{side} {limb}"
+        for side, limb in limbs_to_measure(words)
+        if side in OTHER and moves_otherwise(limb_speeds(frames, limb), OTHER[side])
+    ]
+    return gone + moved
 
 
 def _inside(place: PartPlace) -> slice:

@@ -84,7 +84,7 @@ class Placed:
     # Whether the actions are seen in the order that the question asks for (``frame_order``); None
     # if it asks for no order, or the evidence for each frame does not tell
     in_order: bool | None = None
-    # Directions and limbs that the question names and the motion contradicts, as measured
+    # What was measured against the question: "not backward", or "backward" where it is excluded
     contradicted: tuple[str, ...] = ()
 
 

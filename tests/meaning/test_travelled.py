@@ -75,12 +75,24 @@ def test_answers_that_turn_the_other_way_come_last_and_say_so(learned_file: Path
     assert "/turn_right" in answer.matches[0].capture
     for match in answer.matches:
         if match.contradicted:
-            assert match.contradicted == ("right",)
+            assert match.contradicted == ("not right",)
             assert match.reason.endswith("; measured: not right")
             assert match.probability is None
         if "/turn_left" in match.capture:
-            assert match.contradicted == ("right",)
+            assert match.contradicted == ("not right",)
     assert not any(m.contradicted for m in ask(written=True).matches if "/turn_right" in m.capture)
+
+
+def test_what_is_excluded_and_done_is_a_contradiction(learned_file: Path) -> None:
+    with motiondb.open(learned_file, read_only=True) as db:
+        answer = db.search("turn but not left", limit=101)
+    lefts = [match for match in answer.matches if "/turn_left" in match.capture]
+    assert lefts
+    for match in lefts:
+        assert match.contradicted == ("left",)
+        assert match.reason.endswith("; measured: left")
+        assert match.probability is None
+    assert not any(m.contradicted for m in answer.matches if "/turn_right" in m.capture)
 
 
 def test_a_direction_that_no_caption_holds_is_measured_all_the_same(learned_file: Path) -> None:
@@ -90,6 +102,6 @@ def test_a_direction_that_no_caption_holds_is_measured_all_the_same(learned_file
         assert answer.understood == "run; measured: backward"
         assert not answer.unknown
         assert not answer.not_used
-        assert {match.contradicted for match in answer.matches} == {("backward",)}
+        assert {match.contradicted for match in answer.matches} == {("not backward",)}
         assert all("/run_" in match.capture for match in answer.matches)
         assert answer.nothing == "probably nothing in this database matches"
