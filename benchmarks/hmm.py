@@ -101,6 +101,8 @@ def compare_scores(load: Workload, share: float, repeats: int) -> dict[str, floa
         "hmmlearn_s": whole * len(load.starts),
         "hmmlearn_share": n / len(load.starts),
         "times_faster": whole * len(load.starts) / seconds,
+        # a squared and weighted distance in each dimension, as two products
+        "multiply_adds": 2.0 * float(np.sum(load.ends - load.starts)) * load.symbols.means.size,
         "largest_relative_difference": float(np.max(np.abs(actual / expected - 1))),
         "same_best_symbol": float(np.mean(actual.argmax(axis=1) == expected.argmax(axis=1))),
     }
@@ -140,6 +142,11 @@ def compare_fits(load: Workload, repeats: int, n_iterations: int = 5) -> dict[st
         "motiondb_s": seconds,
         "hmmlearn_s": slow,
         "times_faster": slow / seconds,
+        # densities, and sums for mean and variance, in each dimension of the states of one symbol
+        "multiply_adds": 4.0
+        * n_iterations
+        * float(np.sum(load.ends - load.starts))
+        * symbols.means[0].size,
         "largest_difference_of_means": float(np.max(np.abs(actual.means - means))),
         "largest_difference_of_variances": float(np.max(np.abs(actual.covars - covars))),
     }

@@ -23,7 +23,7 @@ import tempfile
 import time
 import urllib.parse
 import urllib.request
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -149,7 +149,7 @@ class Asked:
 
     what: str
     path: str
-    queries: tuple[dict[str, object], ...]
+    queries: Sequence[Mapping[str, object]]
     target: float | None = None  # Of the median, seconds
 
 

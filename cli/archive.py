@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -51,7 +52,7 @@ def remove(
                 raise typer.Exit(1)
         gone = base.remove(names or (), where)
     if not printing.as_json(shared, Removed(gone)):
-        printing.say(f"removed {', '.join(gone)}" if gone else "no capture matches")
+        printing.say(f"removed {_listed(gone)}" if gone else "no capture matches")
 
 
 def _is_sure(names: list[str]) -> bool:
@@ -68,6 +69,12 @@ def _is_sure(names: list[str]) -> bool:
         raise QueryError(
             "remove: expected yes or no, found no answer. Remove them with --yes."
         ) from None
+
+
+def _listed(names: Sequence[str]) -> str:
+    """The first names, and how many more there are."""
+    more = f" and {len(names) - MOST_LISTED} more" if len(names) > MOST_LISTED else ""
+    return f"{', '.join(names[:MOST_LISTED])}{more}"
 
 
 def undo(
@@ -95,8 +102,8 @@ def undo(
         ("as before", done.changed),
     ):
         if names:
-            more = f" and {len(names) - MOST_LISTED} more" if len(names) > MOST_LISTED else ""
-            printing.say(f"  {what}: {', '.join(names[:MOST_LISTED])}{more}")
+            printing.say(f"  {what}: {_listed(names)}")
+    printing.say(f"  to have it again: motiondb undo {done.run}")
 
 
 def rename(

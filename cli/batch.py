@@ -50,8 +50,8 @@ def batch(
         Path,
         typer.Argument(
             metavar="FILE",
-            help="A question in words in every line, or TSV with a header: question or like, and "
-            "any of start, end, where, limit.",
+            help="A question in words in every line, or a table (TSV or CSV) with a header: "
+            "question or like, and any of start, end, where, limit.",
         ),
     ],
     where: options.Where = "",
@@ -113,8 +113,8 @@ def _facts(answer: Any, is_example: bool) -> dict[str, Any]:  # noqa: ANN401  of
 def _print_line(shared: options.Shared, each: _Question, facts: dict[str, Any]) -> None:
     """Print the answer to a question as one line of JSON."""
     if shared.json:
-        what = "like" if each.is_example else "question"
-        printing.say(json.dumps({"line": each.line, what: each.text, **facts}))
+        asked = {"like": each.text} if each.is_example else {"question": {"text": each.text}}
+        printing.say(json.dumps({"line": each.line, **asked, **facts}))
 
 
 def _print_rows(each: _Question, answer: WordAnswer | ExampleAnswer) -> None:
@@ -143,22 +143,25 @@ def _read(file: Path) -> Iterator[_Question]:
         for number, line in enumerate(text.split("\n"), start=1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
-    header = [name.strip().lower() for name in lines[0][1].split("\t")] if lines else []
-    if not {"question", "like"} & set(header):
+    first = lines[0][1] if lines else ""
+    sign = "\t" if "\t" in first or "," not in first else ","
+    header = [name.strip().lower() for name in first.split(sign)]
+    wrong = [name for name in header if name not in COLUMNS]
+    is_asked = bool({"question", "like"} & set(header))
+    if not (is_asked or "\t" in first):  # questions have commas, but no tabs
         yield from (_Question(number, line.strip()) for number, line in lines)
         return
     from motiondb import QueryError
 
-    wrong = [name for name in header if name not in COLUMNS]
-    if wrong or len(set(header)) < len(header):
+    if wrong or len(set(header)) < len(header) or not is_asked:
         raise QueryError(
             f"{file}:{lines[0][0]}: expected any of the columns {', '.join(COLUMNS)}, each once, "
             f"found {', '.join(header)}."
         )
     for number, line in lines[1:]:
-        cells = next(csv.reader(io.StringIO(line), delimiter="\t"))
+        cells = next(csv.reader(io.StringIO(line), delimiter=sign))
         one = _to_question(number, dict(zip(header, (cell.strip() for cell in cells))))
-        opened = [cell for cell in line.split("\t") if cell.startswith('"')]
+        opened = [cell for cell in line.split(sign) if cell.startswith('"')]
         if opened and line.count('"') % 2:  # csv would take the rest of the line for one cell
             one = replace(one, fault='expected quotation marks in pairs, found one alone (").')
         elif len(cells) > len(header):

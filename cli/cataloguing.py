@@ -162,7 +162,7 @@ def add(
                 printing.say(f"  {name} is the same file as {known}")
         printing.print_notes(report.notes)
         printing.note_drift(drift)
-        _offer_start(wordless)
+        _offer_start(wordless and bool(report.added))
     printing.refuse(report.problems)
 
 

@@ -110,6 +110,12 @@ class Clip:
     unit: float = 1.0
     notes: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        joints = len(self.joint_names)
+        return (
+            f"Clip({self.format}, {self.n_frames} frames at {self.fps:g} a second, {joints} joints)"
+        )
+
     @property
     def n_frames(self) -> int:
         """Number of frames."""
@@ -164,6 +170,9 @@ class Motion:
     root_positions: Float32Array
     leg_length: float = 0.8
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"Motion({self.n_frames} frames, {self.duration:.2f} s)"
 
     @property
     def n_frames(self) -> int:
@@ -387,7 +396,7 @@ class Match:
     end : float
         Seconds.
     score : float
-        Orders the answers, largest first; of actions in order and measured directions, probable
+        Orders the answers, largest first; of actions in order and of what is measured, probable
         answers come first.
     words : tuple of str
         Words of the question that the capture shows, or words of the interval.
@@ -409,9 +418,9 @@ class Match:
     in_order : bool or None
         For actions in order: whether the capture is seen to show them in this order; None if the
         question asks for no order, or the motion does not tell.
-    not_gone : tuple of str
-        Directions that the question names ("backward") and in which the capture, as measured, does
-        not go.
+    contradicted : tuple of str
+        What was measured in the motion against the question: "not backward", "not left hand"; or
+        "backward" where the question excludes it.
     """
 
     rank: int
@@ -426,7 +435,7 @@ class Match:
     place: str = ""
     parts: tuple[MatchPart, ...] = ()
     in_order: bool | None = None
-    not_gone: tuple[str, ...] = ()
+    contradicted: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, order=True)
@@ -461,6 +470,10 @@ class MotionSymbols:
     self_loops: Annotated[FloatArray, Axes("symbols", "states")]
     means: Annotated[FloatArray, Axes("symbols", "states", "dimensions")]
     covars: Annotated[FloatArray, Axes("symbols", "states", "dimensions")]
+
+    def __repr__(self) -> str:
+        _, states, dimensions = self.means.shape
+        return f"MotionSymbols({self.n_symbols} symbols, {states} states, {dimensions} dimensions)"
 
     @property
     def n_symbols(self) -> int:

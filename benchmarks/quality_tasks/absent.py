@@ -20,7 +20,7 @@ from motiondb.language import vocabulary
 from motiondb.meaning import asked_certainty as simulation
 from motiondb.meaning import regression as certainty
 from motiondb.meaning import word_map
-from motiondb.meaning.by_motion import resemblance
+from motiondb.meaning.resemblance import resemblance
 from motiondb.meaning.score_vectors import N_POSTURE, N_TRAVEL, unit
 from motiondb.meaning.word_map import clearest, usual
 from motiondb.records import FloatArray

@@ -1,7 +1,8 @@
-"""Directions of travel and of turning, as captions say them and as measured.
+"""Directions and sides of limbs, as captions say them and as measured.
 
 Neither took part in making the other: of every action of a caption that names a direction
-(``motiondb.meaning.travelled``), the capture is measured in that direction and in the opposite one.
+(``motiondb.meaning.travelled``) or a limb of a side (``motiondb.meaning.limb_sides``), the capture
+is measured for that and for the opposite.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from motiondb.language.vocabulary import split_actions
+from motiondb.meaning.limb_sides import limb_speeds, limbs_to_measure, moves_otherwise
 from motiondb.meaning.travelled import TURNS, directions_to_measure, furthest, speeds_of
 from quality_protocol.captures import Capture, load_bandai, load_cmu, without_copies
 from quality_protocol.confidence import mean_of
@@ -24,32 +26,39 @@ def run(data: Path, seed: int) -> TaskReport:
         said: dict[str, list[float]] = {}
         reverse: dict[str, list[float]] = {}
         for capture in without_copies(captures):
-            for direction, turns in sorted(_said(capture)):
-                said.setdefault(direction, []).append(_goes(capture, direction, turns))
-                if direction in OPPOSITE:
-                    away = _goes(capture, OPPOSITE[direction], turns)
-                    reverse.setdefault(direction, []).append(away)
-        for direction, values in sorted(said.items()):
-            against = mean_of(reverse[direction], seed) if direction in reverse else "-"
-            rows.append((name, direction, len(values), mean_of(values, seed), against))
+            for words in _actions(capture):
+                turns = not TURNS.isdisjoint(words)
+                for direction in directions_to_measure(words):
+                    said.setdefault(direction, []).append(_goes(capture, direction, turns))
+                    if direction in OPPOSITE:
+                        away = _goes(capture, OPPOSITE[direction], turns)
+                        reverse.setdefault(direction, []).append(away)
+                for side, limb in limbs_to_measure(words):
+                    said.setdefault(f"{side} {limb}", []).append(_moves(capture, side, limb))
+                    if side in OPPOSITE:
+                        other = _moves(capture, OPPOSITE[side], limb)
+                        reverse.setdefault(f"{side} {limb}", []).append(other)
+        for asked, values in sorted(said.items()):
+            against = mean_of(reverse[asked], seed) if asked in reverse else "-"
+            rows.append((name, asked, len(values), mean_of(values, seed), against))
     return TaskReport(
-        "Directions",
-        "Captions that name the direction of an action that travels or turns, against that of the "
-        "motion. Captures of several actions may go in both directions.",
+        "Directions and sides",
+        "Captions that name the direction of an action that travels or turns, or the limb that "
+        "moves, against the motion. Captures of several actions may go in both directions.",
         ("captures", "the caption says", "captures", "measured so", "measured the opposite way"),
         tuple(rows),
     )
 
 
-def _said(capture: Capture) -> set[tuple[str, bool]]:
-    """The directions that the captions of a capture name, and whether the action is a turn."""
-    actions = [action for text in capture.captions for action in split_actions(text)]
-    return {
-        (direction, not TURNS.isdisjoint(action))
-        for action in actions
-        for direction in directions_to_measure(action)
-    }
+def _actions(capture: Capture) -> list[tuple[str, ...]]:
+    """The different actions of the captions of a capture."""
+    actions = [tuple(action) for text in capture.captions for action in split_actions(text)]
+    return sorted(set(actions))
 
 
 def _goes(capture: Capture, direction: str, turns: bool) -> float:
     return float(furthest(speeds_of(capture.features), direction, turns)[0] >= 1.0)
+
+
+def _moves(capture: Capture, side: str, limb: str) -> float:
+    return float(not moves_otherwise(limb_speeds(capture.features, limb), side))

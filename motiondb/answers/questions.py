@@ -238,6 +238,7 @@ class SearchAnswer(WordsOfQuestion, LikeAnswer):
     written: tuple[WrittenAnswer, ...]
     # Words that are ranked by their meaning, with the nearest known words
     by_meaning: dict[str, tuple[str, ...]]
+    measured: tuple[str, ...]  # Words that no caption holds and that are measured in the motion
 
 
 def search_answer(answer: WordAnswer, explain: bool = True) -> SearchAnswer:
@@ -269,6 +270,10 @@ def search_answer(answer: WordAnswer, explain: bool = True) -> SearchAnswer:
         sentences=(
             *filter(None, [answer.not_understood, answer.nothing if answer.doubtful else ""]),
             *(taking.sentence() for taking in answer.taken.values()),
+            *(
+                f"{word!r} is in no caption; it is measured in the motion"
+                for word in answer.measured
+            ),
             *(word.sentence() for word in answer.written),
             *(source.sentence() for source in answer.sources),
         ),
@@ -276,6 +281,7 @@ def search_answer(answer: WordAnswer, explain: bool = True) -> SearchAnswer:
         sources=answer.sources,
         written=written,
         by_meaning={word: each.heard for word, each in answer.taken.items() if each.nearest},
+        measured=answer.measured,
     )
 
 

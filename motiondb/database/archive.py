@@ -513,7 +513,8 @@ class Archive:
         table = parse_synonyms(text, str(path))
         with store.transaction(self.store):
             every = [info.capture_id for info in store.load_captures(self.store)]
-            with updating.changing(self.store, "words", {"synonyms": str(path)}, every):
+            touched = [store.SYNONYMS, *every]
+            with updating.changing(self.store, "words", {"synonyms": str(path)}, touched):
                 store.save_synonyms(self.store, table)
         return table
 

@@ -11,8 +11,18 @@ from typing import TYPE_CHECKING
 
 from motiondb import store
 from motiondb.database.archive import Archive
+from motiondb.database.arguments import Example, check_example
 from motiondb.database.catalogue import browsing
-from motiondb.records import Caption, CaptureInfo, Clip, DuplicateGroup, Event, Motion, Relation
+from motiondb.records import (
+    Caption,
+    CaptureInfo,
+    Clip,
+    DuplicateGroup,
+    Event,
+    Float32Array,
+    Motion,
+    Relation,
+)
 from motiondb.store import Provenance
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
@@ -161,13 +171,16 @@ class Captures(Archive):
             return tuple(group for group in groups if wanted & set(group.captures))
 
     def motion(
-        self, example: str | Path | Motion, start: float | None = None, end: float | None = None
+        self,
+        example: Example,
+        start: float | None = None,
+        end: float | None = None,
     ) -> Motion:
         """A motion on the canonical body, at 30 frames a second.
 
         Parameters
         ----------
-        example : str, Path or Motion
+        example : str, Path, Clip or Motion
             A file, the name of a stored capture, or a motion.
         start : float, optional
             Start of the part of the motion, seconds.
@@ -187,8 +200,11 @@ class Captures(Archive):
         from motiondb.files import read_capture, split_take
         from motiondb.files.safe_files import is_file
 
+        check_example(example)
         if isinstance(example, Motion):
             motion = example
+        elif isinstance(example, Clip):
+            motion = to_motion(example)
         elif is_file(split_take(example)[0]):
             motion = to_motion(read_capture(example))
         else:
@@ -196,6 +212,48 @@ class Captures(Archive):
                 info = store.load_capture(self.store, str(example), or_file=True)
                 motion = store.load_motion(self.store, info.capture_id)
         return cut_motion(motion, start, end, FEATURE_STEP)
+
+    def features(
+        self,
+        example: Example,
+        start: float | None = None,
+        end: float | None = None,
+        whitened: bool = False,
+    ) -> Float32Array:
+        """Recognition features of a motion: what symbols are learned from, and examples found by.
+
+        They do not depend on the performer's size, place and heading (:mod:`motiondb.body.features`
+        names the columns). ``whitened`` are what the hidden Markov models of symbols take: for a
+        segment of symbol 7 from frame 20 to 52 (half of its frames at 30 a second, rounded up),
+        ``db.learned.symbols.to_hmmlearn(7).score(whitened[20:52])`` is its log-likelihood.
+
+        Parameters
+        ----------
+        example : str, Path, Clip or Motion
+            A file, the name of a stored capture, or a motion.
+        start : float, optional
+            Start of the part of the motion, seconds.
+        end : float, optional
+            End of the part of the motion, seconds.
+        whitened : bool
+            Whether to rotate and scale them as the database has learned, so that the columns are
+            uncorrelated and have variance 1 over all captures.
+
+        Returns
+        -------
+        array (frames, 130), or (frames, dimensions) if whitened; float32
+            15 frames a second.
+
+        Raises
+        ------
+        MotionDBError
+            As for :meth:`motion`; NotLearnedError when they should be whitened before ``learn``.
+        """
+        from motiondb.body.features import recognition_features
+
+        with self.session.reading():
+            features = recognition_features(self.motion(example, start, end))
+            return self.session.learned.feature_space.project(features) if whitened else features
 
     def clip(self, name: str) -> Clip:
         """A stored capture on its own skeleton and at its own rate, as it was read when added.
@@ -271,11 +329,11 @@ class Captures(Archive):
                     return exporting.write_added(info, source, path, self.clip(name).unit)
                 motion, clip = None, cut_clip(self.clip(name), start, end)
                 asked = self._with_joint_map(info, asked)
+        owner = exporting.owner_of(info)
         if motion is not None:
-            made = exporting.write_motion(motion, path, asked)
+            made = exporting.write_motion(motion, path, asked, owner)
         else:
-            made = exporting.write_changed(clip, path, asked)
-        exporting.write_licence(path, info)
+            made = exporting.write_changed(clip, path, asked, owner)
         unit = exporting.unit_in(path, made.clip)
         clip = made.clip
         return Exported(
@@ -325,8 +383,8 @@ class Captures(Archive):
 
     def compare(
         self,
-        first: str | Path | Motion,
-        second: str | Path | Motion,
+        first: Example,
+        second: Example,
         png: str | Path | None = None,
         parts: tuple[tuple[float | None, float | None], ...] = ((None, None), (None, None)),
     ) -> Comparison:
@@ -336,7 +394,7 @@ class Captures(Archive):
 
         Parameters
         ----------
-        first : str, Path or Motion
+        first : str, Path, Clip or Motion
             A file, the name of a stored capture, or a motion.
         second : str, Path or Motion
             The same.
@@ -354,7 +412,7 @@ class Captures(Archive):
 
         both = (first, second)
         motions = [self.motion(each, *part) for each, part in zip(both, parts)]
-        names = ["motion" if isinstance(each, Motion) else str(each) for each in both]
+        names = [str(each) if isinstance(each, str | Path) else "motion" for each in both]
         starts = [part[0] or 0.0 for part in parts]
         return compare(
             (names[0], names[1]),

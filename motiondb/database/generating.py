@@ -14,6 +14,7 @@ from motiondb.answers.catalogue import WordProbability
 from motiondb.answers.making import ActionVerdict, DecodedAction, GeneratedAnswer, WrittenMotion
 from motiondb.answers.plain import extended
 from motiondb.answers.questions import understood_question
+from motiondb.database.arguments import check_text
 from motiondb.database.catalogue.exporting import MotionChanges, change_sequence
 from motiondb.database.generated_files import (
     draw_generated,
@@ -21,13 +22,15 @@ from motiondb.database.generated_files import (
     write_with_provenance,
 )
 from motiondb.database.loading import nearby_table
+from motiondb.database.searching import check_any
 from motiondb.database.session import Session
 from motiondb.errors import QueryError
 from motiondb.generate.excerpt_motion import Choices, PlaceWish
 from motiondb.generate.material import Takes
 from motiondb.generate.motion_making import (
+    JudgedMotion,
     MadeMotion,
-    judge_again,
+    judge,
     make_motion,
 )
 from motiondb.generate.sentence_plan import speed_of
@@ -256,6 +259,7 @@ def generate(
     They are judged after they were mirrored, looped or put in place. Stitched motions of the same
     actions from the same places as an earlier one are left out, so that there may be fewer.
     """
+    check_text("words", words)
     seed, number = seeds.start, len(seeds)
     if not 1 <= number <= MOST_VARIANTS:
         raise QueryError(f"variants: expected 1 to {MOST_VARIANTS}, found {number}.")
@@ -268,6 +272,7 @@ def generate(
     motions: list[Generated] = []
     with session.reading():
         takes = Takes(session.features, lambda capture: store.load_motion(session.store, capture))
+        check_any(session.learned)
         text, same = words, dict[str, Taking]()
         if exact:
             learned = session.learned
@@ -289,16 +294,15 @@ def generate(
             )
             if not any(_is_from_same(motion, earlier) for earlier in made):
                 made.append(motion)
-                said: tuple[str, ...] = ()
+                origin, first, said = motion.made, 0, tuple[str, ...]()
                 if changes is not None and changes.of_motion.are_any:
                     done = change_sequence(motion.made, changes)
-                    motion = judge_again(learned, takes, motion, done.made, done.first)
-                    said = done.said
-                origin = motion.made
+                    origin, first, said = done.made, done.first, done.said
+                judged = judge(learned, takes, motion, origin, first)
                 provenance = store.to_provenance(
                     session.store, origin.captures, origin.frames, edits=origin.edits
                 )
-                one = _to_generated(learned, motion, provenance, takings)
+                one = _to_generated(learned, motion, judged, provenance, takings)
                 one = replace(
                     one,
                     words=words,
@@ -396,28 +400,29 @@ def _replace_unknown(
 def _to_generated(
     learned: Learned,
     motion: MadeMotion,
+    judged: JudgedMotion,
     provenance: store.Provenance,
     takings: Mapping[str, Taking],
 ) -> Generated:
     suggested = {word: taking for word, taking in takings.items() if not taking.is_taken}
     hints = hints_of(suggested)
     return Generated(
-        motion=motion.made.motion,
+        motion=judged.made.motion,
         symbols=tuple(int(s) for s in motion.symbols),
         positions=motion.positions,
         actions=motion.actions,
         decodings=motion.decodings,
-        recognised=tuple(int(s) for s in motion.recognised),
+        recognised=tuple(int(s) for s in judged.recognised),
         provenance=provenance,
         question=with_hints(motion.question, hints),
-        shown=tuple(_with_notation(one, takings) for one in motion.shown),
+        shown=tuple(_with_notation(one, takings) for one in judged.shown),
         decided=motion.decided,
         taken={word: taking for word, taking in takings.items() if taking.is_taken},
         suggested=suggested,
-        spans=motion.spans,
+        spans=judged.spans,
         not_used=hinted(motion.not_used, hints),
         sources=word_sources(learned, (word for action in motion.actions for word in action)),
-        smoothness=motion.smoothness,
+        smoothness=judged.smoothness,
         places=motion.places,
     )
 

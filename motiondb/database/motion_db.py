@@ -10,9 +10,9 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from motiondb import store
+from motiondb.database.arguments import Example, check_whole, seeds_from
 from motiondb.database.captures import Captures
 from motiondb.database.session import Session
-from motiondb.records import Motion
 from motiondb.workers import HERE
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
@@ -311,7 +311,7 @@ class MotionDB(Captures):
 
     def like(
         self,
-        example: str | Path | Motion,
+        example: Example,
         start: float | None = None,
         end: float | None = None,
         where: str = "",
@@ -323,7 +323,7 @@ class MotionDB(Captures):
 
         Parameters
         ----------
-        example : str, Path or Motion
+        example : str, Path, Clip or Motion
             A file, the name of a stored capture, or a motion.
         start : float, optional
             Start of the part of the example, seconds.
@@ -350,6 +350,7 @@ class MotionDB(Captures):
         from motiondb.database import searching
         from motiondb.search.by_example import search_motion
 
+        check_whole("limit", limit, 1)
         with self.session.reading():
             motion = self.motion(example, start, end)
             allowed = searching.allowed_captures(self.session, where, exact)
@@ -358,13 +359,16 @@ class MotionDB(Captures):
             )
 
     def describe(
-        self, example: str | Path | Motion, start: float | None = None, end: float | None = None
+        self,
+        example: Example,
+        start: float | None = None,
+        end: float | None = None,
     ) -> tuple[Description, ...]:
         """The words of a motion over time, with probabilities.
 
         Parameters
         ----------
-        example : str, Path or Motion
+        example : str, Path, Clip or Motion
             A file, the name of a stored capture, or a motion.
         start : float, optional
             Start of the part of the example, seconds.
@@ -492,9 +496,8 @@ class MotionDB(Captures):
         """
         from motiondb.database import generating
 
-        seeds = range(seed, seed + 1)
         return generating.generate(
-            self.session, words, seeds, method, exact, anyway, places=places
+            self.session, words, seeds_from(seed, 1), method, exact, anyway, places=places
         )[0]
 
     def generate_variants(
@@ -539,9 +542,8 @@ class MotionDB(Captures):
         """
         from motiondb.database import generating
 
-        return generating.generate(
-            self.session, words, range(seed, seed + number), method, exact, anyway, changes
-        )
+        seeds = seeds_from(seed, number)
+        return generating.generate(self.session, words, seeds, method, exact, anyway, changes)
 
     def join(self, parts: Sequence[str], changes: MotionChanges | None = None) -> Joined:
         """Join parts of captures, with the blending of generated motion.

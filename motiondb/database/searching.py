@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motiondb import store
+from motiondb.database import arguments
 from motiondb.database.catalogue.filter_words import take_filter_words
 from motiondb.database.loading import nearby_table
 from motiondb.database.session import Session
 from motiondb.errors import QueryError
+from motiondb.learn.learned import Learned
 from motiondb.records import Match, Motion
 from motiondb.search.asked_words import find_written, learned_words, with_replaced, written_words_of
 from motiondb.search.by_words import WordAnswer, search_words, with_takings, without_chances
@@ -44,8 +46,11 @@ def search(
     exact: bool,
 ) -> WordAnswer:
     """The answer to a question in words, as ``MotionDB.search`` gives it."""
+    arguments.check_text("words", words)
+    arguments.check_whole("limit", limit, 1)
     with session.reading():
         allowed, learned = allowed_captures(session, where, exact), session.searchable
+        check_any(learned)
         table = nearby_table()
         asked, text, same = learned_words(learned), words, dict[str, Taking]()
         if not by_symbols:  # captions hold words, not symbols
@@ -77,6 +82,15 @@ def search(
         answer = replace(answer, question=question, sources=sources, taken={**same, **answer.taken})
         missing = not_understood(learned, words, {*asked.added, *answer.taken})
         return without_chances(answer, missing) if missing else answer
+
+
+def check_any(learned: Learned) -> None:
+    """Refuse a question about a database whose captures were all removed since it learned."""
+    if not learned.rows:
+        raise QueryError(
+            f"{learned.source}: expected captures that can be searched, found none. Add some: "
+            "motiondb add FOLDER. motiondb undo brings removed ones back."
+        )
 
 
 def allowed_captures(session: Session, where: str, exact: bool) -> list[int]:

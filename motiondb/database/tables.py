@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from motiondb import store
-from motiondb.errors import MotionDBError
+from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.arrays import NO_PYARROW
 from motiondb.records import MOTION_FPS, Caption, Match
 
@@ -158,9 +158,11 @@ class Tables:
         Raises
         ------
         MotionDBError
-            When pyarrow is not installed.
+            When pyarrow is not installed, or a text is given.
         """
         found: Any = answer
+        if not hasattr(found, "matches") and isinstance(found, str):
+            raise QueryError("matches: expected the answer of db.search or db.like, found a text.")
         matches: list[Match] = list(getattr(found, "matches", found))
         names = [field.name for field in fields(Match) if field.name != "parts"]
         columns: dict[str, Any] = {name: [getattr(m, name) for m in matches] for name in names}

@@ -26,7 +26,6 @@ from numpy.typing import NDArray
 from motiondb.body import kinematics, rotation
 from motiondb.errors import CaptureError
 from motiondb.files.bvh_writer import write_atomically
-from motiondb.files.safe_files import open_file
 from motiondb.records import Clip, FloatArray
 
 FLOAT, USHORT, UINT = 5126, 5123, 5125  # Component types of glTF
@@ -41,6 +40,7 @@ _SLIDING = 0.02
 """A joint that moves farther than this (metres) in its parent's frame is not drawn as a bone."""
 _MOVES = 1e-6
 """A joint that moves less than this (metres) in its parent's frame gets no translation track."""
+ASSET = {"version": "2.0", "generator": "motiondb"}
 BALL_RADIUS = 0.12  # Metres; a basketball of size 7 measures 0.749 to 0.780 m round (FIBA)
 _BALL_COLOUR = (0.85, 0.42, 0.13)  # Red, green and blue of a basketball, 0 to 1
 _RINGS, _SIDES = 8, 16
@@ -96,7 +96,7 @@ class Buffer:
         }
 
 
-def write_gltf(clip: Clip, path: Path | str) -> None:
+def write_gltf(clip: Clip, path: Path | str, owner: str = "") -> None:
     """Write a clip as glTF; the file is written whole or not at all.
 
     Parameters
@@ -105,6 +105,8 @@ def write_gltf(clip: Clip, path: Path | str) -> None:
         Metres, y up.
     path : Path or str
         The file to write; its ending chooses the form, .glb or .gltf.
+    owner : str
+        Whose it is, and its licence; the file says so (``asset.copyright``).
 
     Raises
     ------
@@ -114,21 +116,9 @@ def write_gltf(clip: Clip, path: Path | str) -> None:
     """
     path = Path(path)
     check_ending(path)
-    write_document(*to_gltf(clip, path), path)
-
-
-def add_copyright(path: Path, text: str) -> None:
-    """Write into a glTF file of this module whose it is, as ``asset.copyright``."""
-    with open_file(path) as file:
-        content = file.read()
-    is_binary = path.suffix.lower() == ".glb"
-    length = int.from_bytes(content[12:16], "little")
-    document = json.loads(content[20 : 20 + length] if is_binary else content)
-    document["asset"]["copyright"] = text
-    if is_binary:
-        write_atomically(path, _glb(document, content[28 + length :]))
-    else:
-        write_atomically(path, json.dumps(document, separators=(",", ":")).encode())
+    document, data = to_gltf(clip, path)
+    document["asset"] = ASSET | ({"copyright": owner} if owner else {})
+    write_document(document, data, path)
 
 
 def check_ending(path: Path) -> None:
@@ -158,7 +148,7 @@ def to_gltf(clip: Clip, path: object = "clip") -> tuple[dict[str, object], bytes
     times = buffer.add((np.arange(clip.n_frames) / clip.fps).astype(np.float32), FLOAT)
     samplers, channels = tracks(clip, buffer, times)
     document: dict[str, object] = {
-        "asset": {"version": "2.0", "generator": "motiondb"},
+        "asset": ASSET,
         "scene": 0,
         "scenes": [{"nodes": [0, n_joints]}],
         "nodes": [*joint_nodes(clip), {"name": "body", "mesh": 0, "skin": 0}],
@@ -372,7 +362,7 @@ def to_gltf_scene(
         roots.append(_add_ball(ball, characters[0].clip.fps, parts, buffer))
     animation = {key: parts.pop(key) for key in ("samplers", "channels")}
     document: dict[str, object] = {
-        "asset": {"version": "2.0", "generator": "motiondb"},
+        "asset": ASSET,
         "scene": 0,
         "scenes": [{"nodes": roots}],
         **parts,

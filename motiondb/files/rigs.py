@@ -1,19 +1,22 @@
 """Rigs: skeletons of others, onto which motion is put. A rig is a clip of one frame, its pose.
 
-BVH: the pose without rotations. FBX: the pose in which the joints stand in the file, of the person
-with the most joints. glTF: that of the nodes; the joints are those of the first skin, or of the
-animated nodes where there is none. Meshes are not read.
+BVH: the pose without rotations; where nobody could stand so, that of the first frame (in files of
+Bandai-Namco all bones lie along one axis without rotations, in some of CMU the legs point up).
+FBX: the pose in which the joints stand in the file, of the person with the most joints. glTF: that
+of the nodes; the joints are those of the first skin, or of the animated nodes where there is none.
+Meshes are not read.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from motiondb.body import rotation
+from motiondb.body import body, changes, retarget, rotation
 from motiondb.body.joint_names import REQUIRED, joint_map
 from motiondb.body.joint_proposals import map_text, propose_map
 from motiondb.errors import CaptureError, SkeletonError
@@ -24,11 +27,15 @@ from motiondb.files.safe_files import output_file
 from motiondb.records import Clip, FloatArray, Skeleton
 
 ENDINGS = (".bvh", ".fbx", ".glb", ".gltf")  # Of files that hold a rig
+_ALIKE = 0.8  # Cosine of the angle between directions that count as alike. By hand
 _MOST_JSON = 100_000_000  # Bytes of the document of a glTF file
 
 
-def read_rig(path: Path | str) -> Clip:
-    """Read the rig in a file (CaptureError if there is none)."""
+def read_rig(path: Path | str, user_map: Mapping[str, str] | None = None) -> Clip:
+    """Read the rig in a file (CaptureError if there is none).
+
+    `user_map`: Role -> joint, for names of no convention.
+    """
     path = Path(path)
     ending, options = path.suffix.lower(), ReadOptions()
     if ending not in ENDINGS:
@@ -38,15 +45,33 @@ def read_rig(path: Path | str) -> Clip:
     if ending == ".bvh":
         clip = read_capture_bytes(data, "bvh", path=path, options=options)
         still = np.tile(rotation.IDENTITY, (1, len(clip.skeleton.names), 1))
-        return replace(
+        pose = replace(
             clip, local_rotations=still, root_positions=np.zeros((1, 3)), joint_positions=None
         )
+        return pose if _stands(pose, user_map) else changes.part(clip, 0, 1)
     with guarded(path):
         if ending == ".fbx":
             from motiondb.files.readers.fbx import read_pose
 
             return read_pose(data, path, options)
         return _read_gltf(data, path)
+
+
+def _stands(pose: Clip, user_map: Mapping[str, str] | None) -> bool:
+    """Whether a person could stand so: the trunk against the legs, hips along the shoulders."""
+    try:
+        at = retarget.clip_keypoints(pose, user_map)[0]
+    except SkeletonError:  # unknown names, which are refused later
+        return True
+    joint = {name: at[number] for name, number in body.INDEX.items()}
+    trunk = _unit(joint["neck"] - joint["pelvis"])
+    legs = _unit(joint["l_ankle"] + joint["r_ankle"] - 2.0 * joint["pelvis"])
+    hips, shoulders = (_unit(joint[f"l_{on}"] - joint[f"r_{on}"]) for on in ("hip", "shoulder"))
+    return bool(trunk @ legs < -_ALIKE and hips @ shoulders > _ALIKE)
+
+
+def _unit(way: FloatArray) -> FloatArray:
+    return np.asarray(way / max(float(np.linalg.norm(way)), 1e-9))
 
 
 def _read_gltf(data: bytes, path: Path) -> Clip:

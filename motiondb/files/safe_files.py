@@ -183,6 +183,8 @@ def check_output(path: Path, *, is_folder: bool = False) -> None:
             raise FileExistsError(
                 errno.EEXIST, f"the cache of the database {folder.stem}; choose another name"
             )
+    if not is_folder and not path.parent.exists():
+        raise FileNotFoundError(errno.ENOENT, f"no folder {path.parent}; make it first")
     with suppress(FileNotFoundError):
         _refuse_other_kinds(path.stat().st_mode, False)
 
@@ -230,7 +232,7 @@ def output_file(path: Path, kind: type[MotionDBError] = MotionDBError) -> Iterat
             yield draft
     except OSError as error:
         reason = f"{path}: expected a file that can be written, found: {error.strerror or error}."
-        is_told = isinstance(error, FileExistsError | IsADirectoryError)
+        is_told = isinstance(error, FileExistsError | IsADirectoryError | FileNotFoundError)
         advice = "" if is_told else " Check the folder and its disk."
         raise kind(reason + advice) from None
 
@@ -315,6 +317,8 @@ def read_user_text(path: Path, what: str) -> str:
     """
     try:
         return read_bounded_text(Path(path))
+    except FileNotFoundError:
+        raise MotionDBError(f"{path}: expected {what}, found no such file.") from None
     except OSError as error:
         raise MotionDBError(
             f"{path}: expected {what} that can be read, found: {error.strerror}."

@@ -65,24 +65,32 @@ SPEED_NAMES = ("slow", "fast")  # Manners that generation can show although no c
 
 @dataclass(frozen=True, eq=False)
 class MadeMotion:
-    """A motion that was made from a sentence."""
+    """A motion that was made from a sentence, and is not judged yet (:func:`judge`)."""
 
     made: SequenceMotion  # The motion with the origin of its frames
     symbols: IntArray  # (symbols,): symbols of the excerpts, or those that were decoded
     positions: tuple[int, ...]  # Per symbol the number of its action
     actions: tuple[tuple[str, ...], ...]  # Words of every action that was made
     decodings: tuple[decoding.Decoding, ...]  # Per action; none for stitched motion
-    recognised: IntArray  # (segments,): symbols recognised in the motion
     question: KnownQuestion
-    shown: tuple[JudgedAction, ...]  # Per action that was asked for, whether the motion shows it
-    smoothness: Smoothness
+    asked: tuple[Asked, ...]  # What is to be judged
+    missing: tuple[JudgedAction, ...]  # What was asked for and not made
+    sources: tuple[int, ...]  # Captures that the judge leaves out
     decided: tuple[str, ...] = ()  # Decisions on what the sentence leaves open
     not_used: tuple[NotUsed, ...] = ()  # Parts of the sentence that the motion does not show
     # Number of every action's place among those that show it about as clearly as the best one (-1
     # if it is none of them), and their number; none for other methods
     places: tuple[tuple[int, int], ...] = ()
-    asked: tuple[Asked, ...] = ()  # What was judged; the others of `shown` were not made
-    sources: tuple[int, ...] = ()  # Captures that the judge leaves out
+
+
+@dataclass(frozen=True, eq=False)
+class JudgedMotion:
+    """A motion with what it shows."""
+
+    made: SequenceMotion
+    shown: tuple[JudgedAction, ...]  # Per action that was asked for, whether the motion shows it
+    recognised: IntArray  # (segments,): symbols recognised in the motion
+    smoothness: Smoothness
 
     @property
     def spans(self) -> tuple[tuple[int, int], ...]:
@@ -134,7 +142,7 @@ def make_motion(
             return _from_symbols(learned, takes, wanted)
         sources = _sources(learned, wanted, anyway, choice.wishes)
         made_of_excerpts = excerpt_motion(learned, takes, sources, rng, choice)
-        return _from_excerpts(learned, takes, wanted, sources, made_of_excerpts)
+        return _from_excerpts(learned, wanted, sources, made_of_excerpts)
 
 
 def _understand(
@@ -279,12 +287,11 @@ def _no_source(action: PlannedAction) -> str:
 
 def _from_excerpts(
     learned: Learned,
-    takes: Takes,
     wanted: _Wanted,
     sources: Sequence[ActionSources],
     made_of_excerpts: ExcerptMotion,
 ) -> MadeMotion:
-    """A stitched motion with what it shows."""
+    """A stitched motion with what is to be judged."""
     ends = np.cumsum([0, *made_of_excerpts.made.lengths])
     track = measured_track(made_of_excerpts.made.motion)
     asked, left, symbols, positions = [], [], list[int](), list[int]()
@@ -302,27 +309,24 @@ def _from_excerpts(
         symbols += inside
         positions += [n] * len(inside)
     captures = sorted(set(made_of_excerpts.made.captures.tolist()))
-    judged = judge_motion(learned, made_of_excerpts.made.motion, asked, captures)
     return MadeMotion(
         made_of_excerpts.made,
         np.array(symbols, dtype=np.int64),
         tuple(positions),
         tuple(of.action.words for of in sources),
         (),
-        recognise(learned, made_of_excerpts.made.motion).symbols,
         wanted.question,
-        (*judged, *wanted.missing),
-        measure_smoothness(made_of_excerpts.made, takes.motion),
+        tuple(asked),
+        wanted.missing,
+        tuple(captures),
         wanted.decided,
         tuple(dict.fromkeys((*wanted.not_used, *left))),
         tuple((shown.place, shown.n_places) for shown in made_of_excerpts.shown),
-        tuple(asked),
-        tuple(captures),
     )
 
 
 def _from_symbols(learned: Learned, takes: Takes, wanted: _Wanted) -> MadeMotion:
-    """A motion of the HMMs with what it shows; reports unsupported amounts and exclusions."""
+    """A motion of the HMMs with what is to be judged, and what they cannot do."""
     known = [
         tuple(word for word in action.words if word in learned.word_numbers)
         for action in wanted.actions
@@ -335,8 +339,6 @@ def _from_symbols(learned: Learned, takes: Takes, wanted: _Wanted) -> MadeMotion
     asked = [
         Asked(action, int(a), int(b)) for action, a, b in zip(wanted.actions, ends[:-1], ends[1:])
     ]
-    sources = tuple(sorted(made_of_symbols.captures))
-    judged = judge_motion(learned, made_of_symbols.made.motion, asked, sources)
     left = [one for action in wanted.actions for one in _not_by_symbols(action)]
     return MadeMotion(
         made_of_symbols.made,
@@ -344,21 +346,19 @@ def _from_symbols(learned: Learned, takes: Takes, wanted: _Wanted) -> MadeMotion
         made_of_symbols.positions,
         actions,
         made_of_symbols.decodings,
-        made_of_symbols.recognised,
         wanted.question,
-        (*judged, *wanted.missing),
-        measure_smoothness(made_of_symbols.made, takes.motion),
+        tuple(asked),
+        wanted.missing,
+        tuple(sorted(made_of_symbols.captures)),
         wanted.decided,
         tuple(dict.fromkeys((*wanted.not_used, *left))),
-        asked=tuple(asked),
-        sources=sources,
     )
 
 
-def judge_again(
-    learned: Learned, takes: Takes, before: MadeMotion, made: SequenceMotion, first: int
-) -> MadeMotion:
-    """The same for a motion that was changed since: it begins at the frame ``first`` of before."""
+def judge(
+    learned: Learned, takes: Takes, asked_for: MadeMotion, made: SequenceMotion, first: int = 0
+) -> JudgedMotion:
+    """Say what a motion shows; what it became by a change begins at the frame ``first`` of it."""
     count = made.motion.n_frames
     asked = [
         replace(
@@ -366,12 +366,13 @@ def judge_again(
             start=min(max(one.start - first, 0), count),
             end=min(max(one.end - first, 0), count),
         )
-        for one in before.asked
+        for one in asked_for.asked
     ]
     left = [one for one in asked if one.end > one.start]
     with one_blas_thread():
-        judged = iter(judge_motion(learned, made.motion, left, before.sources))
+        judged = iter(judge_motion(learned, made.motion, left, asked_for.sources))
         recognised = recognise(learned, made.motion).symbols
+        smoothness = measure_smoothness(made, takes.motion)
     why = "the cycle that was cut out does not hold it"
     shown = [
         next(judged)
@@ -379,14 +380,7 @@ def judge_again(
         else JudgedAction(one.action.words, 0, 0, False, 0.0, reason=why)
         for one in asked
     ]
-    return replace(
-        before,
-        made=made,
-        recognised=recognised,
-        shown=(*shown, *before.shown[len(asked) :]),
-        smoothness=measure_smoothness(made, takes.motion),
-        asked=tuple(asked),
-    )
+    return JudgedMotion(made, (*shown, *asked_for.missing), recognised, smoothness)
 
 
 def _not_by_symbols(action: PlannedAction) -> list[NotUsed]:

@@ -86,7 +86,8 @@ def onto(motion: Motion, rig: Clip, user_map: Mapping[str, str] | None = None) -
         joint_positions=_moved(one, local, at),
         notes=(),
     )
-    fit = _measure(one, at, (feet, hands), contacts, scale, how)
+    toes = {side: _toes(one, at, _joint_turns(one, turns), side) for side in feet}
+    fit = _measure(one, at, (feet, hands, toes), contacts, scale, how)
     slip = contact.foot_slip(motion) * scale if moves else 0.0
     return Fitted(clip, turned, replace(fit, slip_of_motion=slip))
 
@@ -298,12 +299,15 @@ def _held(
 def _measure(
     rig: _Rig,
     at: FloatArray,
-    targets: tuple[Mapping[str, FloatArray], Mapping[str, FloatArray]],
+    targets: tuple[Mapping[str, FloatArray], ...],
     contacts: NDArray[np.bool_],
     scale: float,
     how: str,
 ) -> Fit:
-    """Measure how far feet and hands are from their places, and how feet in contact slide."""
+    """Measure how far feet and hands are from their places, and how feet in contact slide.
+
+    `targets`: Where ankles and wrists should be, and where the toes are, by side.
+    """
     errors = []
     for joint, wanted in zip(("ankle", "wrist"), targets):
         sides = [side for side in "lr" if f"{side}_{joint}" in rig.roles]
@@ -312,9 +316,9 @@ def _measure(
     feet, hands = (error if len(error) else np.zeros(1) for error in errors)
     slips = []
     for foot, side in enumerate("lr"):
-        joints = [rig.roles[r] for r in (f"{side}_ankle", f"{side}_toe") if r in rig.roles]
         if len(at) > 1:
-            steps = np.gradient(at[:, joints][..., [0, 2]], axis=0)
+            ends = np.stack([at[:, rig.roles[f"{side}_ankle"]], targets[2][side]], axis=1)
+            steps = np.gradient(ends[..., [0, 2]], axis=0)
             speeds = np.linalg.norm(steps, axis=-1).min(axis=1) * MOTION_FPS
             slips += speeds[contacts[:, foot]].tolist()
     return Fit(

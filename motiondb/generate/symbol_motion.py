@@ -66,7 +66,6 @@ class SymbolMotion:
     symbols: IntArray  # (symbols,): the decoded symbols in their order
     positions: tuple[int, ...]  # Per symbol the number of its action
     decodings: tuple[decoding.Decoding, ...]  # Per action
-    recognised: IntArray  # (segments,): symbols recognised in the motion
     captures: frozenset[int]  # Captures from whose segments the HMMs were estimated
 
 
@@ -77,15 +76,13 @@ def symbol_motion(learned: Learned, takes: Takes, actions: Sequence[Sequence[str
     for _ in range(ATTEMPTS):
         symbols, positions, decodings = decode_actions(learned, actions, avoided)
         made, captures = _trajectory_motion(learned, takes, symbols)
-        probabilities, recognised = _frame_probabilities(learned, made.motion)
+        probabilities = _frame_probabilities(learned, made.motion)
         clarities, unclear = _check_actions(
             learned, actions, symbols, positions, made.lengths, probabilities
         )
         if best is None or np.mean(clarities) > best_clarity:
             best_clarity = float(np.mean(clarities))
-            best = SymbolMotion(
-                made, symbols, tuple(positions), tuple(decodings), recognised, captures
-            )
+            best = SymbolMotion(made, symbols, tuple(positions), tuple(decodings), captures)
         if not unclear:
             break
         for action, symbol in unclear.items():
@@ -318,18 +315,15 @@ def _members(learned: Learned, symbol: int) -> IntArray:
     return np.sort(rows[order[:MEMBERS]])
 
 
-def _frame_probabilities(learned: Learned, motion: Motion) -> tuple[FloatArray, IntArray]:
-    """Probability of every word at every frame: array (frames, words); and the symbols recognised.
-
-    Frames run at 30 a second.
-    """
+def _frame_probabilities(learned: Learned, motion: Motion) -> FloatArray:
+    """Probability of every word at every frame, 30 a second: array (frames, words)."""
     seen = recognise(learned, motion)
     probabilities = learned.word_map.probabilities(seen.window_vectors())
     frames = np.repeat(
         np.repeat(probabilities, seen.ends - seen.starts, axis=0), FEATURE_STEP, axis=0
     )
     which = np.minimum(np.arange(motion.n_frames), len(frames) - 1)
-    return np.clip(frames[which], LEAST_PROBABILITY, 1.0 - LEAST_PROBABILITY), seen.symbols
+    return np.clip(frames[which], LEAST_PROBABILITY, 1.0 - LEAST_PROBABILITY)
 
 
 def _check_actions(

@@ -239,7 +239,10 @@ def _known_phrase(
         plain = lemma(without_accents(first))
         if plain in known:
             return 1, plain
-        for cut in range(_LEAST_PART, len(first) - _LEAST_PART + 1):
+        longest = max(map(len, known), default=0)
+        for cut in range(_LEAST_PART, min(len(first) - _LEAST_PART, longest) + 1):
+            if first[:cut] not in known:
+                continue
             parts = first[:cut], lemma(first[cut:])
             has_verb = not VERBS.isdisjoint(parts) and parts[0] not in _PARTICLES
             if has_verb and known_all(parts, known):

@@ -122,6 +122,12 @@ class Learned(LearnedModel):
     source: str = ""  # Path of the database file, for messages
     prepared: Prepared | None = None  # What was computed from all captures before
 
+    def __repr__(self) -> str:
+        words = len(self.association.words)
+        return (
+            f"Learned({self.symbols.n_symbols} symbols, {words} words, {len(self.rows)} captures)"
+        )
+
     @cached_property
     def rows(self) -> dict[int, slice]:
         """Capture number -> its rows of the segment table."""

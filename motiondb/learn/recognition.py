@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -67,9 +68,14 @@ class FeaturePool:
     features: Float32Array  # (rows, 130), float32: recognition features, 15 a second
     lengths: IntArray  # (captures,): lengths of the motions in frames, 30 a second
 
+    @cached_property
+    def places(self) -> dict[int, int]:
+        """Number of a capture -> its place."""
+        return {int(number): place for place, number in enumerate(self.capture_ids)}
+
     def of_capture(self, capture_id: int) -> Float32Array:
         """Features of one capture: array (frames, 130), 15 a second."""
-        place = int(np.searchsorted(self.capture_ids, capture_id))
+        place = self.places[capture_id]
         return self.features[self.bounds[place] : self.bounds[place + 1]]
 
     def only(self, captures: Collection[int]) -> FeaturePool:

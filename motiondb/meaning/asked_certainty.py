@@ -59,7 +59,7 @@ from motiondb.meaning.regression import (
     kind_cues,
     separate,
 )
-from motiondb.meaning.resemblance import emphasis_of
+from motiondb.meaning.resemblance import emphasis_of, resemblance
 from motiondb.meaning.score_vectors import whole_vectors
 from motiondb.meaning.word_evidence import TakeScores, hear_takes
 from motiondb.meaning.word_map import (
@@ -251,7 +251,7 @@ class Gallery:
 
     def alike(self, written: Written, row: int, words: WordMap) -> FloatArray:
         """Resemblance of every capture to the example: array (captures,)."""
-        return by_motion.resemblance(
+        return resemblance(
             written.vectors[row],
             self.vectors,
             words,
@@ -297,7 +297,7 @@ def best_window(
     """
     low, high = by_motion.window_places(starts, ends, length)
     windows = score_vectors.interval_vectors(standardised, starts, ends, low, high)
-    best = int(np.argmax(by_motion.resemblance(vector, windows)))
+    best = int(np.argmax(resemblance(vector, windows)))
     return windows[best], int(low[best]), int(high[best])
 
 

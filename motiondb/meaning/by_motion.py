@@ -51,18 +51,16 @@ from numba import njit
 from motiondb.meaning import extents
 from motiondb.meaning.resemblance import (
     MeaningSpace,
-    resemblance,
     statistics_of_intervals,
     with_feedback,
 )
-from motiondb.meaning.score_vectors import interval_vectors
 from motiondb.records import Float32Array, FloatArray, IntArray
 
 WARP_WEIGHT = 0.5  # Weight of the warping distance
 MOST_CELLS = 50_000_000
 """Largest number of pairs of frames in the third comparison, over all candidates: bounds time."""
-FramesOf = Callable[[int, int, int], Float32Array]
-"""Whitened features (frames, D) of a capture from one frame to another: capture, first, end."""
+FramesOf = Callable[[Sequence[tuple[int, int, int]]], Sequence[Float32Array]]
+"""Whitened features (frames, D) of each of some intervals: capture, first frame, end."""
 NEAR = 0.2  # Whitened feature distance below which two intervals count as equal up to noise
 
 
@@ -152,18 +150,56 @@ class _Windows:
 
 
 def _score_windows(query: Query, take: Take, distances: FloatArray, scale: float) -> _Windows:
-    aligned, first, last = align(query.symbols, query.weights, take.symbols, distances, scale)
+    aligned = align(query.symbols, query.weights, take.symbols, distances, scale)
     low, high = window_places(take.starts, take.ends, len(query.features))
-    vectors = interval_vectors(take.standardised, take.starts, take.ends, low, high)
-    cosine = resemblance(query.vector, vectors)
-    overlap = np.zeros(len(low))
-    if last > first:
-        a, b = take.starts[first], take.ends[last - 1]
-        shared = np.maximum(np.minimum(high, b) - np.maximum(low, a), 0)
-        overlap = shared / np.maximum(np.minimum(high - low, b - a), 1)
-    rough = 0.5 * cosine + 0.5 * aligned * overlap
-    best = int(np.argmax(rough))
-    return _Windows(low, high, rough, best, vectors[best], float(cosine[best]))
+    places = take.starts, take.ends, low, high
+    return _Windows(low, high, *_rough_scores(places, take.standardised, query.vector, aligned))
+
+
+@njit(cache=True)
+def _rough_scores(
+    places: tuple[IntArray, IntArray, IntArray, IntArray],
+    standardised: FloatArray,
+    asked: FloatArray,
+    aligned: tuple[float, int, int],
+) -> tuple[FloatArray, int, FloatArray, float]:
+    """Scores of windows (windows,); number, vector (columns,) and cosine of the best one.
+
+    `places`: First frame of the segments, one past their last, and the same of the windows.
+    `standardised` (segments, columns); `asked` (columns,): the query's vector. `aligned`: The score
+    of the alignment, and its first and last segment + 1.
+    """
+    starts, ends, low, high = places
+    score, first, last = aligned
+    n_windows, n_columns = len(low), standardised.shape[1]
+    rough, vector, best_vector = np.empty(n_windows), np.empty(n_columns), np.empty(n_columns)
+    best, best_cosine, begin = 0, 0.0, 0
+    for w in range(n_windows):
+        vector[:] = 0.0
+        while begin < len(ends) - 1 and ends[begin] <= low[w]:
+            begin += 1
+        for s in range(begin, len(starts)):
+            if starts[s] >= high[w]:
+                break
+            inside = min(ends[s], high[w]) - max(starts[s], low[w])
+            if inside > 0:
+                for c in range(n_columns):
+                    vector[c] += inside * standardised[s, c]
+        square, product = 0.0, 0.0
+        for c in range(n_columns):
+            square += vector[c] * vector[c]
+            product += vector[c] * asked[c]
+        length = np.sqrt(square) if square > 0.0 else 1.0
+        cosine, overlap = product / length, 0.0
+        if last > first:
+            a, b = starts[first], ends[last - 1]
+            shared = max(min(high[w], b) - max(low[w], a), 0)
+            overlap = shared / max(min(high[w] - low[w], b - a), 1)
+        rough[w] = 0.5 * cosine + 0.5 * score * overlap
+        if w == 0 or rough[w] > rough[best]:
+            best, best_cosine = w, cosine
+            best_vector[:] = vector / length
+    return rough, best, best_vector, best_cosine
 
 
 def _meaning_gains(
@@ -184,8 +220,8 @@ def _pooled_statistics(
     """Pooled statistics of the query and of the best windows, if used: (1 + captures, 5 D)."""
     if query.meaning is None or query.meaning.pooled is None or frames_of is None:
         return None
-    best = (frames_of(c, int(w.low[w.best]), int(w.high[w.best])) for c, w in scored.items())
-    return statistics_of_intervals([query.features, *best])
+    best = [(c, int(w.low[w.best]), int(w.high[w.best])) for c, w in scored.items()]
+    return statistics_of_intervals([query.features, *frames_of(best)])
 
 
 def refine(

@@ -104,6 +104,11 @@ class StandardisedRows:
     scores: Float32Array  # (segments, symbols)
     movement: Float32Array  # (segments, columns)
 
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Segments and columns."""
+        return len(self.scores), len(self.space.mean)
+
     def __getitem__(self, which: slice | IntArray) -> FloatArray:
         return self.space.standardise(self.scores[which], self.movement[which])
 
@@ -264,9 +269,7 @@ def whole_vectors(standardised: Rows, table: SegmentTable, rows: Mapping[int, sl
     Shapes: `standardised` (segments, columns).
     """
     starts, ends, zero = table.starts, table.ends, np.zeros(1)
-    return np.vstack(
-        [
-            interval_vectors(standardised[r], starts[r], ends[r], zero, ends[r][-1:])
-            for r in rows.values()
-        ]
-    )
+    vectors = np.zeros((len(rows), standardised.shape[1]))  # also of no captures at all
+    for vector, r in zip(vectors, rows.values()):
+        vector[:] = interval_vectors(standardised[r], starts[r], ends[r], zero, ends[r][-1:])[0]
+    return vectors

@@ -14,7 +14,7 @@ from motiondb.learn.checking import NO_EXAMPLES_CHECKED
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import FeaturePool, recognise
 from motiondb.meaning import by_motion, extents, regression, score_vectors
-from motiondb.meaning.resemblance import emphasis_of
+from motiondb.meaning.resemblance import emphasis_of, resemblance
 from motiondb.meaning.word_map import clearest
 from motiondb.records import Float32Array, FloatArray, Match, Motion
 from motiondb.search.asked_words import learned_words
@@ -22,6 +22,8 @@ from motiondb.search.by_words import mark_generated, to_seconds
 from motiondb.search.chances import why_unchecked
 from motiondb.search.nothing_matches import NOTHING, reaches
 from motiondb.symbols.hmm_jobs import one_blas_thread
+
+TOGETHER = 32  # Intervals that are projected at once: as many as fit the processor's cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +132,7 @@ def _how_sure(
     actions = np.array([w not in vocabulary.MODIFIERS for w in learned.association.words])
     clear = clearest(learned.word_map, query.vector, actions & learned.is_known())
     vectors = [_interval_vector(learned, c) for c in candidates]
-    alike = by_motion.resemblance(
+    alike = resemblance(
         query.vector,
         np.array(vectors).reshape(len(candidates), len(query.vector)),
         learned.word_map,
@@ -171,8 +173,14 @@ def _find_motion(
         for rows in [learned.rows[capture]]
     }
 
-    def frames_of(capture: int, first: int, end: int) -> Float32Array:
-        return learned.feature_space.project(pool.of_capture(capture)[first:end])
+    def frames_of(intervals: Sequence[tuple[int, int, int]]) -> Sequence[Float32Array]:
+        raw = [pool.of_capture(capture)[first:end] for capture, first, end in intervals]
+        projected: list[Float32Array] = []
+        for at in range(0, len(raw), TOGETHER):
+            some = raw[at : at + TOGETHER]
+            frames = learned.feature_space.project(np.concatenate(some))
+            projected += np.split(frames, np.cumsum([len(part) for part in some[:-1]]))
+        return projected
 
     candidates = by_motion.find_candidates(query, takes, learned.distances, frames_of=frames_of)
     features = {

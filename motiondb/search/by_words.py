@@ -5,15 +5,14 @@
 Answers are ranked by their log-odds: those of the question's words at their places
 (:mod:`motiondb.meaning.by_question`), to which every word adds its likeness to the caption that the
 motion of the capture suggests (:mod:`motiondb.meaning.caption_map`). Where a question asks for an
-order or a direction, the first answers that are more likely right than wrong and in which both are
-seen come before the others.
+order, or for what is measured (:mod:`motiondb.search.measured_answers`), the first answers that are
+more likely right than wrong and that nothing speaks against come before the others.
 """
 
 from __future__ import annotations
 
-import heapq
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import TypeVar
@@ -36,20 +35,24 @@ from motiondb.language.question.tree import NotUsed, actions_of
 from motiondb.language.translation import decoding
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import decode
-from motiondb.meaning import by_question, word_evidence
-from motiondb.meaning.by_question import QuestionHit
-from motiondb.meaning.word_evidence import SLACK, WINDOW_MARGIN, upper_bounds
+from motiondb.meaning import word_evidence
+from motiondb.meaning.word_evidence import WRITTEN
 from motiondb.records import MOTION_FPS, Match, MatchPart
 from motiondb.search import placing, reasons
 from motiondb.search.asked_words import AskedWords, WrittenWord
 from motiondb.search.chances import (
-    Chances,
     WordSource,
-    chances,
-    question_certainty,
     why_unchecked,
     word_sources,
     words_of_reading,
+)
+from motiondb.search.finding import Found, find
+from motiondb.search.measured_answers import (
+    compare_with_motion,
+    is_measured,
+    measured_words,
+    only_action,
+    without_measured,
 )
 from motiondb.search.nothing_matches import NOTHING, best_strength, is_doubtful, reaches
 from motiondb.search.reasons import Explanation, explain
@@ -57,7 +60,8 @@ from motiondb.search.said_together import without_words_apart
 from motiondb.search.takings import Taking, hints_of, say_not_understood, understand, with_notation
 
 LOOKED_AT = 10  # Answers by which it is told whether anything matches, however many are shown
-CHECKED = 30  # The same for orders and measured directions, which not all of them show
+ORDERS_LOOKED_AT = 30  # The same for actions in order, which not all of them show in this order
+MEASURED = 100  # The same for what is measured, and is hardly told by words
 MOST_DECODED = 50
 """Largest number of words that are decoded to symbols at once: 200 words need 2 GB, and
 sequences are short."""
@@ -89,7 +93,7 @@ class WordAnswer:
         logistic function.
     strength : float or None
         Nats by which the least certain action, once, is more probable than usual for its words, in
-        the answer that shows it best, of the first 10 (of an order or a measured direction, 30).
+        the answer that shows it best, of the first 10 (of an order 30, of what is measured 100).
     threshold : float or None
         Strength below which nothing in the database matches; None if it could not be learned
         (``meaning.regression``).
@@ -111,7 +115,9 @@ class WordAnswer:
         rest alone; they carry no probabilities, and whether any matches is not known.
     doubtful : bool
         Whether each of the first answers is more likely wrong than right, or some action, the
-        order or a measured direction is shown by none of them.
+        order or what is measured is shown by none of them.
+    measured : tuple of str
+        Words that no caption holds and that are measured in the motion ("backward").
     """
 
     matches: tuple[Match, ...]
@@ -130,6 +136,7 @@ class WordAnswer:
     vocabulary: tuple[str, ...] = ()
     missing: tuple[str, ...] = ()
     doubtful: bool = False
+    measured: tuple[str, ...] = ()
     # For each match, finds the captions that its motion suggests
     suggests: tuple[Callable[[], tuple[str, ...]], ...] = field(default=(), repr=False)
 
@@ -147,7 +154,8 @@ class WordAnswer:
     @property
     def understood(self) -> str:
         """How the question is understood; words that are taken say so."""
-        return with_notation(self.question.understood, self.taken)
+        known = with_notation(self.question.understood, self.taken)
+        return f"{known}; measured: {', '.join(self.measured)}" if self.measured else known
 
     @property
     def not_understood(self) -> str:
@@ -192,6 +200,9 @@ def search_words(
     if not text.strip():
         raise QueryError("search: expected words, found an empty question. Say what to look for.")
     question = understand(learned, unquote(text), asked.added)
+    only = () if features is None or by_symbols else only_action(unquote(text), learned)
+    measured = tuple(sorted(measured_words(only) & question.unknown.keys()))
+    question = without_measured(question, measured)
     words = list(dict.fromkeys(w for a in actions_of(question.tree) for w in a.all_words))
     actions, not_decoded = plain_actions(question.tree)
     if by_symbols:
@@ -201,18 +212,21 @@ def search_words(
     verbs = verbs_in(text, learned.synonyms, learned.lemmas)
     asked = without_words_apart(asked, read, verbs)
     is_order = features is not None and len(read) == 1 and placing.is_order(read[0])
-    is_checked = is_order or (features is not None and any(map(placing.has_directions, read)))
-    n_judged = CHECKED if is_checked else LOOKED_AT
+    measures = features is not None and any(is_measured(each, only) for each in read)
+    is_checked = is_order or measures
+    n_judged = MEASURED if measures else ORDERS_LOOKED_AT if is_order else LOOKED_AT
     find_them = partial(
         find, asked, allowed=allowed, limit=max(limit, n_judged), written=written, verbs=verbs
     )
     found = find_them(read)
-    place = partial(_place, asked, read, written, features)
+    place = partial(_place, asked, read, written, features, only)
     if is_checked:
         found = [_checked(each, place(each)) for each in found]
     judged = found[:n_judged]
     ranked = (
-        [*sorted(judged, key=_is_weak), *found[n_judged:]][:limit] if is_checked else found[:limit]
+        [*sorted(judged, key=_place_in_list), *found[n_judged:]][:limit]
+        if is_checked
+        else found[:limit]
     )
     matches = tuple(
         _match(
@@ -234,37 +248,44 @@ def search_words(
         reasons=tuple(each.why for each in ranked),
         strength=best_strength(asked, shown, threshold),
         doubtful=is_doubtful([each.sure for each in judged])
-        or (is_checked and all(map(_is_weak if known else _goes_elsewhere, judged))),
+        or (is_checked and all(map(_is_weak if known else _is_contradicted, judged))),
         suggests=tuple(partial(learned.captions_like, each.capture) for each in ranked),
         threshold=threshold,
         vocabulary=asked.names,
         sources=word_sources(learned, words),
         written=asked.written_words,
         unchecked=unchecked,
+        measured=measured,
     )
 
 
 def _checked(answer: Found, placed: placing.Placed) -> Found:
-    """An answer with its places; without a probability where order or direction are not seen.
+    """An answer with its places; without a probability where order or motion speak against it.
 
     How often such an answer is right was not measured.
     """
-    if placed.in_order is not False and not placed.not_gone:
+    if placed.in_order is not False and not placed.contradicted:
         return replace(answer, placed=placed)
     return replace(answer, placed=placed, sure=replace(answer.sure, whole=None))
 
 
 def _is_weak(answer: Found) -> bool:
-    """Whether an answer is more likely wrong than right, or its order or direction is not seen."""
-    if answer.placed is None or answer.placed.in_order is False or answer.placed.not_gone:
+    """Whether an answer is more likely wrong than right, or its order or motion is another."""
+    if answer.placed is None or answer.placed.in_order is False or answer.placed.contradicted:
         return True
     whole = answer.sure.whole
     return reasons.total(answer.why) < 0.0 if whole is None else whole < placing.LIKELY
 
 
-def _goes_elsewhere(answer: Found) -> bool:
-    """Whether an answer does not go in a direction that is asked for, as measured."""
-    return answer.placed is not None and bool(answer.placed.not_gone)
+def _place_in_list(answer: Found) -> tuple[bool, float]:
+    """Sorts answers: probable ones first; a contradiction counts as much as a caption."""
+    log_odds = reasons.total(answer.why) - WRITTEN * _is_contradicted(answer)
+    return _is_weak(answer), -log_odds
+
+
+def _is_contradicted(answer: Found) -> bool:
+    """Whether the motion of an answer contradicts the question, as measured."""
+    return answer.placed is not None and bool(answer.placed.contradicted)
 
 
 def _place(
@@ -272,6 +293,7 @@ def _place(
     read: Sequence[Reading],
     written: bool,
     features: placing.Features | None,
+    only: tuple[str, ...],
     answer: Found,
 ) -> placing.Placed:
     """Where a capture shows the parts of an answer, by segments and then by frames."""
@@ -281,8 +303,8 @@ def _place(
     if features is None:
         return placing.sure_of_whole(placing.Placed(places), length)
     placed = placing.refine_places(asked, capture, reading, places, features, written)
-    if placing.has_directions(reading):
-        placed = placing.measure_directions(asked, capture, reading, placed, features, written)
+    if is_measured(reading, only):
+        placed = compare_with_motion(asked, capture, reading, placed, features, written, only)
     return placing.sure_of_whole(placed, length)
 
 
@@ -318,14 +340,14 @@ def _match(
         _matched(asked, answer.capture, takes[answer.capture], words),
         "; ".join(map(_say_part, parts))
         + ("; not seen in this order" if placed.in_order is False else "")
-        + "".join(f"; measured: not {direction}" for direction in placed.not_gone)
+        + "".join(f"; measured: {words}" for words in placed.contradicted)
         + mark_generated(learned, answer.capture, "; "),
         answer.sure.whole,
         placing.interval_probability(answer.sure.whole, places, reading),
         "unknown" if any(place.unknown for place in places) else "known",
         parts,
         placed.in_order,
-        placed.not_gone,
+        placed.contradicted,
     )
 
 
@@ -501,104 +523,3 @@ def _say_part(part: MatchPart) -> str:
     if part.place == "unknown":
         return f"{part.words} somewhere in {part.start:g}-{part.end:.1f} s, by its caption"
     return f"{part.words} {part.start:.2f}-{part.end:.2f} s"
-
-
-@dataclass(frozen=True, eq=False)
-class Found:
-    """One capture's answer: its interval, its reasons and its certainty."""
-
-    capture: int
-    hit: QuestionHit
-    why: tuple[reasons.WordReason, ...]
-    sure: Chances
-    placed: placing.Placed | None = None  # Its places, once they are known
-
-
-def find(
-    asked: AskedWords,
-    read: Sequence[Reading],
-    allowed: Sequence[int],
-    limit: int,
-    written: bool,
-    verbs: Collection[str],
-) -> list[Found]:
-    """The best answers to the readings of a question, best first.
-
-    `written`: Whether the captions of the captures count as evidence, in addition to the motion.
-    `verbs`: The words of the question that are verbs.
-    """
-    number = asked.numbers
-    certainty = question_certainty(asked, read)
-    evidence = asked.evidence
-    takes = evidence.takes if written else evidence.seen
-    extremes = evidence.extremes if written else evidence.seen_extremes
-    bounds = dict(zip(extremes.captures.tolist(), upper_bounds(extremes, read, number).tolist()))
-    likeliest = likeliest_takes(
-        {capture: bounds[capture] for capture in allowed if capture in takes},
-        lambda capture: by_question.search_take(takes[capture], read, number, verbs),
-        limit,
-    )
-    answers = []
-    for capture, hit in likeliest:
-        why = explain_hit(asked, capture, hit, written)
-        sure = chances(certainty, read, hit, why)
-        answers.append(Found(capture, hit, why, sure))
-    answers.sort(key=lambda each: (-reasons.total(each.why), each.capture))
-    return answers
-
-
-def likeliest_takes(
-    bounds: Mapping[int, float],
-    search: Callable[[int], QuestionHit | None],
-    limit: int,
-) -> list[tuple[int, QuestionHit]]:
-    """The captures with the largest log-odds, best first; of equal ones, the lowest numbers."""
-    best: list[tuple[float, int, QuestionHit]] = []  # a heap, the worst first
-    for capture in sorted(bounds, key=lambda capture: -bounds[capture]):
-        if len(best) >= limit and (not best or bounds[capture] + SLACK < best[0][0]):
-            break
-        hit = search(capture)
-        if hit is None:
-            continue
-        heapq.heappush(best, (hit.log_odds, -capture, hit))
-        if len(best) > limit:
-            heapq.heappop(best)
-    return [(-number, hit) for _, number, hit in sorted(best, key=lambda b: (-b[0], -b[1]))]
-
-
-def explain_hit(
-    asked: AskedWords, capture: int, hit: QuestionHit, written: bool = True
-) -> tuple[reasons.WordReason, ...]:
-    """The contribution of every word of a question to an answer, segment by segment."""
-    learned = asked.learned
-    rows, table = learned.rows[capture], learned.segments
-    starts, ends = table.starts[rows], table.ends[rows]
-    said = asked.evidence.written.get(capture) if written else None
-    alike = asked.likeness[learned.places_in_rows[capture]]
-    n_asked = sum(statement.exclusion < 0 for statement in hit.statements)
-    why = []
-    for number, statement in enumerate(hit.statements):
-        frames = [frame for frame, _ in statement.places]
-        peaks = np.searchsorted(starts, frames, side="right") - 1
-        look = reasons.Look(
-            tuple((int(starts[p]) - WINDOW_MARGIN, int(ends[p]) + WINDOW_MARGIN) for p in peaks),
-            tuple(int(p) for p in peaks),
-            tuple(weight for _, weight in statement.places),
-            statement.near,
-        )
-        share = 1.0 if statement.exclusion >= 0 else 1.0 / n_asked
-        for word in statement.words:
-            slope, constant = asked.word_map.linear(word)
-            evidence = reasons.Evidence(
-                constant,
-                slope,
-                learned.segment_rows[rows],
-                starts,
-                ends,
-                table.symbols[rows],
-                np.zeros(len(starts)) if said is None else said[:, word],
-                float(alike[word]),
-            )
-            place = reasons.WordPlace(number, share / len(statement.words), statement.exclusion)
-            why.append(reasons.explain_look(evidence, word, look, place))
-    return tuple(why)

@@ -21,7 +21,7 @@ from motiondb.search.asked_words import AskedWords
 from motiondb.search.chances import Chances
 
 if TYPE_CHECKING:
-    from motiondb.search.by_words import Found
+    from motiondb.search.finding import Found
 
 
 NOTHING = "nothing in this database matches"

@@ -21,10 +21,6 @@ then it shows one long activity, and not a short action with something else arou
 probability is that of the interval before its boundaries are refined, and so is the comparison of
 an answer with others. Actions in order that frames place have none. An interval that is the whole
 take has the probability of the take: there is no other place that could be right.
-
-The direction of an action that travels or turns is measured (:mod:`motiondb.meaning.travelled`),
-unless a caption of the capture says it. A part whose action goes there elsewhere in the take is
-moved there.
 """
 
 from __future__ import annotations
@@ -34,17 +30,14 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motiondb.body.features import FEATURE_STEP
 from motiondb.language.question.readings import Part, Reading
-from motiondb.language.vocabulary import MODIFIERS
 from motiondb.meaning import by_question
 from motiondb.meaning.by_question import PlacedReading, QuestionHit
 from motiondb.meaning.edge_map import HALF, averaged, refine_interval
 from motiondb.meaning.frame_order import lay_in_order
 from motiondb.meaning.place_certainty import PlaceCertainty, count_performers, interval_cues
-from motiondb.meaning.travelled import TURNS, directions_to_measure, furthest, speeds_of
 from motiondb.records import Float32Array, FloatArray
 from motiondb.search.asked_words import AskedWords
 from motiondb.search.chances import PartChance
@@ -91,8 +84,8 @@ class Placed:
     # Whether the actions are seen in the order that the question asks for (``frame_order``); None
     # if it asks for no order, or the evidence for each frame does not tell
     in_order: bool | None = None
-    # Directions that the question names and in which the capture, as measured, does not go
-    not_gone: tuple[str, ...] = ()
+    # What was measured against the question: "not backward", or "backward" where it is excluded
+    contradicted: tuple[str, ...] = ()
 
 
 def place_answer(
@@ -183,72 +176,6 @@ def refine_places(
     if not_seen:
         return Placed(tuple(replace(place, right=None) for place in refined), False)
     return Placed(tuple(refined))
-
-
-def has_directions(reading: Reading) -> bool:
-    """Whether a reading names a direction that is measured."""
-    return any(map(directions_to_measure, (a for part in reading.parts for a in part.actions)))
-
-
-def measure_directions(
-    asked: AskedWords,
-    capture: int,
-    reading: Reading,
-    placed: Placed,
-    features: Features,
-    written: bool = True,
-) -> Placed:
-    """Places where the capture goes in the directions that a reading names, as measured.
-
-    Directions that captions of the capture say are not measured.
-    """
-    said = asked.evidence.written.get(capture) if written else None
-    speeds, places, missing = speeds_of(features(capture)), list(placed.parts), list[str]()
-    for k, part in enumerate(reading.parts):
-        room = (
-            places[k - 1].end // FEATURE_STEP if k else 0,
-            places[k + 1].start // FEATURE_STEP if k + 1 < len(places) else len(speeds),
-        )
-        for action in part.actions:
-            asked_for = [
-                direction
-                for direction in directions_to_measure(action)
-                if said is None or said[:, asked.numbers[direction]].max() <= 0.0
-            ]
-            if not asked_for:
-                continue
-            shown = _frames_that_show(asked, capture, action, places[k], features)
-            there, turns = speeds * shown[:, None], not TURNS.isdisjoint(action)
-            for direction in asked_for:
-                place = places[k]
-                amount, first, behind = furthest(there[slice(*room)], direction, turns)
-                inside = speeds[place.start // FEATURE_STEP : -(-place.end // FEATURE_STEP)]
-                if amount < 1.0:
-                    missing.append(direction)
-                    places[k] = replace(place, probability=None, right=None)
-                elif furthest(inside, direction, turns)[0] < 1.0 and not place.unknown:
-                    start, end = (FEATURE_STEP * (room[0] + frame) for frame in (first, behind))
-                    places[k] = replace(place, start=start, end=end, right=None)
-    return replace(placed, parts=tuple(places), not_gone=tuple(dict.fromkeys(missing)))
-
-
-def _frames_that_show(
-    asked: AskedWords, capture: int, action: Sequence[str], place: PartPlace, features: Features
-) -> NDArray[np.bool_]:
-    """Which feature frames are those of a place, or reach half of the evidence of an action.
-
-    Its directions are left out of the evidence; of words whose places were not learned there is
-    none.
-    """
-    frames = asked.learned.frames_of(capture, features)
-    shown = np.zeros(len(frames), dtype=bool)
-    shown[place.start // FEATURE_STEP : -(-place.end // FEATURE_STEP)] = True
-    edges, placed = asked.learned.edges, asked.learned.placed
-    words = [asked.numbers[word] for word in action if word not in MODIFIERS]
-    if words and edges is not None and placed is not None and placed.words.issuperset(words):
-        evidence = averaged(edges.evidence(frames, words))
-        shown |= evidence >= HALF * max(float(evidence.max()), 0.0)
-    return shown
 
 
 def sure_of_whole(placed: Placed, length: int) -> Placed:

@@ -82,6 +82,7 @@ from motiondb.store.catalogue.trash import (
 from motiondb.store.catalogue.where import (
     CAPTION,
     COLUMNS,
+    HEADS,
     Condition,
     Filter,
     OneOf,

@@ -29,9 +29,14 @@ def test_questions_of_a_file_are_answered_in_one_process(command: Any, learned_f
     assert told[0]["matches"][0]["capture"].startswith("ana/")
     assert told[1]["matches"][0]["capture"] == "ana/bow_1"
     assert told[2]["error"].endswith("found both.")
-    Path("odd.tsv").write_text("question\tspeed\n")
-    ended = command("batch", "odd.tsv", "--db", learned_file)
-    assert (ended.code, "odd.tsv:1: expected any of the columns" in ended.err) == (2, True)
+    assert [one.get("question", {}).get("text") for one in told] == ["kick", None, "kick"]
+    Path("rows.csv").write_text('question,limit\n"walk, turn left",1\n')
+    ended = command("batch", "rows.csv", "--db", learned_file)
+    assert (ended.code, ended.out.splitlines()[1].split("\t")[1]) == (0, "walk, turn left")
+    for header in ("question\tspeed\n", "qestion\tlimit\n", "limit,question,speed\n"):
+        Path("odd.tsv").write_text(header)
+        ended = command("batch", "odd.tsv", "--db", learned_file)
+        assert (ended.code, "odd.tsv:1: expected any of the columns" in ended.err) == (2, True)
 
 
 def test_rows_that_are_no_questions_are_named(command: Any, learned_file: Path) -> None:
@@ -82,6 +87,8 @@ def test_the_catalogue_sorted_and_as_csv(command: Any, learned_file: Path) -> No
     rows = list(csv.DictReader(command(*asked, "--csv").out.splitlines()))
     lengths = [float(row["duration"]) for row in rows]
     assert lengths == sorted(lengths, reverse=True)
+    by_head = [*asked[:2], "-length", *asked[3:]]  # as filters call it
+    assert command(*by_head, "--csv").out == command(*asked, "--csv").out
     assert {row["performer"] for row in rows} == {"ana"}
     assert any("someone bows politely" in row["caption"] for row in rows)
     assert command("list", "--sort", "mod", "--db", learned_file).code == 2

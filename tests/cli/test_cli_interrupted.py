@@ -65,7 +65,7 @@ def commands(before: Path, samples_folder: Path) -> dict[str, tuple[list[Any], f
 
 
 @pytest.mark.parametrize("name", ["add", "learn"])
-@pytest.mark.parametrize("share", [0.5, 0.8, 0.95])
+@pytest.mark.parametrize("share", [0.5, 0.9])
 def test_killed(
     tmp_path: Path, before: Path, commands: Any, contents: Contents, name: str, share: float
 ) -> None:
@@ -88,7 +88,7 @@ def test_killed(
 
 
 @pytest.mark.parametrize("name", ["add", "learn"])
-@pytest.mark.parametrize("share", [0.5, 0.85])
+@pytest.mark.parametrize("share", [0.7])
 def test_interrupted(
     tmp_path: Path, before: Path, commands: Any, contents: Contents, name: str, share: float
 ) -> None:

@@ -6,6 +6,7 @@ import json
 import math
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from motiondb import Motion, Scenes
 from motiondb.answers.catalogue import EventRow
 from motiondb.body import body
 
+BAD_SEED = motiondb.GrammarSettings(seed=-1)
 AMBIGUOUS = 'start S\nS -> S S | a\na := "walk"\n'
 
 
@@ -216,3 +218,53 @@ def test_what_is_known_of_a_database_needs_no_command(learned_file: Path) -> Non
         assert len(db.symbol_rows()) == facts.symbols
         assert db.show("ana/walk_1").frames > 0
         assert len(db.vocabulary()) == facts.words
+
+
+def test_features_are_what_the_models_of_symbols_score(learned_file: Path) -> None:
+    name = "ana/walk_1"
+    with motiondb.open(learned_file, read_only=True) as db:
+        motion, plain = db.motion(name), db.features(name)
+        assert (plain.shape, plain.dtype) == ((math.ceil(motion.n_frames / 2), 130), np.float32)
+        np.testing.assert_allclose(db.features(db.clip(name)), plain, atol=1e-4)
+        whitened = db.features(name, whitened=True)
+        rows = [row for row in db.tables.segments().to_pylist() if row["capture"] == name]
+        for row in rows:
+            first, end = (math.ceil(round(row[at] * 30) / 2) for at in ("start", "end"))
+            part = whitened[first:end]
+            score = db.learned.symbols.to_hmmlearn(row["symbol"]).score(part)
+            assert score / len(part) == pytest.approx(row["log_likelihood"], abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [
+        (lambda db: db.search(3), r"words: expected a text, found 3 \(int\)"),
+        (lambda db: db.search("kick", limit=0), "limit: expected a whole number from 1 on"),
+        (lambda db: db.like("ana/bow_1", limit="3"), r"found 3 \(str\)"),
+        (lambda db: db.like(7), "example: expected a file, .* found int"),
+        (lambda db: db.generate(None), "words: expected a text"),
+        (lambda db: db.generate("kick", seed=-1), "seed: expected a whole number from 0 on"),
+        (lambda db: db.generate_variants("kick", 2, seed=1.5), r"found 1.5 \(float\)"),
+        (lambda db: db.grammars.learn(["ana/long_1"], settings=BAD_SEED), "seed: expected"),
+        (lambda db: db.tables.matches("kick"), "matches: expected the answer of db.search"),
+    ],
+)
+def test_arguments_of_a_wrong_kind_are_named(
+    learned_file: Path, asked: Callable[[motiondb.MotionDB], object], told: str
+) -> None:
+    with (
+        motiondb.open(learned_file, read_only=True) as db,
+        pytest.raises(motiondb.QueryError, match=told),
+    ):
+        asked(db)
+
+
+def test_questions_without_any_capture_left_say_so(learned_copy: Path) -> None:
+    with motiondb.open(learned_copy) as db:
+        removed = db.remove(where="fps>0")
+        assert (db.info().captures, db.info().learned) == (0, True)
+        for ask in (db.search, db.generate):
+            with pytest.raises(motiondb.QueryError, match="captures that can be searched, found n"):
+                ask("kick")
+        assert set(db.undo().restored) == set(removed)
+        assert db.search("kick", limit=1).matches

@@ -6,6 +6,7 @@ import os
 import shutil
 import signal
 import time
+from multiprocessing import resource_tracker
 from pathlib import Path
 
 import pytest
@@ -125,7 +126,11 @@ def test_files_are_read_here_where_no_process_can_start(
     def refuse(*_: object) -> None:
         raise OSError(24, "Too many open files")
 
+    def missing() -> None:  # as on Windows
+        raise ModuleNotFoundError("No module named '_posixsubprocess'")
+
     monkeypatch.setattr(WorkerManager, "create_channels", refuse)
+    monkeypatch.setattr(resource_tracker, "ensure_running", missing)
     path = folder / "good.bvh"
     jobs = [(f"take{n}", path, None, folder, AddSettings()) for n in range(6)]
     readings = [reading for (reading,) in read_all(jobs, 2)]

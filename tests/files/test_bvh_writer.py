@@ -161,7 +161,7 @@ def test_refusals(tmp_path: Path) -> None:
     bad = Clip(clip.skeleton, 30.0, clip.local_rotations * np.nan, clip.root_positions)
     empty = Clip(clip.skeleton, 30.0, clip.local_rotations[:0], clip.root_positions[:0])
     for refused, name, said in (
-        (clip, "none/a.bvh", "expected a folder to write in, found No such file"),
+        (clip, "none/a.bvh", "expected a folder to write in, found no folder"),
         (bad, "a.bvh", r"a\.bvh: expected finite numbers to write, found NaN or infinity\."),
         (empty, "a.bvh", r"expected at least 1 frame to write, found 0\."),
     ):

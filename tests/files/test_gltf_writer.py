@@ -12,7 +12,6 @@ import pytest
 from motiondb.body import body, kinematics, rotation
 from motiondb.errors import CaptureError
 from motiondb.files import Character, write_gltf, write_gltf_scene
-from motiondb.files.gltf_writer import add_copyright
 from motiondb.records import Clip
 
 COMPONENTS = {5126: np.float32, 5123: np.uint16, 5125: np.uint32}
@@ -230,7 +229,7 @@ def test_whose_it_is_stands_in_the_file(tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"walk{ending}"
     write_gltf(a_clip(), path)
     document, data = load(path)
-    add_copyright(path, "ana/walk_1, licence CC0-1.0")
+    write_gltf(a_clip(), path, "ana/walk_1, licence CC0-1.0")
     marked, same = load(path)
     assert same == data
     assert marked["asset"].pop("copyright") == "ana/walk_1, licence CC0-1.0"

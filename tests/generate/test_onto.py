@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,10 @@ import pytest
 from rigs import RIGS, mixamo
 
 from motiondb.body import body, changes, kinematics, retarget
-from motiondb.files import read_capture
+from motiondb.database.catalogue.exporting import MotionChanges, write_motion
+from motiondb.files import read_capture, write_bvh
 from motiondb.generate.onto import at_rest, onto
-from motiondb.records import Motion
+from motiondb.records import Motion, Skeleton
 
 CAPTURES = Path(__file__).parent.parent.parent / "sample_data" / "captures" / "ana"
 
@@ -80,3 +82,35 @@ def test_hands_follow_the_arm_where_arms_are_much_longer() -> None:
     fit = onto(motion("walk_1"), long).fit
     assert fit.hands == "by the arm"
     assert fit.hand_error < 0.02
+
+
+@pytest.mark.parametrize("rig", RIGS)
+def test_a_bvh_file_of_the_rig_is_followed_as_well(rig: str, tmp_path: Path) -> None:
+    """Without rotations the bones of some rigs lie as nobody could stand."""
+    source, made = motion("walk_1"), RIGS[rig]()
+    write_bvh(made, tmp_path / "rig.bvh")
+    asked = MotionChanges(onto=tmp_path / "rig.bvh")
+    write_motion(source, tmp_path / "out.bvh", asked)
+    out = read_capture(tmp_path / "out.bvh")
+    again = retarget.to_motion(out)
+    away = np.linalg.norm(again.joint_positions() - source.joint_positions(), axis=-1).mean(axis=0)
+    assert away.max() < 0.07
+    lengths = [
+        np.linalg.norm(clip.skeleton.offsets[1:], axis=-1)
+        for clip in (out, read_capture(asked.onto))
+    ]
+    np.testing.assert_allclose(*lengths, atol=1e-6)
+
+
+def test_a_foot_without_a_toe_rolls_and_does_not_slip() -> None:
+    rig = mixamo()
+    kept = [n for n, name in enumerate(rig.skeleton.names) if "Toe" not in name]
+    place = {old: new for new, old in enumerate(kept)}
+    skeleton = Skeleton(
+        tuple(rig.skeleton.names[n] for n in kept),
+        np.array([place.get(int(rig.skeleton.parents[n]), -1) for n in kept]),
+        rig.skeleton.offsets[kept],
+    )
+    bare = replace(rig, skeleton=skeleton, local_rotations=rig.local_rotations[:, kept])
+    fit = onto(motion("walk_1"), bare).fit
+    assert fit.slip < fit.slip_of_motion + 0.001

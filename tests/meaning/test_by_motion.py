@@ -131,8 +131,8 @@ def test_the_second_opinion_on_a_window_by_hand() -> None:
         meaning_space(words, pooled=pooled),
     )  # fmt: skip
 
-    def frames_of(capture: int, first: int, end: int) -> Float32Array:
-        return frames[capture][first:end].astype(np.float32)
+    def frames_of(intervals: list[tuple[int, int, int]]) -> list[Float32Array]:
+        return [frames[c][first:end].astype(np.float32) for c, first, end in intervals]
 
     asked = by_motion.find_candidates(query, {7: take, 8: take}, distances, frames_of=frames_of)
     # the evidence of both is opposite: resemblance .5 + .3 + .2 and .5 - .3 + .2, in place of 1;

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from motiondb.body.features import N_FEATURES
-from motiondb.meaning import by_motion, resemblance, score_vectors
+from motiondb.meaning import resemblance, score_vectors
 from motiondb.meaning.score_vectors import unit
 from motiondb.meaning.word_map import WordMap
 
@@ -74,15 +74,15 @@ def test_every_block_weighs_as_much_as_the_symbols() -> None:
 def test_likeness_is_the_cosine_or_four_parts_meaning() -> None:
     vectors = unit(np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]))
     np.testing.assert_allclose(
-        by_motion.resemblance(vectors[0], vectors), [1.0, 0.5**0.5, 0.0], atol=1e-12
+        resemblance.resemblance(vectors[0], vectors), [1.0, 0.5**0.5, 0.0], atol=1e-12
     )
     deaf_to_second = WordMap(np.array([[2.0], [0.0]]), *np.zeros((3, 1)), np.array([1.0, 1, 0]))
-    actual = by_motion.resemblance(vectors[0], vectors, deaf_to_second)
+    actual = resemblance.resemblance(vectors[0], vectors, deaf_to_second)
     np.testing.assert_allclose(actual, [1.0, (4 + 0.5**0.5) / 5, 0.0], atol=1e-12)
     space = resemblance.meaning_space(deaf_to_second, dtype=np.float64)
     rows = space.rows(vectors)
     np.testing.assert_allclose(rows @ rows[0], actual, atol=1e-12)
-    moving = by_motion.resemblance(vectors[0], vectors, deaf_to_second, n_posture_and_travel=1)
+    moving = resemblance.resemblance(vectors[0], vectors, deaf_to_second, n_posture_and_travel=1)
     np.testing.assert_allclose(moving, [1.0, 1.0, 0.0], atol=1e-12)  # (1, 0), (1, 1): alike in x
 
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from motiondb.meaning import score_vectors
 from motiondb.meaning.score_vectors import unit
-from motiondb.records import FloatArray
+from motiondb.records import FloatArray, SegmentTable
 
 
 def test_the_space_by_hand() -> None:
@@ -64,6 +64,14 @@ def test_an_interval_outside_has_no_direction() -> None:
         np.ones((1, 2)), np.array([0]), np.array([5]), np.array([9]), np.array([12])
     )
     np.testing.assert_array_equal(vectors, [[0.0, 0.0]])
+
+
+def test_no_captures_have_no_vectors() -> None:
+    space = score_vectors.ScoreSpace(np.zeros(5), np.ones(5))
+    none = np.zeros((0, 5), dtype=np.float32)
+    rows = score_vectors.StandardisedRows(space, none, none[:, :0])
+    table = SegmentTable(*4 * [np.zeros(0, dtype=np.int64)], np.zeros(0), np.zeros(0), none)
+    assert score_vectors.whole_vectors(rows, table, {}).shape == (0, 5)
 
 
 def test_rows_have_length_one() -> None:

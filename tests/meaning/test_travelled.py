@@ -70,14 +70,38 @@ def test_answers_that_turn_the_other_way_come_last_and_say_so(learned_file: Path
         return search_words(words, "turn right", rows, 30, written=written, features=features)
 
     answer = ask(written=False)
-    gone = [not match.not_gone for match in answer.matches]
+    gone = [not match.contradicted for match in answer.matches]
     assert set(gone) == {True, False}
     assert "/turn_right" in answer.matches[0].capture
     for match in answer.matches:
-        if match.not_gone:
-            assert match.not_gone == ("right",)
+        if match.contradicted:
+            assert match.contradicted == ("not right",)
             assert match.reason.endswith("; measured: not right")
             assert match.probability is None
         if "/turn_left" in match.capture:
-            assert match.not_gone == ("right",)
-    assert not any(m.not_gone for m in ask(written=True).matches if "/turn_right" in m.capture)
+            assert match.contradicted == ("not right",)
+    assert not any(m.contradicted for m in ask(written=True).matches if "/turn_right" in m.capture)
+
+
+def test_what_is_excluded_and_done_is_a_contradiction(learned_file: Path) -> None:
+    with motiondb.open(learned_file, read_only=True) as db:
+        answer = db.search("turn but not left", limit=101)
+    lefts = [match for match in answer.matches if "/turn_left" in match.capture]
+    assert lefts
+    for match in lefts:
+        assert match.contradicted == ("left",)
+        assert match.reason.endswith("; measured: left")
+        assert match.probability is None
+    assert not any(m.contradicted for m in answer.matches if "/turn_right" in m.capture)
+
+
+def test_a_direction_that_no_caption_holds_is_measured_all_the_same(learned_file: Path) -> None:
+    with motiondb.open(learned_file, read_only=True) as db:
+        answer = db.search("run backward", limit=3)
+        assert answer.measured == ("backward",)
+        assert answer.understood == "run; measured: backward"
+        assert not answer.unknown
+        assert not answer.not_used
+        assert {match.contradicted for match in answer.matches} == {("not backward",)}
+        assert all("/run_" in match.capture for match in answer.matches)
+        assert answer.nothing == "probably nothing in this database matches"

@@ -38,6 +38,19 @@ def test_words_written_otherwise(text: str, known: str, becomes: str) -> None:
     assert written_otherwise(text, set(known.split()))[0] == becomes
 
 
+def test_a_word_without_end_is_not_cut_at_every_letter() -> None:
+    class Counted(frozenset[str]):
+        asked = 0
+
+        def __contains__(self, word: object) -> bool:
+            self.asked += 1
+            return super().__contains__(word)
+
+    known = Counted({"hand", "stand"})
+    assert written_otherwise("w" * 3000, known)[0] == "w" * 3000
+    assert known.asked < 100
+
+
 def test_the_rest_of_a_question_carries_no_probability(db: motiondb.MotionDB) -> None:
     answer = db.search("crawling on hands", limit=3)
     assert answer.missing == ("crawling",)

@@ -144,11 +144,9 @@ _COLUMNS: dict[str, Callable[[BrowsedCapture], object]] = {
     "duration": lambda row: row.info.duration,
     "format": lambda row: row.info.format,
     "fps": lambda row: row.info.fps,
-    "frames": lambda row: row.info.n_frames,
     "kind": lambda row: row.info.kind,
     "performer": lambda row: row.info.tags.get("performer", ""),
     "licence": lambda row: row.info.tags.get("licence", ""),
-    "words": lambda row: " ".join(caption.words for caption in row.captions),
     "caption": lambda row: " ".join(caption.words for caption in row.captions),
     "copies": lambda row: row.copies,
     **{name: partial(_field, name) for name in store.COLUMNS},
@@ -158,6 +156,8 @@ _COLUMNS: dict[str, Callable[[BrowsedCapture], object]] = {
 def _sorted(rows: Sequence[BrowsedCapture], sort: str) -> list[BrowsedCapture]:
     column = sort.removeprefix("-") or "name"
     is_tag = any(column in row.info.tags for row in rows)
+    if not is_tag:  # as in filters
+        column = store.HEADS.get(column, column)
     if column.startswith(TAG) or (column not in _COLUMNS and is_tag):
         tag = column.removeprefix(TAG)
         value: Callable[[BrowsedCapture], object] = lambda row: row.info.tags.get(tag, "")  # noqa: E731

@@ -147,8 +147,8 @@ def undo(opened: store.Store, run: int | None) -> Undone:
         names = {info.capture_id: info.name for info in store.load_captures(opened)}
         there = [e.capture_id for e in (*edits["added"], *edits["changed"])]
         if store.SYNONYMS in there:  # they change the words of every capture
-            there = [*names]
             names[store.SYNONYMS] = "synonyms"
+            there = [*names]
         parameters = {"run": number, "kind": kind}
         with updating.changing(opened, store.UNDO, parameters, there) as change:
             for edit in edits["added"]:

@@ -22,7 +22,6 @@ from motiondb.body.joint_proposals import map_text
 from motiondb.database.catalogue.parts import check_motion_file, write_bytes, write_clip
 from motiondb.errors import CaptureError, QueryError, SkeletonError
 from motiondb.files.arrays import ARRAY_ENDINGS, write_arrays
-from motiondb.files.gltf_writer import add_copyright
 from motiondb.files.limits import MAX_FPS, MIN_FPS
 from motiondb.files.own_files import check_overwriting
 from motiondb.files.rigs import read_rig
@@ -122,7 +121,7 @@ def check_changes(asked: MotionChanges, path: Path) -> None:
             f"other, found {unit_name(unit)}."
         )
     if path.suffix.lower() not in ARRAY_ENDINGS:
-        check_motion_file(path)
+        check_motion_file(path, ARRAY_ENDINGS)
 
 
 def formats_here() -> tuple[str, ...]:
@@ -262,17 +261,17 @@ class Written:
     fit: Fit | None = None  # How well a rig follows it
 
 
-def write_changed(clip: Clip, path: Path, asked: MotionChanges) -> Written:
-    """Write a clip with changes."""
+def write_changed(clip: Clip, path: Path, asked: MotionChanges, owner: str = "") -> Written:
+    """Write a clip with changes; a file that has a place for it says whose it is."""
     check_changes(asked, path)
     done = changed(clip, asked)
-    return Written(done.clip, (*done.said, *_write(done.clip, path, asked)))
+    return Written(done.clip, (*done.said, *_write(done.clip, path, asked, owner)))
 
 
-def _write(clip: Clip, path: Path, asked: MotionChanges) -> tuple[str, ...]:
+def _write(clip: Clip, path: Path, asked: MotionChanges, owner: str) -> tuple[str, ...]:
     """Write a clip in the format that the ending names; return what is missing in the file."""
     if path.suffix.lower() not in ARRAY_ENDINGS:
-        write_clip(clip, path)
+        write_clip(clip, path, owner)
         return ()
     try:
         write_arrays(clip, path, _contacts(clip, asked))
@@ -282,25 +281,29 @@ def _write(clip: Clip, path: Path, asked: MotionChanges) -> tuple[str, ...]:
     return ()
 
 
-def write_licence(path: Path, info: CaptureInfo) -> None:
-    """Write the origin and the licence of a capture into a file that has a place for it: glTF."""
-    if path.suffix.lower() in GLTF:
-        add_copyright(path, f"{info.name}, licence {info.tags.get('licence', 'not known')}")
+def owner_of(info: CaptureInfo) -> str:
+    """Return the origin and the licence of a capture, for files that have a place for it: glTF."""
+    return f"{info.name}, licence {info.tags.get('licence', 'not known')}"
 
 
-def write_motion(motion: Motion, path: Path, asked: MotionChanges) -> Written:
+def write_motion(motion: Motion, path: Path, asked: MotionChanges, owner: str = "") -> Written:
     """Write a motion of the canonical body, or of a rig, with changes."""
     if asked.onto is None:
-        return write_changed(retarget.to_clip(motion), path, asked)
+        return write_changed(retarget.to_clip(motion), path, asked, owner)
     check_changes(asked, path)
-    rig = read_rig(asked.onto)
+    rig = read_rig(asked.onto, asked.joint_map)
     fitted = onto(motion, rig, _map_of(rig, path, asked))
     done = changed(fitted.clip, asked)
     clip = done.clip
-    if path.suffix.lower() not in GLTF:  # glTF has the frames of the rig's own joints
-        clip = at_rest(clip, fitted.rig)
-    missing = _write(clip, path, asked)
+    own = path.suffix.lower() in GLTF or _keeps_frames(asked.onto, rig)
+    clip = clip if own else at_rest(clip, fitted.rig)
+    missing = _write(clip, path, asked, owner)
     return Written(clip, (*_say_fit(asked.onto, fitted.fit), *done.said, *missing), fitted.fit)
+
+
+def _keeps_frames(source: Path, rig: Clip) -> bool:
+    """Whether the file of a rig has joint frames of its own beside the pose in which it stands."""
+    return source.suffix.lower() == ".bvh" and bool((abs(rig.local_rotations[..., 0]) < 1.0).any())
 
 
 def _map_of(rig: Clip, path: Path, asked: MotionChanges) -> Mapping[str, str]:

@@ -179,7 +179,8 @@ def _context() -> LokyContext:
     from joblib.externals.loky.backend.process import LokyProcess
 
     # Now, since its start ends the block of Ctrl-C that processes after it should inherit
-    resource_tracker.ensure_running()
+    with suppress(ImportError):  # Windows, which has none
+        resource_tracker.ensure_running()
     context = LokyContext()
     context.Process = partial(LokyProcess, env=_ONE_THREAD)
     return context

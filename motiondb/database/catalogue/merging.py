@@ -14,7 +14,7 @@ from motiondb import store
 from motiondb.answers.catalogue import MergeReport
 from motiondb.database.catalogue import copy_search
 from motiondb.database.learn import updating
-from motiondb.errors import QueryError
+from motiondb.errors import QueryError, StoreError
 from motiondb.records import Caption, CaptureInfo, Event
 
 Progress = Callable[[str, int, int], None]
@@ -25,6 +25,8 @@ def check(path: Path, prefix: str, wait: float) -> None:
     """Refuse another database that cannot be read, and a prefix that no name may have."""
     if prefix:
         store.check_new_name(f"{prefix}x", "capture")
+    if not path.exists():
+        raise StoreError(f"{path}: expected another database, found no such file. Name another.")
     with store.open_store(path, read_only=True, wait=wait):
         pass
 

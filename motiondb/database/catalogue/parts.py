@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -69,13 +70,15 @@ ENDINGS = (".bvh", ".fbx", ".glb", ".gltf", ".usd", ".usda", ".usdc")
 """Endings of files that motion is written to."""
 
 
-def check_motion_file(path: Path) -> None:
+def check_motion_file(path: Path, others: Sequence[str] = ()) -> None:
     """Check that motion can be written to a file of this name, before it is made.
 
     Parameters
     ----------
     path : Path
         The file; its ending says the format.
+    others : sequence of str
+        Further endings that are written, which a message names.
 
     Raises
     ------
@@ -86,7 +89,7 @@ def check_motion_file(path: Path) -> None:
     """
     ending = path.suffix.lower()
     if ending not in ENDINGS:
-        *most, last = ENDINGS
+        *most, last = (*ENDINGS, *others)
         raise QueryError(
             f"{path}: expected an ending {', '.join(most)} or {last}, found {ending or 'none'!r}."
         )
@@ -100,8 +103,8 @@ def check_motion_file(path: Path) -> None:
         check_usd(path)
 
 
-def write_clip(clip: Clip, path: Path) -> Path:
-    """Write a clip in the format that the ending of the file says."""
+def write_clip(clip: Clip, path: Path, owner: str = "") -> Path:
+    """Write a clip in the format that the ending says; `owner` where that has a place for it."""
     check_motion_file(path)
     ending = path.suffix.lower()
     if ending == ".bvh":
@@ -115,7 +118,7 @@ def write_clip(clip: Clip, path: Path) -> Path:
 
         write_usd(clip, path)
     else:
-        files.write_gltf(clip, path)
+        files.write_gltf(clip, path, owner)
     return path
 
 

@@ -27,6 +27,7 @@ from motiondb.answers.grammars import (
     TerminalSymbol,
 )
 from motiondb.answers.questions import DescribedWord
+from motiondb.database.arguments import seeded
 from motiondb.database.generated_files import sources_of
 from motiondb.database.grammars.grammar_editing import EDIT, UNDONE
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
@@ -191,7 +192,7 @@ def compare(learned: LearnedGrammar, seed: int = 0) -> tuple[ComparedGrammar, ..
     )
     folds, rows = min(FOLDS, len(sentences)), []
     for kind, grammar, learn in kinds:
-        rng = np.random.default_rng(seed)
+        rng = seeded(seed)
         used = Grammar(grammar.start, grammar.rules)  # bits count the terminals that rules use
         language = finite_language(grammar, LIMIT)
         strings = derived_strings(grammar, rng, N_STRINGS)

@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from motiondb import store
+from motiondb.database.arguments import seeded
 from motiondb.database.learned_grammar import LearnedGrammar, load_learned_grammar
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg import context_free, parse
@@ -90,7 +91,7 @@ def learn_grammar(
     infos = _sources(database, captures)
     name = infos[0].name.rpartition("/")[2] if name is None else name
     _check(name, settings)
-    rng = np.random.default_rng(settings.seed)
+    rng = seeded(settings.seed)
     motions = [store.load_motion(database, info.capture_id) for info in infos]
     store.check_writable(database)
     try:

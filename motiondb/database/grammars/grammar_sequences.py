@@ -18,6 +18,7 @@ from functools import cached_property
 import numpy as np
 
 from motiondb import store
+from motiondb.database.arguments import seeded
 from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.generated_files import keep_generated
 from motiondb.database.learned_grammar import LearnedGrammar, load_learned_grammar
@@ -148,7 +149,7 @@ def play(
 
 def chain(material: Material, wanted: float, seed: int) -> GrammarSequence:
     """Return sentences that follow one another for a wanted time, as ``Grammars.chain`` does."""
-    learned, rng = material.learned, np.random.default_rng(seed)
+    learned, rng = material.learned, seeded(seed)
     terminals = learned.terminals
     lengths = (terminals.ends - terminals.starts) / MOTION_FPS
     if not 0.0 < wanted <= LONGEST_CHAIN:
@@ -314,7 +315,7 @@ def offer(
         region = edit.narrower(tree, region, levels[1])
     except context_free.GrammarError as error:  # the region was asked for by the user
         raise QueryError(str(error)) from None
-    rng = np.random.default_rng(seed)
+    rng = seeded(seed)
     offered = edit.alternatives(material.learned.grammar, tree, region, n, rng)
     return Edit(tree, clips, region, offered)
 

@@ -32,6 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb import store
+from motiondb.database.arguments import seeded
 from motiondb.database.grammars.grammar_sequences import (
     LONGEST_STRING,
     GrammarSequence,
@@ -210,7 +211,7 @@ def generate_completion(
             f"as places: '? ? ?'."
         )
     pattern = pattern_of(material, _learned(session), like, exact)
-    rng = np.random.default_rng(seed)
+    rng = seeded(seed)
     grammar, allowed = material.learned.grammar, playable(material)
     return play(material, sample_completion(grammar, pattern, rng, allowed=allowed))
 

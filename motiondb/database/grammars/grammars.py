@@ -9,11 +9,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from motiondb import store
 from motiondb.answers.grammars import GrammarAnswer, SequenceAnswer, WrittenSequence
 from motiondb.answers.plain import extended
+from motiondb.database.arguments import seeded
 from motiondb.database.captures import Captures
 from motiondb.database.generated_files import write_with_provenance
 from motiondb.database.grammars import (
@@ -380,7 +379,7 @@ class Grammars:
             )
         if length is not None and length < 1:
             raise QueryError(f"length: expected at least 1 terminal, found {length}. Ask for more.")
-        material, rng = self.material(name), np.random.default_rng(seed)
+        material, rng = self.material(name), seeded(seed)
         return grammar_sequences.play(
             material, derive(material.learned.grammar, rng, length=length)
         )

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict, replace
 from pathlib import Path
 
-import numpy as np
-
 from motiondb import store
+from motiondb.database.arguments import seeded
 from motiondb.database.learn.start import find_start
 from motiondb.database.loading import load_features
 from motiondb.errors import MotionDBError, QueryError
@@ -46,7 +45,7 @@ def learn(
             tell("features", 0.0)
             pool, taught, names = _load_taught(opened, where, workers)
             let_go()
-            rng = np.random.default_rng(settings.seed)
+            rng = seeded(settings.seed)
             started = None if knowledge is None else begin(knowledge, taught.synonyms)
             numbers = name_order.numbers_by_name(names)
             model = fit_model(

@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from motiondb.database.arguments import seeded
 from motiondb.database.scenes.scene_clips import SceneClips
 from motiondb.database.scenes.scene_texts import SceneText
 from motiondb.errors import SceneError
@@ -151,7 +152,7 @@ def make(
 
     `start`: The diagram and state of an earlier scene to continue from; None to begin anew.
     """
-    seeds = np.random.default_rng(settings.seed).spawn(settings.tries)
+    seeds = seeded(settings.seed).spawn(settings.tries)
     sampler = _sampler(settings, start is not None)
     most, prices = sampler.most_actions, sampler.prices
     play = make_play(text.diagram, text.grammar, clips.library, most, prices)

@@ -89,14 +89,11 @@ def read_header(text: str) -> tuple[Skeleton | None, Faults]:
     while place < len(tokens):
         place = _read_token(state, tokens, place)
     last = tokens[-1][0] if tokens else 1
-    for node in state.stack[::-1]:
-        opened = state.nodes[node]
-        state.faults.append(
-            (
-                last,
-                f"expected '}}' for {quoted(opened.name)} of line {opened.line}, found the end.",
-            )
-        )
+    if state.stack:
+        opened, n = state.nodes[state.stack[-1]], len(state.stack) - 1
+        around = f" and {n} more around it" if n else ""
+        what = f"{quoted(opened.name)} of line {opened.line}{around}"
+        state.faults.append((last, f"expected '}}' for {what}, found the end."))
     return _skeleton(state), state.faults
 
 

@@ -21,6 +21,7 @@ import json
 import os
 import re
 import zlib
+from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -103,9 +104,10 @@ class CheckedRows:
         sums: NDArray[np.uint64],
         make: Callable[[int], NDArray[Any]],
     ) -> None:
-        self.rows, self.shape, self.dtype = rows, rows.shape, rows.dtype
-        self._bounds, self._sums, self._make = bounds, sums, make
-        self._is_sound = np.zeros(len(sums), dtype=bool)
+        # A plain array of the same memory: slices of a memory map take 20 times as long
+        self.rows, self.shape, self.dtype = rows.view(np.ndarray), rows.shape, rows.dtype
+        self._bounds, self._sums, self._make = bounds.tolist(), sums, make
+        self._is_sound = [False] * len(sums)
         self._mended: dict[int, NDArray[Any]] = {}
 
     def __len__(self) -> int:
@@ -115,8 +117,10 @@ class CheckedRows:
         if not isinstance(which, slice):
             return np.asarray(np.asarray(self)[which])
         start, stop, step = which.indices(len(self.rows))
-        places = np.searchsorted(self._bounds, [start, stop - 1], side="right") - 1
-        touched = range(places[0], places[1] + 1) if stop > start else range(0)
+        if stop <= start:
+            return self.rows[which]
+        first, last = (bisect_right(self._bounds, row) - 1 for row in (start, stop - 1))
+        touched = range(first, last + 1)
         for place in touched:
             self._check(place)
         if self._mended.keys().isdisjoint(touched):

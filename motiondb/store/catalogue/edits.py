@@ -57,11 +57,12 @@ class _State:
 def noting_edits(store: Store, run_id: int, touched: Iterable[int] = ()) -> Iterator[None]:
     """Surround changes of captures, inside a transaction, so that the run can be undone.
 
-    `touched`: Numbers of the captures that may be changed or removed. Added ones are found.
+    `touched`: Numbers of the captures that may be changed or removed, and SYNONYMS where these may.
+    Added captures are found.
     """
     wanted = set(touched)
     before, there = _load_states(store, wanted), _numbers(store)
-    synonyms = load_synonyms(store)
+    synonyms = load_synonyms(store) if SYNONYMS in wanted else {}
     yield
     after, now = _load_states(store, wanted & there), _numbers(store)
     names = dict(store.connection.execute("SELECT capture_id, name FROM capture").fetchall())
@@ -76,7 +77,7 @@ def noting_edits(store: Store, run_id: int, touched: Iterable[int] = ()) -> Iter
                 for part in ("tags", "captions", "events")
             }
             edits.append(Edit(run_id, number, "changed", old.name, **parts))
-    if load_synonyms(store) != synonyms:
+    if SYNONYMS in wanted and load_synonyms(store) != synonyms:
         edits.append(Edit(run_id, SYNONYMS, "changed", "synonyms", synonyms))
     _save_edits(store, edits)
 

@@ -105,7 +105,7 @@ def _pack_motions(connection: duckdb.DuckDBPyConnection) -> None:
         connection.execute(f"CREATE TABLE IF NOT EXISTS {motions} AS FROM main.motion LIMIT 0")
         for row in connection.execute(f"SELECT DISTINCT capture_id FROM {frames}").fetchall():
             query = f"SELECT pose FROM {frames} WHERE capture_id = ? ORDER BY frame"
-            poses = np.stack(connection.execute(query, row).fetchnumpy()["pose"])
+            poses = np.stack(list(connection.execute(query, row).fetchnumpy()["pose"]))
             packed = pack_poses(poses)
             connection.execute(
                 f"INSERT INTO {motions} VALUES (?, ?, ?)", [*row, len(poses), packed]

@@ -51,7 +51,10 @@ _CONFIG: dict[str, Any] = {
 _FIRST_PAUSE, _LONGEST_PAUSE = 0.01, 0.2
 """Seconds between two attempts to get the file; they double. The first is shorter than any command,
 the longest is not noticed."""
-_HOLDER = re.compile(r"held in (\S+) \(PID (\d+)\)")
+_HELD = ("Could not set lock", "File is already open in", "used by another process")
+"""What DuckDB says of a file that another process holds: on POSIX; on Windows, in any language; on
+Windows where the process is not known."""
+_HOLDER = re.compile(r"(?:held|open) in\s+(\S.*?) \(PID (\d+)\)")
 _LONGEST_COMMAND = 120  # Letters of a command that are shown: one or two lines of a terminal
 
 
@@ -205,7 +208,7 @@ def _unreadable(path: Path, error: duckdb.Error, wait: float = 0.0) -> str:
 
 def is_lock(error: BaseException) -> bool:
     """Whether DuckDB could not open the file because another process holds it."""
-    return "Could not set lock" in str(error)
+    return any(sentence in str(error) for sentence in _HELD)
 
 
 def holder_sentence(path: Path, message: str, waited: float = 0.0) -> str:
@@ -213,7 +216,8 @@ def holder_sentence(path: Path, message: str, waited: float = 0.0) -> str:
     held = _HOLDER.search(message)
     who = "another process"
     if held:
-        who = f"process {held[2]} ({Path(held[1]).name}){describe_process(int(held[2]))}"
+        program = re.split(r"[\\/]", held[1])[-1]
+        who = f"process {held[2]} ({program}){describe_process(int(held[2]))}"
     after = f" after {waited:g} s" if waited else ""
     return (
         f"{path}: expected a free database, found it held by {who}{after}. "

@@ -55,8 +55,7 @@ BROKEN_BVH = {
     ),
     "cut in the hierarchy": (
         BVH[: BVH.index("OFFSET 0 -45")],
-        "w.bvh:7: expected '}' for 'Leg' of line 6, found the end.\n"
-        "w.bvh:7: expected '}' for 'Hips' of line 2, found the end.\n"
+        "w.bvh:7: expected '}' for 'Leg' of line 6 and 1 more around it, found the end.\n"
         "w.bvh:6: expected an OFFSET for 'Leg', found none; write one.\n"
         "w.bvh: expected a line MOTION, found none. The file may be cut short.",
     ),

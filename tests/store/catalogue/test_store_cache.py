@@ -51,7 +51,7 @@ def test_rows_of_every_capture(filled: store.Store) -> None:
         assert held.values.tolist() == [store.load_motion(filled, n).leg_length for n in (1, 2, 3)]
         expected = [store.load_motion(filled, n).root_positions[:, :2] for n in (1, 2, 3)]
         np.testing.assert_array_equal(held.rows, np.concatenate(expected))
-        assert isinstance(held.rows[3:9], np.memmap)
+        assert isinstance(held.rows.rows.base, np.memmap)
     assert make.made == [5, 6, 7]
 
 
@@ -93,7 +93,7 @@ def test_damaged_rows_are_made_anew_when_they_are_looked_at(filled: store.Store)
     assert make.made == [5, 6, 7, 7]
     again = store.cached_rows(filled, "places", make)
     np.testing.assert_array_equal(again.rows, expected)
-    assert isinstance(again.rows[11:18], np.memmap)
+    assert isinstance(again.rows.rows.base, np.memmap)
 
 
 def test_rows_of_another_run_are_not_used(filled: store.Store, samples: ModuleType) -> None:

@@ -16,7 +16,7 @@ import pytest
 from motiondb import store
 from motiondb.database.catalogue.rescuing import rescue
 from motiondb.database.catalogue.sheets import import_events
-from motiondb.errors import MotionDBError, StoreError
+from motiondb.errors import HeldError, MotionDBError, StoreError
 from motiondb.files.safe_files import check_output
 
 _HOLD = """
@@ -59,6 +59,31 @@ def test_a_second_process_is_told_who_holds_the_file(tmp_path: Path) -> None:
                 ". Wait until it has ended, or wait longer with --wait SECONDS."
             )
     store.open_store(path).close()
+
+
+@pytest.mark.parametrize("sentence", ["The process cannot access the file.", "进程无法访问。"])
+def test_a_file_held_on_windows_is_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, sentence: str
+) -> None:
+    """DuckDB says it in other words there, and partly in the language of the system."""
+    path, connect, left = tmp_path / "m.duckdb", duckdb.connect, [3]
+    store.open_store(path).close()
+    said = (
+        f'IO Error: Cannot open file "{path}": {sentence}\n\nFile is already open in \n'
+        r"C:\Program Files\Python\python.exe (PID 999999999)"
+    )
+
+    def held(*given: Any, **settings: Any) -> duckdb.DuckDBPyConnection:
+        left[0] -= 1
+        if left[0] < 0:
+            return connect(*given, **settings)
+        raise duckdb.IOException(said)
+
+    monkeypatch.setattr(duckdb, "connect", held)
+    with pytest.raises(HeldError, match=r"found it held by process 999999999 \(python.exe\)\. "):
+        store.open_store(path)
+    store.open_store(path, wait=30.0).close()
+    assert left[0] == -1
 
 
 def test_naming_the_open_file_as_input_or_output_keeps_other_writers_out(tmp_path: Path) -> None:

@@ -126,7 +126,7 @@ test("an answer is drawn by what is known about it", () => {
     place: "known",
   });
   const graded = (probability: number | null, ...parts: (number | null)[]): string =>
-    certaintyOf({ probability, parts: parts.map(part) }).grade;
+    certaintyOf({ probability, parts: parts.map(part), contradicted: [] }).grade;
   assert.equal(graded(0.5, 0.5), "likely");
   assert.equal(graded(0.49, 0.49), "unlikely");
   assert.equal(graded(0.049, 0.049), "folded");
@@ -134,6 +134,8 @@ test("an answer is drawn by what is known about it", () => {
   assert.equal(graded(null, 0.9, 0.02), "folded"); // the whole is at most its least part
   assert.equal(graded(null, 0.9, null, 0.02), "folded"); // also where another part is not measured
   assert.equal(graded(null, 0.9, 0.8), "unmeasured"); // likely parts do not make it likely
+  const otherWay = { probability: null, parts: [part(null)], contradicted: ["backward"] };
+  assert.equal(certaintyOf(otherWay).grade, "unlikely");
 });
 
 test("a replaced word carries its real name, and the probability of that", () => {

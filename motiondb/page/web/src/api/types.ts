@@ -1001,6 +1001,7 @@ export interface SearchReply {
   sources: WordSource[];
   written: WrittenAnswer[];
   by_meaning: Record<string, string[]>;
+  measured: string[];
   not_yet_learned: number;
   took: number | null;
 }
@@ -1086,7 +1087,7 @@ export interface ShownMatch {
   place: string;
   parts: MatchPart[];
   in_order: boolean | null;
-  not_gone: string[];
+  contradicted: string[];
   explain: Explanation | null;
   ref: string;
   duration: number;

@@ -89,6 +89,7 @@ function verdictOf(match: ShownMatch, certainty: Certainty, options: AnswerOptio
     h("span", {}, what),
     h("span", {}, most !== null ? `at most ${probability(most)}` : score ? ranked : "not measured"),
     match.reason.includes("not seen in this order") ? h("span", {}, "not seen in this order") : null,
+    match.contradicted.length > 0 ? h("span", {}, `measured: ${match.contradicted.join(", ")}`) : null,
   );
 }
 

@@ -17,10 +17,11 @@ export interface Certainty {
   grade: Grade;
 }
 
-export function certaintyOf(match: Pick<ShownMatch, "probability" | "parts">): Certainty {
+export function certaintyOf(match: Pick<ShownMatch, "probability" | "parts" | "contradicted">): Certainty {
   const parts = match.parts.map((part) => part.probability).filter((one) => one !== null);
   const most = match.probability === null && parts.length > 0 ? Math.min(...parts) : null;
   const value = match.probability;
+  if (match.contradicted.length > 0) return { value, most, grade: "unlikely" };
   const known = value ?? most;
   const grade: Grade =
     known === null ? "unmeasured" : known >= LIKELY ? "likely" : known >= FLOOR ? "unlikely" : "folded";

@@ -1,0 +1,75 @@
+"""Whether a capture moves the limb of the side that a question names ("wave with the left hand").
+
+The share of a side is that of the squared speeds of its wrist (for words of the arm) or ankle (for
+words of the leg), relative to the pelvis, in those of both sides. A side below ``LEAST`` is not the
+one that moves; neither are both if one of them is. Who walks moves both alike, so that this
+contradicts only what is clearly otherwise, and nothing where both limbs rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from motiondb.body import body
+from motiondb.body.features import VELOCITY_SECONDS, VELOCITY_WEIGHT
+from motiondb.language.question.tree import LIMBS, SIDES
+from motiondb.records import Float32Array, FloatArray
+
+LEAST = 1.0 / 3.0  # Smallest share of a limb that moves
+LEAST_OF_BOTH = 0.15  # Smallest share of each of two limbs that move
+RESTING = 0.1  # Root mean square of the speeds, m/s, below which a limb rests
+LEGS = frozenset(("leg", "foot", "knee", "hip", "ankle", "toe", "heel", "thigh"))
+_HOLDING_TEXT = "stand hop balance land lean rest support hang hold kneel"
+HOLDING = frozenset(_HOLDING_TEXT.split())
+"""Actions whose limb is the one that rests: who hops on the left leg may move the other."""
+
+
+def limbs_to_measure(words: Sequence[str]) -> tuple[tuple[str, str], ...]:
+    """The sides of an action that belong to a limb, each with its limb.
+
+    >>> limbs_to_measure(("wave", "left", "hand"))
+    (('left', 'hand'),)
+    >>> limbs_to_measure(("step", "left")), limbs_to_measure(("stand", "left", "leg"))
+    ((), ())
+    """
+    if not HOLDING.isdisjoint(words):
+        return ()
+    pairs = pairwise(words)
+    return tuple((side, limb) for side, limb in pairs if side in SIDES and limb in LIMBS)
+
+
+def limb_speeds(features: Float32Array, limb: str) -> FloatArray:
+    """Squared speeds of the left and the right wrist or ankle, (m/s)^2: array (frames, 2).
+
+    `features` (frames, 130): recognition features.
+    """
+    n = len(body.JOINTS)
+    moving = features[:, 3 * n : 6 * n].astype(np.float64).reshape(len(features), n, 3)
+    moving /= VELOCITY_WEIGHT * VELOCITY_SECONDS
+    joint = "ankle" if limb in LEGS else "wrist"
+    sides = [body.INDEX[f"{side}_{joint}"] for side in "lr"]
+    relative = moving[:, sides] - moving[:, :1]
+    return np.asarray((relative**2).sum(axis=2))
+
+
+def moves_otherwise(speeds: FloatArray, side: str) -> bool:
+    """Whether the limb of another side moves, or one where both are asked for.
+
+    `speeds` (frames, 2): those of ``limb_speeds``.
+
+    >>> left = np.tile([1.0, 0.1], (30, 1))
+    >>> [moves_otherwise(left, side) for side in ("left", "right", "both")]
+    [False, True, True]
+    >>> moves_otherwise(np.full((30, 2), 1e-4), "left")
+    False
+    """
+    left, right = speeds.mean(axis=0) if len(speeds) else (0.0, 0.0)
+    if max(left, right) < RESTING**2:
+        return False
+    share = left / (left + right)
+    if side == "both":
+        return bool(min(share, 1.0 - share) < LEAST_OF_BOTH)
+    return bool((share if side == "left" else 1.0 - share) < LEAST)

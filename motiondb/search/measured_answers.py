@@ -1,0 +1,220 @@
+"""What of a question is measured in the motion of an answer: directions and sides of limbs.
+
+Words alone hardly tell them: captions rarely say which way, or which hand. Three things can follow.
+
+* The motion contradicts a word: no frame of the part goes in the direction
+  (:mod:`motiondb.meaning.travelled`), or the other limb moves (:mod:`motiondb.meaning.limb_sides`).
+  Or it clearly shows one that the question excludes ("walk, but not forward"). The answer says so
+  and has no probability.
+* The action goes in the direction elsewhere in the take: then the part is moved there.
+* Otherwise the answer stays as it is.
+
+A word that a caption of the capture says of the same action is believed. In a question of one
+action, words that no caption of the database holds are measured too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from itertools import chain, product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.body.features import FEATURE_STEP
+from motiondb.language.question.parse import parse
+from motiondb.language.question.readings import KnownQuestion, Part, Reading
+from motiondb.language.question.tree import Action
+from motiondb.language.vocabulary import MODIFIERS
+from motiondb.learn.learned import Learned
+from motiondb.meaning.edge_map import HALF, averaged
+from motiondb.meaning.limb_sides import limb_speeds, limbs_to_measure, moves_otherwise
+from motiondb.meaning.travelled import TURNS, directions_to_measure, furthest, speeds_of
+from motiondb.records import Float32Array, FloatArray
+from motiondb.search.asked_words import AskedWords
+from motiondb.search.placing import Features, PartPlace, Placed
+
+CLEARLY = 2.0  # Least amounts of a direction from which a motion goes there though it must not
+OTHER = {"left": "right", "right": "left"}
+
+
+def measured_words(action: Sequence[str]) -> set[str]:
+    """The words of an action that are measured.
+
+    >>> sorted(measured_words(("wave", "both", "hand"))), measured_words(("wave",))
+    (['both', 'hand'], set())
+    """
+    limbs = chain.from_iterable(limbs_to_measure(action))
+    return {*directions_to_measure(action), *limbs}
+
+
+def only_action(text: str, learned: Learned) -> tuple[str, ...]:
+    """The words, known or not, of a question of one action; () if it asks for more."""
+    tree = parse(text, learned.synonyms, learned.lemmas).tree
+    return tree.words if isinstance(tree, Action) else ()
+
+
+def without_measured(question: KnownQuestion, words: Collection[str]) -> KnownQuestion:
+    """A question whose unknown words are used where they are measured."""
+    return replace(
+        question,
+        unknown={word: near for word, near in question.unknown.items() if word not in words},
+        not_used=tuple(left for left in question.not_used if left.text not in words),
+    )
+
+
+def actions_of_part(part: Part, only: tuple[str, ...]) -> tuple[tuple[str, ...], ...]:
+    """The actions of a part, of which the only one of a question has its unknown words."""
+    return (only,) if only and part.actions else part.actions
+
+
+def is_measured(reading: Reading, only: tuple[str, ...] = ()) -> bool:
+    """Whether a reading, or the only action of a question, names what is measured."""
+    asked = [action for part in reading.parts for action in actions_of_part(part, only)]
+    excluded = [action for each in reading.exclusions for action in each.actions]
+    without = [(*a, *e) for a, e in product(asked, excluded) if MODIFIERS.issuperset(e)]
+    return any(map(measured_words, [*asked, *without]))
+
+
+def compare_with_motion(
+    asked: AskedWords,
+    capture: int,
+    reading: Reading,
+    placed: Placed,
+    features: Features,
+    written: bool = True,
+    only: tuple[str, ...] = (),
+) -> Placed:
+    """Places with what the motion contradicts; parts go where their directions are seen.
+
+    `only`: The words of the only action of the question, known or not.
+    """
+    said = asked.evidence.written.get(capture) if written else None
+    believed = {
+        word
+        for word in MODIFIERS.intersection(asked.numbers)
+        if said is not None and said[:, asked.numbers[word]].max() > 0.0
+    }
+    frames, places, contradicted = features(capture), list(placed.parts), list[str]()
+    for k, part in enumerate(reading.parts):
+        room = slice(
+            places[k - 1].end // FEATURE_STEP if k else 0,
+            places[k + 1].start // FEATURE_STEP if k + 1 < len(places) else len(frames),
+        )
+        for action in actions_of_part(part, only):
+            if not measured_words(action) - believed:
+                continue
+            shown = np.zeros(len(frames), dtype=bool)
+            shown[room] = _frames_that_show(asked, capture, action, places[k], features)[room]
+            against, places[k] = _compare_action(frames, action, believed, places[k], shown)
+            contradicted += against
+    for exclusion in reading.exclusions:
+        for k in range(exclusion.first, exclusion.last):
+            inside = frames[_inside(places[k])]
+            for action, excluded in product(reading.parts[k].actions, exclusion.actions):
+                if MODIFIERS.issuperset(excluded):
+                    contradicted += _done_though_excluded(inside, action, excluded)
+    return replace(placed, parts=tuple(places), contradicted=tuple(dict.fromkeys(contradicted)))
+
+
+def _compare_action(
+    frames: Float32Array,
+    action: Sequence[str],
+    believed: Collection[str],
+    place: PartPlace,
+    shown: NDArray[np.bool_],
+) -> tuple[list[str], PartPlace]:
+    """What the motion has against an action, and the place where its directions are seen.
+
+    Shapes: `frames` (frames, 130); `shown` (frames,): which may show the action.
+    """
+    against = [
+        f"not {side} {limb}"
+        for side, limb in limbs_to_measure(action)
+        if side not in believed and _is_otherwise(limb_speeds(frames, limb), side, place, shown)
+    ]
+    for direction in directions_to_measure(action):
+        if direction in believed:
+            continue
+        ways = _ways(speeds_of(frames), direction, action, place, shown)
+        if ways is None:
+            against.append(f"not {direction}")
+        elif not place.unknown:
+            place = _moved(place, *ways)
+    return against, replace(place, probability=None, right=None) if against else place
+
+
+def _done_though_excluded(
+    frames: Float32Array, action: Sequence[str], excluded: Sequence[str]
+) -> list[str]:
+    """What of "walk, but not backward" the frames clearly show; `frames` (frames, 130)."""
+    words, turns = (*action, *excluded), not TURNS.isdisjoint(action)
+    gone = [
+        direction
+        for direction in directions_to_measure(words)
+        if direction in excluded and furthest(speeds_of(frames), direction, turns)[0] >= CLEARLY
+    ]
+    moved = [
+        f"{side} {limb}"
+        for side, limb in limbs_to_measure(words)
+        if side in OTHER and moves_otherwise(limb_speeds(frames, limb), OTHER[side])
+    ]
+    return gone + moved
+
+
+def _inside(place: PartPlace) -> slice:
+    """The feature frames of a place."""
+    return slice(place.start // FEATURE_STEP, -(-place.end // FEATURE_STEP))
+
+
+def _is_otherwise(
+    speeds: FloatArray, side: str, place: PartPlace, shown: NDArray[np.bool_]
+) -> bool:
+    """Whether another limb moves, both in a place and wherever the action is shown."""
+    return all(moves_otherwise(part, side) for part in (speeds[_inside(place)], speeds[shown]))
+
+
+def _ways(
+    speeds: FloatArray,
+    direction: str,
+    action: Sequence[str],
+    place: PartPlace,
+    shown: NDArray[np.bool_],
+) -> tuple[int, int] | None:
+    """The feature frames [a, b) that go in a direction while the action is shown; None: none do.
+
+    They are those of the place, if the place does.
+    """
+    turns, inside = not TURNS.isdisjoint(action), _inside(place)
+    if furthest(speeds[inside], direction, turns)[0] >= 1.0:
+        return inside.start, inside.stop
+    amount, first, behind = furthest(speeds * shown[:, None], direction, turns)
+    return (first, behind) if amount >= 1.0 else None
+
+
+def _moved(place: PartPlace, first: int, behind: int) -> PartPlace:
+    """A place at other feature frames; the same where these are its own."""
+    if (first, behind) == (_inside(place).start, _inside(place).stop):
+        return place
+    return replace(place, start=FEATURE_STEP * first, end=FEATURE_STEP * behind, right=None)
+
+
+def _frames_that_show(
+    asked: AskedWords, capture: int, action: Sequence[str], place: PartPlace, features: Features
+) -> NDArray[np.bool_]:
+    """Which feature frames are those of a place, or reach half of the evidence of an action.
+
+    Directions and limbs are left out of the evidence; of words whose places were not learned there
+    is none.
+    """
+    frames = asked.learned.frames_of(capture, features)
+    shown = np.zeros(len(frames), dtype=bool)
+    shown[_inside(place)] = True
+    edges, placed = asked.learned.edges, asked.learned.placed
+    known = [word for word in action if word in asked.numbers and word not in MODIFIERS]
+    words = [asked.numbers[word] for word in known]
+    if words and edges is not None and placed is not None and placed.words.issuperset(words):
+        evidence = averaged(edges.evidence(frames, words))
+        shown |= evidence >= HALF * max(float(evidence.max()), 0.0)
+    return shown

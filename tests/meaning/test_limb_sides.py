@@ -1,0 +1,45 @@
+"""Which limb moves, measured."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from motiondb.body import body, rotation
+from motiondb.body.features import recognition_features
+from motiondb.meaning.limb_sides import limb_speeds, limbs_to_measure, moves_otherwise
+from motiondb.records import Float32Array, Motion
+
+FRAMES = 60
+
+
+def swinging(*joints: str) -> Float32Array:
+    """Features of a figure that swings some joints and is still otherwise."""
+    turns = np.tile(rotation.IDENTITY, (FRAMES, len(body.JOINTS), 1))
+    angle = 0.5 * np.sin(np.arange(FRAMES) / 3.0)
+    for joint in joints:
+        turns[:, body.INDEX[joint]] = rotation.from_axis_angle(np.array([0.6, 0.0, 0.8]), angle)
+    root = np.tile([0.0, 0.9, 0.0], (FRAMES, 1))
+    return recognition_features(Motion(turns.astype(np.float32), root.astype(np.float32)))
+
+
+@pytest.mark.parametrize(
+    ("joints", "limb", "moving"),
+    [
+        (("l_elbow",), "hand", {"left"}),
+        (("r_shoulder",), "arm", {"right"}),
+        (("l_knee",), "foot", {"left"}),
+        (("l_knee",), "hand", {"left", "right", "both"}),  # both rest: nothing is contradicted
+        (("l_shoulder", "r_shoulder"), "hand", {"left", "right", "both"}),
+    ],
+)
+def test_the_limb_that_moves_is_seen(joints: tuple[str, ...], limb: str, moving: set[str]) -> None:
+    speeds = limb_speeds(swinging(*joints), limb)
+    sides = ("left", "right", "both")
+    assert {side for side in sides if not moves_otherwise(speeds, side)} == moving
+
+
+def test_only_sides_before_limbs_are_measured() -> None:
+    assert limbs_to_measure(("kick", "right", "leg")) == (("right", "leg"),)
+    for words in (("turn", "left"), ("hop", "left", "leg"), ("left", "kick", "leg")):
+        assert limbs_to_measure(words) == ()
