@@ -107,7 +107,7 @@ def play(page: Any, film: Film, pictures: int, share: float = 1.0) -> None:
         film.take(160)
 
 
-def board(browser: Any, address: str, out: Path) -> None:
+def board(browser: Any, address: str, out: Path, _: str) -> None:
     """The film: an action that cannot be played; the error falls; a player is dragged."""
     page = browser.new_context(
         viewport={"width": 1400, "height": 910}, reduced_motion="reduce"
@@ -154,7 +154,8 @@ VIEWS = (
     ("generate", "generate?q=a person walks then kicks&variants=2", ".variant",
      (1280, 720), "light"),
     ("symbols", "symbols", "svg circle", (1280, 780), "light"),
-    ("not-here", "search?q=swim in the sea", ".verdict.not-here", (1280, 560), "light"),
+    ("not-here", "search?q=walk, kick&where=performer=ana", ".verdict.not-here",
+     (1280, 800), "dark"),
     ("example", "search?like=capture:ana/long_1&start=6.500&end=9.300", ".answer .block",
      (1280, 860), "light"),
     ("compare", "compare?part=0.400-4.400 capture:ana/walk_1&part=0.400-4.900 capture:chidi/walk_1"
@@ -174,9 +175,11 @@ REAL_VIEWS = (
 """Views of a database of the CMU captures."""
 
 
-def views(browser: Any, address: str, out: Path, chosen: Sequence[Any] = VIEWS) -> None:
-    """Screenshots of views that need nothing but a learned database."""
+def views(browser: Any, address: str, out: Path, only: str, chosen: Sequence[Any] = VIEWS) -> None:
+    """Screenshots of views of a learned database; ``only`` one, or all for ""."""
     for name, place, seen, size, scheme in chosen:
+        if only not in ("", name):
+            continue
         page = browser.new_context(
             viewport={"width": size[0], "height": size[1]}, color_scheme=scheme,
             reduced_motion="reduce",
@@ -194,9 +197,9 @@ def views(browser: Any, address: str, out: Path, chosen: Sequence[Any] = VIEWS) 
         page.context.close()
 
 
-def real_views(browser: Any, address: str, out: Path) -> None:
+def real_views(browser: Any, address: str, out: Path, only: str) -> None:
     """Screenshots of the views of real captures."""
-    views(browser, address, out, REAL_VIEWS)
+    views(browser, address, out, only, REAL_VIEWS)
 
 
 def learn_grammar(database: Path) -> None:
@@ -213,11 +216,12 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("what", choices=("board", "views", "real"))
     options.add_argument("--db", type=Path, help="an existing database; it is copied")
+    options.add_argument("--only", default="", help="the name of one view")
     options.add_argument("--out", type=Path, default=ROOT / "docs" / "page")
     chosen = options.parse_args()
     with opened_browser(chosen.db, learn_grammar) as (browser, address):
         {"board": board, "views": views, "real": real_views}[chosen.what](
-            browser, address, chosen.out
+            browser, address, chosen.out, chosen.only
         )
 
 

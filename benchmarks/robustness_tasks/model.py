@@ -238,6 +238,7 @@ class Chain:
         self.holder = self.workers[0]
         self.world, self.revision = World(), 0
         self.drafts: set[str] = set()  # left by kills
+        self.cut: set[str] = set()  # rescued databases of which a kill left drafts
         self.answers: dict[str, object] = {}
         for name in ("given", "out", "tmp"):
             (place / name).mkdir()
@@ -288,6 +289,8 @@ class Chain:
             by.begin(verb, given, then, harm)
             answer = by.end(harm)
         step = Step(verb, given, answer.ended, by.name, answer.message)
+        if verb == "rescue" and answer.ended == UNKNOWN:
+            self.cut.add(given["file"])  # the next rescue of this name would delete them
         faults = [*answer.faults, *self._told(verb, given, answer)]
         is_gone = harm.kind in ("kill", "late kill") or answer.ended == UNKNOWN
         found, more = self._compared([step], harm.kind != "full disk", is_gone or harm.kind != "")
@@ -459,7 +462,8 @@ class Chain:
             worker.do("rest", {}, "close")
             worker.kill()
         usual = {"given", "out", "tmp", DB, f"{DB}.cache", "boards"}
-        left = sorted(path.name for path in self.place.iterdir() if path.name not in usual)
+        names = {path.name for path in self.place.iterdir()} - usual
+        left = [n for n in sorted(names) if not n.lstrip(".").startswith((*self.cut,))]
         return faults + [f"left over: {name}" for name in left]
 
     def _no_synonyms(self) -> str:

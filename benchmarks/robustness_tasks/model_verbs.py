@@ -274,7 +274,16 @@ def _list(hand: Hand, given: Arguments) -> Any:
 def _show(hand: Hand, given: Arguments) -> Any:
     db, name = hand.db, given["name"]
     db.show(name)
-    for ask in (db.segments, db.activities, db.relations, db.provenance, db.clip, db.motion):
+    asks = (
+        db.segments,
+        db.activities,
+        db.relations,
+        db.provenance,
+        db.clip,
+        db.motion,
+        db.features,
+    )
+    for ask in asks:
         ask(name)
     db.duplicates()
     said = tuple((c.words, c.start, c.end) for c in db.captions(name))

@@ -127,7 +127,12 @@ function open(host: HTMLElement, context: Context): OpenView {
   const undo = toolbarButton("undo", "Undo the last change", () => void actions.undo());
   const duplicates = h(
     "button",
-    { class: "button plain", type: "button", on: { click: () => route({ duplicates: !wanted.duplicates }) } },
+    {
+      class: "button plain",
+      type: "button",
+      title: "List the captures that show the same motion",
+      on: { click: () => route({ duplicates: !wanted.duplicates }) },
+    },
     "Copies",
   );
   const asGrid = h(
