@@ -26,7 +26,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from motiondb.body.features import FEATURE_FPS, ROOT_WEIGHT, VELOCITY_SECONDS
 from motiondb.language.question.tree import LIMBS, SIDES
@@ -108,6 +107,8 @@ def furthest(speeds: FloatArray, direction: str, turns: bool = False) -> tuple[f
 
 def _along(speeds: FloatArray, axis: int) -> FloatArray:
     """Speed along an axis (0: left, 1: ahead), 0 where it is slower than across: (frames,)."""
+    from scipy.ndimage import uniform_filter1d  # a quarter of a second; other questions do without
+
     steady = np.abs(uniform_filter1d(speeds[:, :2], STEADY, axis=0, mode="nearest"))
     return np.where(steady[:, axis] > steady[:, 1 - axis], speeds[:, axis], 0.0)
 
