@@ -220,9 +220,12 @@ def main() -> None:
     options.add_argument("--out", type=Path, default=ROOT / "docs" / "page")
     chosen = options.parse_args()
     with opened_browser(chosen.db, learn_grammar) as (browser, address):
-        {"board": board, "views": views, "real": real_views}[chosen.what](
-            browser, address, chosen.out, chosen.only
-        )
+        if chosen.what == "board":
+            board(browser, address, chosen.out, chosen.only)
+        elif chosen.what == "views":
+            views(browser, address, chosen.out, chosen.only)
+        else:
+            real_views(browser, address, chosen.out, chosen.only)
 
 
 if __name__ == "__main__":

@@ -30,6 +30,11 @@ class Ended:
 Command = Callable[..., Ended]
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the longest files, so that no process waits for the last of them."""
+    items.sort(key=lambda item: item.path.parent != Path(__file__).parent)
+
+
 @pytest.fixture(autouse=True)
 def unprotected() -> None:
     """A command that a test ran in this process may have protected the files of others."""

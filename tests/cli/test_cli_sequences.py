@@ -61,7 +61,7 @@ def test_sentences_follow_one_another_for_a_wanted_time(command: Any, copy: Path
 def test_nothing_is_kept_where_a_file_cannot_be_written(command: Any, copy: Path) -> None:
     words = ("grammar", "generate", "fight", "-o", "x.bvh", "--save", "new/fight", "--db", copy)
     ended = command(*words, "--png", "nowhere/x.png")
-    assert (ended.code, "nowhere/x.png" in ended.err) == (1, True), ended.err
+    assert (ended.code, "nowhere/x.png" in ended.err) == (2, True), ended.err
     with motiondb.open(copy) as db:
         assert len(db.captures()) == 2
 

@@ -19,6 +19,7 @@ from motiondb.errors import QueryError
 from motiondb.language.question.heads import verbs_in
 from motiondb.language.question.readings import readings, say
 from motiondb.meaning import by_question
+from motiondb.meaning.word_evidence import WRITTEN
 from motiondb.search import reasons
 from motiondb.search.placing import is_order
 
@@ -48,7 +49,10 @@ def test_reasons_of_any_question_sum_to_what_ranks(asked: MotionDB, question: st
         hit = by_question.search_take(take, read, number, verbs_in(question))
         assert hit is not None
         assert math.isclose(reasons.total(why), hit.log_odds, rel_tol=1e-9, abs_tol=1e-9)
-    totals = [reasons.total(why) for why in answer.reasons]
+    totals = [  # what the motion contradicts counts as much as a caption
+        reasons.total(why) - WRITTEN * bool(match.contradicted)
+        for match, why in zip(answer.matches, answer.reasons)
+    ]
     if len(read) == 1 and is_order(read[0]):  # answers that are probable and in order come first
         n_first = sum((match.probability or 0.0) >= 0.5 for match in answer.matches)
         assert totals[:n_first] == sorted(totals[:n_first], reverse=True)
