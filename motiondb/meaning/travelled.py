@@ -41,10 +41,13 @@ LEAST = {
     "around": 2.1,
 }
 """Direction -> least amount, in the units of the table."""
-TURNS = frozenset(("turn", "spin", "rotate", "pivot", "twirl", "whirl"))  # Words for turning
+TURNS = frozenset(
+    ("turn", "spin", "rotate", "pivot", "pirouette", "twirl", "whirl")
+)  # Words for turning
 _TRAVELS_TEXT = """
 walk run jog sprint dash step stride stroll march sneak tiptoe limp stagger stumble shuffle wander
-pace trot gallop skip hop jump leap crawl creep move go travel slide dribble sidestep
+pace trot gallop skip hop jump leap crawl creep move go travel slide dribble sidestep amble saunter
+mosey hike stalk
 """
 TRAVELS = frozenset(_TRAVELS_TEXT.split())
 """Words for travelling over the ground. Other actions have directions that are not travelled: a

@@ -212,7 +212,7 @@ def search_words(
     verbs = verbs_in(text, learned.synonyms, learned.lemmas)
     asked = without_words_apart(asked, read, verbs)
     is_order = features is not None and len(read) == 1 and placing.is_order(read[0])
-    measures = features is not None and any(is_measured(each, only) for each in read)
+    measures = features is not None and len(read) == 1 and is_measured(read[0], only)
     is_checked = is_order or measures
     n_judged = MEASURED if measures else ORDERS_LOOKED_AT if is_order else LOOKED_AT
     find_them = partial(
@@ -303,7 +303,7 @@ def _place(
     if features is None:
         return placing.sure_of_whole(placing.Placed(places), length)
     placed = placing.refine_places(asked, capture, reading, places, features, written)
-    if is_measured(reading, only):
+    if len(read) == 1 and is_measured(reading, only):
         placed = compare_with_motion(asked, capture, reading, placed, features, written, only)
     return placing.sure_of_whole(placed, length)
 

@@ -11,7 +11,8 @@ Words alone hardly tell them: captions rarely say which way, or which hand. Thre
 
 A word that a caption of the capture says of the same action is believed, unless the take goes in
 the direction only where the action cannot be, before or after other actions of the question. In a
-question of one action, words that no caption of the database holds are measured too.
+question of one action, requested words that no caption of the database holds are measured too.
+Alternatives are not measured.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from numpy.typing import NDArray
 from motiondb.body.features import FEATURE_STEP
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import KnownQuestion, Part, Reading
-from motiondb.language.question.tree import Action
+from motiondb.language.question.tree import LIMBS, SIDES, Action
 from motiondb.language.vocabulary import MODIFIERS
 from motiondb.learn.learned import Learned
 from motiondb.meaning.edge_map import HALF, averaged
@@ -74,7 +75,9 @@ def is_measured(reading: Reading, only: tuple[str, ...] = ()) -> bool:
     """Whether a reading, or the only action of a question, names what is measured."""
     asked = [action for part in reading.parts for action in actions_of_part(part, only)]
     excluded = [action for each in reading.exclusions for action in each.actions]
-    without = [(*a, *e) for a, e in product(asked, excluded) if MODIFIERS.issuperset(e)]
+    without = [
+        _excluded_words(a, e) for a, e in product(asked, excluded) if MODIFIERS.issuperset(e)
+    ]
     return any(map(measured_words, [*asked, *without]))
 
 
@@ -100,7 +103,7 @@ def compare_with_motion(
     frames, places, contradicted = features(capture), list(placed.parts), list[str]()
     for k, part in enumerate(reading.parts):
         room = slice(
-            places[k - 1].end // FEATURE_STEP if k else 0,
+            -(-places[k - 1].end // FEATURE_STEP) if k else 0,
             places[k + 1].start // FEATURE_STEP if k + 1 < len(places) else len(frames),
         )
         for action in actions_of_part(part, only):
@@ -109,13 +112,18 @@ def compare_with_motion(
             shown = np.zeros((2, len(frames)), dtype=bool)
             shown[0, room] = _frames_that_show(asked, capture, action, places[k], features)[room]
             shown[1, room] = True
-            against, places[k] = _compare_action(frames, action, believed, places[k], shown)
+            against, place = _compare_action(frames, action, believed, places[k], shown)
+            alone = len(part.actions) == 1 and len(directions_to_measure(action)) == 1
+            # of several directions, one place would have to show all
+            if not alone and (place.start, place.end) != (places[k].start, places[k].end):
+                place = replace(place, start=places[k].start, end=places[k].end, right=None)
+            places[k] = place
             contradicted += against
     for exclusion in reading.exclusions:
         for k in range(exclusion.first, exclusion.last):
             inside = frames[_inside(places[k])]
             for action, excluded in product(reading.parts[k].actions, exclusion.actions):
-                if MODIFIERS.issuperset(excluded):
+                if MODIFIERS.issuperset(excluded) and not places[k].unknown:
                     contradicted += _done_though_excluded(inside, action, excluded)
     return replace(placed, parts=tuple(places), contradicted=tuple(dict.fromkeys(contradicted)))
 
@@ -147,15 +155,28 @@ def _compare_action(
     return against, replace(place, probability=None, right=None) if against else place
 
 
+def _excluded_words(action: Sequence[str], excluded: Sequence[str]) -> tuple[str, ...]:
+    """The words of "wave the hand, but not the left" that exclude something, as one action.
+
+    >>> _excluded_words(("wave", "right", "hand"), ("left",))
+    ('wave', 'left', 'hand')
+    >>> _excluded_words(("walk", "left"), ("backward",))
+    ('walk', 'backward')
+    """
+    verbs = [word for word in action if word not in MODIFIERS]
+    limbs = [word for word in action if word in LIMBS]
+    return (*verbs, *excluded, *(limbs[:1] if excluded[-1] in SIDES else ()))
+
+
 def _done_though_excluded(
     frames: Float32Array, action: Sequence[str], excluded: Sequence[str]
 ) -> list[str]:
     """What of "walk, but not backward" the frames clearly show; `frames` (frames, 130)."""
-    words, turns = (*action, *excluded), not TURNS.isdisjoint(action)
+    words, turns = _excluded_words(action, excluded), not TURNS.isdisjoint(action)
     gone = [
         direction
         for direction in directions_to_measure(words)
-        if direction in excluded and furthest(speeds_of(frames), direction, turns)[0] >= CLEARLY
+        if furthest(speeds_of(frames), direction, turns)[0] >= CLEARLY
     ]
     moved = [
         f"{side} {limb}"

@@ -1,14 +1,16 @@
 """Captions as evidence for an action of several words, which one action of theirs must hold.
 
 Example: "stand on one leg" asks for the action (stand, leg). The caption "stand up, swing legs"
-holds both words, but of two actions. So only "stand", the head, counts as written there, and "leg"
-as neither written nor missing.
+holds both words, but of two actions. So only "stand", the head, counts as written there; "leg" adds
+nothing.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
+
+import numpy as np
 
 from motiondb.language.question.heads import heads_of
 from motiondb.language.question.readings import Reading
@@ -50,8 +52,8 @@ def without_words_apart(
             for word in words_apart(action, heads_of(action, verbs), captions)
         }
         if apart:
-            said = said.copy()
-            said[:, sorted(apart)] = 0.0
+            said, columns = said.copy(), sorted(apart)
+            said[:, columns] = np.minimum(said[:, columns], 0.0)
         return said
 
     heard = TakeEvidence(
