@@ -142,6 +142,8 @@ class Store:
                     self._turn.notify_all()
             if time.monotonic() > deadline:
                 return
+            if not self._is_marked:  # an answer of this thread is still open
+                time.sleep(_PAUSE)
 
     def stand_in_for_log(self) -> None:
         """See to it that a kill during the next commit is not taken for the loss of the log."""
