@@ -15,7 +15,8 @@ Source: D. E. Knuth, "On the Translation of Languages from Left to Right", Infor
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.context_free import Grammar, nullable_symbols
@@ -178,7 +179,18 @@ def _conflicts(
     building: _Building, states: Iterable[tuple[_State, tuple[str, ...]]]
 ) -> tuple[Conflict, ...]:
     """Return every conflict once, with the shortest prefix that leads to it."""
-    conflicts: dict[tuple[str, tuple[int, ...]], Conflict] = {}
+    found: dict[tuple[str, tuple[int, ...]], Conflict] = {}
+    names = cache(building.names)  # a large grammar has a million conflicts at few sets
+
+    def tell(kind: str, rules: tuple[int, ...], ahead: int, prefix: tuple[str, ...]) -> None:
+        numbers = tuple(sorted({*rules} - {_AUGMENTED}))
+        known = found.get((kind, numbers))
+        if known is None:
+            found[kind, numbers] = Conflict(kind, names(ahead), numbers, prefix)
+        elif set(names(ahead)) - set(known.lookaheads):
+            lookaheads = dict.fromkeys((*known.lookaheads, *names(ahead)))
+            found[kind, numbers] = replace(known, lookaheads=tuple(lookaheads))
+
     for state, prefix in states:
         shifts: dict[str, list[int]] = {}
         reductions: list[tuple[int, int]] = []
@@ -191,24 +203,8 @@ def _conflicts(
         for at, (rule, ahead) in enumerate(reductions):
             for symbol, rules in shifts.items():
                 if building.bit[symbol] & ahead:
-                    _add(conflicts, "shift-reduce", (symbol,), {rule, *rules}, prefix)
+                    tell("shift-reduce", (rule, *rules), building.bit[symbol], prefix)
             for other, other_ahead in reductions[at + 1 :]:
-                common = building.names(ahead & other_ahead)
-                if common:
-                    _add(conflicts, "reduce-reduce", common, {rule, other}, prefix)
-    return tuple(conflicts.values())
-
-
-def _add(
-    conflicts: dict[tuple[str, tuple[int, ...]], Conflict],
-    kind: str,
-    lookaheads: tuple[str, ...],
-    rules: set[int],
-    prefix: tuple[str, ...],
-) -> None:
-    numbers = tuple(sorted(rules - {_AUGMENTED}))
-    known = conflicts.get((kind, numbers))
-    if known is not None:
-        lookaheads = tuple(dict.fromkeys((*known.lookaheads, *lookaheads)))
-        prefix = known.prefix
-    conflicts[kind, numbers] = Conflict(kind, lookaheads, numbers, prefix)
+                if ahead & other_ahead:
+                    tell("reduce-reduce", (rule, other), ahead & other_ahead, prefix)
+    return tuple(found.values())
