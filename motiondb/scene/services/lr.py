@@ -181,30 +181,40 @@ def _conflicts(
     """Return every conflict once, with the shortest prefix that leads to it."""
     found: dict[tuple[str, tuple[int, ...]], Conflict] = {}
     names = cache(building.names)  # a large grammar has a million conflicts at few sets
-
-    def tell(kind: str, rules: tuple[int, ...], ahead: int, prefix: tuple[str, ...]) -> None:
-        numbers = tuple(sorted({*rules} - {_AUGMENTED}))
-        known = found.get((kind, numbers))
-        if known is None:
-            found[kind, numbers] = Conflict(kind, names(ahead), numbers, prefix)
-        elif set(names(ahead)) - set(known.lookaheads):
-            lookaheads = dict.fromkeys((*known.lookaheads, *names(ahead)))
-            found[kind, numbers] = replace(known, lookaheads=tuple(lookaheads))
-
     for state, prefix in states:
-        shifts: dict[str, list[int]] = {}
-        reductions: list[tuple[int, int]] = []
-        for core, ahead in state.items():
-            symbol = building.next_symbol(core)
-            if symbol is None:
-                reductions.append((core[0], ahead))
-            elif not building.grammar.is_nonterminal(symbol):
-                shifts.setdefault(symbol, []).append(core[0])
+        shifts, reductions = _actions(building, state)
         for at, (rule, ahead) in enumerate(reductions):
             for symbol, rules in shifts.items():
                 if building.bit[symbol] & ahead:
-                    tell("shift-reduce", (rule, *rules), building.bit[symbol], prefix)
+                    _add(found, Conflict("shift-reduce", (symbol,), (rule, *rules), prefix))
             for other, other_ahead in reductions[at + 1 :]:
                 if ahead & other_ahead:
-                    tell("reduce-reduce", (rule, other), ahead & other_ahead, prefix)
+                    common = names(ahead & other_ahead)
+                    _add(found, Conflict("reduce-reduce", common, (rule, other), prefix))
     return tuple(found.values())
+
+
+def _actions(
+    building: _Building, state: _State
+) -> tuple[dict[str, list[int]], list[tuple[int, int]]]:
+    """Return the rules that shift, by terminal, and those that reduce, with their lookaheads."""
+    shifts: dict[str, list[int]] = {}
+    reductions: list[tuple[int, int]] = []
+    for core, ahead in state.items():
+        symbol = building.next_symbol(core)
+        if symbol is None:
+            reductions.append((core[0], ahead))
+        elif not building.grammar.is_nonterminal(symbol):
+            shifts.setdefault(symbol, []).append(core[0])
+    return shifts, reductions
+
+
+def _add(found: dict[tuple[str, tuple[int, ...]], Conflict], new: Conflict) -> None:
+    """Keep a conflict, or its lookaheads with the same conflict of an earlier state."""
+    numbers = tuple(sorted({*new.rules} - {_AUGMENTED}))
+    known = found.get((new.kind, numbers))
+    if known is None:
+        found[new.kind, numbers] = Conflict(new.kind, new.lookaheads, numbers, new.prefix)
+    elif known.lookaheads != new.lookaheads:
+        lookaheads = dict.fromkeys((*known.lookaheads, *new.lookaheads))
+        found[new.kind, numbers] = replace(known, lookaheads=tuple(lookaheads))
