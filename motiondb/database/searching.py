@@ -19,6 +19,7 @@ from motiondb.records import Match, Motion
 from motiondb.search.asked_words import find_written, learned_words, with_replaced, written_words_of
 from motiondb.search.by_words import WordAnswer, search_words, with_takings, without_chances
 from motiondb.search.chances import word_sources
+from motiondb.search.measured_answers import without_measured_words
 from motiondb.search.reasons import ExplainedWord
 from motiondb.search.takings import (
     Taking,
@@ -65,6 +66,7 @@ def search(
         if by_symbols:
             asked = learned_words(with_likeliest(learned, takings))
         else:
+            takings = without_measured_words(learned, words, takings)
             asked = with_replaced(asked, takings)
         answer = search_words(
             asked,

@@ -36,6 +36,7 @@ from motiondb.language.translation import decoding
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import decode
 from motiondb.meaning import word_evidence
+from motiondb.meaning.travelled import say_direction
 from motiondb.meaning.word_evidence import WRITTEN
 from motiondb.records import MOTION_FPS, Match, MatchPart
 from motiondb.search import placing, reasons
@@ -155,7 +156,8 @@ class WordAnswer:
     def understood(self) -> str:
         """How the question is understood; words that are taken say so."""
         known = with_notation(self.question.understood, self.taken)
-        return f"{known}; measured: {', '.join(self.measured)}" if self.measured else known
+        measured = ", ".join(map(say_direction, self.measured))
+        return f"{known}; measured: {measured}" if measured else known
 
     @property
     def not_understood(self) -> str:
@@ -201,6 +203,7 @@ def search_words(
         raise QueryError("search: expected words, found an empty question. Say what to look for.")
     question = understand(learned, unquote(text), asked.added)
     only = () if features is None or by_symbols else only_action(unquote(text), learned)
+    only = tuple(map(asked.likeliest, only))
     measured = tuple(sorted(measured_words(only) & question.unknown.keys()))
     question = without_measured(question, measured)
     words = list(dict.fromkeys(w for a in actions_of(question.tree) for w in a.all_words))
@@ -212,7 +215,7 @@ def search_words(
     verbs = verbs_in(text, learned.synonyms, learned.lemmas)
     asked = without_words_apart(asked, read, verbs)
     is_order = features is not None and len(read) == 1 and placing.is_order(read[0])
-    measures = features is not None and len(read) == 1 and is_measured(read[0], only)
+    measures = features is not None and len(read) == 1 and is_measured(asked, read[0], only)
     is_checked = is_order or measures
     n_judged = MEASURED if measures else ORDERS_LOOKED_AT if is_order else LOOKED_AT
     find_them = partial(
@@ -303,7 +306,7 @@ def _place(
     if features is None:
         return placing.sure_of_whole(placing.Placed(places), length)
     placed = placing.refine_places(asked, capture, reading, places, features, written)
-    if len(read) == 1 and is_measured(reading, only):
+    if len(read) == 1 and is_measured(asked, reading, only):
         placed = compare_with_motion(asked, capture, reading, placed, features, written, only)
     return placing.sure_of_whole(placed, length)
 
