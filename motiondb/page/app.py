@@ -81,7 +81,7 @@ _STATUSES = {
     422: "A parameter is missing or of another type.",
     500: "A fault of the program.",
     503: "Another process holds the database.",
-    507: "There is no room on a disk.",
+    507: "There is no room on a disk, or in memory.",
 }  # Description of each HTTP status of errors, for OpenAPI
 
 
@@ -116,6 +116,13 @@ def _error_handlers(application: FastAPI, folder: Path) -> None:
         )
         return error_answer("FullError", message, 507)
 
+    async def short(_request: Request, _error: MemoryError) -> Response:
+        message = (
+            "request: expected enough memory, found that it ran out. Close other programs, or give "
+            "the server more (ulimit -v)."
+        )
+        return error_answer("FullError", message, 507)
+
     async def broken(_request: Request, error: Exception) -> Response:
         # the guard adds no headers here: this answer is made outside of it
         fault = type(error).__name__
@@ -126,6 +133,7 @@ def _error_handlers(application: FastAPI, folder: Path) -> None:
 
     application.add_exception_handler(Exception, broken)
     application.add_exception_handler(OSError, cast(Handler, full))
+    application.add_exception_handler(MemoryError, cast(Handler, short))
     application.add_exception_handler(MotionDBError, cast(Handler, refused))
     application.add_exception_handler(RequestValidationError, cast(Handler, malformed))
     application.add_exception_handler(HTTPException, cast(Handler, failed))
