@@ -440,9 +440,7 @@ def _with_notation(one: JudgedAction, takings: Mapping[str, Taking]) -> JudgedAc
     if one.shown is not True:
         return replace(one, words=words)
     why = "; ".join(taking.sentence() for taking in told)
-    share = math.prod(taking.probability for taking in told)
-    sure = None if one.probability is None else share * one.probability
-    return replace(one, words=words, shown=None, probability=sure, reason=why)
+    return replace(one, words=words, shown=None, probability=None, reason=why)
 
 
 def _verdict(one: JudgedAction) -> ActionVerdict:
