@@ -6,6 +6,7 @@ import errno
 import os
 import signal
 import sys
+from contextlib import suppress
 from contextvars import copy_context
 from typing import Annotated, NoReturn
 
@@ -96,7 +97,21 @@ _MEMORY = "Out of Memory", "failed to map segment", "can't start new thread", "a
 """What libraries say where Python would raise a MemoryError."""
 
 
+_LEAST_MEMORY = 1_000_000_000
+"""Bytes of address space below which libraries were seen to end without a word (SIGSEGV)."""
+
+
 def _run() -> int:
+    with suppress(ImportError):  # Windows
+        import resource
+
+        limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+        if limit != resource.RLIM_INFINITY and limit < _LEAST_MEMORY:
+            printing.warn(
+                f"error: memory: expected a limit of at least {_LEAST_MEMORY / 1e6:,.0f} MB, found "
+                f"{limit / 1e6:,.0f} MB. Allow more (ulimit -v)."
+            )
+            return 1
     from motiondb import MotionDBError, NotLearnedError, QueryError
 
     try:

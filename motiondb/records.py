@@ -419,8 +419,8 @@ class Match:
         For actions in order: whether the capture is seen to show them in this order; None if the
         question asks for no order, or the motion does not tell.
     contradicted : tuple of str
-        What was measured in the motion against the question: "not backward", "not left hand"; or
-        "backward" where the question excludes it.
+        What was measured in the motion against the question, such as "does not go backward",
+        "moves the right hand, not the left", "turns left, which is excluded".
     """
 
     rank: int

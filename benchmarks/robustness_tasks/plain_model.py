@@ -48,11 +48,22 @@ def futures(world: World, steps: Sequence[Step], undisturbed: bool) -> Iterator[
     `undisturbed`: whether a refusal that the model does not foresee is a fault.
     """
     steps = [part for step in steps for part in _by_file(step)]
-    for order in permutations(steps):
-        for happened in product(*((False, True) if s.ended == UNKNOWN else (None,) for s in order)):
-            later = world.copy()
-            if all(_allows(later, s, h, undisturbed) for s, h in zip(order, happened)):
-                yield later
+    for meant in product(*(_meanings(world, step, len(steps) > 1) for step in steps)):
+        for order in permutations(meant):
+            ends = ((False, True) if step.ended == UNKNOWN else (None,) for step in order)
+            for happened in product(*ends):
+                later = world.copy()
+                if all(_allows(later, s, h, undisturbed) for s, h in zip(order, happened)):
+                    yield later
+
+
+def _meanings(world: World, step: Step, at_once: bool) -> list[Step]:
+    """What a step may mean: changes may be counted back before the other step, or after it."""
+    back = step.arguments["back"] if step.verb == "undo" and at_once else 0
+    if not back or len(world.history) < back:
+        return [step]
+    change = world.history[-back].serial
+    return [step, replace(step, arguments={**step.arguments, "change": change})]
 
 
 def _by_file(step: Step) -> list[Step]:
@@ -173,6 +184,8 @@ def _undo(world: World, given: Arguments, by: str) -> None:
             undone.add(change.undoes)
     if by == "server":
         wanted = {world.edits.pop()} if world.edits else set()
+    elif "change" in given:
+        wanted = {given["change"]}
     elif given["back"]:
         wanted = {change.serial for change in world.history[-given["back"] :][:1]}
         wanted = wanted if len(world.history) >= given["back"] else set()

@@ -40,6 +40,8 @@ REQUIRED = (
     "r_elbow",
 )
 """Roles that a skeleton must have; all others can be estimated from these."""
+_TRUNK = ("spine", "chest", "neck")
+_LEG, _ARM = ("hip", "knee", "ankle", "toe"), ("collar", "shoulder", "elbow", "wrist")
 _PREFIX = re.compile(
     r"^(mixamorig\d*|character\d*_|neo_|cc_base_|bip\d+|joint_|m_avg_|f_avg_|def[-_]|org[-_])"
 )
@@ -405,6 +407,45 @@ def joint_map(skeleton: Skeleton, user_map: Mapping[str, str] | None = None) -> 
             "motiondb joints proposes one."
         )
     return chosen
+
+
+_LIMBS = {
+    **{f"{side}_{part}": ("leg", side, n) for side in "lr" for n, part in enumerate(_LEG)},
+    **{f"{side}_{part}": ("arm", side, n) for side in "lr" for n, part in enumerate(_ARM)},
+    **{part: ("trunk", "", n) for n, part in enumerate(_TRUNK)},
+    "head": ("head", "", 0),
+}  # Role -> part of the body, side, place within the part
+
+
+def crossed_names(skeleton: Skeleton, roles: Mapping[str, int]) -> tuple[str, ...]:
+    """Note a joint that hangs from one that no body has above it, such as a hand from a knee.
+
+    Two joints with each other's names are read without any other sign: the positions of the
+    skeleton are right, only the body that is made of them is not. Skeletons that do not connect
+    their joints at all are no contradiction.
+
+    >>> names = ("hips", "spine", "neck", "l_knee", "l_hip")
+    >>> skeleton = Skeleton(names, np.array([-1, 0, 1, 0, 3]), np.zeros((5, 3)))
+    >>> crossed_names(skeleton, {"l_hip": 4, "l_knee": 3})[0][:58]
+    'l_hip (l_hip) hangs from l_knee (l_knee), as in no body: c'
+    """
+    joints = {r: j if j >= 0 else skeleton.end_sites[-1 - j][0] for r, j in roles.items()}
+    of_joint = {joint: role for role, joint in joints.items() if roles[role] >= 0}
+    for role, joint in joints.items():
+        limb, side, number = _LIMBS.get(role, ("trunk", "", 0))
+        above = int(skeleton.parents[joint]) if roles[role] >= 0 else joint
+        while above >= 0:
+            other = of_joint.get(above, "")
+            above_limb, above_side, above_number = _LIMBS.get(other, ("trunk", "", -1))
+            same = (limb, side) == (above_limb, above_side)
+            if above_number >= number if same else above_limb != "trunk":
+                return (
+                    f"{role} ({skeleton.names[joint]}) hangs from {other} "
+                    f"({skeleton.names[above]}), as in no body: compare the names of the joints "
+                    "with the motion, or name them with --joint-map",
+                )
+            above = int(skeleton.parents[above])
+    return ()
 
 
 def _read_user_map(

@@ -12,11 +12,12 @@ head, hands and feet about their own bone, and shrugs along the bone.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from motiondb.body import body, cleaning, kinematics, rotation
-from motiondb.body.joint_names import joint_map
+from motiondb.body.joint_names import crossed_names, joint_map
 from motiondb.errors import ImplausibleError, SkeletonError
 from motiondb.records import MOTION_FPS, Clip, FloatArray, Motion, Skeleton
 
@@ -59,7 +60,9 @@ def to_motion(
                 f"motion: expected the motion of a person, found {reason}. Check the frame rate "
                 "(--fps) and the unit (--unit), or pass --keep-implausible."
             )
-    return motion_from_positions(keypoints, clip.fps)
+    motion = motion_from_positions(keypoints, clip.fps)
+    crossed = crossed_names(clip.skeleton, joint_map(clip.skeleton, user_map))
+    return replace(motion, notes=crossed + motion.notes)
 
 
 def motion_from_positions(keypoints: FloatArray, fps: float) -> Motion:

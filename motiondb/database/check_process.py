@@ -37,7 +37,7 @@ def check_file(path: str | Path, *, wait: float = 0.0, quick: bool = False) -> l
     Raises
     ------
     StoreError
-        The file cannot be opened; the message says why, and what to do.
+        The file cannot be opened, or memory ran out; the message says why, and what to do.
     """
     path = Path(path)
     parent = [str(os.getpid()), str(int(is_main_thread()))]
@@ -56,11 +56,15 @@ def check_file(path: str | Path, *, wait: float = 0.0, quick: bool = False) -> l
         try:
             answer = json.loads(ended.stdout)
         except ValueError:
+            if "MemoryError" in ended.stderr or _is_memory_limited():
+                raise _unknown(path) from None
             last = (ended.stderr.strip().splitlines() or ["nothing"])[-1]
             return [_damage(path, f"that reading it fails ({last}).")]
         if answer["error"]:
             raise StoreError(answer["error"])
         return [str(fault) for fault in answer["faults"]]
+    if _is_memory_limited():  # libraries end the program where they get no memory
+        raise _unknown(path)
     name = signal.Signals(-ended.returncode).name
     return [_damage(path, f"that reading it ends the program ({name}).")]
 
@@ -69,6 +73,23 @@ def _damage(path: Path, found: str) -> str:
     from motiondb import store
 
     return store.damage_sentence(path, found)
+
+
+def _is_memory_limited() -> bool:
+    """Whether the system limits the memory of this process, as ``ulimit -v`` does."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return False
+    return resource.getrlimit(resource.RLIMIT_AS)[0] != resource.RLIM_INFINITY
+
+
+def _unknown(path: Path) -> StoreError:
+    """The error for a file of which nothing is known, because memory ran out."""
+    return StoreError(
+        f"{path}: expected enough memory to check it, found that it ran out. Whether the file is "
+        "sound is not known: allow more memory (ulimit -v), and check again."
+    )
 
 
 def _answer(path: Path, wait: float, quick: bool) -> dict[str, object]:
@@ -82,6 +103,8 @@ def _answer(path: Path, wait: float, quick: bool) -> dict[str, object]:
             from motiondb.database.checking import check
 
             return {"error": None, "faults": check(opened)}
+    except MemoryError:
+        return {"error": str(_unknown(path)), "faults": []}
     except StoreError as error:
         return {"error": str(error), "faults": []}
 

@@ -225,6 +225,7 @@ class Cluster:
         from concurrent.futures import CancelledError
 
         from distributed import KilledWorker
+        from distributed.comm import CommClosedError
 
         for _ in range(_ATTEMPTS):
             try:
@@ -241,7 +242,7 @@ class Cluster:
                     f"the same piece of work ({_first_line(error)}). Look at their logs; give them "
                     "more memory."
                 ) from None
-            except CancelledError as error:  # lost with its worker, or with the scheduler
+            except (CancelledError, CommClosedError) as error:  # lost with worker or scheduler
                 self._check_there(error)
                 future = self._submit(job, piece)
         raise self._gone("results were lost again and again")

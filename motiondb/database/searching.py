@@ -19,13 +19,16 @@ from motiondb.records import Match, Motion
 from motiondb.search.asked_words import find_written, learned_words, with_replaced, written_words_of
 from motiondb.search.by_words import WordAnswer, search_words, with_takings, without_chances
 from motiondb.search.chances import word_sources
+from motiondb.search.measured_answers import without_measured_words
 from motiondb.search.reasons import ExplainedWord
 from motiondb.search.takings import (
     Taking,
     leave_unknown,
+    near_words,
     not_understood,
     unknown_words,
     with_likeliest,
+    with_near,
     write_otherwise,
 )
 
@@ -65,17 +68,27 @@ def search(
         if by_symbols:
             asked = learned_words(with_likeliest(learned, takings))
         else:
+            takings = without_measured_words(learned, words, takings)
             asked = with_replaced(asked, takings)
-        answer = search_words(
-            asked,
-            words,
-            allowed,
-            limit,
-            by_symbols,
-            written,
-            lambda capture: session.features.of_capture(capture),  # loaded only if needed
-        )
-        answer = with_takings(answer, takings)
+
+        def ask_for(text: str) -> WordAnswer:
+            found = search_words(
+                asked,
+                text,
+                allowed,
+                limit,
+                by_symbols,
+                written,
+                lambda capture: session.features.of_capture(capture),  # loaded only if needed
+            )
+            return with_takings(found, takings)
+
+        answer = ask_for(words)
+        if answer.nothing and answer.matches and not (exact or by_symbols):
+            near = near_words(learned, words, table)
+            instead = ask_for(with_near(learned, words, near)) if near else answer
+            if not instead.nothing:
+                answer = without_chances(instead, near=near)
         behind = [word for taking in answer.taken.values() for word in taking.heard]
         sources = (*answer.sources, *word_sources(learned, behind))
         question = replace(answer.question, text=text)

@@ -24,10 +24,10 @@ captures of a performer, or RARE where that is more. So a bar, a motorcycle, a d
 somersault is used for a plain word only where no plain capture shows it, and the standing before a
 jump is not used as the jump.
 
-Words of direction ("sit down") may be said by no caption. They are left out of the words and kept
-as directions, which are measured in the motion (:mod:`motiondb.generate.direction`). A direction
-that nearly all captions say with the action belongs to it: where they say "stand up", "stand" goes
-up.
+Words of direction ("sit down") and sides of limbs may be said by no caption. They are left out of
+the words and kept as what is measured in the motion (:mod:`motiondb.generate.direction`). A
+direction that nearly all captions say with the action belongs to it: where they say "stand up",
+"stand" goes up.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from motiondb.generate.competing_words import (
     neighbour_gains,
     rival_gain,
 )
-from motiondb.generate.direction import ACTIONS, FULL, directions_of
+from motiondb.generate.direction import VERTICAL, directions_of
 from motiondb.generate.sentence_plan import PlannedAction
 from motiondb.language.question.heads import heads_of
 from motiondb.language.question.tree import LIMBS, SIDES, NotUsed
@@ -67,6 +67,8 @@ SPEED_SAID = 1.0  # Gain of a capture whose caption says the speed asked for
 USUAL = 0.7
 """Share of the captures of an action whose captions say a direction with it, from which on the
 direction belongs to it."""
+USUAL_DIRECTIONS = (*VERTICAL, "forward", "backward", "sideways", "left", "right")
+"""Directions that may belong to an action; "bend back" goes nowhere."""
 MOST_WORDS = 8  # Words of an action of which all parts are tried; further ones are left out
 DIRECTIONS = SIDES | {
     "up",
@@ -124,8 +126,9 @@ class ActionSources:
     action: PlannedAction
     sources: tuple[Source, ...]  # At least one, unless nothing shows the action
     not_used: tuple[NotUsed, ...] = ()  # Words that were left out
-    # Measured words of the action as it was asked for, or the directions that belong to it
+    # What is measured of the action as it was asked for, or the directions that belong to it
     directions: tuple[str, ...] = ()
+    is_usual: bool = False  # Whether these belong to the action, and were not asked for
 
 
 def find_sources(learned: Learned, action: PlannedAction, verbs: Collection[str]) -> ActionSources:
@@ -152,15 +155,14 @@ def find_sources(learned: Learned, action: PlannedAction, verbs: Collection[str]
     words = _numbers(learned, action.words)
     sources_found = _against_rivals(learned, _with_rarity(learned, sources_found), words)
     sources = tuple(_with_distance(learned, sources_found))
-    directions = directions or usual_directions(learned.word_numbers, sources)
-    return ActionSources(action, sources, tuple(left_out), directions)
+    usual = () if directions else usual_directions(learned.word_numbers, sources)
+    return ActionSources(action, sources, tuple(left_out), directions or usual, bool(usual))
 
 
 def usual_directions(word_numbers: Mapping[str, int], sources: Sequence[Source]) -> tuple[str, ...]:
     """Directions that at least ``USUAL`` of the sources say in one action with the asked words."""
     fewest = max(USUAL * len(sources), 1.0)
-    directions = set(FULL) - {*ACTIONS, "back", "around"}  # "bend back" goes nowhere
-    numbers = {d: word_numbers.get(d, -1) for d in sorted(directions)}
+    numbers = {d: word_numbers.get(d, -1) for d in USUAL_DIRECTIONS}
     said = {d: sum(number in s.beside for s in sources) for d, number in numbers.items()}
     return tuple(d for d, count in said.items() if count >= fewest)
 

@@ -1,17 +1,15 @@
-"""Words that are measured: whether a motion moves in a direction, turns, starts, stops or jumps.
+"""What is measured in a motion: directions, sides of limbs, turns, starts, stops and jumps.
 
-In the frame of the heading (x left, y up, z ahead):
+Directions of travel and of turns ("backward", "turn left", "in place") are measured as in a search
+(:mod:`motiondb.meaning.travelled`), and so is the limb that moves ("left hand",
+:mod:`motiondb.meaning.limb_sides`). Their full amount is a clear one there, half of it the least
+amount. Besides:
 
 ===============  ============================================  =====================
 words            measured                                      full amount
 ===============  ============================================  =====================
 up, down         lasting change of the height of the pelvis    0.15 m
-left, right      turning to the left or right                  0.7 rad (40 degrees)
-forward          way ahead                                     0.5 m
-backward, back   way back                                      0.3 m
-sideways         way to either side                            0.4 m
 turn             turning to either side                        0.7 rad (40 degrees)
-turn around      turning to either side                        2.5 rad (143 degrees)
 spin, pirouette  turning to either side                        4.7 rad (270 degrees)
 stop             loss of speed along the ground, up to MOVING  0.5 m/s
 start            gain of speed along the ground, up to MOVING  0.5 m/s
@@ -34,18 +32,28 @@ from scipy.ndimage import median_filter, uniform_filter1d
 
 from motiondb.generate.occurrences import LASTING, aloft, find_occurrences
 from motiondb.language.question.tree import LIMBS, SIDES
+from motiondb.language.vocabulary import IN_PLACE, as_said
+from motiondb.meaning import travelled
+from motiondb.meaning.limb_sides import (
+    LEGS,
+    limbs_to_measure,
+    say_other_limb,
+    side_amount,
+)
+from motiondb.meaning.travelled import (
+    CLEARLY,
+    directions_to_measure,
+    furthest,
+    largest_part,
+    say_not_gone,
+    share_of_full,
+    ways,
+)
 from motiondb.records import MOTION_FPS, FloatArray
 
 FULL = {
     "up": 0.15,
     "down": 0.15,
-    "left": 0.7,
-    "right": 0.7,
-    "forward": 0.5,
-    "backward": 0.3,
-    "back": 0.3,
-    "sideways": 0.4,
-    "around": 2.5,
     "turn": 0.7,
     "spin": 4.7,
     "pirouette": 4.7,
@@ -65,116 +73,189 @@ ALOFT = ("jump", "leap", "jete")
 OCCURRING = ("hop", "kick", "punch")
 ACTIONS = (*TURNS, "stop", "start", *ALOFT, *OCCURRING)
 """Words that name actions; the others are directions of actions."""
-ONCE = (*ACTIONS, *VERTICAL, "left", "right", "around")
-"""Words whose movement is over when it is done, so that a part that shows it is not repeated to
-make it longer."""
-EITHER = ("sideways", "around", *TURNS)  # Words that are measured to either side
+ONCE = (*ACTIONS, *VERTICAL, "left", "right", "turn left", "turn right", "turn around")
+"""What is over when it is done, so that a part that shows it is not repeated to make it longer."""
+EITHER = TURNS  # Words that are measured to either side
+REACHED = 0.5  # Share of the full amount from which on a motion may do what is measured
 MOVING = 0.6  # Speed along the ground, m/s, from which on a person counts as moving
 STEADY = 15  # Frames (0.5 s, about one step) over which the speed along the ground is averaged
 NEARLY = 0.9  # Share of the largest distance that counts as nearly as far
 
 
 def directions_of(words: Sequence[str]) -> tuple[str, ...]:
-    """The measured words of an action, without sides that belong to a limb.
+    """What of an action is measured: words, or a word with its turn or limb ("left hand").
 
-    A word that names an action is measured where the action has no direction; "around" is one of a
-    turn alone. A kick with the left leg is not measured, because a kick is one of either leg.
+    A word that names an action is measured where the action has no direction. A kick with the left
+    leg is not, because a kick is one of either leg.
 
     >>> directions_of(("sit", "down")), directions_of(("wave", "left", "hand"))
-    (('down',), ())
-    >>> directions_of(("turn",)), directions_of(("turn", "left"))
-    (('turn',), ('left',))
+    (('down',), ('left hand',))
+    >>> directions_of(("turn",)), directions_of(("turn", "left")), directions_of(("step", "left"))
+    (('turn',), ('turn left',), ('left',))
     >>> directions_of(("turn", "around")), directions_of(("look", "around"))
-    (('around',), ())
+    (('turn around',), ())
     """
-    turns = any(word in TURNS for word in words)
+    limbs = [f"{side} {limb}" for side, limb in limbs_to_measure(words)]
     is_sided = bool(SIDES.intersection(words) and LIMBS.intersection(words))
-    measured = [
-        word
-        for word, following in zip(words, [*words[1:], ""])
-        if word in FULL
-        and not (word in SIDES and following in LIMBS)
-        and (turns or word != "around")
-        and not (word in OCCURRING and is_sided)
-    ]
-    directions = [word for word in measured if word not in ACTIONS]
-    return tuple(dict.fromkeys(directions or measured))
+    vertical = [word for word in words if word in VERTICAL]
+    named = [word for word in words if word in ACTIONS and not (word in OCCURRING and is_sided)]
+    return tuple(dict.fromkeys([*limbs, *_travelled(words), *vertical] or named))
 
 
-def say_not_gone(direction: str) -> str:
-    """What a motion lacks that does not do what a measured word says.
+def _travelled(words: Sequence[str]) -> tuple[str, ...]:
+    """The directions of an action that are measured as in a search, turns with their verb.
 
-    >>> say_not_gone("up"), say_not_gone("stop")
-    ('it does not go up', 'it does not stop')
+    >>> _travelled(("turn", "left")), _travelled(("walk", "backward")), _travelled(("sit", "down"))
+    (('turn left',), ('backward',), ())
     """
-    if direction in ACTIONS:
-        return f"it does not {direction}"
-    return f"it does not {'turn' if direction == 'around' else 'go'} {direction}"
+    turns = not travelled.TURNS.isdisjoint(words)
+    return tuple(
+        f"turn {word}" if turns and word != IN_PLACE else word
+        for word in directions_to_measure(words)
+    )
 
 
-def progress(path: FloatArray, direction: str) -> FloatArray:
-    """Distance moved in a direction up to each frame, in full amounts: array (frames,).
+def is_as_in_search(measured: str) -> bool:
+    """Whether a measured word is a direction or the side of a limb, which search measures too."""
+    return measured not in FULL
 
-    `path` (frames, 4 or more): the columns of ``measured_track``.
 
-    >>> path = np.zeros((31, 4)); path[:, 2] = 0.5
-    >>> [float(progress(path, word)[-1].round(3)) for word in ("forward", "backward")]
+def words_of_measured(measured: Sequence[str]) -> set[str]:
+    """The words of what is measured.
+
+    >>> sorted(words_of_measured(["turn left", "backward"]))
+    ['backward', 'left', 'turn']
+    """
+    return {word for one in measured for word in one.split()}
+
+
+def say_measured(measured: str) -> str:
+    """What is measured, in plain words.
+
+    >>> say_measured("stationary"), say_measured("left hand"), say_measured("both hand")
+    ('in place', 'left hand', 'both hands')
+    """
+    if measured.startswith("both "):
+        return {"both foot": "both feet"}.get(measured, f"{measured}s")
+    return measured if measured in FULL else " ".join(map(as_said, measured.split()))
+
+
+def say_not_done(measured: str) -> str:
+    """What a motion lacks that does not do what is measured.
+
+    >>> say_not_done("up"), say_not_done("stop"), say_not_done("turn left")
+    ('it does not go up', 'it does not stop', 'it does not turn left')
+    >>> say_not_done("left hand")
+    'it moves the right hand, not the left'
+    """
+    if measured in ACTIONS:
+        return f"it does not {measured}"
+    first, _, second = measured.partition(" ")
+    if second in LIMBS:
+        return f"it {say_other_limb(first, second)}"
+    return f"it {say_not_gone(second or first, bool(second))}"
+
+
+def say_hardly_done(measured: str) -> str:
+    """What a motion does that does not clearly do what is measured.
+
+    >>> say_hardly_done("backward"), say_hardly_done("left hand")
+    ('backward only a little, as measured', 'left hand hardly more than the other, as measured')
+    """
+    if measured.split()[-1] in LIMBS and not measured.startswith("both"):
+        return f"{measured} hardly more than the other, as measured"
+    return f"{say_measured(measured)} only a little, as measured"
+
+
+def progress(track: FloatArray, measured: str) -> FloatArray:
+    """Distance moved up to each frame, in full amounts: array (frames,); not for "in place".
+
+    `track` (frames, columns): those of ``measured_track``.
+
+    >>> track = np.zeros((31, 4)); track[:, 2] = 0.5
+    >>> [float(progress(track, word)[-1].round(3)) for word in ("forward", "backward")]
     [1.0, -1.667]
     """
-    if direction in VERTICAL:
-        height = median_filter(path[:, 0], size=LASTING, mode="nearest")
+    first, _, second = measured.partition(" ")
+    if second in LIMBS:
+        left, right = _limbs(track, second).T
+        of = {"left": left - right, "right": right - left, "both": np.minimum(left, right)}
+        return np.asarray(np.cumsum(of[first]) / MOTION_FPS)
+    if measured not in FULL:
+        every = ways(track[:-1, 1:4], second or first, bool(second), fps=MOTION_FPS)
+        way = max(every, key=largest_part)
+        return np.concatenate([[0.0], np.cumsum(way)]) / CLEARLY
+    if measured in VERTICAL:
+        height = median_filter(track[:, 0], size=LASTING, mode="nearest")
         way = height - height[0]
-    elif direction in ("stop", "start"):
-        speed = uniform_filter1d(np.hypot(path[:, 1], path[:, 2]), STEADY, mode="nearest")
+    elif measured in ("stop", "start"):
+        speed = uniform_filter1d(np.hypot(track[:, 1], track[:, 2]), STEADY, mode="nearest")
         way = np.minimum(speed, MOVING)
-    elif direction in ALOFT:
-        way = np.cumsum(aloft(path[:, 0])) / MOTION_FPS
-    elif direction in OCCURRING:
-        share = np.zeros(len(path))
-        for start, end in find_occurrences(path, direction):
+    elif measured in ALOFT:
+        way = np.cumsum(aloft(track[:, 0])) / MOTION_FPS
+    elif measured in OCCURRING:
+        share = np.zeros(len(track))
+        for start, end in find_occurrences(track, measured):
             share[start:end] = 1.0 / (end - start)
         way = np.cumsum(share)
     else:
-        column = {"left": 3, "right": 3, "sideways": 1}.get(direction, 2)
-        column = 3 if direction in (*TURNS, "around") else column
-        steps = path[:-1, column] / MOTION_FPS
-        way = np.concatenate([[0.0], np.cumsum(steps)])
-    if direction == "sideways":
-        way = np.abs(way)
-    sign = -1.0 if direction in ("down", "right", "backward", "back", "stop") else 1.0
-    return np.asarray(sign * way / FULL[direction])
+        way = np.concatenate([[0.0], np.cumsum(track[:-1, 3] / MOTION_FPS)])
+    sign = -1.0 if measured in ("down", "stop") else 1.0
+    return np.asarray(sign * way / FULL[measured])
 
 
-def gone(path: FloatArray, direction: str) -> float:
-    """Distance that a motion moves in a direction, in full amounts; 1 or more is clear.
+def gone(track: FloatArray, measured: str) -> float:
+    """How much a motion does of what is measured, in full amounts; 1 or more is clear.
 
     What stops is at rest in the end, and what starts is at rest in the beginning; so these compare
     the last or first frame with the frame of most speed.
     """
-    if not len(path):
+    if not len(track):
         return 0.0
-    way = progress(path, direction)
-    if direction == "stop":
+    first, _, second = measured.partition(" ")
+    if second in LIMBS:
+        return side_amount(_limbs(track, second), first) / CLEARLY
+    if measured not in FULL:
+        amount = furthest(track[:, 1:4], second or first, bool(second), fps=MOTION_FPS)[0]
+        return share_of_full(amount, second or first)
+    way = progress(track, measured)
+    if measured == "stop":
         return float(way[-1] - way.min())
-    if direction == "start":
+    if measured == "start":
         return float(way.max() - way[0])
-    if direction in (*TURNS, "around"):
+    if measured in TURNS:
         return float(way.max() - way.min())
     return float(way[-1])
 
 
-def furthest_part(path: FloatArray, direction: str, longest: int) -> tuple[int, int]:
+def lacking(amount: float, measured: str) -> float:
+    """What an amount lacks, 0 to 1: half of the full amount does, but not of directions and sides.
+
+    >>> lacking(0.6, "stop"), lacking(0.75, "backward"), lacking(0.4, "backward")
+    (0.0, 0.25, 1.0)
+    """
+    if amount < REACHED:
+        return 1.0
+    return max(1.0 - amount, 0.0) if is_as_in_search(measured) else 0.0
+
+
+def _limbs(track: FloatArray, limb: str) -> FloatArray:
+    """Squared speeds of the left and the right wrist or ankle, (m/s)^2: array (frames, 2)."""
+    return np.asarray(track[:, [10, 11] if limb in LEGS else [7, 9]] ** 2)
+
+
+def furthest_part(track: FloatArray, measured: str, longest: int) -> tuple[int, int]:
     """The shortest part, [first, behind), that travels nearly as far as any of ``longest`` frames.
 
-    >>> path = np.zeros((120, 4)); path[:, 0] = [1.0] * 40 + [0.5] * 40 + [1.0] * 40
-    >>> furthest_part(path, "up", 120)
+    >>> track = np.zeros((120, 4)); track[:, 0] = [1.0] * 40 + [0.5] * 40 + [1.0] * 40
+    >>> furthest_part(track, "up", 120)
     (79, 81)
     """
-    way = progress(path, direction)
+    way = progress(track, measured)
     spans = []
     for first in range(len(way)):
         gain = way[first : first + longest] - way[first]
-        gain = np.abs(gain) if direction in EITHER else gain
+        gain = np.abs(gain) if measured in EITHER else gain
         far = float(gain.max())
         spans.append((far, first, first + int(np.argmax(gain >= NEARLY * far)) + 1))
     best = max(far for far, _, _ in spans)

@@ -32,12 +32,11 @@ from motiondb.body.features import FEATURE_STEP
 from motiondb.errors import QueryError
 from motiondb.generate import contact, cuts, stitching, variation
 from motiondb.generate.action_sources import ActionSources
-from motiondb.generate.direction import ONCE, gone
+from motiondb.generate.direction import ONCE, gone, lacking
 from motiondb.generate.excerpts import (
     DIRECTION_WEIGHT,
     LONGEST,
     NOT_DONE,
-    REACHED,
     SHORTEST,
     UNSEEN_WEIGHT,
     Excerpt,
@@ -382,7 +381,9 @@ def _does(
     """Whether excerpts do what measured words say: array (excerpts,)."""
     return np.array(
         [
-            all(gone(material.tracks[e.capture][e.start : e.end], d) >= REACHED for d in directions)
+            not any(
+                lacking(gone(material.tracks[e.capture][e.start : e.end], d), d) for d in directions
+            )
             for e in excerpts
         ]
     )
@@ -405,8 +406,7 @@ def _with_directions(
     ahead, behind = 0 if position.is_first else bent, 0 if position.is_last else bent
     for n, (c, a, b) in enumerate(zip(moved.captures, moved.starts, moved.ends)):
         track = material.tracks[int(c)][a + ahead : b - behind]
-        does = [gone(track, word) >= REACHED for word in directions]
-        targets[n] += NOT_DONE * (len(does) - sum(does))
+        targets[n] += NOT_DONE * sum(lacking(gone(track, word), word) for word in directions)
     return replace(moved, targets=targets)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from motiondb.generate.direction import say_measured
 from motiondb.generate.excerpt_motion import ShownExcerpt
 from motiondb.generate.excerpts import counted_word
 from motiondb.generate.occurrences import find_occurrences
@@ -52,7 +53,7 @@ def report_excerpt(
         f"{piece.end / MOTION_FPS:.1f} s"
         for piece in shown.between
     ]
-    done += [f"{word}: measured in the motion" for word in shown.directions]
+    done += [f"{say_measured(word)}: measured in the motion" for word in shown.directions]
     if action.seconds is not None and not _within(seconds, action.seconds):
         text = say_duration(action.seconds.least, action.seconds.most)
         why = "whole repetitions" if action.times is not None else "whole performances"

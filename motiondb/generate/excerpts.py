@@ -33,10 +33,11 @@ from numpy.typing import NDArray
 
 from motiondb.generate.action_sources import Source
 from motiondb.generate.cycles import Loop, best_loop, calmest_phase, find_period, repeat
-from motiondb.generate.direction import OCCURRING, furthest_part, gone
+from motiondb.generate.direction import OCCURRING, REACHED, furthest_part, gone, lacking
 from motiondb.generate.occurrences import COUNTED, find_occurrences
 from motiondb.generate.sentence_plan import PlannedAction
 from motiondb.language.question.tree import LIMBS, SIDES
+from motiondb.language.vocabulary import IN_PLACE
 from motiondb.records import MOTION_FPS, FloatArray, IntArray
 
 DROP = 1.0
@@ -57,13 +58,10 @@ SHORTEST_LOOP = 45  # Fewest frames (1.5 s) of a loop of a movement without a pe
 TOLERANCE = 0.05  # Share by which a duration may be missed so that a loop fits
 UNREST_WEIGHT = 10.0  # Cost of a cut at the largest speed, as a squared distance of poses
 LEAST_LOOP = 0.6  # Smallest share of an excerpt without a period that a loop repeats
-REACHED = 0.5
-"""Share of the full amount of a direction that the best excerpt must reach for the direction to be
-honoured."""
 DIRECTION_WEIGHT = 3.0  # Cost of an excerpt that does not go in the direction at all, nats
 NOT_DONE = 6.0
 """Further cost of an excerpt that does not reach ``REACHED``, nats: it would be told as not
-shown."""
+shown. A direction or a side that is reached, but is not clear, costs a part of it."""
 UNSEEN_WEIGHT = 6.0  # Cost of an excerpt in which the action is nowhere to be seen, nats
 _AHEAD = {"stop": 1.0, "start": 0.0}
 """Share of the time that a short part is extended by which lies before it. A stop is not followed
@@ -177,7 +175,8 @@ def direct(
         amounts = np.array([gone(tracks[e.capture][e.start : e.end], direction) for e in cut])
         if amounts.max(initial=0.0) < REACHED:
             continue
-        costs = DIRECTION_WEIGHT * np.clip(1.0 - amounts, 0.0, 2.0) + NOT_DONE * (amounts < REACHED)
+        costs = DIRECTION_WEIGHT * np.clip(1.0 - amounts, 0.0, 2.0)
+        costs += NOT_DONE * np.array([lacking(amount, direction) for amount in amounts])
         directed = [replace(e, score=e.score - c) for e, c in zip(cut, costs)]
         honoured.append(direction)
     unique = {(e.capture, e.start, e.end): e for e in sorted(directed, key=lambda e: e.score)}
@@ -186,6 +185,8 @@ def direct(
 
 def _cut_to_direction(excerpt: Excerpt, path: FloatArray, direction: str, longest: int) -> Excerpt:
     """The part of the excerpt's stretch that goes furthest in a direction."""
+    if direction == IN_PLACE:
+        return excerpt
     low, high = excerpt.stretch
     first, behind = furthest_part(path[low:high], direction, longest)
     margin = MARGIN

@@ -20,6 +20,7 @@ from motiondb.generate.action_sources import (
     find_sources,
     picked_source,
 )
+from motiondb.generate.direction import directions_of, is_as_in_search, words_of_measured
 from motiondb.generate.excerpt_motion import (
     ANY_PLACE,
     Choices,
@@ -49,11 +50,12 @@ from motiondb.language.question.tree import (
     NotUsed,
     Question,
     Without,
+    actions_of,
     map_actions,
     parts_of,
 )
 from motiondb.language.translation import decoding
-from motiondb.language.vocabulary import nearest_words
+from motiondb.language.vocabulary import MODIFIERS, nearest_words
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
 from motiondb.records import IntArray
@@ -153,13 +155,13 @@ def _understand(
     instead: Mapping[str, str],
     wishes: Sequence[PlaceWish],
 ) -> _Wanted:
-    """Read a sentence; words of speed, and of actions with a picked excerpt, count as known."""
+    """Read a sentence; words of speed, of what is measured and of picked excerpts are known."""
     counts = dict.fromkeys(SPEED_NAMES, 1)
     for word, count in zip(learned.association.words, learned.association.counts):
         if count > 0:
             counts[word] = int(count)
     read = parse(text, learned.synonyms, learned.lemmas)
-    for word in _picked_words(read.tree, rng, wishes):
+    for word in (*_picked_words(read.tree, rng, wishes), *_measured_words(read.tree, counts)):
         counts.setdefault(word, 1)
     question = _each_word_once(hold_to_known(read, counts))
     missing = _missing(read, counts)
@@ -197,6 +199,21 @@ def _picked_words(tree: Node, rng: np.random.Generator, wishes: Sequence[PlaceWi
         return set()
     picked = [action for action, wish in zip(actions, wishes) if wish.excerpt]
     return {word for action in picked for word in action.words}
+
+
+def _as_in_search(groups: Sequence[Sequence[str]]) -> tuple[str, ...]:
+    """The directions and sides of limbs of an action, which are measured whatever captions say."""
+    return tuple(d for words in groups for d in directions_of(words) if is_as_in_search(d))
+
+
+def _measured_words(tree: Node, counts: Mapping[str, int]) -> set[str]:
+    """Words of the actions that no caption says and that are measured beside known words."""
+    measured = set()
+    for action in actions_of(tree):
+        words = words_of_measured(_as_in_search([action.words])) & MODIFIERS
+        if any(word in counts for word in action.words if word not in words):
+            measured |= words
+    return measured - counts.keys()
 
 
 def _each_word_once(question: KnownQuestion) -> KnownQuestion:
@@ -302,9 +319,11 @@ def _from_excerpts(
         performer = learned.performers[shown.excerpt.capture]
         name = learned.captures[shown.excerpt.capture].name
         not_done = [*unmade, *miscounted(shown, track[ends[n] : ends[n + 1]])]
-        not_done += [one for one in of.not_used if one.text not in shown.directions]
+        as_asked = () if of.is_usual else filter(is_as_in_search, of.directions)
+        measured = tuple(dict.fromkeys((*shown.directions, *as_asked)))
+        not_done += [one for one in of.not_used if one.text not in words_of_measured(measured)]
         left += not_done
-        asked.append(Asked(*part, done, shown.directions, placed, performer, name, tuple(not_done)))
+        asked.append(Asked(*part, done, measured, placed, performer, name, tuple(not_done)))
         inside = segments_of(learned, shown)
         symbols += inside
         positions += [n] * len(inside)
@@ -337,7 +356,8 @@ def _from_symbols(learned: Learned, takes: Takes, wanted: _Wanted) -> MadeMotion
     frames = np.bincount(made_of_symbols.positions, weights=lengths).astype(int)
     ends = np.cumsum([0, *frames])
     asked = [
-        Asked(action, int(a), int(b)) for action, a, b in zip(wanted.actions, ends[:-1], ends[1:])
+        Asked(action, int(a), int(b), directions=_as_in_search(action.groups))
+        for action, a, b in zip(wanted.actions, ends[:-1], ends[1:])
     ]
     left = [one for action in wanted.actions for one in _not_by_symbols(action)]
     return MadeMotion(

@@ -49,13 +49,15 @@ _ARMS = tuple(_I[f"{side}_{joint}"] for side in "lr" for joint in ("shoulder", "
 
 
 def measured_track(motion: Motion) -> FloatArray:
-    """What measured words look at: array (frames, 10).
+    """What measured words look at: array (frames, 12).
 
     Height of the pelvis (m), speed to the left and ahead (m/s), turning (rad/s); heights of the
     left and the right foot above standing (m); for the left and the right hand, whether it is
-    extended (1 or 0), and its speed relative to the pelvis (m/s).
+    extended (1 or 0), and its speed relative to the pelvis (m/s); the same speed of the left and
+    the right ankle.
     """
-    positions = retarget.motion_positions(motion, (0, *FEET, *_ARMS))[0].astype(np.float64)
+    positions = retarget.motion_positions(motion, (0, *FEET, *_ARMS))[0]
+    positions = positions.astype(np.float64)
     arms = []
     for side in "lr":
         shoulder, elbow, wrist = (
@@ -64,11 +66,16 @@ def measured_track(motion: Motion) -> FloatArray:
         length = np.linalg.norm(elbow - shoulder, axis=1) + np.linalg.norm(wrist - elbow, axis=1)
         far = np.linalg.norm(wrist - shoulder, axis=1) > EXTENDED * length
         high = (wrist - shoulder)[:, 1] > LOWEST_HAND
-        relative = wrist - positions[:, 0]
-        steps = np.diff(relative, axis=0, prepend=relative[:1]) * MOTION_FPS
-        arms += [(far & high).astype(float), np.linalg.norm(steps, axis=1)]
+        arms += [(far & high).astype(float), _speeds(wrist - positions[:, 0])]
+    ankles = [_speeds(positions[:, ankle] - positions[:, 0]) for ankle in FEET[::2]]
     path, _ = to_path(motion)
-    return np.column_stack([path, foot_heights(positions), *arms])
+    return np.column_stack([path, foot_heights(positions), *arms, *ankles])
+
+
+def _speeds(places: FloatArray) -> FloatArray:
+    """Speeds (frames,), m/s, of `places` (frames, 3)."""
+    steps = np.diff(places, axis=0, prepend=places[:1]) * MOTION_FPS
+    return np.asarray(np.linalg.norm(steps, axis=1))
 
 
 def find_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:

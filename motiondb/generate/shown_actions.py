@@ -2,10 +2,11 @@
 
 Two witnesses are heard, neither of which is used in making the motion.
 
-* *Measurement*: words of direction, and some actions, are measured in the motion
-  (:mod:`motiondb.generate.direction`). A motion that does less than half of the full amount does
-  not show the action. A direction that is fully done needs no other confirmation, nor does the
-  turn to a side.
+* *Measurement*: directions, sides of limbs, and some actions are measured in the motion
+  (:mod:`motiondb.generate.direction`), directions and sides as in a search. A motion that does less
+  than half of the full amount does not show the action, and one that fully does what is excluded
+  does not either. A direction or a side that is done by half or more, but not fully, is not sure.
+  What is fully done needs no other confirmation, nor does the turn to a side.
 * *The judge* (:mod:`motiondb.meaning.motion_judge`), which never uses the captures from which the
   motion was made, looks at the other words of an action together, as one word that all captures
   have whose captions say these words; where no other capture says all of them, at the least
@@ -15,7 +16,9 @@ The words that the judge looks at are shown if their probability is ``SHOWN`` or
 motion's own first word (that of the largest probability among those of the largest evidence) is one
 of them; they are not shown below ``NOT_SHOWN``. Between these it is not sure. A measured action
 ("kick", "jump") is shown if it is fully measured and its probability is ``MEASURED`` or more; it is
-never called not shown for its looks.
+never called not shown for its looks. Neither is an action whose direction or side was asked for and
+is measured: who steps sideways as asked is not denied for looking little like other steps, but who
+walks forward without a jump does not show "jump forward".
 
 Captions describe whole captures. Where no other capture (of the same performer, if there are any)
 is described with the action alone, the judge cannot tell it from the actions that are always listed
@@ -32,11 +35,24 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from motiondb.body.features import FEATURE_STEP, recognition_features
-from motiondb.generate.direction import ACTIONS, TURNS, gone, say_not_gone
-from motiondb.generate.excerpts import REACHED
+from motiondb.generate.direction import (
+    ACTIONS,
+    ALOFT,
+    OCCURRING,
+    REACHED,
+    TURNS,
+    directions_of,
+    gone,
+    is_as_in_search,
+    say_hardly_done,
+    say_measured,
+    say_not_done,
+    words_of_measured,
+)
 from motiondb.generate.occurrences import measured_track
 from motiondb.generate.sentence_plan import PlannedAction
 from motiondb.language.question.tree import NotUsed
+from motiondb.language.vocabulary import MODIFIERS
 from motiondb.learn.learned import Learned
 from motiondb.meaning.motion_judge import (
     WithoutSources,
@@ -46,6 +62,7 @@ from motiondb.meaning.motion_judge import (
     said_words,
 )
 from motiondb.records import Float32Array, FloatArray, Motion
+from motiondb.search.measured_answers import excluded_words
 
 SHOWN, NOT_SHOWN, MEASURED = 0.66, 0.16, 0.49
 """Smallest probability that is shown, largest that is not, and smallest of a measured action.
@@ -106,7 +123,7 @@ class Asked:
     start: int  # First frame of the part
     end: int  # Last frame + 1
     done: tuple[str, ...] = ()  # The counts, durations and speeds of the motion
-    directions: tuple[str, ...] = ()  # Words of direction that are measured in the motion
+    directions: tuple[str, ...] = ()  # What is measured in the motion (``direction.directions_of``)
     # Probability that the part comes from the right place of its capture; None where it is not
     # known, and where the capture shows nothing else
     placed: float | None = None
@@ -137,12 +154,44 @@ def judge_motion(
     features = learned.feature_space.project(recognition_features(motion))
     judged = []
     for one, done, rest, amount in zip(asked, measured, looked_at, amounts):
-        answer = _judge_part(learned, judge, groups, features, one, Looked(rest, tuple(done)))
-        lacking = [d for d in one.directions if amount[d] < REACHED]
-        if lacking:
-            answer = replace(answer, shown=False, reason=say_not_gone(lacking[0]))
+        undone = [w for w in one.action.words if w in (*ALOFT, *OCCURRING)]
+        undone = [w for w in undone if gone(path[one.start : one.end], w) < REACHED]
+        as_asked = any(map(is_as_in_search, one.directions)) and not undone
+        looked = Looked(rest, tuple(done), as_asked)
+        answer = _judge_part(learned, judge, groups, features, _excluding(one), looked)
+        against = [say_not_done(d) for d in one.directions if amount[d] < REACHED]
+        against += _does_though_excluded(one, path[one.start : one.end])
+        hardly = [d for d in one.directions if is_as_in_search(d) and amount[d] < FULLY]
+        if against:
+            answer = replace(answer, shown=False, reason=against[0])
+        elif hardly and answer.shown:
+            answer = replace(answer, shown=None, reason=say_hardly_done(hardly[0]))
         judged.append(_less_than_asked(answer, one))
     return tuple(judged)
+
+
+def _excluded_measures(asked: Asked, excluded: Sequence[str]) -> tuple[str, ...]:
+    """What is measured of something that an action must not do ("walk, but not backward")."""
+    whole = not MODIFIERS.issuperset(excluded)
+    return directions_of(excluded if whole else excluded_words(asked.action.words, excluded))
+
+
+def _does_though_excluded(asked: Asked, track: FloatArray) -> list[str]:
+    """What of the excluded actions a part of a motion fully does, as measured."""
+    every = [_excluded_measures(asked, words) for words in asked.action.excluded]
+    done = [one for one in every if one and all(gone(track, d) >= FULLY for d in one)]
+    return [f"{' '.join(map(say_measured, one))} is measured, not wanted" for one in done]
+
+
+def _excluding(asked: Asked) -> Asked:
+    """The same without excluded actions that measurement alone decides on."""
+    looked_at = tuple(
+        words
+        for words in asked.action.excluded
+        if not (measures := _excluded_measures(asked, words))
+        or not all(is_as_in_search(d) or d in TURNS for d in measures)
+    )
+    return replace(asked, action=replace(asked.action, excluded=looked_at))
 
 
 @dataclass(frozen=True)
@@ -150,20 +199,23 @@ class Looked:
     """The words of an action that the judge looks at, and those that are measured."""
 
     groups: tuple[tuple[str, ...], ...]
-    measured: tuple[str, ...]  # Directions and actions that are fully done
+    measured: tuple[str, ...]  # Directions, sides of limbs and actions that are fully done
+    # Whether a direction or a side was asked for, and no jump, hop, kick or punch is found missing
+    is_as_asked: bool = False
 
 
 def _unmeasured(group: Sequence[str], done: Sequence[str]) -> tuple[str, ...]:
     """The words of a group that are no measured direction; a turn to a side is measured with it.
 
-    >>> _unmeasured(("walk", "forward"), ["forward"]), _unmeasured(("turn", "left"), ["left"])
+    >>> _unmeasured(("walk", "forward"), ["forward"]), _unmeasured(("turn", "left"), ["turn left"])
     (('walk',), ())
     >>> _unmeasured(("kick",), ["kick"])
     ('kick',)
     """
-    directions = {word for word in done if word not in ACTIONS}
-    turns = set(TURNS) if directions & {"left", "right", "around"} else set()
-    return tuple(word for word in group if word not in directions | turns)
+    measured = words_of_measured([one for one in done if one not in ACTIONS])
+    if not measured.isdisjoint(TURNS):
+        measured |= {*TURNS}
+    return tuple(word for word in group if word not in measured)
 
 
 def _less_than_asked(shown: JudgedAction, asked: Asked) -> JudgedAction:
@@ -201,7 +253,7 @@ def _judge_part(
     looked: Looked,
 ) -> JudgedAction:
     """The verdict on a part, before what it does less than is asked for is taken into account."""
-    measured = ", ".join(f"{word} is measured" for word in looked.measured)
+    measured = ", ".join(f"{say_measured(word)} is measured" for word in looked.measured)
     answer = JudgedAction(asked.action.words, asked.start, asked.end, None, done=asked.done)
     if judge is None or judge.table.judge.calibration is None:
         why = "the database has no judge of motion: learn again, with more captions"
@@ -219,7 +271,7 @@ def _judge_part(
         if word < len(named)
     )[:N_DESCRIBED]
     first = described[0][0] if described else ""
-    seen = _Seen(learned, judge, groups, scores, first, looked.measured)
+    seen = _Seen(learned, judge, groups, scores, first, looked)
     each = [_judge_words(seen, asked, words) for words in looked.groups]
     worst = min(each, key=lambda one: _RANK[one[0]], default=(True, None, ""))
     known = [p for _, p, _ in each if p is not None]
@@ -244,7 +296,7 @@ class _Seen:
     groups: dict[tuple[int, ...], int]  # Groups of words -> their numbers for the judge
     scores: FloatArray  # (words and groups,): z of the part
     first: str  # Its first word
-    measured: tuple[str, ...]  # Words that are fully done
+    looked: Looked
 
 
 def _judge_words(
@@ -267,13 +319,13 @@ def _judge_words(
                 f"part of {asked.capture} is {asked.placed:.2f}"
             )
         probability *= asked.placed
-    is_measured = set(words) <= set(seen.measured)
+    is_measured = set(words) <= set(seen.looked.measured)
     said = " ".join(words)
     if probability >= (MEASURED if is_measured else SHOWN):
         return True, probability, f"{said} by its looks"
     if first in words:
         return True, probability, f"{first} is its first word"
-    if probability < NOT_SHOWN and not is_measured:
+    if probability < NOT_SHOWN and not is_measured and not seen.looked.is_as_asked:
         return False, probability, unsure or "it does not look like other captures of it"
     return None, probability, unsure or f"{said} only a little by its looks"
 

@@ -63,10 +63,13 @@ _MODIFIERS = """
 left right forward backward up down over under around through out off into across behind above
 below straight back front side sideways both upper lower inside outside away near far high low arm
 hand leg foot knee head hip shoulder elbow chin ankle body chest wrist finger toe waist quick
-quickly slow slowly fast large small wide big sudden suddenly
+quickly slow slowly fast large small wide big sudden suddenly stationary
 """
 MODIFIERS = frozenset(_MODIFIERS.split())
 """Lemmas of manner, direction and body parts: alone they belong to the action before."""
+
+IN_PLACE = "stationary"
+"""The word for "in place" and "on the spot": "walk in place" is (walk, stationary)."""
 
 WILDCARD = "?"
 _BREAK = re.compile(r"[,;.!\n]+|\b(?:and\s+then|then|and|followed\s+by|before)\b", re.IGNORECASE)
@@ -83,6 +86,15 @@ _PHRASES = (
             re.IGNORECASE,
         ),
         "stand up",
+    ),
+    (
+        re.compile(
+            r"\b((?:walk|run|jog|sprint|march|step|pace|jump|leap|hop|skip|bounc|turn|spin|rotat|pivot"
+            r"|danc|shuffl|stomp|sway|wav|punch|kick|box)\w*(?:\s+[^\W\d_]+){0,3}?)\s+"
+            r"(?:in\s+place\b(?!\s+of\b)|on\s+the\s+spot\b)",
+            re.IGNORECASE,
+        ),
+        rf"\1 {IN_PLACE}",
     ),
 )
 SAME = (
@@ -162,11 +174,22 @@ def join_phrases(text: str) -> str:
 
     >>> join_phrases("don’t do a lay-up"), join_phrases("falls and gets back up")
     ("don't do a layup", 'falls and stand up')
+    >>> join_phrases("runs in place"), join_phrases("a dance in place of a walk")
+    ('runs stationary', 'a dance in place of a walk')
     """
     text = normalize("NFC", text).translate(_APOSTROPHES)
     for phrase, word in _PHRASES:
         text = phrase.sub(word, text)
     return text
+
+
+def as_said(word: str) -> str:
+    """A word as people write it.
+
+    >>> as_said(IN_PLACE), as_said("walk")
+    ('in place', 'walk')
+    """
+    return "in place" if word == IN_PLACE else word
 
 
 def split_compound(token: str) -> list[str]:
@@ -397,6 +420,7 @@ FORMS = {
 _FIXED = """
 left right forward backward up down over under around through out off into across behind above
 below straight back front side sideways both upper lower inside outside away near far high low
+stationary
 """
 FIXED = frozenset(_FIXED.split())
 """Words that stay as they are: a dictionary would give the lemma leave for left, and low for

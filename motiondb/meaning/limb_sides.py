@@ -55,6 +55,27 @@ def limb_speeds(features: Float32Array, limb: str) -> FloatArray:
     return np.asarray((relative**2).sum(axis=2))
 
 
+def side_amount(speeds: FloatArray, side: str) -> float:
+    """How clearly the limb of a side moves: 1 for the least share, 2 for twice as much.
+
+    `speeds` (frames, 2): those of ``limb_speeds``. Where both limbs rest, nothing speaks against
+    the side, and the amount is 1.
+
+    >>> left = np.tile([1.0, 0.25], (30, 1))
+    >>> [round(side_amount(left, side), 3) for side in ("left", "right", "both")]
+    [2.4, 0.6, 1.333]
+    >>> side_amount(np.full((30, 2), 1e-4), "left")
+    1.0
+    """
+    left, right = speeds.mean(axis=0) if len(speeds) else (0.0, 0.0)
+    if max(left, right) < RESTING**2:
+        return 1.0
+    share = float(left / (left + right))
+    if side == "both":
+        return min(share, 1.0 - share) / LEAST_OF_BOTH
+    return (share if side == "left" else 1.0 - share) / LEAST
+
+
 def moves_otherwise(speeds: FloatArray, side: str) -> bool:
     """Whether the limb of another side moves, or one where both are asked for.
 
@@ -63,13 +84,16 @@ def moves_otherwise(speeds: FloatArray, side: str) -> bool:
     >>> left = np.tile([1.0, 0.1], (30, 1))
     >>> [moves_otherwise(left, side) for side in ("left", "right", "both")]
     [False, True, True]
-    >>> moves_otherwise(np.full((30, 2), 1e-4), "left")
-    False
     """
-    left, right = speeds.mean(axis=0) if len(speeds) else (0.0, 0.0)
-    if max(left, right) < RESTING**2:
-        return False
-    share = left / (left + right)
+    return side_amount(speeds, side) < 1.0
+
+
+def say_other_limb(side: str, limb: str) -> str:
+    """What a motion does instead that does not move the limb of a side.
+
+    >>> say_other_limb("left", "hand"), say_other_limb("both", "arm")
+    ('moves the right hand, not the left', 'moves one arm, not both')
+    """
     if side == "both":
-        return bool(min(share, 1.0 - share) < LEAST_OF_BOTH)
-    return bool((share if side == "left" else 1.0 - share) < LEAST)
+        return f"moves one {limb}, not both"
+    return f"moves the {'right' if side == 'left' else 'left'} {limb}, not the {side}"

@@ -13,12 +13,14 @@ sideways         way to either side                             0.2 m
 left, right      turning to that side, or, if the action does   0.35 rad (20 degrees)
                  not name a turn, way to that side              0.2 m
 around           turning to either side                         2.1 rad (120 degrees)
+in place         frames in a square of 0.45 m (half of a leg)   0.8 of them
 ===============  =============================================  ==========================
 
 Way along an axis counts in frames in which the person moves faster along it than across it, so that
 the sway of a person who walks ahead is no way to a side. The amounts are those that some part of
-the frames covers; except for "around", they are half of what :mod:`motiondb.generate.direction`
-asks for, because a question is answered "not" where the motion clearly goes elsewhere.
+the frames covers. A motion that does less than the least amount clearly goes elsewhere; from
+``CLEARLY`` on it clearly does what the word says. Search and the judge of generated motion both
+measure in this way.
 """
 
 from __future__ import annotations
@@ -26,9 +28,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-from motiondb.body.features import FEATURE_FPS, ROOT_WEIGHT, VELOCITY_SECONDS
+from motiondb.body.features import FEATURE_FPS, ROOT_WEIGHT, VELOCITY_SECONDS, runs
 from motiondb.language.question.tree import LIMBS, SIDES
+from motiondb.language.vocabulary import IN_PLACE, as_said
 from motiondb.records import Float32Array, FloatArray
 
 LEAST = {
@@ -39,20 +43,25 @@ LEAST = {
     "left": 0.35,
     "right": 0.35,
     "around": 2.1,
+    IN_PLACE: 0.8,
 }
 """Direction -> least amount, in the units of the table."""
+SQUARE = 0.45  # Side of the square on the ground that a motion in place does not leave, m
+CLEARLY = 2.0  # Least amounts of a direction from which a motion clearly goes there
+_CLEARLY = {"around": 2.5 / 2.1, IN_PLACE: 1.0 / 0.8}  # 143 degrees, and all frames
+SHORTEST_STAY = 1.0  # Seconds for which a motion must stay in place, unless it is shorter
 TURNS = frozenset(
     ("turn", "spin", "rotate", "pivot", "pirouette", "twirl", "whirl")
 )  # Words for turning
 _TRAVELS_TEXT = """
 walk run jog sprint dash step stride stroll march sneak tiptoe limp stagger stumble shuffle wander
 pace trot gallop skip hop jump leap crawl creep move go travel slide dribble sidestep amble saunter
-mosey hike stalk
+mosey hike stalk advance retreat hurry rush scurry scuttle waddle strut trudge hobble lope
 """
 TRAVELS = frozenset(_TRAVELS_TEXT.split())
 """Words for travelling over the ground. Other actions have directions that are not travelled: a
 person can lean back, reach forward and look left in place."""
-STEADY = 15  # Feature frames (1 s) over which speeds are averaged before they are compared
+STEADY = 1.0  # Seconds over which speeds are averaged before they are compared
 
 
 def directions_to_measure(words: Sequence[str]) -> tuple[str, ...]:
@@ -62,6 +71,8 @@ def directions_to_measure(words: Sequence[str]) -> tuple[str, ...]:
     (('backward',), ())
     >>> directions_to_measure(("step", "left", "foot")), directions_to_measure(("walk", "around"))
     ((), ())
+    >>> directions_to_measure(("wave", IN_PLACE))
+    ('stationary',)
     """
     turns, travels = not TURNS.isdisjoint(words), not TRAVELS.isdisjoint(words)
     return tuple(
@@ -69,10 +80,23 @@ def directions_to_measure(words: Sequence[str]) -> tuple[str, ...]:
             word
             for word, following in zip(words, [*words[1:], ""])
             if word in LEAST
-            and (turns if word == "around" else travels or (turns and word in SIDES))
+            and (
+                word == IN_PLACE
+                or (turns if word == "around" else travels or (turns and word in SIDES))
+            )
             and not (word in SIDES and following in LIMBS)
         )
     )
+
+
+def say_not_gone(direction: str, turns: bool = False) -> str:
+    """What a motion lacks that does not go in a direction.
+
+    >>> say_not_gone("left"), say_not_gone("left", turns=True), say_not_gone(IN_PLACE)
+    ('does not go left', 'does not turn left', 'does not stay in place')
+    """
+    verb = "stay" if direction == IN_PLACE else "turn" if turns else "go"
+    return f"does not {verb} {as_said(direction)}"
 
 
 def speeds_of(features: Float32Array) -> FloatArray:
@@ -84,44 +108,117 @@ def speeds_of(features: Float32Array) -> FloatArray:
     return np.asarray(root[:, [0, 2, 3]])
 
 
-def furthest(speeds: FloatArray, direction: str, turns: bool = False) -> tuple[float, int, int]:
+def furthest(
+    speeds: FloatArray,
+    direction: str,
+    turns: bool = False,
+    shown: NDArray[np.bool_] | None = None,
+    fps: float = FEATURE_FPS,
+) -> tuple[float, int, int]:
     """How far some frames go in a direction, in least amounts, and the part [a, b) that does.
 
-    `speeds` (frames, 3): those of ``speeds_of``. `turns`: Whether the action names a turn.
+    `speeds` (frames, 3): those of ``speeds_of``, or of another rate `fps`. `turns`: Whether the
+    action names a turn. `shown` (frames,): frames that count; without it, all.
 
     >>> speeds = np.zeros((60, 3)); speeds[:30, 1], speeds[30:, 1] = 1.0, -0.45  # ahead, then back
     >>> furthest(speeds, "left")
     (0.0, 0, 0)
     >>> [round(number) for number in furthest(speeds, "backward")]
     [6, 30, 60]
+    >>> furthest(np.zeros((60, 3)), IN_PLACE)
+    (1.25, 0, 60)
     """
-    aside, ahead = _along(speeds, 0), _along(speeds, 1)
+    if direction == IN_PLACE:
+        return _longest_stay(speeds, np.ones(len(speeds), bool) if shown is None else shown, fps)
+    return max(largest_part(way) for way in ways(speeds, direction, turns, shown, fps))
+
+
+def ways(
+    speeds: FloatArray,
+    direction: str,
+    turns: bool = False,
+    shown: NDArray[np.bool_] | None = None,
+    fps: float = FEATURE_FPS,
+) -> list[FloatArray]:
+    """The way of every frame in a direction, in least amounts, for each meaning: arrays (frames,).
+
+    Parameters are those of ``furthest``. A direction has several where either side counts, or
+    turning and travelling do. What stays in place has no way.
+    """
+    counted = speeds if shown is None else speeds * shown[:, None]
+    turning, aside = counted[:, 2] / fps, _along(counted, 0, fps) / fps
     if direction in ("forward", "backward", "back"):
-        return _largest(ahead / LEAST[direction], 1 if direction == "forward" else -1)
+        sign = 1.0 if direction == "forward" else -1.0
+        return [sign * _along(counted, 1, fps) / fps / LEAST[direction]]
     if direction == "sideways":
-        return _largest(aside / LEAST[direction], 1, -1)
-    turning = speeds[:, 2] / LEAST[direction]
+        return [sign * aside / LEAST[direction] for sign in (1.0, -1.0)]
     if direction == "around":
-        return _largest(turning, 1, -1)
-    sign = 1 if direction == "left" else -1
-    turned = _largest(turning, sign)
-    return turned if turns else max(turned, _largest(aside / LEAST["sideways"], sign))
+        return [sign * turning / LEAST[direction] for sign in (1.0, -1.0)]
+    sign = 1.0 if direction == "left" else -1.0
+    turned = sign * turning / LEAST[direction]
+    return [turned] if turns else [turned, sign * aside / LEAST["sideways"]]
 
 
-def _along(speeds: FloatArray, axis: int) -> FloatArray:
+def share_of_full(amount: float, direction: str) -> float:
+    """Least amounts as a share of what is clear: 0.5 for the least amount, 1 for a clear one.
+
+    >>> share_of_full(0.5, "left"), share_of_full(2.0, "left"), share_of_full(2.5 / 2.1, "around")
+    (0.25, 1.0, 1.0)
+    """
+    if amount < 1.0:
+        return amount / 2.0
+    return 0.5 + 0.5 * (amount - 1.0) / (_CLEARLY.get(direction, CLEARLY) - 1.0)
+
+
+def _longest_stay(
+    speeds: FloatArray, shown: NDArray[np.bool_], fps: float
+) -> tuple[float, int, int]:
+    """The part of some run of frames that stays in a square, with its share of the run.
+
+    Of runs of equal share the longest counts; short ones do not.
+    """
+    heading = np.cumsum(speeds[:, 2]) / fps
+    steps = speeds[:, :2] @ np.array([1.0, 1j]) * np.exp(-1j * heading) / fps
+    places = np.cumsum(steps)
+    ground = np.column_stack([places.real, places.imag])
+    found = [(0.0, 0, 0)]
+    for start, end in runs(shown):
+        if end - start < min(SHORTEST_STAY * fps, len(speeds)):
+            continue
+        first, behind = _within_square(ground[start:end])
+        amount = (behind - first) / ((end - start) * LEAST[IN_PLACE])
+        found.append((amount, int(start) + first, int(start) + behind))
+    return max(found, key=lambda one: (round(one[0], 3), one[2] - one[1]))
+
+
+def _within_square(ground: FloatArray) -> tuple[int, int]:
+    """The longest part [a, b) of a way on the ground, (frames, 2) in m, that stays in a square."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    low, high, first = 1, len(ground), 0
+    while low < high:  # a part of a part that stays stays too
+        middle = (low + high + 1) // 2
+        # window [i - middle // 2, i - middle // 2 + middle)
+        size = maximum_filter1d(ground, middle, axis=0) - minimum_filter1d(ground, middle, axis=0)
+        starts = np.flatnonzero((size <= SQUARE).all(axis=1)) - middle // 2
+        starts = starts[(starts >= 0) & (starts + middle <= len(ground))]
+        if len(starts):
+            low, first = middle, int(starts[0])
+        else:
+            high = middle - 1
+    return first, first + low
+
+
+def _along(speeds: FloatArray, axis: int, fps: float) -> FloatArray:
     """Speed along an axis (0: left, 1: ahead), 0 where it is slower than across: (frames,)."""
     from scipy.ndimage import uniform_filter1d  # a quarter of a second; other questions do without
 
-    steady = np.abs(uniform_filter1d(speeds[:, :2], STEADY, axis=0, mode="nearest"))
+    size = round(STEADY * fps)
+    steady = np.abs(uniform_filter1d(speeds[:, :2], size, axis=0, mode="nearest"))
     return np.where(steady[:, axis] > steady[:, 1 - axis], speeds[:, axis], 0.0)
 
 
-def _largest(rates: FloatArray, *signs: int) -> tuple[float, int, int]:
-    """The largest sum over a part of rates a second, of some signs, and the part [a, b)."""
-    return max(_largest_part(sign * rates / FEATURE_FPS) for sign in signs)
-
-
-def _largest_part(steps: FloatArray) -> tuple[float, int, int]:
+def largest_part(steps: FloatArray) -> tuple[float, int, int]:
     """The largest sum over a part of steps, and the part [a, b); zeros if no step is positive."""
     way = np.concatenate([[0.0], np.cumsum(steps)])
     gain = way - np.minimum.accumulate(way)

@@ -58,7 +58,7 @@ def make_application(settings: PageSettings, folder: Path, bundle: Path = BUNDLE
         redoc_url=None,
         separate_input_output_schemas=False,  # fields with a default may be absent in answers too
         responses={
-            code: {"description": text, "model": ErrorReply} for code, text in _STATUSES.items()
+            code: {"description": text, **_of_error(code)} for code, text in _STATUSES.items()
         },
     )
     application.state.page = page
@@ -81,8 +81,19 @@ _STATUSES = {
     422: "A parameter is missing or of another type.",
     500: "A fault of the program.",
     503: "Another process holds the database.",
-    507: "There is no room on a disk.",
+    507: "There is no room on a disk, or in memory.",
 }  # Description of each HTTP status of errors, for OpenAPI
+
+
+def _of_error(code: int) -> dict[str, Any]:
+    """Return the form of an error for the description: one status has the model, others name it.
+
+    FastAPI makes a validator of every model of every route: 750 for all statuses, 1 s at the start.
+    """
+    if code == min(_STATUSES):
+        return {"model": ErrorReply}
+    schema = {"$ref": f"#/components/schemas/{ErrorReply.__name__}"}
+    return {"content": {"application/json": {"schema": schema}}}
 
 
 def _error_handlers(application: FastAPI, folder: Path) -> None:
@@ -116,6 +127,13 @@ def _error_handlers(application: FastAPI, folder: Path) -> None:
         )
         return error_answer("FullError", message, 507)
 
+    async def short(_request: Request, _error: MemoryError) -> Response:
+        message = (
+            "request: expected enough memory, found that it ran out. Close other programs, or give "
+            "the server more (ulimit -v)."
+        )
+        return error_answer("FullError", message, 507)
+
     async def broken(_request: Request, error: Exception) -> Response:
         # the guard adds no headers here: this answer is made outside of it
         fault = type(error).__name__
@@ -126,6 +144,7 @@ def _error_handlers(application: FastAPI, folder: Path) -> None:
 
     application.add_exception_handler(Exception, broken)
     application.add_exception_handler(OSError, cast(Handler, full))
+    application.add_exception_handler(MemoryError, cast(Handler, short))
     application.add_exception_handler(MotionDBError, cast(Handler, refused))
     application.add_exception_handler(RequestValidationError, cast(Handler, malformed))
     application.add_exception_handler(HTTPException, cast(Handler, failed))

@@ -116,6 +116,12 @@ class AskedWords:
         names = self.names[len(self.learned.association.words) :]
         return dict(zip(names, self.columns.counts.tolist()))
 
+    def likeliest(self, word: str) -> str:
+        """The known word that most likely stands for a word; itself if none does."""
+        number = self.numbers.get(word, 0) - len(self.learned.association.words)
+        shares = self.columns.shares[:, number] if self.columns and number >= 0 else np.zeros(1)
+        return self.names[int(np.argmax(shares))] if shares.max() > 0.0 else word
+
     @property
     def word_map(self) -> WordMap:
         """Map from score vectors to all words; NotLearnedError if no words were learned."""

@@ -17,7 +17,7 @@ Alternatives are not measured.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain, product
 
@@ -28,16 +28,30 @@ from motiondb.body.features import FEATURE_STEP
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import KnownQuestion, Part, Reading
 from motiondb.language.question.tree import LIMBS, SIDES, Action
-from motiondb.language.vocabulary import MODIFIERS
+from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, as_said
 from motiondb.learn.learned import Learned
 from motiondb.meaning.edge_map import HALF, averaged
-from motiondb.meaning.limb_sides import limb_speeds, limbs_to_measure, moves_otherwise
-from motiondb.meaning.travelled import TURNS, directions_to_measure, furthest, speeds_of
+from motiondb.meaning.limb_sides import (
+    limb_speeds,
+    limbs_to_measure,
+    moves_otherwise,
+    say_other_limb,
+)
+from motiondb.meaning.travelled import (
+    LEAST,
+    TURNS,
+    directions_to_measure,
+    furthest,
+    say_not_gone,
+    share_of_full,
+    speeds_of,
+)
 from motiondb.records import Float32Array, FloatArray
 from motiondb.search.asked_words import AskedWords
 from motiondb.search.placing import Features, PartPlace, Placed
+from motiondb.search.takings import Taking
 
-CLEARLY = 2.0  # Least amounts of a direction from which a motion goes there though it must not
+LEAST_LOOKED_AT = 30  # Feature frames (2 s) in which "in place" is measured
 OTHER = {"left": "right", "right": "left"}
 
 
@@ -57,6 +71,19 @@ def only_action(text: str, learned: Learned) -> tuple[str, ...]:
     return tree.words if isinstance(tree, Action) else ()
 
 
+def without_measured_words(
+    learned: Learned, text: str, takings: Mapping[str, Taking]
+) -> dict[str, Taking]:
+    """Replacements of unknown words, but of no direction that is measured as it is written."""
+    action = [
+        takings[word].heard[0] if word in takings and takings[word].heard and word not in LEAST
+        else word
+        for word in only_action(text, learned)
+    ]  # fmt: skip
+    measured = measured_words(action)
+    return {word: taking for word, taking in takings.items() if word not in measured}
+
+
 def without_measured(question: KnownQuestion, words: Collection[str]) -> KnownQuestion:
     """A question whose unknown words are used where they are measured."""
     return replace(
@@ -66,18 +93,25 @@ def without_measured(question: KnownQuestion, words: Collection[str]) -> KnownQu
     )
 
 
-def actions_of_part(part: Part, only: tuple[str, ...]) -> tuple[tuple[str, ...], ...]:
-    """The actions of a part, of which the only one of a question has its unknown words."""
-    return (only,) if only and part.actions else part.actions
+def actions_of_part(
+    asked: AskedWords, part: Part, only: tuple[str, ...]
+) -> tuple[tuple[str, ...], ...]:
+    """The actions of a part, of which the only one of a question has its unknown words.
+
+    Words that known ones replace are the likeliest of these: "scuttle backward" is measured as
+    "walk backward".
+    """
+    actions = (only,) if only and part.actions else part.actions
+    return tuple(tuple(asked.likeliest(word) for word in action) for action in actions)
 
 
-def is_measured(reading: Reading, only: tuple[str, ...] = ()) -> bool:
+def is_measured(asked_words: AskedWords, reading: Reading, only: tuple[str, ...] = ()) -> bool:
     """Whether a reading, or the only action of a question, names what is measured."""
-    asked = [action for part in reading.parts for action in actions_of_part(part, only)]
-    excluded = [action for each in reading.exclusions for action in each.actions]
-    without = [
-        _excluded_words(a, e) for a, e in product(asked, excluded) if MODIFIERS.issuperset(e)
+    asked = [
+        action for part in reading.parts for action in actions_of_part(asked_words, part, only)
     ]
+    excluded = [action for each in reading.exclusions for action in each.actions]
+    without = [excluded_words(a, e) for a, e in product(asked, excluded) if MODIFIERS.issuperset(e)]
     return any(map(measured_words, [*asked, *without]))
 
 
@@ -106,7 +140,7 @@ def compare_with_motion(
             -(-places[k - 1].end // FEATURE_STEP) if k else 0,
             places[k + 1].start // FEATURE_STEP if k + 1 < len(places) else len(frames),
         )
-        for action in actions_of_part(part, only):
+        for action in actions_of_part(asked, part, only):
             if not measured_words(action):
                 continue
             shown = np.zeros((2, len(frames)), dtype=bool)
@@ -141,7 +175,7 @@ def _compare_action(
     evidence, and which may show it where captions say so.
     """
     against = [
-        f"not {side} {limb}"
+        say_other_limb(side, limb)
         for side, limb in limbs_to_measure(action)
         if side not in believed and _is_otherwise(limb_speeds(frames, limb), side, place, shown[0])
     ]
@@ -151,16 +185,16 @@ def _compare_action(
         if ways is not None:
             place = place if place.unknown else _moved(place, *ways)
         elif not is_said or furthest(speeds, direction, not TURNS.isdisjoint(action))[0] >= 1.0:
-            against.append(f"not {direction}")
+            against.append(say_not_gone(direction, not TURNS.isdisjoint(action)))
     return against, replace(place, probability=None, right=None) if against else place
 
 
-def _excluded_words(action: Sequence[str], excluded: Sequence[str]) -> tuple[str, ...]:
+def excluded_words(action: Sequence[str], excluded: Sequence[str]) -> tuple[str, ...]:
     """The words of "wave the hand, but not the left" that exclude something, as one action.
 
-    >>> _excluded_words(("wave", "right", "hand"), ("left",))
+    >>> excluded_words(("wave", "right", "hand"), ("left",))
     ('wave', 'left', 'hand')
-    >>> _excluded_words(("walk", "left"), ("backward",))
+    >>> excluded_words(("walk", "left"), ("backward",))
     ('walk', 'backward')
     """
     verbs = [word for word in action if word not in MODIFIERS]
@@ -172,14 +206,15 @@ def _done_though_excluded(
     frames: Float32Array, action: Sequence[str], excluded: Sequence[str]
 ) -> list[str]:
     """What of "walk, but not backward" the frames clearly show; `frames` (frames, 130)."""
-    words, turns = _excluded_words(action, excluded), not TURNS.isdisjoint(action)
+    words, turns = excluded_words(action, excluded), not TURNS.isdisjoint(action)
     gone = [
-        direction
+        f"{'stays' if direction == IN_PLACE else 'turns' if turns else 'goes'} "
+        f"{as_said(direction)}, which is excluded"
         for direction in directions_to_measure(words)
-        if furthest(speeds_of(frames), direction, turns)[0] >= CLEARLY
+        if share_of_full(furthest(speeds_of(frames), direction, turns)[0], direction) >= 1.0
     ]
     moved = [
-        f"{side} {limb}"
+        f"moves the {side} {limb}, which is excluded"
         for side, limb in limbs_to_measure(words)
         if side in OTHER and moves_otherwise(limb_speeds(frames, limb), OTHER[side])
     ]
@@ -210,10 +245,20 @@ def _ways(
     They are those of the place, if the place does.
     """
     turns, inside = not TURNS.isdisjoint(action), _inside(place)
-    if furthest(speeds[inside], direction, turns)[0] >= 1.0:
+    if furthest(speeds[_looked_at(inside, direction)], direction, turns)[0] >= 1.0:
         return inside.start, inside.stop
-    amount, first, behind = furthest(speeds * shown[:, None], direction, turns)
+    amount, first, behind = furthest(speeds, direction, turns, shown)
     return (first, behind) if amount >= 1.0 else None
+
+
+def _looked_at(inside: slice, direction: str) -> slice:
+    """The frames in which the direction of a place is measured: at least 2 s for "in place".
+
+    Who walks on stays in place for the half second of a step.
+    """
+    more = LEAST_LOOKED_AT - (inside.stop - inside.start) if direction == IN_PLACE else 0
+    start = max(inside.start - max(more, 0) // 2, 0)
+    return slice(start, max(inside.stop, start + LEAST_LOOKED_AT if more > 0 else 0))
 
 
 def _moved(place: PartPlace, first: int, behind: int) -> PartPlace:

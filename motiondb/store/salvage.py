@@ -39,6 +39,7 @@ from motiondb.store.catalogue.sources import Source, unpack_source
 from motiondb.store.catalogue.where import COLUMNS
 from motiondb.store.connection.faults import is_damage
 from motiondb.store.connection.handle import Store
+from motiondb.store.connection.migrations import FRAME_SCHEMAS, FRAMES, poses_of_frames
 from motiondb.store.connection.opening import connect
 from motiondb.store.connection.transactions import transaction
 from motiondb.store.grammars import (
@@ -186,7 +187,11 @@ def _read_source(store: Store, key: str, value: object) -> Source:
 
 
 def _read_motion(store: Store, row: dict[str, Any], lost_columns: Sequence[str]) -> Motion:
-    poses = load_poses(store, row["capture_id"])
+    if ("main",) in _rows(store, FRAME_SCHEMAS):  # an older file, which is not migrated here
+        query = FRAMES.format("main")
+        poses = poses_of_frames(store.connection.arrays(query, [row["capture_id"]]))
+    else:
+        poses = load_poses(store, row["capture_id"])
     whole = len(poses) if "motion_frames" in lost_columns else row["motion_frames"]
     if len(poses) != whole or not len(poses):
         raise ValueError("frames are missing")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from motiondb.body import body
-from motiondb.body.joint_names import CONVENTIONS, REQUIRED, joint_map, normalised
+from motiondb.body.joint_names import CONVENTIONS, REQUIRED, crossed_names, joint_map, normalised
 from motiondb.errors import SkeletonError
 from motiondb.records import Skeleton
 
@@ -121,6 +121,15 @@ def test_required_joints_are_named_when_missing() -> None:
     )
 
 
+BODY = (
+    "Hips< Spine<Hips Chest<Spine Neck<Chest Head<Neck "
+    "Shoulder_L<Chest UpperArm_L<Shoulder_L LowerArm_L<UpperArm_L Hand_L<LowerArm_L "
+    "Shoulder_R<Chest UpperArm_R<Shoulder_R LowerArm_R<UpperArm_R Hand_R<LowerArm_R "
+    "UpperLeg_L<Hips LowerLeg_L<UpperLeg_L Foot_L<LowerLeg_L Toes_L<Foot_L "
+    "UpperLeg_R<Hips LowerLeg_R<UpperLeg_R Foot_R<LowerLeg_R Toes_R<Foot_R"
+)  # Joint<the joint from which it hangs
+
+
 def test_a_long_list_of_names_is_cut() -> None:
     with pytest.raises(SkeletonError, match=r"joint39, \.\.\. \(nearest convention"):
         joint_map(skeleton(" ".join(f"joint{n}" for n in range(60))))
@@ -160,3 +169,29 @@ def test_a_users_map_overrides_the_convention() -> None:
 def test_a_wrong_map_gets_a_suggestion(convention: str, given: dict[str, str], text: str) -> None:
     with pytest.raises(SkeletonError, match=re.escape(text)):
         joint_map(skeleton(SPELLINGS[convention]), given)
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "note"),
+    [
+        ("Hand_L", "Hand_R", "l_wrist (Hand_L) hangs from r_elbow (LowerArm_R)"),
+        ("LowerLeg_R", "Foot_R", "r_knee (LowerLeg_R) hangs from r_ankle (Foot_R)"),
+        ("Head", "UpperLeg_L", "l_knee (LowerLeg_L) hangs from head (Head)"),
+        ("Head", "UpperArm_L", "l_elbow (LowerArm_L) hangs from head (Head)"),
+        ("Hips", "Foot_L", "spine (Spine) hangs from l_ankle (Foot_L)"),
+        ("Hand_L", "Hand_L", ""),
+    ],
+)
+def test_exchanged_names_are_noted(one: str, other: str, note: str) -> None:
+    parents = dict(pair.split("<") for pair in BODY.split())
+    names = [{one: other, other: one}.get(name, name) for name in parents]
+    above = np.array([[*parents].index(p) if p else -1 for p in parents.values()])
+    made = Skeleton(tuple(names), above, np.zeros((len(names), 3)))
+    assert [found.partition(",")[0] for found in crossed_names(made, joint_map(made))] == (
+        [note] * bool(note)
+    )
+
+
+def test_joints_without_connections_contradict_nothing() -> None:
+    made = skeleton(SPELLINGS["CMU BVH"])
+    assert crossed_names(made, joint_map(made)) == ()

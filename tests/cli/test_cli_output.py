@@ -133,6 +133,15 @@ def test_memory_that_runs_out_is_told(
     assert "memory: expected enough for this command, found that it ran out." in ended.err
 
 
+def test_too_little_memory_is_refused_at_once() -> None:
+    """Libraries would end the program without a word."""
+    code = "from motiondb.cli.main import main; main()"
+    command = ["sh", "-c", 'ulimit -v 900000; exec "$@"', "sh", sys.executable, "-c", code, "list"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "memory: expected a limit of at least 1,000 MB, found 922 MB." in done.stderr
+
+
 @pytest.mark.parametrize("words", [["list"], ["info"], ["check", "--quick"], ["search", "walk"]])
 def test_a_look_at_the_catalogue_or_for_a_word_loads_no_science(
     learned_file: Path, words: list[str]

@@ -71,6 +71,25 @@ def test_a_reader_that_dies_is_a_fault(
     assert "found: that reading it ends the program (SIGSEGV). The file is damaged" in fault
 
 
+@pytest.mark.parametrize("end", ["kill -SEGV $$", "echo MemoryError >&2"])
+def test_a_file_is_not_called_damaged_where_memory_ran_out(
+    filled: store.Store, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, end: str
+) -> None:
+    dying = tmp_path / "python"
+    dying.write_text(f"#!/bin/sh\n{end}\n")
+    dying.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(dying))
+    monkeypatch.setattr("resource.getrlimit", lambda _: (300_000_000, -1))
+    with pytest.raises(StoreError, match="expected enough memory to check it, found that it ran"):
+        motiondb.check_file(filled.path)
+
+
+def test_duckdb_without_memory_is_no_error_of_the_store(filled: store.Store) -> None:
+    """So that nothing that judges by a StoreError takes it for damage."""
+    with pytest.raises(MemoryError, match="expected enough memory, found that it ran out"):
+        filled.connection.execute("SET memory_limit = '1kB'")
+
+
 def test_modules_of_the_working_folder_are_not_imported(
     filled: store.Store, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -10,12 +10,16 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import duckdb
 import pytest
+from distributed.comm import CommClosedError
 
 import motiondb
 from motiondb import Cluster, ClusterError, LearnSettings
@@ -100,6 +104,11 @@ def rows(path: Path) -> dict[str, list[str]]:
         }
 
 
+def answering(result: Callable[[], object]) -> Any:
+    """What dask gives for work that is done."""
+    return SimpleNamespace(done=lambda: True, result=result)
+
+
 def kills(process: subprocess.Popen[bytes], step: str) -> Callable[..., None]:
     """A progress callback that kills a process when a step begins."""
 
@@ -137,6 +146,24 @@ def test_workers_and_their_deaths_change_no_bit(
         db.add(some, progress=kills(processes.scheduler, "reading captures"), workers=workers)
     with motiondb.open(tmp_path / "none.duckdb") as db:
         assert db.captures() == []
+
+
+@pytest.mark.parametrize("lost", [CancelledError, CommClosedError])
+def test_a_result_whose_connection_ends_is_asked_for_again_while_there_is_a_scheduler(
+    lost: type[Exception],
+) -> None:
+    client = SimpleNamespace(status="running", submit=lambda *_, **__: answering(lambda: 7))
+    workers = object.__new__(Cluster)
+    workers.address, workers._client = "tcp://w:1", client
+
+    def fails() -> None:
+        raise lost("Stream is closed")
+
+    job: cluster._Job[int] = cluster._Job(int, (), None)
+    assert workers._result(job, "7", answering(fails)) == 7
+    client.status = "closed"
+    with pytest.raises(ClusterError, match=r"^tcp://w:1: .* went away \(Stream is closed\)\."):
+        workers._result(job, "7", answering(fails))
 
 
 def test_nobody_answers(monkeypatch: pytest.MonkeyPatch) -> None:

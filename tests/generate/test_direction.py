@@ -28,11 +28,13 @@ RUN, REST = (1.2, 60), (0.0, 30)
     [
         (HEIGHT, ((0.5, 60), (0.8, 60)), {"up": 2.0, "down": -2.0}),
         (HEIGHT, ((0.9, 60), (1.3, 12), (0.9, 60)), {"up": 0.0}),  # a jump is no way up
-        (YAW, ((0.7, 31),), {"left": 1.0, "right": -1.0}),
-        (SIDEWAYS, ((0.4, 31),), {"sideways": 1.0}),
-        (SIDEWAYS, ((-0.4, 31),), {"sideways": 1.0}),
-        (YAW, ((1.4, 30), (0.0, 31)), {"turn": 2.0, "around": 1.4 / 2.5}),
-        (YAW, ((-1.4, 30), (0.0, 31)), {"turn": 2.0, "around": 1.4 / 2.5}),
+        (YAW, ((0.7, 30),), {"turn left": 1.0, "left": 1.0, "right": 0.0}),
+        (SIDEWAYS, ((0.4, 30),), {"sideways": 1.0, "left": 1.0, "turn left": 0.0}),
+        (SIDEWAYS, ((-0.2, 30),), {"sideways": 0.5, "right": 0.5}),
+        (YAW, ((1.4, 30), (0.0, 31)), {"turn": 2.0, "turn around": 1.4 / 2.1 / 2.0}),
+        (YAW, ((-2.5, 30), (0.0, 31)), {"turn": 2.5 / 0.7, "turn around": 1.0}),
+        (AHEAD, ((-0.3, 30),), {"backward": 1.0, "forward": 0.0, "stationary": 1.0}),
+        (AHEAD, ((1.0, 60),), {"forward": 4.0, "stationary": 14 / 60 / 0.8 / 2.0}),
         (AHEAD, (RUN, REST), {"stop": 1.2, "start": 0.0}),
         (AHEAD, (REST, RUN), {"start": 1.2}),
         (AHEAD, (REST, RUN, REST), {"stop": 1.2}),
@@ -68,7 +70,7 @@ N_FRAMES = 150
 
 def _track() -> np.ndarray:
     """Somebody who stands on both feet, arms down."""
-    track = np.zeros((N_FRAMES, 10))
+    track = np.zeros((N_FRAMES, 12))
     track[:, 0] = 0.9
     return track
 
@@ -119,6 +121,15 @@ def test_kicks_of_both_legs_at_once_are_one() -> None:
     assert furthest_part(track, "kick", 30) == (79, 89)
 
 
+def test_what_lacks_of_a_side_is_the_share_of_the_other_limb() -> None:
+    track = _track()
+    track[:, 7], track[:, 9], track[:, 11] = 1.0, 2.0, 3.0  # hands at 1 and 2 m/s; the right foot
+    amounts = {limb: gone(track, limb) for limb in ("right hand", "left hand", "right foot")}
+    assert amounts == pytest.approx({"right hand": 1.2, "left hand": 0.3, "right foot": 1.5})
+    track[:50, 7] = 3.0
+    assert furthest_part(track, "left hand", 90)[1] <= 50
+
+
 def test_a_punch_begins_quickly() -> None:
     track = _track()
     track[20:25, 6] = track[60:90, 6] = track[100:104, 8] = 1.0
@@ -137,7 +148,7 @@ def test_a_track_is_measured_in_a_motion() -> None:
     for local, kicks in ((rotations, []), (lifted, [(20, 30)])):
         motion = Motion(local.astype(np.float32), roots.astype(np.float32), body.LEG_LENGTH)
         track = measured_track(motion)
-        assert track.shape == (60, 10)
+        assert track.shape == (60, 12)
         np.testing.assert_allclose(track[:10, :6], [[0.93, 0, 0, 0, 0, 0]] * 10, atol=1e-3)
         assert find_occurrences(track, "kick") == kicks
         assert all(find_occurrences(track, word) == [] for word in COUNTED if word != "kick")

@@ -51,8 +51,31 @@ def test_what_is_not_done_is_not_shown(db: motiondb.MotionDB, walk: Motion) -> N
 
 def test_a_turn_to_a_side_is_measured_alone(db: motiondb.MotionDB) -> None:
     motion = db.motion("ana/turn_left_1")
-    turned = judge_motion(db.learned, motion, [_asked(motion, "turn left", "left")], [])[0]
-    assert (turned.shown, turned.probability, turned.reason) == (True, None, "left is measured")
+    turned = judge_motion(db.learned, motion, [_asked(motion, "turn left", "turn left")], [])[0]
+    assert (turned.shown, turned.probability) == (True, None)
+    assert turned.reason == "turn left is measured"
+
+
+def test_a_measured_direction_is_not_denied_and_a_small_one_is_not_shown(
+    db: motiondb.MotionDB, walk: Motion
+) -> None:
+    denied = judge_motion(db.learned, walk, [_asked(walk, "run")], [])[0]
+    unsure = judge_motion(db.learned, walk, [_asked(walk, "run forward", "forward")], [])[0]
+    assert (denied.shown, unsure.shown) == (False, None)
+    hardly = judge_motion(db.learned, walk, [_asked(walk, "walk both hand", "both hand")], [])[0]
+    assert (hardly.shown, hardly.reason) == (True, "walk by its looks, both hands is measured")
+    short = replace(_asked(walk, "walk forward", "forward"), end=37)
+    part = judge_motion(db.learned, walk, [short], [])[0]
+    assert part.shown is None
+
+
+def test_an_excluded_direction_is_measured(db: motiondb.MotionDB, walk: Motion) -> None:
+    asked = _asked(walk, "walk")
+    for excluded, shown in (("forward", False), ("backward", True), ("turn", True)):
+        action = replace(asked.action, excluded=((excluded,),))
+        answer = judge_motion(db.learned, walk, [replace(asked, action=action)], [])[0]
+        assert answer.shown is shown
+        assert (answer.reason == f"{excluded} is measured, not wanted") is not shown
 
 
 def test_a_measured_action_is_never_denied_for_its_looks(db: motiondb.MotionDB) -> None:

@@ -10,6 +10,7 @@ import pytest
 import motiondb
 from motiondb.body.features import recognition_features
 from motiondb.body.pose_vectors import from_path
+from motiondb.language.vocabulary import IN_PLACE
 from motiondb.meaning.travelled import directions_to_measure, furthest, speeds_of
 from motiondb.records import Float32Array
 from motiondb.search.asked_words import learned_words
@@ -45,6 +46,27 @@ def test_amounts_by_hand(direction: str, speeds: dict[str, float], amount: float
     assert (first, behind) == ((0, 15 * SECONDS) if amount else (0, 0))
 
 
+@pytest.mark.parametrize(
+    ("speeds", "amount"),
+    [
+        ({}, 1.25),
+        ({"ahead": 0.2}, 1.25),  # 0.4 m in 2 s
+        ({"ahead": 0.5}, 14 / 30 / 0.8),  # 0.43 m in 14 of 30 frames
+        ({"ahead": 0.5, "turning": 3.0}, 1.25),  # on a circle of 0.17 m
+    ],
+)
+def test_in_place_is_within_a_square(speeds: dict[str, float], amount: float) -> None:
+    assert furthest(speeds_of(moving(**speeds)), IN_PLACE)[0] == pytest.approx(amount, rel=0.05)
+
+
+def test_only_the_frames_that_show_an_action_count_as_in_place() -> None:
+    speeds = np.zeros((90, 3))
+    speeds[30:, 1] = 1.0  # stands, then walks
+    assert furthest(speeds, IN_PLACE)[0] < 1.0
+    assert furthest(speeds, IN_PLACE, shown=np.arange(90) < 30) == (1.25, 0, 30)
+    assert furthest(speeds, IN_PLACE, shown=np.arange(90) < 10)[0] == 0.0  # too short
+
+
 def test_a_turn_is_no_way_to_a_side() -> None:
     aside = speeds_of(moving(left=0.5))
     assert furthest(aside, "left")[0] > 1.0
@@ -75,11 +97,11 @@ def test_answers_that_turn_the_other_way_come_last_and_say_so(learned_file: Path
     assert "/turn_right" in answer.matches[0].capture
     for match in answer.matches:
         if match.contradicted:
-            assert match.contradicted == ("not right",)
-            assert match.reason.endswith("; measured: not right")
+            assert match.contradicted == ("does not turn right",)
+            assert match.reason.endswith("; measured: does not turn right")
             assert match.probability is None
         if "/turn_left" in match.capture:
-            assert match.contradicted == ("not right",)
+            assert match.contradicted == ("does not turn right",)
     assert not any(m.contradicted for m in ask(written=True).matches if "/turn_right" in m.capture)
 
 
@@ -89,10 +111,21 @@ def test_what_is_excluded_and_done_is_a_contradiction(learned_file: Path) -> Non
     lefts = [match for match in answer.matches if "/turn_left" in match.capture]
     assert lefts
     for match in lefts:
-        assert match.contradicted == ("left",)
-        assert match.reason.endswith("; measured: left")
+        assert match.contradicted == ("turns left, which is excluded",)
+        assert match.reason.endswith("; measured: turns left, which is excluded")
         assert match.probability is None
     assert not any(m.contradicted for m in answer.matches if "/turn_right" in m.capture)
+
+
+def test_a_replaced_verb_is_measured_as_the_known_one(learned_file: Path) -> None:
+    """The table has "sideways" as "side" and "stroll" as "walk"; only the verb is replaced."""
+    with motiondb.open(learned_file, read_only=True) as db:
+        answer = db.search("stroll backwards", limit=3)
+        assert answer.understood == "walk (for stroll); measured: backward"
+        assert {match.contradicted for match in answer.matches} == {("does not go backward",)}
+        place = db.search("run in place", limit=3)
+    assert place.understood == "run; measured: in place"
+    assert {match.contradicted for match in place.matches} == {("does not stay in place",)}
 
 
 def test_a_direction_that_no_caption_holds_is_measured_all_the_same(learned_file: Path) -> None:
@@ -102,6 +135,6 @@ def test_a_direction_that_no_caption_holds_is_measured_all_the_same(learned_file
         assert answer.understood == "run; measured: backward"
         assert not answer.unknown
         assert not answer.not_used
-        assert {match.contradicted for match in answer.matches} == {("not backward",)}
+        assert {match.contradicted for match in answer.matches} == {("does not go backward",)}
         assert all("/run_" in match.capture for match in answer.matches)
         assert answer.nothing == "probably nothing in this database matches"

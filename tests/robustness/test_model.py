@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from motiondb import Grammars, MotionDB, Scenes
 from robustness_tasks import model, model_processes, model_verbs
-from robustness_tasks.plain_model import UNKNOWN, Step, futures
+from robustness_tasks.plain_model import DONE, UNKNOWN, Step, futures
 from robustness_tasks.plain_world import ANY, Kept, World, difference
 
 pytest.importorskip("resource")
@@ -63,3 +64,16 @@ def test_an_interrupted_step_may_have_happened_or_not() -> None:
     }  # fmt: skip
     assert difference({"a": [1, ANY]}, {"a": (1, 5)}) == ""
     assert difference({"a": 1}, {"a": 1, "b": 2}) == "/b: unexpected"
+
+
+def test_a_change_that_is_counted_back_may_be_counted_before_another_undo() -> None:
+    world = World({"walk": Kept("captured", "d", {}, (), number=1)})
+    for words in ("one", "two", "three"):
+        before = world.copy()
+        world.captures["walk"] = replace(world.captures["walk"], captions=((words, None, None),))
+        world.remember("set words", before)
+    latest = Step("undo", {"back": 0}, DONE)
+    both = [latest, Step("undo", {"back": 2}, DONE)]
+    worlds = list(futures(world, both, undisturbed=True))
+    captions = [later.captures["walk"].captions[0][0] for later in worlds]
+    assert captions == ["one"]  # "two" taken back after "three"; counted after it, none is allowed

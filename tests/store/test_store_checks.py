@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterator
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from types import ModuleType
 
@@ -13,7 +14,7 @@ import pytest
 
 from motiondb import store
 from motiondb.errors import StoreError
-from motiondb.store import DamagedFileError, grammars, learned, scenes
+from motiondb.store import DamagedFileError, checks, grammars, learned, scenes
 from motiondb.store.connection.migrations import present_schema
 from motiondb.store.poses import POSE_SIZE, pack_poses
 
@@ -192,6 +193,25 @@ def test_damage_in_any_table_and_in_the_indexes_of_names_is_told(filled: store.S
         filled.path.write_bytes(whole)
     assert not missed & used
     assert len(missed) < total // 2
+
+
+def test_the_index_of_numbers_without_gaps_is_read(tmp_path: Path) -> None:
+    """Asked for all of them, DuckDB would not look into it."""
+    path, told = tmp_path / "m.duckdb", []
+    with store.open_store(path) as opened:
+        opened.connection.execute("CREATE TABLE many (number BIGINT PRIMARY KEY)")
+        opened.connection.execute("INSERT INTO many FROM range(300)")
+    whole = path.read_bytes()
+    for block in range(len(whole) // 262_144):
+        damage_block(path, block)
+        with suppress(StoreError), store.open_store(path, read_only=True) as opened:
+            if checks._is_readable(opened, "many", ["number"]):
+                is_found = checks._is_indexed(opened, "many", "number")
+                told.append(not is_found)
+                with nullcontext() if is_found else pytest.raises(DamagedFileError):
+                    opened.connection.execute("FROM many WHERE number = 7").fetchall()
+        path.write_bytes(whole)
+    assert any(told)
 
 
 def test_a_file_whose_end_was_free_is_whole(tmp_path: Path) -> None:

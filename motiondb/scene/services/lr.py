@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.context_free import Grammar, nullable_symbols
@@ -178,37 +179,48 @@ def _conflicts(
     building: _Building, states: Iterable[tuple[_State, tuple[str, ...]]]
 ) -> tuple[Conflict, ...]:
     """Return every conflict once, with the shortest prefix that leads to it."""
-    conflicts: dict[tuple[str, tuple[int, ...]], Conflict] = {}
+    found: dict[tuple[str, tuple[int, ...]], Conflict] = {}
+    names = cache(building.names)  # a large grammar has a million conflicts at few sets
     for state, prefix in states:
-        shifts: dict[str, list[int]] = {}
-        reductions: list[tuple[int, int]] = []
-        for core, ahead in state.items():
-            symbol = building.next_symbol(core)
-            if symbol is None:
-                reductions.append((core[0], ahead))
-            elif not building.grammar.is_nonterminal(symbol):
-                shifts.setdefault(symbol, []).append(core[0])
+        shifts, reductions = _actions(building, state)
         for at, (rule, ahead) in enumerate(reductions):
             for symbol, rules in shifts.items():
                 if building.bit[symbol] & ahead:
-                    _add(conflicts, "shift-reduce", (symbol,), {rule, *rules}, prefix)
+                    _add(found, "shift-reduce", (symbol,), {rule, *rules}, prefix)
             for other, other_ahead in reductions[at + 1 :]:
-                common = building.names(ahead & other_ahead)
-                if common:
-                    _add(conflicts, "reduce-reduce", common, {rule, other}, prefix)
-    return tuple(conflicts.values())
+                if ahead & other_ahead:
+                    common = names(ahead & other_ahead)
+                    _add(found, "reduce-reduce", common, {rule, other}, prefix)
+    return tuple(found.values())
+
+
+def _actions(
+    building: _Building, state: _State
+) -> tuple[dict[str, list[int]], list[tuple[int, int]]]:
+    """Return the rules that shift, by terminal, and those that reduce, with their lookaheads."""
+    shifts: dict[str, list[int]] = {}
+    reductions: list[tuple[int, int]] = []
+    for core, ahead in state.items():
+        symbol = building.next_symbol(core)
+        if symbol is None:
+            reductions.append((core[0], ahead))
+        elif not building.grammar.is_nonterminal(symbol):
+            shifts.setdefault(symbol, []).append(core[0])
+    return shifts, reductions
 
 
 def _add(
-    conflicts: dict[tuple[str, tuple[int, ...]], Conflict],
+    found: dict[tuple[str, tuple[int, ...]], Conflict],
     kind: str,
     lookaheads: tuple[str, ...],
     rules: set[int],
     prefix: tuple[str, ...],
 ) -> None:
+    """Keep a conflict, or its lookaheads with the same conflict of an earlier state."""
     numbers = tuple(sorted(rules - {_AUGMENTED}))
-    known = conflicts.get((kind, numbers))
-    if known is not None:
+    known = found.get((kind, numbers))
+    if known is None:
+        found[kind, numbers] = Conflict(kind, lookaheads, numbers, prefix)
+    elif known.lookaheads != lookaheads:
         lookaheads = tuple(dict.fromkeys((*known.lookaheads, *lookaheads)))
-        prefix = known.prefix
-    conflicts[kind, numbers] = Conflict(kind, lookaheads, numbers, prefix)
+        found[kind, numbers] = Conflict(kind, lookaheads, numbers, known.prefix)

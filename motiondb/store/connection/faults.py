@@ -5,6 +5,7 @@ DuckDB names its errors by class. For users, errors are divided in another way:
 ====================  ==========================================================================
 the file is damaged   a checksum that does not fit, a block beyond the end, a failed assertion
 the disk is full      nothing was written
+memory ran out        MemoryError: nothing is known of the file
 the file was closed   a program error of the caller
 anything else the message of DuckDB
 ====================  ==========================================================================
@@ -54,8 +55,12 @@ def is_damage(error: BaseException) -> bool:
     )
 
 
-def translate(path: Path, error: duckdb.Error) -> StoreError:
+def translate(path: Path, error: duckdb.Error) -> StoreError | MemoryError:
     """The error of motiondb for an error of DuckDB in an open database."""
+    if isinstance(error, duckdb.OutOfMemoryException):
+        return MemoryError(
+            f"{path}: expected enough memory, found that it ran out: {first_sentence(error)}"
+        )
     if is_damage(error):
         return DamagedFileError(damage_sentence(path, first_sentence(error)))
     if _FULL.search(str(error)):

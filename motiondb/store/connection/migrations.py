@@ -13,12 +13,15 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from importlib import metadata, resources
+from typing import Any
 
 import duckdb
 import numpy as np
+from numpy.typing import NDArray
 
 from motiondb.errors import StoreError
-from motiondb.store.poses import pack_poses
+from motiondb.records import Float32Array
+from motiondb.store.poses import POSE_SIZE, pack_poses
 
 
 @cache
@@ -96,19 +99,34 @@ def migrate(connection: duckdb.DuckDBPyConnection, version: int) -> None:
         _run(connection, text, number, _THEN.get(number))
 
 
+FRAME_SCHEMAS = (
+    "SELECT schema_name FROM duckdb_tables() WHERE table_name = 'motion_frame' "
+    "AND database_name = current_database()"
+)  # Where motions are a row a frame, as before version 4: "main", and the trash
+FRAMES = "SELECT frame, pose FROM {}.motion_frame WHERE capture_id = ? ORDER BY frame"
+
+
+def poses_of_frames(columns: dict[str, NDArray[Any]]) -> Float32Array:
+    """The poses (frames, 87) of a motion that is a row a frame; ValueError where one lacks."""
+    frames, poses = columns["frame"], list(columns["pose"])
+    if not np.array_equal(frames, np.arange(len(frames))):
+        raise ValueError("a motion that lacks frames.")
+    if any(np.shape(pose) != (POSE_SIZE,) for pose in poses):
+        raise ValueError("a motion with incomplete frames.")
+    return np.array(poses, np.float32).reshape(-1, POSE_SIZE)
+
+
 def _pack_motions(connection: duckdb.DuckDBPyConnection) -> None:
     """Pack the motions of a file that has a row a frame, also those in the trash."""
-    for (schema,) in connection.execute(
-        "SELECT schema_name FROM duckdb_tables() WHERE table_name = 'motion_frame'"
-    ).fetchall():
+    for (schema,) in connection.execute(FRAME_SCHEMAS).fetchall():
         frames, motions = f"{schema}.motion_frame", f"{schema}.motion"
         connection.execute(f"CREATE TABLE IF NOT EXISTS {motions} AS FROM main.motion LIMIT 0")
-        for row in connection.execute(f"SELECT DISTINCT capture_id FROM {frames}").fetchall():
-            query = f"SELECT pose FROM {frames} WHERE capture_id = ? ORDER BY frame"
-            poses = np.stack(list(connection.execute(query, row).fetchnumpy()["pose"]))
-            packed = pack_poses(poses)
+        numbers = connection.execute(f"SELECT DISTINCT capture_id FROM {frames}").fetchall()
+        for (number,) in numbers:
+            read = connection.execute(FRAMES.format(schema), [number])
+            poses = poses_of_frames(read.fetchnumpy())
             connection.execute(
-                f"INSERT INTO {motions} VALUES (?, ?, ?)", [*row, len(poses), packed]
+                f"INSERT INTO {motions} VALUES (?, ?, ?)", [number, len(poses), pack_poses(poses)]
             )
         connection.execute(f"DROP TABLE {frames}")
 

@@ -54,22 +54,26 @@ def test_every_terminal_has_entries_with_licences(clips: SceneClips) -> None:
 
 def test_instants_are_those_of_the_events(base: motiondb.MotionDB, clips: SceneClips) -> None:
     library = clips.library
+    seen = {capture: {(e.frame, e.name) for e in base.events(capture)} for capture in clips.motions}
     for name, event in _INSTANTS.items():
         for k in library.of(name):
             source = library.source[k]
             assert source.instant == "events"
-            frame = source.start + int(library.event_frame[k])
-            assert any(e.frame == frame and e.name == event for e in base.events(source.capture))
+            assert (source.start + int(library.event_frame[k]), event) in seen[source.capture]
     assert {library.source[k].instant for k in library.of("run")} == {""}
 
 
 def test_steps_are_cut_at_foot_strikes(base: motiondb.MotionDB, clips: SceneClips) -> None:
     library = clips.library
-    for k in library.of("run"):
-        source = library.source[k]
-        strikes = {e.frame for e in base.events(source.capture) if e.name == "foot_strike"}
-        inner = {source.start, source.end} & strikes
-        assert inner, source
+    runs = [library.source[k] for k in library.of("run")]
+    strikes = {
+        (capture, e.frame)
+        for capture in {run.capture for run in runs}
+        for e in base.events(capture)
+        if e.name == "foot_strike"
+    }
+    for run in runs:
+        assert {(run.capture, run.start), (run.capture, run.end)} & strikes, run
     steps = np.hypot(*library.step[list(library.of("run")), :2].T)
     assert 0.7 < np.median(steps) < 2.0
     dribbles = np.hypot(*library.step[list(library.of("dribble")), :2].T)

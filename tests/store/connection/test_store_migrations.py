@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+from contextlib import closing
 from importlib import resources
 from pathlib import Path
 from types import ModuleType
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 
 from motiondb import store
+from motiondb.database.catalogue.rescuing import rescue
 from motiondb.errors import StoreError
 from motiondb.store import checks
 from motiondb.store.catalogue.captures import flatten_motion
@@ -67,12 +69,9 @@ def test_a_later_migration_is_applied_once_to_an_older_file(
             assert store.revision(database) == 0
 
 
-def test_a_database_of_the_first_version_gets_the_tables_of_today(
-    database: store.Store, samples: ModuleType
-) -> None:
-    samples.add(database, "a")
-    motion = store.load_motion(database, 1)
-    rows = to_rows(flatten_motion(motion))
+def make_first_version(database: store.Store) -> None:
+    """Give a database of one capture the tables of the first version, and close it."""
+    rows = to_rows(flatten_motion(store.load_motion(database, 1)))
     database.connection.execute(
         "CREATE TABLE motion_frame (capture_id BIGINT, frame INTEGER, pose FLOAT[87])"
     )
@@ -80,6 +79,14 @@ def test_a_database_of_the_first_version_gets_the_tables_of_today(
     for table in ("edit", "faulty_file", "same_file", "motion"):
         database.connection.execute(f"DROP TABLE {table}")
     database.connection.execute("UPDATE meta SET value = '1' WHERE key = 'schema'")
+
+
+def test_a_database_of_the_first_version_gets_the_tables_of_today(
+    database: store.Store, samples: ModuleType
+) -> None:
+    samples.add(database, "a")
+    motion = store.load_motion(database, 1)
+    make_first_version(database)
     database.close()
     with store.open_store(database.path) as newer:
         assert store.check_store(newer) == []
@@ -87,6 +94,37 @@ def test_a_database_of_the_first_version_gets_the_tables_of_today(
         np.testing.assert_array_equal(
             flatten_motion(store.load_motion(newer, 1)), flatten_motion(motion)
         )
+
+
+def test_a_database_of_the_first_version_is_rescued_as_it_is(
+    database: store.Store, samples: ModuleType, tmp_path: Path
+) -> None:
+    """Its captures have no files, so that the motions are all there is of them."""
+    samples.add(database, "a")
+    motion = store.load_motion(database, 1)
+    make_first_version(database)
+    database.connection.execute("UPDATE source SET data = ''")
+    database.close()
+    report = rescue(database.path, tmp_path / "new.duckdb")
+    assert (report.captures, report.mended, report.lost) == (("a",), (), ())
+    with store.open_store(tmp_path / "new.duckdb", read_only=True) as new:
+        np.testing.assert_array_equal(
+            flatten_motion(store.load_motion(new, 1)), flatten_motion(motion)
+        )
+
+
+def test_an_older_database_with_damaged_motions_is_refused_unchanged(
+    database: store.Store, samples: ModuleType
+) -> None:
+    frames = samples.add(database, "a").motion_frames
+    make_first_version(database)
+    database.connection.execute("DELETE FROM motion_frame WHERE frame = 1")
+    database.close()
+    with pytest.raises(StoreError, match=r"found: a motion that lacks frames\. .* motiondb rescue"):
+        store.open_store(database.path)
+    with closing(duckdb.connect(str(database.path), read_only=True)) as opened:
+        assert migrations.schema_version(opened, "") == 3  # the last step failed
+        assert opened.execute("SELECT count(*) FROM motion_frame").fetchone() == (frames - 1,)
 
 
 def test_a_database_that_two_versions_wrote_stays_sound(
