@@ -32,7 +32,7 @@ from scipy.ndimage import median_filter, uniform_filter1d
 
 from motiondb.generate.occurrences import LASTING, aloft, find_occurrences
 from motiondb.language.question.tree import LIMBS, SIDES
-from motiondb.language.vocabulary import IN_PLACE
+from motiondb.language.vocabulary import IN_PLACE, as_said
 from motiondb.meaning import travelled
 from motiondb.meaning.limb_sides import (
     LEGS,
@@ -45,7 +45,6 @@ from motiondb.meaning.travelled import (
     directions_to_measure,
     furthest,
     largest_part,
-    say_direction,
     say_not_gone,
     share_of_full,
     ways,
@@ -138,7 +137,7 @@ def say_measured(measured: str) -> str:
     """
     if measured.startswith("both "):
         return {"both foot": "both feet"}.get(measured, f"{measured}s")
-    return measured if measured in FULL else " ".join(map(say_direction, measured.split()))
+    return measured if measured in FULL else " ".join(map(as_said, measured.split()))
 
 
 def say_not_done(measured: str) -> str:

@@ -210,7 +210,7 @@ def _measured_words(tree: Node, counts: Mapping[str, int]) -> set[str]:
     """Words of the actions that no caption says and that are measured beside known words."""
     measured = set()
     for action in actions_of(tree):
-        words = words_of_measured(_as_in_search([action.words])) & (MODIFIERS | {"side"})
+        words = words_of_measured(_as_in_search([action.words])) & MODIFIERS
         if any(word in counts for word in action.words if word not in words):
             measured |= words
     return measured - counts.keys()

@@ -32,10 +32,10 @@ from motiondb.language.question.readings import (
 )
 from motiondb.language.question.tree import NotUsed, actions_of
 from motiondb.language.translation import decoding
+from motiondb.language.vocabulary import as_said
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import decode
 from motiondb.meaning import word_evidence
-from motiondb.meaning.travelled import say_direction
 from motiondb.meaning.word_evidence import WRITTEN
 from motiondb.records import MOTION_FPS, Match, MatchPart
 from motiondb.search import placing, reasons
@@ -159,7 +159,7 @@ class WordAnswer:
     def understood(self) -> str:
         """How the question is understood; words that are taken say so."""
         known = with_notation(self.question.understood, self.taken)
-        measured = ", ".join(map(say_direction, self.measured))
+        measured = ", ".join(map(as_said, self.measured))
         return f"{known}; measured: {measured}" if measured else known
 
     @property
