@@ -82,7 +82,7 @@ def search(
     _note_words(answer, silent=explain and not shared.json)
     if printing.as_json(shared, search_answer(answer, explain)):
         return
-    if answer.missing:
+    if answer.not_understood:
         printing.say(answer.not_understood)
     printing.print_question(answer.understood, answer.unknown, answer.not_used, "search")
     _print_answer(

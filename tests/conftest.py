@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
+import json
 import os
 import shutil
 import sys
@@ -16,6 +18,13 @@ import pytest
 import motiondb
 
 _SAMPLES = Path(__file__).resolve().parents[1] / "sample_data"
+FIRST_COMMANDS = {
+    "motiondb add sample_data/captures --words sample_data/captions.tsv": (
+        "--events sample_data/events.tsv"
+    ),
+    "motiondb learn": "",
+}
+"""As README begins, and what the tests need besides; a test of README compares what they said."""
 
 
 @dataclass(frozen=True)
@@ -53,26 +62,33 @@ def samples_sheet() -> Path:
     return _SAMPLES / "captions.tsv"
 
 
+def _learn_samples(folder: Path) -> None:
+    """Make the database with the first commands of README, and keep what they said."""
+    from joblib.externals.loky import get_reusable_executor
+    from readme_blocks import run
+
+    get_reusable_executor().shutdown(wait=True)  # its processes may stand in another test's folder
+    (folder / "sample_data").symlink_to(_SAMPLES)
+    with contextlib.chdir(folder), pytest.MonkeyPatch.context() as patch:
+        patch.delenv("MOTIONDB", raising=False)
+        said = {}
+        for command, more in FIRST_COMMANDS.items():
+            code, said[command], err = run(f"{command} {more}")
+            assert code == 0, err
+    (folder / "said.json").write_text(json.dumps(said))
+
+
 @pytest.fixture(scope="session")
-def learned_file(
-    tmp_path_factory: pytest.TempPathFactory,
-    worker_id: str,
-    samples_folder: Path,
-    samples_sheet: Path,
-) -> Iterator[Path]:
+def learned_file(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> Iterator[Path]:
     """A database with all sample data, learned, and held open: to write, take a copy."""
     base = tmp_path_factory.getbasetemp()
     folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "learned"
     folder.mkdir(exist_ok=True)
-    path = folder / "samples.duckdb"
+    path = folder / "motions.duckdb"
     with (folder / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not (folder / "done").exists():
-            with motiondb.open(path) as db:
-                events = samples_sheet.with_name("events.tsv")
-                report = db.add(samples_folder, words=samples_sheet, events=events)
-                assert report.problems == ()
-                db.learn()
+            _learn_samples(folder)
             (folder / "done").touch()
     with motiondb.open(path, read_only=True) as db:
         db.info()  # opens it: from now on, a test that writes is refused whatever runs beside it

@@ -57,7 +57,25 @@ def run(data: Path, seed: int) -> TaskReport:
         for word in np.flatnonzero(usable):
             if names[word] not in MODIFIERS:
                 asked.append(_ask(seen, words, (train, gallery), groups, names, int(word)))
-    return _report(asked, len(captures), seed)
+    return _report(asked, len(captures), _both_said(said), seed)
+
+
+def _both_said(said: Sequence[set[str]]) -> str:
+    """How probable the table calls its replacements, and how often captions say both words."""
+    names = set().union(*said)
+    stated, shared = [], []
+    for word in sorted(names - MODIFIERS):
+        taking = take_word(word, names - {word}, nearby_table())
+        if taking.is_taken:
+            broader = [words for words in said if taking.words[0][0] in words]
+            stated.append(taking.probability)
+            shared.append(np.mean([word in words for words in broader]))
+    return (
+        f"The table replaces {len(stated)} of all words, each hidden alone, with a mean "
+        f"probability of {np.mean(stated):.2f}; of the captures whose captions say the likeliest "
+        f"known word, {np.mean(shared):.2f} also say the hidden one (mean over words), so answers "
+        "for a replaced word carry no probabilities."
+    )
 
 
 def _ask(
@@ -96,7 +114,7 @@ def _ask(
     return Asked(near, precision(odds, right), nearby, float(right.mean()))
 
 
-def _report(asked: Sequence[Asked], n_captures: int, seed: int) -> TaskReport:
+def _report(asked: Sequence[Asked], n_captures: int, both: str, seed: int) -> TaskReport:
     """One row for each group of words, and for those that the table replaces."""
     groups = {
         "all words": list(asked),
@@ -117,7 +135,8 @@ def _report(asked: Sequence[Asked], n_captures: int, seed: int) -> TaskReport:
         f"{LEAST_TRAINED} training captures and {LEAST_SHOWN} in the gallery, other than "
         "directions, manners and parts of the body, is hidden from all captions and then asked "
         "for. Mean average precision; intervals over words. `search` ranks by meaning only words "
-        "that the table does not replace and whose nearest known word is at the bound or above.",
+        "that the table does not replace and whose nearest known word is at the bound or above. "
+        f"{both}",
         ("words", "number", "by meaning", "by the table of nearby words", "chance"),
         tuple(rows),
     )

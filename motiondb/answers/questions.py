@@ -13,6 +13,7 @@ from motiondb.answers.plain import OPTIONAL, fields_of
 from motiondb.language.question import tree
 from motiondb.language.question.tree import NotUsed
 from motiondb.language.translation.decoding import Decoding
+from motiondb.language.vocabulary import as_said
 from motiondb.records import Match
 from motiondb.search.chances import WordSource
 from motiondb.search.reasons import Explanation
@@ -271,7 +272,7 @@ def search_answer(answer: WordAnswer, explain: bool = True) -> SearchAnswer:
             *filter(None, [answer.not_understood, answer.nothing if answer.doubtful else ""]),
             *(taking.sentence() for taking in answer.taken.values()),
             *(
-                f"{word!r} is in no caption; it is measured in the motion"
+                f"{as_said(word)!r} is in no caption; it is measured in the motion"
                 for word in answer.measured
             ),
             *(word.sentence() for word in answer.written),

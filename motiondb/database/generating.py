@@ -39,6 +39,7 @@ from motiondb.generate.smoothness import Smoothness
 from motiondb.language.question.readings import KnownQuestion, hinted, with_hints
 from motiondb.language.question.tree import AnyOf, Node, NotUsed, Without, parts_of
 from motiondb.language.translation import decoding
+from motiondb.language.vocabulary import as_said
 from motiondb.learn.learned import Learned
 from motiondb.records import MOTION_FPS, Motion
 from motiondb.search.chances import WordSource, word_sources
@@ -431,6 +432,7 @@ def _with_notation(one: JudgedAction, takings: Mapping[str, Taking]) -> JudgedAc
     """A judged action whose taken words say so; at most it is not sure to show what was asked."""
     taken = {t.words[0][0]: t for t in takings.values() if t.is_taken}
     told = [taken[word] for word in one.words if word in taken]
+    one = replace(one, words=tuple(map(as_said, one.words)))
     if not told:
         return one
     words = tuple(
@@ -440,9 +442,7 @@ def _with_notation(one: JudgedAction, takings: Mapping[str, Taking]) -> JudgedAc
     if one.shown is not True:
         return replace(one, words=words)
     why = "; ".join(taking.sentence() for taking in told)
-    share = math.prod(taking.probability for taking in told)
-    sure = None if one.probability is None else share * one.probability
-    return replace(one, words=words, shown=None, probability=sure, reason=why)
+    return replace(one, words=words, shown=None, probability=None, reason=why)
 
 
 def _verdict(one: JudgedAction) -> ActionVerdict:

@@ -24,9 +24,11 @@ from motiondb.search.reasons import ExplainedWord
 from motiondb.search.takings import (
     Taking,
     leave_unknown,
+    near_words,
     not_understood,
     unknown_words,
     with_likeliest,
+    with_near,
     write_otherwise,
 )
 
@@ -68,16 +70,25 @@ def search(
         else:
             takings = without_measured_words(learned, words, takings)
             asked = with_replaced(asked, takings)
-        answer = search_words(
-            asked,
-            words,
-            allowed,
-            limit,
-            by_symbols,
-            written,
-            lambda capture: session.features.of_capture(capture),  # loaded only if needed
-        )
-        answer = with_takings(answer, takings)
+
+        def ask_for(text: str) -> WordAnswer:
+            found = search_words(
+                asked,
+                text,
+                allowed,
+                limit,
+                by_symbols,
+                written,
+                lambda capture: session.features.of_capture(capture),  # loaded only if needed
+            )
+            return with_takings(found, takings)
+
+        answer = ask_for(words)
+        if answer.nothing and answer.matches and not (exact or by_symbols):
+            near = near_words(learned, words, table)
+            instead = ask_for(with_near(learned, words, near)) if near else answer
+            if not instead.nothing:
+                answer = without_chances(instead, near=near)
         behind = [word for taking in answer.taken.values() for word in taking.heard]
         sources = (*answer.sources, *word_sources(learned, behind))
         question = replace(answer.question, text=text)

@@ -32,7 +32,7 @@ from scipy.ndimage import median_filter, uniform_filter1d
 
 from motiondb.generate.occurrences import LASTING, aloft, find_occurrences
 from motiondb.language.question.tree import LIMBS, SIDES
-from motiondb.language.vocabulary import IN_PLACE
+from motiondb.language.vocabulary import IN_PLACE, as_said
 from motiondb.meaning import travelled
 from motiondb.meaning.limb_sides import (
     LEGS,
@@ -45,7 +45,6 @@ from motiondb.meaning.travelled import (
     directions_to_measure,
     furthest,
     largest_part,
-    say_direction,
     say_not_gone,
     share_of_full,
     ways,
@@ -138,7 +137,7 @@ def say_measured(measured: str) -> str:
     """
     if measured.startswith("both "):
         return {"both foot": "both feet"}.get(measured, f"{measured}s")
-    return measured if measured in FULL else " ".join(map(say_direction, measured.split()))
+    return measured if measured in FULL else " ".join(map(as_said, measured.split()))
 
 
 def say_not_done(measured: str) -> str:
@@ -230,14 +229,16 @@ def gone(track: FloatArray, measured: str) -> float:
 
 
 def lacking(amount: float, measured: str) -> float:
-    """What an amount lacks, 0 to 1: half of the full amount does, but not of directions and sides.
+    """What an amount lacks, 0 to 2: half of the full amount does, but not of directions and sides.
+
+    Directions and sides that are not reached lack twice as much, because no looks outweigh them.
 
     >>> lacking(0.6, "stop"), lacking(0.75, "backward"), lacking(0.4, "backward")
-    (0.0, 0.25, 1.0)
+    (0.0, 0.25, 2.0)
     """
-    if amount < REACHED:
-        return 1.0
-    return max(1.0 - amount, 0.0) if is_as_in_search(measured) else 0.0
+    if not is_as_in_search(measured):
+        return float(amount < REACHED)
+    return 2.0 if amount < REACHED else max(1.0 - amount, 0.0)
 
 
 def _limbs(track: FloatArray, limb: str) -> FloatArray:

@@ -183,6 +183,15 @@ def join_phrases(text: str) -> str:
     return text
 
 
+def as_said(word: str) -> str:
+    """A word as people write it.
+
+    >>> as_said(IN_PLACE), as_said("walk")
+    ('in place', 'walk')
+    """
+    return "in place" if word == IN_PLACE else word
+
+
 def split_compound(token: str) -> list[str]:
     """The words of a word written in CamelCase.
 

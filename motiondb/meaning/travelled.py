@@ -9,7 +9,7 @@ word             measured                                       at least
 ===============  =============================================  ==========================
 forward          way ahead                                      0.25 m
 backward, back   way back                                       0.15 m
-sideways, side   way to either side                             0.2 m
+sideways         way to either side                             0.2 m
 left, right      turning to that side, or, if the action does   0.35 rad (20 degrees)
                  not name a turn, way to that side              0.2 m
 around           turning to either side                         2.1 rad (120 degrees)
@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 
 from motiondb.body.features import FEATURE_FPS, ROOT_WEIGHT, VELOCITY_SECONDS, runs
 from motiondb.language.question.tree import LIMBS, SIDES
-from motiondb.language.vocabulary import IN_PLACE
+from motiondb.language.vocabulary import IN_PLACE, as_said
 from motiondb.records import Float32Array, FloatArray
 
 LEAST = {
@@ -40,7 +40,6 @@ LEAST = {
     "backward": 0.15,
     "back": 0.15,
     "sideways": 0.2,
-    "side": 0.2,
     "left": 0.35,
     "right": 0.35,
     "around": 2.1,
@@ -72,30 +71,22 @@ def directions_to_measure(words: Sequence[str]) -> tuple[str, ...]:
     (('backward',), ())
     >>> directions_to_measure(("step", "left", "foot")), directions_to_measure(("walk", "around"))
     ((), ())
-    >>> directions_to_measure(("sidestep",)), directions_to_measure(("wave", IN_PLACE))
-    (('sideways',), ('stationary',))
+    >>> directions_to_measure(("wave", IN_PLACE))
+    ('stationary',)
     """
     turns, travels = not TURNS.isdisjoint(words), not TRAVELS.isdisjoint(words)
-    found = dict.fromkeys(
-        word
-        for word, following in zip(words, [*words[1:], ""])
-        if word in LEAST
-        and (
-            word == IN_PLACE
-            or (turns if word == "around" else travels or (turns and word in SIDES))
+    return tuple(
+        dict.fromkeys(
+            word
+            for word, following in zip(words, [*words[1:], ""])
+            if word in LEAST
+            and (
+                word == IN_PLACE
+                or (turns if word == "around" else travels or (turns and word in SIDES))
+            )
+            and not (word in SIDES and following in LIMBS)
         )
-        and not (word in SIDES and following in LIMBS)
     )
-    return tuple(found) or (("sideways",) if "sidestep" in words else ())
-
-
-def say_direction(direction: str) -> str:
-    """A measured direction in plain words.
-
-    >>> say_direction(IN_PLACE), say_direction("side"), say_direction("back")
-    ('in place', 'sideways', 'back')
-    """
-    return {IN_PLACE: "in place", "side": "sideways"}.get(direction, direction)
 
 
 def say_not_gone(direction: str, turns: bool = False) -> str:
@@ -105,7 +96,7 @@ def say_not_gone(direction: str, turns: bool = False) -> str:
     ('does not go left', 'does not turn left', 'does not stay in place')
     """
     verb = "stay" if direction == IN_PLACE else "turn" if turns else "go"
-    return f"does not {verb} {say_direction(direction)}"
+    return f"does not {verb} {as_said(direction)}"
 
 
 def speeds_of(features: Float32Array) -> FloatArray:
@@ -159,7 +150,7 @@ def ways(
     if direction in ("forward", "backward", "back"):
         sign = 1.0 if direction == "forward" else -1.0
         return [sign * _along(counted, 1, fps) / fps / LEAST[direction]]
-    if direction in ("sideways", "side"):
+    if direction == "sideways":
         return [sign * aside / LEAST[direction] for sign in (1.0, -1.0)]
     if direction == "around":
         return [sign * turning / LEAST[direction] for sign in (1.0, -1.0)]

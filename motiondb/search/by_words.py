@@ -11,7 +11,6 @@ more likely right than wrong and that nothing speaks against come before the oth
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -33,10 +32,10 @@ from motiondb.language.question.readings import (
 )
 from motiondb.language.question.tree import NotUsed, actions_of
 from motiondb.language.translation import decoding
+from motiondb.language.vocabulary import as_said
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import decode
 from motiondb.meaning import word_evidence
-from motiondb.meaning.travelled import say_direction
 from motiondb.meaning.word_evidence import WRITTEN
 from motiondb.records import MOTION_FPS, Match, MatchPart
 from motiondb.search import placing, reasons
@@ -119,6 +118,9 @@ class WordAnswer:
         order or what is measured is shown by none of them.
     measured : tuple of str
         Words that no caption holds and that are measured in the motion ("backward").
+    near : dict
+        Words of the question that probably nothing shows -> near words in their place, for which
+        the answers are.
     """
 
     matches: tuple[Match, ...]
@@ -138,6 +140,7 @@ class WordAnswer:
     missing: tuple[str, ...] = ()
     doubtful: bool = False
     measured: tuple[str, ...] = ()
+    near: Mapping[str, str] = field(default_factory=dict)
     # For each match, finds the captions that its motion suggests
     suggests: tuple[Callable[[], tuple[str, ...]], ...] = field(default=(), repr=False)
 
@@ -156,12 +159,15 @@ class WordAnswer:
     def understood(self) -> str:
         """How the question is understood; words that are taken say so."""
         known = with_notation(self.question.understood, self.taken)
-        measured = ", ".join(map(say_direction, self.measured))
+        measured = ", ".join(map(as_said, self.measured))
         return f"{known}; measured: {measured}" if measured else known
 
     @property
     def not_understood(self) -> str:
         """The words that are missing, and what is answered in place of the question."""
+        if self.near:
+            asked, near = (", ".join(map(repr, words)) for words in (self.near, self.near.values()))
+            return f"probably nothing shows {asked}; these are answers with {near} in its place"
         rest = f"; these are answers for {self.question.understood!r} alone"
         return say_not_understood(self.missing) + (rest if self.missing else "")
 
@@ -176,10 +182,13 @@ class WordAnswer:
     def matches_anything(self) -> bool | None:
         """Whether anything in the database shows the requested actions; None if unknown."""
         reached = reaches(self.matches, self.strength, self.threshold)
+        is_other = any(taking.is_other for taking in self.taken.values())
+        if is_other and (reached or (self.matches and len(self.matches[0].parts) > 1)):
+            return None
         if reached is False and self.matches and len(self.matches[0].parts) > 1:
             # the strength of an order is that of its weakest part, the threshold of single actions
             reached = (self.matches[0].probability or 0.0) >= placing.LIKELY
-        return None if reached and self.doubtful else reached
+        return None if self.near or (reached and self.doubtful) else reached
 
 
 def search_words(
@@ -368,24 +377,26 @@ def unquote(text: str) -> str:
 
 
 def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswer:
-    """An answer with replaced words, with a correspondingly lower certainty.
+    """An answer with replaced words; it and the parts that ask for them carry no probabilities.
 
-    The probability of every match is multiplied by that of every taking, the probability of a part
-    by those of the takings in its words.
+    Who walks may not limp: how probably an answer for "walk" shows "limp" is not known.
     """
     if not takings:
         return answer
     taken = {word: taking for word, taking in takings.items() if taking.heard}
-    shares = {word: each.probability for word, each in taken.items() if each.is_taken}
-    matches = tuple(
-        match
-        if match.probability is None
-        else _less_certain(
-            replace(match, parts=tuple(_with_shares(part, shares) for part in match.parts)),
-            math.prod(shares.values()),
+    others = {word for word, taking in taken.items() if taking.is_other}
+    matches = answer.matches
+    if others:
+        matches = tuple(
+            replace(
+                _unknown(match),
+                parts=tuple(
+                    part if others.isdisjoint(part.words.split()) else _unknown(part)
+                    for part in match.parts
+                ),
+            )
+            for match in matches
         )
-        for match in answer.matches
-    )
     suggested = {word: taking for word, taking in takings.items() if not taking.heard}
     hints = hints_of(suggested)
     question, not_used = with_hints(answer.question, hints), hinted(answer.not_used, hints)
@@ -399,34 +410,24 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
     )
 
 
-def _with_shares(part: MatchPart, shares: Mapping[str, float]) -> MatchPart:
-    """A part, less certain by the shares of the replaced words that it asks for."""
-    words = part.words.split()
-    return _less_certain(part, math.prod(shares.get(word, 1.0) for word in words))
-
-
 _Certain = TypeVar("_Certain", Match, MatchPart)
 
 
-def without_chances(answer: WordAnswer, missing: tuple[str, ...]) -> WordAnswer:
-    """The answer to the rest of a question of which some words are missing."""
+def _unknown(one: _Certain) -> _Certain:
+    """An answer or a part of one, without its probabilities."""
+    return replace(one, probability=None, interval_probability=None)
 
-    def unknown(one: _Certain) -> _Certain:
-        return replace(one, probability=None, interval_probability=None)
 
+def without_chances(
+    answer: WordAnswer, missing: tuple[str, ...] = (), near: Mapping[str, str] | None = None
+) -> WordAnswer:
+    """The answer to the rest of a question of which some words are missing, or to a near one."""
     matches = tuple(
-        replace(unknown(match), parts=tuple(map(unknown, match.parts))) for match in answer.matches
+        replace(_unknown(match), parts=tuple(map(_unknown, match.parts)))
+        for match in answer.matches
     )
-    return replace(answer, matches=matches, threshold=None, missing=missing, doubtful=False)
-
-
-def _less_certain(answer: _Certain, share: float) -> _Certain:
-    """An answer or a part of one, with its probabilities times a share."""
-    whole, interval = answer.probability, answer.interval_probability
     return replace(
-        answer,
-        probability=None if whole is None else share * whole,
-        interval_probability=None if interval is None else share * interval,
+        answer, matches=matches, threshold=None, missing=missing, doubtful=False, near=near or {}
     )
 
 

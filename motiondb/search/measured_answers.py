@@ -28,7 +28,7 @@ from motiondb.body.features import FEATURE_STEP
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import KnownQuestion, Part, Reading
 from motiondb.language.question.tree import LIMBS, SIDES, Action
-from motiondb.language.vocabulary import IN_PLACE, MODIFIERS
+from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, as_said
 from motiondb.learn.learned import Learned
 from motiondb.meaning.edge_map import HALF, averaged
 from motiondb.meaning.limb_sides import (
@@ -42,7 +42,6 @@ from motiondb.meaning.travelled import (
     TURNS,
     directions_to_measure,
     furthest,
-    say_direction,
     say_not_gone,
     share_of_full,
     speeds_of,
@@ -210,7 +209,7 @@ def _done_though_excluded(
     words, turns = excluded_words(action, excluded), not TURNS.isdisjoint(action)
     gone = [
         f"{'stays' if direction == IN_PLACE else 'turns' if turns else 'goes'} "
-        f"{say_direction(direction)}, which is excluded"
+        f"{as_said(direction)}, which is excluded"
         for direction in directions_to_measure(words)
         if share_of_full(furthest(speeds_of(frames), direction, turns)[0], direction) >= 1.0
     ]

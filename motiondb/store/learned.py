@@ -5,10 +5,14 @@ Arrays come back equal to the last bit (NaN as NaN). A kill leaves the former mo
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+import operator
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motiondb.errors import NotLearnedError
 from motiondb.records import (
@@ -345,15 +349,15 @@ def _insert_association(connection: Connection, association: Association, run_id
         probability=association.translation[rows, words],
         run_id=run_id,
     )
-    for (length, m), probabilities in association.alignment.items():
-        connection.insert(
-            "alignment",
-            l=length,
-            m=m,
-            j=np.arange(m),
-            probabilities=to_rows(probabilities),
-            run_id=run_id,
-        )
+    lengths = [(length, m) for length, m in association.alignment for _ in range(m)]
+    connection.insert(
+        "alignment",
+        l=np.array([length for length, _ in lengths], dtype=np.int64),
+        m=np.array([m for _, m in lengths], dtype=np.int64),
+        j=np.concatenate([np.arange(m) for _, m in association.alignment] or [np.arange(0)]),
+        probabilities=_ragged([row for rows in association.alignment.values() for row in rows]),
+        run_id=run_id,
+    )
     connection.insert(
         "association_step",
         step=np.arange(steps),
@@ -381,22 +385,32 @@ def _insert_parameters(
     texts = {name: value for name, value in parameters.items() if isinstance(value, str)}
     values = list(texts.values())
     connection.insert("parameter", name=list(texts), piece=0, text=values, run_id=run_id)
+    rows: list[tuple[str, int, NDArray[Any], FloatArray]] = []
     for name, array in parameters.items():
-        if isinstance(array, str):
-            continue
-        flat = np.asarray(array, dtype=np.float64).ravel()
-        pieces = [flat[first : first + _PIECE] for first in range(0, max(flat.size, 1), _PIECE)]
-        n, numbers = len(pieces), np.empty(len(pieces), dtype=object)
-        for piece, some in enumerate(pieces):
-            numbers[piece] = some
+        if not isinstance(array, str):
+            shape = np.array(np.shape(array), dtype=np.int64)
+            flat = np.asarray(array, dtype=np.float64).ravel()
+            for piece, first in enumerate(range(0, max(flat.size, 1), _PIECE)):
+                rows.append((name, piece, shape, flat[first : first + _PIECE]))
+    starts = np.cumsum([0, *(len(numbers) for *_, numbers in rows)]) // _PIECE
+    for _, together in itertools.groupby(zip(starts, rows), key=operator.itemgetter(0)):
+        names, pieces, shapes, numbers = zip(*(row for _, row in together))
         connection.insert(
             "parameter",
-            name=name,
-            piece=np.arange(n),
-            shape=to_rows(np.tile(np.array(np.shape(array), dtype=np.int64), (n, 1))),
-            numbers=numbers,
+            name=names,
+            piece=pieces,
+            shape=_ragged(shapes),
+            numbers=_ragged(numbers),
             run_id=run_id,
         )
+
+
+def _ragged(rows: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """Rows of different lengths, as a column of lists."""
+    column = np.empty(len(rows), dtype=object)
+    for n, row in enumerate(rows):
+        column[n] = row
+    return column
 
 
 def _load_alignment(store: Store) -> dict[tuple[int, int], FloatArray]:

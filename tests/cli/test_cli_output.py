@@ -53,9 +53,8 @@ def test_output_in_another_encoding(command: Any, some: Path) -> None:
         assert (ended.returncode, ended.stderr) == (0, b"")
         return ended.stdout.decode(encoding)
 
-    for encoding in ("cp1252", "latin-1", "ascii"):
+    for encoding in ("cp1252", "ascii"):
         assert "\\u4e2d" in text_of(encoding, "show", "ana/bow_1")
-    assert "\\u4e2d" in text_of("ascii", "list")
     assert json.loads(text_of("ascii", "show", "ana/bow_1", "--json"))["words"] == ["bow 中 café"]
 
 

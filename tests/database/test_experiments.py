@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
 
 import motiondb
 from motiondb import QueryError
-from motiondb.answers.learning import Score
+from motiondb.answers.learning import Evaluation, Score
 
 
 @pytest.fixture(scope="module")
-def report(tmp_path_factory: pytest.TempPathFactory, samples_folder: Path, samples_sheet: Path):
-    path = tmp_path_factory.mktemp("held") / "m.duckdb"
+def report(tmp_path_factory: pytest.TempPathFactory, learned_file: Path) -> Evaluation:
+    path = shutil.copy(learned_file, tmp_path_factory.mktemp("held") / "m.duckdb")
     with motiondb.open(path) as db:
-        db.add(samples_folder, words=samples_sheet)
         where = "performer in (ana, boris, chidi)"
-        db.learn(motiondb.LearnSettings(n_symbols=30), where="not performer in (ana, boris, chidi)")
+        db.learn(motiondb.LearnSettings(n_symbols=30), where=f"not {where}")
         assert set(db.unlearned()) == {info.name for info in db.captures(where)}
         with pytest.raises(QueryError, match="that it has, such as goran/"):
             db.evaluate("performer=goran")
@@ -29,7 +29,7 @@ def report(tmp_path_factory: pytest.TempPathFactory, samples_folder: Path, sampl
         return told
 
 
-def test_answers_about_captures_never_learned_from_are_measured(report) -> None:
+def test_answers_about_captures_never_learned_from_are_measured(report: Evaluation) -> None:
     scores = {(s.task, s.measure): s for s in report.scores}
     words = scores["words", "mean average precision"]
     assert words.questions == len(report.words) > 5

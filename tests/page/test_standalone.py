@@ -84,7 +84,7 @@ def test_a_search_carries_the_motions_around_its_matches(learned_file: Path, bun
         answer = db.search("kick", limit=3)
         page = standalone.standalone_page(StandalonePage.of_search(db, answer))
     _, data = parts_of(page)
-    assert (data["kind"], data["title"], data["database"]) == ("search", "kick", "samples.duckdb")
+    assert (data["kind"], data["title"], data["database"]) == ("search", "kick", "motions.duckdb")
     assert [m["capture"] for m in data["answer"]["matches"]] == [m.capture for m in answer.matches]
     for match in data["answer"]["matches"]:
         (track,) = read_tracks(base64.b64decode(data["motions"][match["ref"]]))

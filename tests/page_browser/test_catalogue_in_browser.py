@@ -347,3 +347,17 @@ def test_captures_are_browsed_as_previews_and_changed_together(serve_copy, new_p
     with page.expect_download() as download:  # every format also of a part
         page.get_by_role("button", name="Download as CSV").first.click()
     assert download.value.suggested_filename.endswith(".csv")
+
+
+def test_a_filter_that_finds_nothing_or_cannot_be_read_leads_on(asked_server, new_page):
+    page = new_page(f"{asked_server}#/catalogue", size=(390, 780))
+    page.locator(".row-capture").first.wait_for()
+    page.get_by_label("Filter").fill("lenght > 10")
+    page.keyboard.press("Enter")
+    page.get_by_text("Did you mean length or").wait_for()
+    page.get_by_role("heading", name="The filter could not be read").wait_for()
+    assert page.locator(".row-capture").count() == 0  # nothing that seems to be on its way
+    page.get_by_label("Filter").fill("strolling")
+    page.keyboard.press("Enter")
+    page.get_by_role("button", name="Ask for “strolling”").click()
+    page.locator(".answer").first.wait_for()

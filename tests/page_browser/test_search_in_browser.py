@@ -71,14 +71,14 @@ def test_the_reason_is_told_word_by_word(asked_server, new_page):
         for text in rows.locator(".number-cell").all_inner_texts()
     ]
     caption = answer.locator(".reasons caption").inner_text()
-    total = float(re.search(r"log-odds ([+−][\d.]+)", caption).group(1).replace("−", "-"))
+    total = float(re.search(r"log-odds ([+−]\d+\.\d+)", caption).group(1).replace("−", "-"))
     assert abs(sum(amounts) - total) < 0.003
     assert "usual" in answer.locator(".reason-detail").first.inner_text()
 
 
 def test_nothing_matching_is_said_plainly(asked_server, new_page):
     page = _open(new_page, asked_server, "#/search?q=walk,+kick&where=performer%3Dana&limit=5")
-    page.get_by_role("heading", name="Not in this database").wait_for()
+    page.get_by_role("heading", name="Not among these captures").wait_for()
     assert page.locator(".answer:not(.likely)").count() == page.locator(".answer").count() > 0
 
 
@@ -177,3 +177,24 @@ def test_going_back_brings_the_last_question(asked_server, new_page):
     wait_for(page, "() => location.hash.includes('kick')")
     page.go_back()
     wait_for(page, "() => document.querySelector('#question').value === 'walk'")
+
+
+def test_a_card_says_the_probability_of_all_that_was_asked(asked_server, new_page):
+    page = _open(new_page, asked_server, "#/search?q=not+walking&limit=5")
+    page.locator(".answer").first.wait_for()
+    asked = page.request.get(f"{asked_server}api/search?q=not+walking&limit=5").json()["matches"]
+    assert asked[0]["parts"][0]["probability"] is None  # it is measured for the whole alone
+    card = page.locator(".answer").first
+    assert card.locator(".meter-value").inner_text() == f"{asked[0]['probability']:.2f}"
+    assert "not measured" not in card.inner_text()
+
+    def elsewhere(route):
+        answer = route.fetch().json()
+        answer["matches"][0]["parts"][0]["interval_probability"] = 0.04
+        answer["matches"][0]["parts"][0]["end"] = answer["matches"][0]["end"] = 1.0
+        route.fulfill(json=answer)
+
+    page.route("**/api/search?*", elsewhere)
+    page.goto(f"{asked_server}#/search?q=walk&limit=2")
+    page.get_by_text("at this place only 0.04").wait_for()
+    assert page.locator(".answer").first.locator(".timeline-lit:not(.unlikely)").count() == 0

@@ -20,7 +20,7 @@ ASKING = ("filter", "question", "terminals", "name")
 
 @pytest.mark.parametrize("kind", sorted(set(READS) - set(ASKING)))
 def test_odd_texts_are_read_or_refused_by_name(tmp_path: Path, kind: str) -> None:
-    for seed in range(30):
+    for seed in range(25):
         with suppress(MotionDBError):
             READS[kind](text_case(seed, kind)[1], Place(tmp_path, tmp_path / "none"))
 
@@ -29,7 +29,7 @@ def test_odd_texts_are_read_or_refused_by_name(tmp_path: Path, kind: str) -> Non
 def test_odd_questions_are_answered_or_refused(
     tmp_path: Path, learned_file: Path, kind: str
 ) -> None:
-    for seed in range(30):
+    for seed in range(25):
         with suppress(MotionDBError):
             READS[kind](text_case(seed, kind)[1], Place(tmp_path, learned_file))
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,7 +12,7 @@ from test_nearby_table import table
 
 from motiondb.meaning.word_map import WordMap
 from motiondb.search.asked_words import mixture, with_virtual_words
-from motiondb.search.takings import Taking, take_word
+from motiondb.search.takings import Taking, near_words, take_word, with_near
 
 SMALL = table(
     {
@@ -28,7 +30,9 @@ def test_a_word_is_taken_as_all_that_is_likely_enough() -> None:
     assert taking.is_taken
     assert taking.probability == 0.9
     assert taking.shares == pytest.approx((9 / 13, 4 / 13))
-    assert taking.sentence() == ("'stroll' is not in the captions; taken as walk (0.9) or go (0.4)")
+    assert taking.sentence() == (
+        "'stroll' is not in the captions; taken as walk (0.9) or go (0.4), which may mean more"
+    )
 
 
 def test_an_unlikely_word_is_suggested_and_not_taken() -> None:
@@ -58,7 +62,9 @@ def test_a_known_word_of_the_same_form_is_not_called_unknown() -> None:
     """In "lay down", lay is the past of lie; captions hold another lay, "lays the ball up"."""
     words = table({"lay": [("set", 0.7)], "lie": [("sleep", 0.6)]})
     taking = take_word("lay", {"lay", "set", "sleep"}, words)
-    assert taking.sentence() == "'lie' is not in the captions; taken as sleep (0.6)"
+    assert taking.sentence() == (
+        "'lie' is not in the captions; taken as sleep (0.6), which may mean more"
+    )
 
 
 WORD_MAP = WordMap(
@@ -96,3 +102,27 @@ def test_shares_of_a_mixture_sum_to_one() -> None:
 
 def test_a_taking_without_words_has_no_probability() -> None:
     assert Taking("tax", ()).probability == 0.0
+
+
+@pytest.mark.parametrize(
+    ("listed", "near"),
+    [
+        ([{0, 1}, {0}, {1}, {2}], {"jog": "run"}),  # "run/jog" and "jog"
+        ([{0, 1}, {0}, {0}, {1}], {}),  # "jog" is mostly said without "run"
+        ([{1}, {2}], {}),
+    ],
+)
+def test_a_near_word_is_one_that_captions_say_with_it(
+    listed: list[set[int]], near: dict[str, str]
+) -> None:
+    """The table alone would do for a word that no caption says."""
+    words = ("jog", "run", "kick")
+    learned = SimpleNamespace(
+        known_words=words,
+        word_numbers={word: number for number, word in enumerate(words)},
+        listed_actions={n: [frozenset(action)] for n, action in enumerate(listed)},
+        synonyms={},
+        lemmas={},
+    )
+    assert near_words(learned, "He jogs, then kicks", table({"jog": [("run", 0.9)]})) == near
+    assert with_near(learned, "He jogs, then kicks", {"jog": "run"}) == "He run, then kicks"

@@ -48,7 +48,7 @@ from motiondb.language.question.tree import (
     walk,
     without,
 )
-from motiondb.language.vocabulary import nearest_words, nothing_known, say_perhaps
+from motiondb.language.vocabulary import as_said, nearest_words, nothing_known, say_perhaps
 
 MOST_READINGS = 64  # Largest number of readings of a question: each is searched in every capture
 MOST_PARTS = 128  # Largest number of parts of a reading, counting repeats
@@ -383,7 +383,7 @@ def say(node: Node) -> str:
     """
     match node:
         case Action(words, manner):
-            return " ".join((*_quoted(words), *map(adverb_of, manner)))
+            return " ".join((*map(as_said, _quoted(words)), *map(adverb_of, manner)))
         case Anything():
             return "?"
         case InOrder(parts):

@@ -15,7 +15,7 @@ Source: D. E. Knuth, "On the Translation of Languages from Left to Right", Infor
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 
 from motiondb.errors import SceneError
@@ -186,11 +186,11 @@ def _conflicts(
         for at, (rule, ahead) in enumerate(reductions):
             for symbol, rules in shifts.items():
                 if building.bit[symbol] & ahead:
-                    _add(found, Conflict("shift-reduce", (symbol,), (rule, *rules), prefix))
+                    _add(found, "shift-reduce", (symbol,), {rule, *rules}, prefix)
             for other, other_ahead in reductions[at + 1 :]:
                 if ahead & other_ahead:
                     common = names(ahead & other_ahead)
-                    _add(found, Conflict("reduce-reduce", common, (rule, other), prefix))
+                    _add(found, "reduce-reduce", common, {rule, other}, prefix)
     return tuple(found.values())
 
 
@@ -209,12 +209,18 @@ def _actions(
     return shifts, reductions
 
 
-def _add(found: dict[tuple[str, tuple[int, ...]], Conflict], new: Conflict) -> None:
+def _add(
+    found: dict[tuple[str, tuple[int, ...]], Conflict],
+    kind: str,
+    lookaheads: tuple[str, ...],
+    rules: set[int],
+    prefix: tuple[str, ...],
+) -> None:
     """Keep a conflict, or its lookaheads with the same conflict of an earlier state."""
-    numbers = tuple(sorted({*new.rules} - {_AUGMENTED}))
-    known = found.get((new.kind, numbers))
+    numbers = tuple(sorted(rules - {_AUGMENTED}))
+    known = found.get((kind, numbers))
     if known is None:
-        found[new.kind, numbers] = Conflict(new.kind, new.lookaheads, numbers, new.prefix)
-    elif known.lookaheads != new.lookaheads:
-        lookaheads = dict.fromkeys((*known.lookaheads, *new.lookaheads))
-        found[new.kind, numbers] = replace(known, lookaheads=tuple(lookaheads))
+        found[kind, numbers] = Conflict(kind, lookaheads, numbers, prefix)
+    elif known.lookaheads != lookaheads:
+        lookaheads = tuple(dict.fromkeys((*known.lookaheads, *lookaheads)))
+        found[kind, numbers] = Conflict(kind, lookaheads, numbers, known.prefix)

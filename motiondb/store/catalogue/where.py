@@ -301,7 +301,7 @@ def _with_columns(each: Filter, known: Sequence[str]) -> Filter:
         return replace(each, name=HEADS[each.name.casefold()])
     raise QueryError(
         f"filter on {each.name!r}: expected one of {', '.join(known)}, found no such "
-        f"column or tag.{suggestion(each.name, known)}"
+        f"column or tag.{suggestion(each.name, (*known, *HEADS))}"
     )
 
 

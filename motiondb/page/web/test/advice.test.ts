@@ -32,7 +32,11 @@ const SAID: readonly [string, string][] = [
   ],
   [
     "query: expected a word that is in the captions, found 'x'. `motiondb words` lists the words that are known.",
-    "query: expected a word that is in the captions, found 'x'.",
+    "No caption has the word 'x'.",
+  ],
+  [
+    "filter on 'lenght': expected one of capture_id, name, found no such column or tag. Did you mean length?",
+    "No column and no tag is called 'lenght'. Columns are capture, length, performer, words, licence, format and fps. Did you mean length?",
   ],
   ["Start motiondb serve without it.", "Start motiondb serve without it."],
 ];

@@ -5,6 +5,11 @@ const CLAUSES: readonly [RegExp, string][] = [
   [/,? or pass --anyway to make the (?:rest|nearest)/g, ", or add it to a motion by hand"],
   [/,? or [^.,;]*--[^.;]*(?=[.;]|$)/g, ""],
   [/ \(`motiondb words` lists them\)/g, ""],
+  [/^query: expected a word that is in the captions, found ([^.]+)\./, "No caption has the word $1."],
+  [
+    /^filter on ('[^']*'): expected one of .*, found no such column or tag\./,
+    "No column and no tag is called $1. Columns are capture, length, performer, words, licence, format and fps.",
+  ],
   [/ \(motiondb words set[^)]*\)/g, " in the catalogue"],
   [/ \(--[a-z-]+(?: [^)]*)?\)/g, ""],
   [/with --fps\b/g, "in a column fps of the sheet of words"],

@@ -19,7 +19,7 @@ export function makeQuestionBox(context: Context): QuestionBox {
     id: "question",
     class: "question-box",
     type: "search",
-    placeholder: "Ask for a movement in your own words",
+    placeholder: "Ask for a movement",
     autocomplete: "off",
     "aria-label": "What to search for",
   });

@@ -59,7 +59,7 @@ export function symbolLane(segments: readonly Segment[]): Lane {
       start,
       end,
       label: word ? (p! >= SURE ? word : `${word}?`) : String(symbol),
-      title: `${word ? `${word} ${probability(p)}, ` : ""}symbol ${symbol}, ${span(start, end)}${known ? "" : "; unlike everything learned"}`,
+      title: `${word ? `most often called ${word} (${probability(p)}), ` : ""}symbol ${symbol}, ${span(start, end)}${known ? "" : "; unlike everything learned"}`,
       faint: !known || (word !== null && word !== undefined && p! < SURE),
       more: { href: routeTo("symbols", { symbol }), text: "Show on the map of movements" },
     })),

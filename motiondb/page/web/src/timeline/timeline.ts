@@ -11,7 +11,7 @@ export interface Timeline {
   setLanes(lanes: readonly Lane[]): void;
   setTime(time: number): void;
   /** The highlighted part: the interval that a question matched. */
-  setLit(parts: readonly Interval[], likely?: boolean): void;
+  setLit(parts: readonly Interval[], likely: readonly boolean[]): void;
   readonly selection: Interval | null;
   setSelection(selection: Interval | null): void;
 }
@@ -132,12 +132,12 @@ export function makeTimeline(options: TimelineOptions): Timeline {
     setTime(time) {
       cursor.style.left = percent(time);
     },
-    setLit(parts, likely = true) {
+    setLit(parts, likely) {
       fill(
         litLayer,
-        parts.map(([start, end]) =>
+        parts.map(([start, end], i) =>
           h("div", {
-            class: likely ? "timeline-lit" : "timeline-lit unlikely",
+            class: likely[i] ? "timeline-lit" : "timeline-lit unlikely",
             style: { left: percent(start), width: `${((end - start) / duration) * 100}%` },
           }),
         ),

@@ -5,6 +5,9 @@ import type { VocabularyReply } from "../api/types.ts";
 import { fill, h } from "../dom/element.ts";
 import { faultState } from "../parts/states.ts";
 
+/** The near words at the end of the server's sentence. */
+const NEAR = / Perhaps ([^.]+)\.$/;
+
 /** Words that are shown; more would be a list to read. Chosen by hand. */
 const MOST = 24;
 
@@ -31,5 +34,20 @@ export function faultWithWords(fault: unknown, choose: (word: string) => void): 
     },
     () => undefined, // the fault stands there
   );
-  return h("div", {}, faultState(messageOf(fault)), words);
+  const message = messageOf(fault);
+  const near = NEAR.exec(message)?.[1]?.split(" or ") ?? [];
+  const choices = near.map((word, i) => [
+    i > 0 ? " or " : " Perhaps ",
+    h("button", { class: "link", type: "button", on: { click: () => choose(word) } }, word),
+  ]);
+  return h(
+    "div",
+    {},
+    h(
+      "div",
+      { class: "verdict not-here", role: "alert" },
+      h("p", {}, message.replace(NEAR, ""), choices, near.length > 0 ? "." : ""),
+    ),
+    words,
+  );
 }

@@ -176,7 +176,7 @@ function derived(board: BoardReply | null): HTMLElement | null {
     "ul",
     { class: "plain small", "aria-label": "By the grammar" },
     rows.map((one) =>
-      h("li", {}, h("b", {}, one.name), ` by the grammar at least: ${one.shortest.join(", ")}`),
+      h("li", {}, h("b", {}, one.name), `, as long as nothing is drawn: ${one.shortest.join(", ")}`),
     ),
   );
 }

@@ -5,9 +5,9 @@ import type { Caption, CapturePage, CaptureRow, UndoState } from "../../api/type
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { onDrop } from "../../parts/dropping.ts";
-import { banner, emptyState } from "../../parts/states.ts";
+import { banner, emptyState, type Action } from "../../parts/states.ts";
 import { plural, seconds } from "../../parts/text.ts";
-import { go } from "../../shell/router.ts";
+import { go, routeTo } from "../../shell/router.ts";
 import type { Context, OpenView, View } from "../view.ts";
 import { openAdding } from "./adding.ts";
 import { makeDetails, type Details, type Place } from "./details.ts";
@@ -161,9 +161,14 @@ function open(host: HTMLElement, context: Context): OpenView {
           ),
           h(
             "button",
-            { class: "button", type: "button", on: { click: () => openAdding(context) } },
+            {
+              class: "button",
+              type: "button",
+              "aria-label": "Add captures",
+              on: { click: () => openAdding(context) },
+            },
             icon("plus"),
-            "Add captures",
+            h("span", {}, "Add", h("span", { class: "wide-only" }, " captures")),
           ),
         ]
       : null,
@@ -199,7 +204,7 @@ function open(host: HTMLElement, context: Context): OpenView {
   function toolbarButton(name: "undo", label: string, click: () => void): HTMLButtonElement {
     return h(
       "button",
-      { class: "button plain", type: "button", title: label, on: { click } },
+      { class: "button plain undo-button", type: "button", title: label, on: { click } },
       icon(name),
       "Undo",
     );
@@ -247,9 +252,9 @@ function open(host: HTMLElement, context: Context): OpenView {
 
   async function refreshUndo(): Promise<void> {
     try {
-      undo.disabled = (await get<UndoState>("/api/undo")).left === 0;
+      undo.hidden = (await get<UndoState>("/api/undo")).left === 0;
     } catch {
-      undo.disabled = true;
+      undo.hidden = true;
     }
   }
 
@@ -272,6 +277,8 @@ function open(host: HTMLElement, context: Context): OpenView {
       if (fault instanceof ApiError && fault.status === 400) {
         filterFault.textContent = messageOf(fault);
         filter.setAttribute("aria-invalid", "true");
+        summary.textContent = "";
+        showUnread();
       } else context.fail(fault);
       return;
     }
@@ -281,8 +288,24 @@ function open(host: HTMLElement, context: Context): OpenView {
     welcome.load();
   }
 
+  /** What to do instead: the box above answers questions, this one only looks for words. */
+  const askInstead = (): Action[] =>
+    context.status().learned && /\p{L}/u.test(wanted.typed) && !/[=<>~]/.test(wanted.typed)
+      ? [{ label: `Ask for “${wanted.typed.trim()}”`, run: () => go(routeTo("search", { q: wanted.typed })) }]
+      : [];
+
+  function showUnread(): void {
+    fill(
+      content,
+      emptyState("The filter could not be read", "Correct it, or show all captures.", [
+        { label: "Show all captures", run: () => route({ typed: "", picks: [] }) },
+      ]),
+    );
+  }
+
   function showRows(): void {
     const status = context.status();
+    host.classList.toggle("no-captures", status.captures === 0);
     const filtered = wanted.typed.trim() !== "" || wanted.picks.length > 0;
     summary.textContent = filtered
       ? `${rows.total.toLocaleString("en")} of ${plural(status.captures, "capture")}`
@@ -295,9 +318,20 @@ function open(host: HTMLElement, context: Context): OpenView {
     } else if (filtered) {
       fill(
         content,
-        emptyState("No capture matches", "Remove a condition, or show all captures.", [
-          { label: "Show all captures", run: () => route({ typed: "", picks: [] }) },
-        ]),
+        emptyState(
+          "No capture matches",
+          askInstead().length > 0
+            ? "The filter looks for words in captions and names. A question looks at the motion, too."
+            : "Remove a condition, or show all captures.",
+          [
+            ...askInstead(),
+            {
+              label: "Show all captures",
+              plain: askInstead().length > 0,
+              run: () => route({ typed: "", picks: [] }),
+            },
+          ],
+        ),
       );
     } else {
       fill(
@@ -305,7 +339,11 @@ function open(host: HTMLElement, context: Context): OpenView {
         emptyState(
           "This database is empty",
           canWrite
-            ? "Drop motion-capture files or a folder anywhere on this page: BVH, ASF/AMC, C3D, npz and others."
+            ? [
+                "Drop motion-capture files or a folder anywhere on this page: BVH, ASF/AMC, C3D, npz and others.",
+                h("br"),
+                "Then choose Learn… and ask: words that were learned from other captures are shipped.",
+              ]
             : "It was opened read-only.",
           canWrite ? [{ label: "Add captures", run: () => openAdding(context) }] : [],
         ),

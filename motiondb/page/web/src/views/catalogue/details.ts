@@ -121,7 +121,7 @@ export function makeDetails(
   async function removeCapture(): Promise<void> {
     const sure = await askWhether(
       `Remove ${name}?`,
-      "The capture, its words and what was learned from its words are removed from the database.",
+      "The capture, its words and what was learned from its words are removed from the database. Undo brings them back.",
       "Remove",
     );
     if (!sure) return;

@@ -49,7 +49,12 @@ export function makeThumbs(motions: Motions, still = false): Thumbs {
       if (canvas.isConnected && (!still || moving.has(canvas))) draw(canvas, sketch, now / 1000);
     }
   }
-  const recolour = (): void => void (colours = readColours());
+  /** The moment that a standing figure shows, seconds from its start. */
+  const momentOf = (sketch: Sketch): number => 0.5 * Math.min(sketch.motion.frames / sketch.motion.fps, 2);
+  function recolour(): void {
+    colours = readColours();
+    for (const [canvas, sketch] of sketches) draw(canvas, sketch, momentOf(sketch));
+  }
   DARK.addEventListener("change", recolour);
   requestAnimationFrame(frame);
 
@@ -68,7 +73,7 @@ export function makeThumbs(motions: Motions, still = false): Thumbs {
           if (!motion || wanted.get(canvas) !== capture) return;
           const sketch = sketchOf(motion);
           sketches.set(canvas, sketch);
-          draw(canvas, sketch, 0.5 * Math.min(sketch.motion.frames / sketch.motion.fps, 2));
+          draw(canvas, sketch, momentOf(sketch));
         },
         () => undefined, // a row without a figure is still a row
       );

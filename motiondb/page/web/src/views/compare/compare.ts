@@ -165,6 +165,7 @@ function open(host: HTMLElement, context: Context): OpenView {
           start: spans[i]![0],
           end: spans[i]![1],
           label: nameOf(part.ref),
+          colour: `color-mix(in srgb, ${css(i)} 40%, white)`, // that of its figure
           title: `${i + 1}: ${nameOf(part.ref)}, ${interval(part.start, part.end)} of its take${stretchOf(i)}`,
         },
       ],

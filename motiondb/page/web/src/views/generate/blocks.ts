@@ -6,6 +6,7 @@ import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { openDialog } from "../../parts/asking.ts";
 import { interval, probability } from "../../parts/text.ts";
+import { sayGrade } from "../search/certainty.ts";
 import { makeClip, type Clip } from "../../take/clip.ts";
 import type { Context } from "../view.ts";
 
@@ -31,7 +32,7 @@ export function moved<T>(list: readonly T[], from: number, to: number): T[] {
 
 function verdictOf(one: ActionVerdict | undefined): { mark: string; text: string; kind: string } {
   if (!one) return { mark: "?", text: "not judged", kind: "" };
-  const p = one.probability === null ? "" : ` ${probability(one.probability)}`;
+  const p = one.probability === null ? "" : ` ${probability(one.probability)}, ${sayGrade(one.probability)}`;
   if (one.shown) return { mark: "✓", text: `shown${p}`, kind: "shown" };
   return one.shown === null
     ? { mark: "?", text: `not sure${p}`, kind: "not-sure" }

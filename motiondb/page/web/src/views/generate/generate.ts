@@ -1,7 +1,7 @@
 /** Describe and generate: motion from a sentence, with the actions it shows and does not show. */
 
 import { get, messageOf, post } from "../../api/client.ts";
-import type { GenerateReply, MadeReply } from "../../api/types.ts";
+import type { ExamplesReply, GenerateReply, MadeReply } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { emptyState, faultState } from "../../parts/states.ts";
 import { go, routeTo } from "../../shell/router.ts";
@@ -16,7 +16,6 @@ const METHODS: readonly [string, string][] = [
   ["stitched", "stitched from captures"],
   ["trajectory", "most likely trajectory"],
 ];
-const EXAMPLES = ["a person walks then kicks", "walk, turn left, sit down", "jump twice"];
 
 function open(host: HTMLElement, context: Context): OpenView {
   let variants: Variant[] = [];
@@ -223,13 +222,20 @@ function open(host: HTMLElement, context: Context): OpenView {
         : emptyState(
             "Write a sentence",
             "Motion is put together from captures that show these actions. Actions that cannot be shown are named, and every stretch keeps its source and licence.",
-            EXAMPLES.map((q) => ({
-              label: q,
-              plain: true,
-              run: () => go(routeTo("generate", { q, seed: 0 })),
-            })),
           ),
     );
+    if (context.status().learned) void offerExamples();
+  }
+
+  /** Offer what this database was found to show, one action or several. */
+  async function offerExamples(): Promise<void> {
+    const state = results.firstElementChild;
+    const { examples } = await get<ExamplesReply>("/api/examples").catch(() => ({ examples: [] }));
+    if (!state?.isConnected || examples.length === 0) return;
+    const offered = examples.map(({ question: q }) =>
+      h("a", { class: "button plain", href: routeTo("generate", { q, seed: 0 }) }, q),
+    );
+    state.append(h("div", { class: "row" }, offered));
   }
 
   return {

@@ -12,7 +12,10 @@ import type { Motions } from "../../api/motions.ts";
 import type { Stage } from "../../player/stage.ts";
 import {
   certaintyOf,
+  isPlaced,
   isWhole,
+  LIKELY,
+  saysAll,
   sayGrade,
   sayPart,
   type Certainty,
@@ -38,11 +41,14 @@ export interface AnswerCard {
   close(): void;
 }
 
-/** The intervals that were found: those of the parts where they are known, or the whole match. */
-function litParts(match: ShownMatch): Interval[] {
+/** The intervals that were found, those of the parts where they are known, and which are likely. */
+function litParts(match: ShownMatch, likely: boolean): [Interval[], boolean[]] {
   const known = match.parts.filter((part) => part.place === "known");
-  if (known.length > 0) return known.map((part): Interval => [part.start!, part.end!]);
-  return match.place === "unknown" ? [] : [[match.start, match.end]];
+  if (known.length > 0) {
+    const placed = known.map((part) => likely && (isPlaced(part) || isWhole(part, match.duration)));
+    return [known.map((part): Interval => [part.start, part.end]), placed];
+  }
+  return match.place === "unknown" ? [[], []] : [[[match.start, match.end]], [likely]];
 }
 
 /** Captions of the whole take are read above the timeline: only those of parts need a place on it. */
@@ -61,12 +67,11 @@ function bar(value: number): HTMLElement {
 /** The verdict of a card: how certain the whole answer is, once. */
 function verdictOf(match: ShownMatch, certainty: Certainty, options: AnswerOptions): Child {
   const { value, most } = certainty;
-  const [part] = match.parts;
-  const said = match.parts.length === 1 && part ? sayPart(part, options.replaced, value) : null;
-  const shown = said ? said.probability : value;
+  const said = saysAll(match, options.replaced) ? sayPart(match.parts[0], options.replaced, value) : null;
+  const shown = said ? ((said.instead ? said.probability : null) ?? value ?? said.probability) : value;
   const what = said
     ? [h("b", {}, said.words), said.instead ? `, for “${said.instead}”` : ""]
-    : match.parts.length > 1
+    : match.parts.length > 0
       ? h("b", {}, "all of it")
       : match.reason
         ? match.reason
@@ -76,9 +81,13 @@ function verdictOf(match: ShownMatch, certainty: Certainty, options: AnswerOptio
       "p",
       { class: "answer-verdict", title: "The probability that this capture shows it" },
       h("span", {}, what),
-      bar(shown),
-      h("span", { class: "meter-value" }, probability(shown)),
-      h("span", { class: "muted" }, sayGrade(shown)),
+      h(
+        "span",
+        { class: "meter-pair" },
+        bar(shown),
+        h("span", { class: "meter-value" }, probability(shown)),
+        h("span", { class: "muted" }, sayGrade(shown)),
+      ),
     );
   }
   const score = options.scored && most === null;
@@ -87,9 +96,10 @@ function verdictOf(match: ShownMatch, certainty: Certainty, options: AnswerOptio
     "p",
     { class: "answer-verdict" },
     h("span", {}, what),
-    h("span", {}, most !== null ? `at most ${probability(most)}` : score ? ranked : "not measured"),
+    match.contradicted.length > 0
+      ? h("span", {}, `the motion speaks against it; measured: ${match.contradicted.join(", ")}`)
+      : h("span", {}, most !== null ? `at most ${probability(most)}` : score ? ranked : "not measured"),
     match.reason.includes("not seen in this order") ? h("span", {}, "not seen in this order") : null,
-    match.contradicted.length > 0 ? h("span", {}, `measured: ${match.contradicted.join(", ")}`) : null,
   );
 }
 
@@ -97,6 +107,7 @@ function verdictOf(match: ShownMatch, certainty: Certainty, options: AnswerOptio
 function placesOf(match: ShownMatch, options: AnswerOptions, seek: (time: number) => void): Child {
   const { parts } = match;
   if (parts.length === 0) return null;
+  const alone = saysAll(match, options.replaced);
   const place = (part: MatchPart, said: SaidPart): Child => {
     if (part.place !== "known") return h("span", {}, "somewhere in it, as its caption says");
     if (isWhole(part, match.duration)) return h("span", {}, "from beginning to end");
@@ -111,7 +122,7 @@ function placesOf(match: ShownMatch, options: AnswerOptions, seek: (time: number
         : h(
             "span",
             { title: "The probability that it is shown at this place" },
-            ` at this place ${probability(said.place)}`,
+            ` at this place ${said.place < LIKELY ? "only " : ""}${probability(said.place)}`,
           ),
     ];
   };
@@ -120,7 +131,7 @@ function placesOf(match: ShownMatch, options: AnswerOptions, seek: (time: number
     { class: "plain found" },
     parts.map((part) => {
       const said = sayPart(part, options.replaced, match.probability);
-      if (parts.length === 1) return h("li", {}, place(part, said));
+      if (alone) return h("li", {}, place(part, said));
       return h(
         "li",
         {},
@@ -148,7 +159,7 @@ export function makeAnswer(
   const { actions } = options;
   const part: Interval = [match.start, match.end];
   const certainty = certaintyOf(match);
-  const likely = certainty.grade === "likely";
+  const lit = litParts(match, certainty.grade === "likely");
   const timeline = makeTimeline({
     duration: match.duration,
     label: `Timeline of ${match.capture}`,
@@ -158,13 +169,13 @@ export function makeAnswer(
   const clip: Clip = makeClip(context, {
     ref: match.ref,
     part,
-    lit: likely ? part : null,
+    lit: lit[1].includes(true) ? part : null,
     label: `${match.capture}, ${interval(...part)}`,
     onTime: (time) => timeline.setTime(time),
   });
   const lanes = lanesOf(match);
   timeline.setLanes(lanes);
-  timeline.setLit(litParts(match), likely);
+  timeline.setLit(...lit);
   timeline.setTime(match.start);
 
   const checkbox = h("input", {
@@ -176,17 +187,12 @@ export function makeAnswer(
     ? h("a", { href: routeTo("catalogue", placeOf(match)), class: "capture-name" }, match.capture)
     : h("span", { class: "capture-name" }, match.capture);
   const explain = match.explain
-    ? h(
-        "details",
-        { class: "why" },
-        h("summary", {}, "Why this answer"),
-        reasonsElement(match.explain, match.score),
-      )
+    ? h("details", { class: "why" }, h("summary", {}, "Why this answer"), reasonsElement(match.explain))
     : null;
   const wordsButton = h(
     "button",
     { class: "link", type: "button", on: { click: () => void addWords() } },
-    "Likely words over time",
+    "Likely words",
   );
 
   async function addWords(): Promise<void> {
@@ -245,7 +251,11 @@ export function makeAnswer(
           )
         : null,
       actions ? wordsButton : null,
-      h("span", { class: "muted small licence", title: "Licence" }, match.licence ?? "licence not known"),
+      h(
+        "span",
+        { class: "muted small licence", title: "Licence" },
+        match.licence ? `licence ${match.licence}` : "licence not known",
+      ),
     ),
   );
   clip.element.after(facts);

@@ -14,7 +14,8 @@ type Answer = LikeReply | SearchReply;
 
 export interface Answers {
   readonly element: HTMLElement;
-  show(answer: Answer): void;
+  /** `among`: not the whole database was asked, but the captures of a filter. */
+  show(answer: Answer, among?: boolean): void;
   clear(): void;
 }
 
@@ -31,7 +32,7 @@ export function makeAnswers(
     element.replaceChildren();
   }
 
-  function verdict(answer: Answer): HTMLElement {
+  function verdict(answer: Answer, among: boolean): HTMLElement {
     const grades = answer.matches.map((match) => certaintyOf(match).grade);
     const likely = grades.filter((grade) => grade === "likely").length;
     const none = answer.matches_anything === false;
@@ -39,7 +40,11 @@ export function makeAnswers(
       return h(
         "div",
         { class: "verdict not-here", role: "status" },
-        h("h2", {}, none ? "Not in this database" : "No likely answer"),
+        h(
+          "h2",
+          {},
+          none ? (among ? "Not among these captures" : "Not in this database") : "No likely answer",
+        ),
         h(
           "p",
           {},
@@ -92,7 +97,7 @@ export function makeAnswers(
   return {
     element,
     clear,
-    show(answer) {
+    show(answer, among = false) {
       clear();
       selection?.clear();
       if (answer.matches.length === 0 && answer.matches_anything !== false) {
@@ -112,7 +117,7 @@ export function makeAnswers(
         }),
       );
       selection?.onClear(() => cards.forEach((card) => card.setSelected(false)));
-      fill(element, verdict(answer), groups());
+      fill(element, verdict(answer, among), groups());
     },
   };
 }

@@ -80,6 +80,24 @@ export function sayPart(part: MatchPart, replaced: Replaced, whole: number | nul
   };
 }
 
+/** Whether the probability of the whole answer says all that is known of its one part. */
+export function saysAll(
+  match: Pick<ShownMatch, "parts" | "probability">,
+  replaced: Replaced,
+): match is typeof match & { parts: [MatchPart] } {
+  const [part, ...others] = match.parts;
+  if (!part || others.length > 0) return false;
+  if (part.probability === null || match.probability === null) return true;
+  return (
+    sayPart(part, replaced, match.probability).instead !== "" ||
+    Math.abs(part.probability - match.probability) < 0.005
+  );
+}
+
+/** Whether a part is more likely at its place than elsewhere, as far as that is known. */
+export const isPlaced = (part: MatchPart): boolean =>
+  part.interval_probability === null || part.interval_probability >= LIKELY;
+
 /** Whether a place is the whole take, but for the length of a frame or two. */
 export function isWhole(part: Pick<MatchPart, "start" | "end">, duration: number): boolean {
   return part.start < 0.04 && duration - part.end < 0.08;

@@ -16,6 +16,9 @@ export type Chip =
 /** The sentences that nothing matches, which stand as the verdict over the answers. */
 const NOTHING = /nothing in this database matches$/;
 
+/** A known word that stands for another, and how likely it means it. */
+const SHARE = / (\S+) \((0\.\d+|1(?:\.0)?)\)$/;
+
 const JOINTS = { in_order: "then", at_once: "while", both: "and", any_of: "or" } as const;
 
 function limits(least: number | null, most: number | null, unit: string): string {
@@ -139,7 +142,7 @@ export function questionElement(
         const known = near.get(word)!;
         return known.length > 0 && !sentence.includes("perhaps") ? ["; perhaps ", link(word, known)] : [];
       });
-      return h("li", {}, sentence, instead);
+      return h("li", {}, sentence.replace(SHARE, " $1, which it means with probability $2"), instead);
     });
   const left = [...near].filter(([word]) => !named.has(word));
   return h(

@@ -54,7 +54,7 @@ export function reasonRows(explanation: Explanation): ReasonRow[] {
   return rows;
 }
 
-export function reasonsElement(explanation: Explanation, score: number): HTMLElement {
+export function reasonsElement(explanation: Explanation): HTMLElement {
   const rows = reasonRows(explanation);
   const largest = Math.max(...rows.map((row) => Math.abs(row.amount)), 1);
   return h(
@@ -63,7 +63,7 @@ export function reasonsElement(explanation: Explanation, score: number): HTMLEle
     h(
       "caption",
       {},
-      `What speaks for it (+) and against it (−), in nats. The rows add up to the log-odds ${nats(explanation.log_odds)}, a score of ${score.toFixed(3)}.`,
+      `What speaks for it (+) and against it (−). The rows add up to the log-odds ${nats(explanation.log_odds)}. Usual: before its motion is looked at; written: its captions say it; likeness: to the captions nearest to its motion; symbol: one of its movements.`,
       explanation.suggests.length
         ? ` Captions nearest to its motion: ${explanation.suggests.join("; ")}.`
         : "",

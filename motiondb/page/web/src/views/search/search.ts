@@ -65,20 +65,20 @@ function open(host: HTMLElement, context: Context): OpenView {
       limit,
       h("label", { for: "search-exact" }, "Only known words"),
       h(
-        "span",
-        {},
+        "label",
+        { class: "check" },
         exact,
-        h("span", { class: "muted small" }, " do not replace unknown words by known ones"),
+        h("span", { class: "muted small" }, "do not replace unknown words by known ones"),
       ),
       h("label", { for: "search-symbols" }, "By movements"),
       h(
-        "span",
-        {},
+        "label",
+        { class: "check" },
         symbols,
         h(
           "span",
           { class: "muted small" },
-          " turn the words into the movements that they usually mean, and search for these",
+          "turn the words into the movements that they usually mean, and search for these",
         ),
       ),
     ),
@@ -88,8 +88,7 @@ function open(host: HTMLElement, context: Context): OpenView {
   fill(
     host,
     h("h1", { class: "hidden-heading" }, "Search"),
-    understood,
-    form,
+    h("div", { class: "search-head" }, understood, form),
     exampleBox,
     answers.element,
     selection.element,
@@ -156,7 +155,7 @@ function open(host: HTMLElement, context: Context): OpenView {
           ),
           answer.decoding ? decodingElement(answer.decoding) : null,
         );
-        answers.show(answer);
+        answers.show(answer, wanted.where !== "");
       } else {
         const answer = await get<LikeReply>(
           "/api/like",
@@ -164,7 +163,7 @@ function open(host: HTMLElement, context: Context): OpenView {
           signal,
         );
         fill(understood, answer.unchecked ? h("p", { class: "small muted" }, answer.unchecked) : null);
-        answers.show(answer);
+        answers.show(answer, wanted.where !== "");
       }
     } catch (fault) {
       if (isAbort(fault)) return;

@@ -275,6 +275,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       h(
         "p",
         { class: "chips" },
+        h("span", { class: "chips-lead" }, "Words most often said of it"),
         facts.words
           .filter((one) => one.probability >= 0.05)
           .slice(0, 6)
