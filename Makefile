@@ -26,7 +26,7 @@ demo: $(BIN)/.installed
 
 test: $(BIN)/.tested
 	-@$(PAGE)
-	$(BIN)/python -m pytest -n 2 -q -rs --dist loadfile --ignore tests/page_browser
+	$(BIN)/python -m pytest -n 2 -q -rs --dist loadfile --no-loadscope-reorder --ignore tests/page_browser
 
 quick: $(BIN)/.tested
 	$(BIN)/ruff check . && $(BIN)/ruff format --check .

@@ -227,9 +227,9 @@ def test_threads_ask_while_another_changes(db: MotionDB, samples_folder: Path) -
         finally:
             ended.set()
 
-    with ThreadPoolExecutor(N_THREADS + 1) as pool:
+    with ThreadPoolExecutor(len(asked) + 1) as pool:
         changing = pool.submit(change)
-        rounds = list(pool.map(ask, range(N_THREADS)))
+        rounds = list(pool.map(ask, range(len(asked))))
         changing.result()
     assert min(rounds) >= 2
     assert db.check() == []

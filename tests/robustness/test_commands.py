@@ -76,7 +76,7 @@ def killed_base(tmp_path_factory: pytest.TempPathFactory, learned_file: Path) ->
     )
 
 
-@pytest.mark.parametrize("kind", ["words set", "events import", "compact"])
+@pytest.mark.parametrize("kind", ["words set", "compact"])
 def test_a_killed_command_did_all_or_nothing(killed_base: Path, kind: str) -> None:
     usual = kills.reference(killed_base, kind)
     outcome = kills.kill(sorted(kills.COMMANDS).index(kind), kind, killed_base, usual)

@@ -122,7 +122,7 @@ def test_the_toy_language_is_learned_within_the_papers_size():
 def test_the_order_of_sentences_changes_nothing():
     grammars = {
         induce(order, family="edit", selection="first", compacted=False)
-        for order in permutations(TOY)
+        for order in list(permutations(TOY))[::7]
     }
     assert len(grammars) == 1
     assert len({induce(order, effort=LITTLE) for order in list(permutations(TOY))[::24]}) == 1
