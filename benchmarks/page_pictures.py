@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from page_in_browser import WAIT, opened_browser
 from PIL import Image
 
@@ -42,6 +43,19 @@ PLACE = """([x, z]) => {
     return [point.x, point.y];
 }"""
 """The place of the window that shows a place of the court."""
+
+
+def palette_of(frames: Sequence[Image.Image]) -> Image.Image:
+    """A palette with the greys of a film and its strong colours, which few pixels have."""
+    pixels = np.concatenate([np.asarray(frame).reshape(-1, 3)[::7] for frame in frames])
+    strong = pixels[np.ptp(pixels, axis=1) > 60]
+    colours: list[int] = []
+    for some, count in ((pixels, COLOURS * 2 // 3), (strong, COLOURS // 3)):
+        part = Image.fromarray(some[None]).quantize(count, dither=Image.Dither.NONE)
+        colours += (part.getpalette() or [])[: 3 * count]
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(colours)
+    return palette
 
 
 class Film:
@@ -71,19 +85,18 @@ class Film:
 
     def write(self, path: Path) -> None:
         """Write the film as GIF."""
-        # Of all parts of the film, and with its rare colours: red is seen in a few frames only.
-        chosen = [self.frames[k][0] for k in range(0, len(self.frames), len(self.frames) // 6)]
-        sheet = Image.new("RGB", (FILM[0], FILM[1] * len(chosen)))
-        for k, frame in enumerate(chosen):
-            sheet.paste(frame, (0, k * FILM[1]))
-        palette = sheet.quantize(
-            COLOURS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
-        )
+        palette = palette_of([frame for frame, _ in self.frames])
         pictures = [f.quantize(palette=palette, dither=Image.Dither.NONE) for f, _ in self.frames]
         pictures[0].save(
             path, save_all=True, append_images=pictures[1:], loop=0, optimize=True,
             duration=[shown for _, shown in self.frames],
         )  # fmt: skip
+
+
+def save_picture(page: Any, path: Path) -> None:
+    """Write what is seen as PNG, with few colours: half the size."""
+    picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+    picture.quantize(256).save(path, optimize=True)
 
 
 def drag(page: Any, start: tuple[float, float], end: tuple[float, float], film: Film) -> None:
@@ -144,7 +157,7 @@ def board(browser: Any, address: str, out: Path, _: str) -> None:
     film.thin(first, MOST_SAMPLED)
     page.evaluate("() => scrollTo(0, 0)")
     play(page, film, 12)
-    page.screenshot(path=out / "board.png")
+    save_picture(page, out / "board.png")
     before = page.url
     drag(page, (0.4, 8.2), (-1.6, 9.0), film)
     page.wait_for_function(
@@ -242,8 +255,7 @@ def views(browser: Any, address: str, out: Path, only: str, chosen: Sequence[Any
             page.locator(seen).nth(2).click()  # its alternatives play in the corners
         page.locator(seen).first.wait_for()
         page.wait_for_timeout(4000)
-        picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
-        picture.quantize(256).save(out / f"{name}.png", optimize=True)
+        save_picture(page, out / f"{name}.png")
         print(f"{out / name}.png", flush=True)
         page.context.close()
 
