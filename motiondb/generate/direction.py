@@ -229,14 +229,16 @@ def gone(track: FloatArray, measured: str) -> float:
 
 
 def lacking(amount: float, measured: str) -> float:
-    """What an amount lacks, 0 to 1: half of the full amount does, but not of directions and sides.
+    """What an amount lacks, 0 to 2: half of the full amount does, but not of directions and sides.
+
+    Directions and sides that are not reached lack twice as much, because no looks outweigh them.
 
     >>> lacking(0.6, "stop"), lacking(0.75, "backward"), lacking(0.4, "backward")
-    (0.0, 0.25, 1.0)
+    (0.0, 0.25, 2.0)
     """
-    if amount < REACHED:
-        return 1.0
-    return max(1.0 - amount, 0.0) if is_as_in_search(measured) else 0.0
+    if not is_as_in_search(measured):
+        return float(amount < REACHED)
+    return 2.0 if amount < REACHED else max(1.0 - amount, 0.0)
 
 
 def _limbs(track: FloatArray, limb: str) -> FloatArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from motiondb.generate.direction import say_measured
+from motiondb.generate.direction import REACHED, gone, say_measured
 from motiondb.generate.excerpt_motion import ShownExcerpt
 from motiondb.generate.excerpts import counted_word
 from motiondb.generate.occurrences import find_occurrences
@@ -37,9 +37,12 @@ def say_amounts(action: PlannedAction) -> list[str]:
 
 
 def report_excerpt(
-    learned: Learned, shown: ShownExcerpt
+    learned: Learned, shown: ShownExcerpt, track: FloatArray
 ) -> tuple[tuple[str, ...], tuple[NotUsed, ...]]:
-    """Return the counts, durations and speeds that an action has, and those that were not met."""
+    """Return the counts, durations and speeds that an action has, and those that were not met.
+
+    `track` (frames, 12): What is measured in its part of the motion.
+    """
     action, layout = shown.action, shown.layout
     name = learned.captures[shown.excerpt.capture].name
     first, behind = source_span(shown)
@@ -53,7 +56,8 @@ def report_excerpt(
         f"{piece.end / MOTION_FPS:.1f} s"
         for piece in shown.between
     ]
-    done += [f"{say_measured(word)}: measured in the motion" for word in shown.directions]
+    does = [word for word in shown.directions if gone(track, word) >= REACHED]
+    done += [f"{say_measured(word)}: measured in the motion" for word in does]
     if action.seconds is not None and not _within(seconds, action.seconds):
         text = say_duration(action.seconds.least, action.seconds.most)
         why = "whole repetitions" if action.times is not None else "whole performances"

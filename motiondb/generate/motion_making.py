@@ -313,12 +313,13 @@ def _from_excerpts(
     track = measured_track(made_of_excerpts.made.motion)
     asked, left, symbols, positions = [], [], list[int](), list[int]()
     for n, (of, shown) in enumerate(zip(sources, made_of_excerpts.shown)):
-        done, unmade = report_excerpt(learned, shown)
+        of_part = track[ends[n] : ends[n + 1]]
+        done, unmade = report_excerpt(learned, shown, of_part)
         part = of.action, int(ends[n]), int(ends[n + 1])
         placed = place_probability(learned, shown)
         performer = learned.performers[shown.excerpt.capture]
         name = learned.captures[shown.excerpt.capture].name
-        not_done = [*unmade, *miscounted(shown, track[ends[n] : ends[n + 1]])]
+        not_done = [*unmade, *miscounted(shown, of_part)]
         as_asked = () if of.is_usual else filter(is_as_in_search, of.directions)
         measured = tuple(dict.fromkeys((*shown.directions, *as_asked)))
         not_done += [one for one in of.not_used if one.text not in words_of_measured(measured)]
