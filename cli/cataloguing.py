@@ -32,7 +32,11 @@ def add(
     shared: options.Shared,
     folders: Annotated[
         list[Path],
-        typer.Argument(metavar="FOLDER...", help="Folders with captures, or capture files."),
+        typer.Argument(
+            metavar="FOLDER...",
+            help="Folders with captures, or capture files.",
+            parser=options.a_path,
+        ),
     ],
     words: Annotated[
         Path | None, typer.Option("--words", help="A sheet of captions and tags (TSV or CSV).")

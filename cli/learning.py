@@ -62,11 +62,18 @@ def learn(
     size = learned_summary(learning)
     if printing.as_json(shared, extended(LearnAnswer, size, drift=drift, start=first)):
         return
-    plural = "" if size.clusters == 1 else "s"
+    counts = {
+        "capture": size.captures,
+        "segment": size.segments,
+        "symbol": size.symbols,
+        "cluster": size.clusters,
+        "dimension": size.dimensions,
+        "word": size.words,
+    }
+    told = {noun: printing.number(count, noun) for noun, count in counts.items()}
     printing.say(
-        f"{size.captures} captures, {size.segments} segments, "
-        f"{size.symbols} symbols in {size.clusters} cluster{plural} "
-        f"({size.dimensions} dimensions), {size.words} words."
+        f"{told['capture']}, {told['segment']}, {told['symbol']} in {told['cluster']} "
+        f"({told['dimension']}), {told['word']}."
     )
     if first:
         print_start(first)

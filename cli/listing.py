@@ -100,7 +100,7 @@ def list_captures(
     ]
     printing.print_table("", ["name", "duration", "fps", "format", "performer", "caption"], rows)
     fewer = f", {len(shown)} shown" if len(shown) < len(infos) else ""
-    printing.say(f"{len(infos)} captures{fewer}")
+    printing.say(f"{printing.number(len(infos), 'capture')}{fewer}")
 
 
 def _list_faulty(shared: options.Shared, as_csv: bool) -> None:
@@ -147,6 +147,6 @@ def _list_duplicates(shared: options.Shared, where: str, limit: int | None, as_c
         return
     printing.print_table("", columns, rows)
     extra = sum(len(group.captures) - 1 for group in groups)
-    printing.say(f"{len(groups)} groups, {extra} captures repeat others")
+    printing.say(f"{printing.number(len(groups), 'group')}, {extra} of the captures repeat others")
     for each in files[:limit]:
         printing.say(f"{each.path} is the same file as {each.capture}")

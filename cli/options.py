@@ -137,10 +137,20 @@ Html = Annotated[
     ),
     WRITTEN,
 ]
+
+
+def a_path(text: str) -> Path:
+    """The path that was typed; an empty one (a variable that is not set) is not this folder."""
+    if not text:
+        raise typer.BadParameter("expected the name of a folder or a file, found an empty name.")
+    return Path(text)
+
+
 ExportFolder = Annotated[
     Path | None,
     typer.Option(
         "--export",
+        parser=a_path,
         metavar="FOLDER",
         help="Write every answer into this folder as BVH, with its origin and licence beside it.",
     ),

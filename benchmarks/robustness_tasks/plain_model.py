@@ -82,7 +82,9 @@ def _allows(world: World, step: Step, happened: bool | None, undisturbed: bool) 
     is_optional = step.verb in MAY_REFUSE or not undisturbed
     if step.verb in ("ask", "export matches"):
         is_optional = not undisturbed or step.arguments["words"] not in (world.vocabulary or ())
-    is_optional |= step.verb == "rescue" and world == World()  # there may be no file yet
+    is_optional |= (
+        step.verb in ("rescue", "compact") and world == World()
+    )  # there may be no file yet
     try:
         change(world, step.arguments, step.by)
         world.remember(step.verb, before)

@@ -169,7 +169,8 @@ def _rename(of: Chooser) -> dict[str, Any]:
     old = of.capture()
     if "/" in old and of.rng.random() < 0.3:
         return {"old": f"{old.partition('/')[0]}/", "new": of.one(("", "more/", "moved/"))}
-    return {"old": old, "new": of.one((f"moved/{old}", "taken", of.capture()))}
+    new = of.one((f"moved/{old}", "taken", *of.some(of.world.captures or ["taken"], 1)))
+    return {"old": old, "new": "taken" if NOBODY in new else new}  # that nothing is called so
 
 
 def _set_tags(of: Chooser) -> dict[str, Any]:

@@ -117,7 +117,7 @@ def test_duplicates_are_listed_in_groups(command: Any, some: Path) -> None:
     (group,) = answer(command("list", "--duplicates", "--json"))["groups"]
     assert sorted(group["captures"]) == ["again", "kick_1", "once more"]
     told = command("list", "--duplicates").out
-    assert "1 groups, 2 captures repeat others" in told
+    assert "1 group, 2 of the captures repeat others" in told
     assert f"is the same motion as {group['captures'][0]} (0.00-" in told
 
 

@@ -179,3 +179,15 @@ def test_a_table_is_as_wide_as_its_cells_and_folded_where_that_is_too_wide(
     lines = capsys.readouterr().out.splitlines()
     assert max(map(len, lines)) == 160
     assert len(lines) == 4
+
+
+@pytest.mark.parametrize("words", [["add", ""], ["like", "walk_1", "--export", ""]])
+def test_an_empty_name_is_not_the_working_folder(
+    command: Any, words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A shell gives one for a variable that is not set."""
+    monkeypatch.chdir(tmp_path)
+    ended = command(*words)
+    assert ended.code == 2
+    assert "expected the name of a folder or a file, found an empty name." in ended.err
+    assert [*tmp_path.iterdir()] == []

@@ -159,7 +159,7 @@ def _read_rules(learned: LearnedGrammar, text: str) -> Grammar:
         near = near or f" Terminals are: {', '.join(names)}."
         raise QueryError(
             f"rules: expected terminals of the captures or nonterminals with rules, found"
-            f" {unknown[0]!r}.{near}"
+            f" {unknown[0][:60]!r}.{near}"
         )
     old = learned.grammar
     exact: list[Rule] = []

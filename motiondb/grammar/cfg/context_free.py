@@ -25,6 +25,7 @@ from motiondb.errors import MotionDBError
 
 EMPTY = "empty"  # The empty string in the text of a grammar; no symbol may have this name
 
+_MAX_QUOTED = 200  # Characters of a wrong text that a message quotes
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_'.-]*|<[0-9]+>")
 _ALTERNATIVE = re.compile(r"(?P<right>[^\[\]]*)(?:\[(?P<probability>[0-9.eE+-]+)\])?")
 
@@ -195,7 +196,7 @@ def _read_line(line: str, where: str) -> Iterable[tuple[str, tuple[str, ...], fl
     left = left.strip()
     if not arrow or not _NAME.fullmatch(left) or left == EMPTY:
         raise GrammarError(
-            f"{where}: expected 'NAME -> symbols', found {line!r}."
+            f"{where}: expected 'NAME -> symbols', found {line[:_MAX_QUOTED]!r}."
             " A name begins with a letter; alternatives are divided by '|'."
         )
     for alternative in rights.split("|"):
@@ -204,7 +205,7 @@ def _read_line(line: str, where: str) -> Iterable[tuple[str, tuple[str, ...], fl
         wrong = [name for name in symbols if not _NAME.fullmatch(name)]
         if match is None or not symbols or wrong or (EMPTY in symbols and len(symbols) > 1):
             raise GrammarError(
-                f"{where}: expected names after '->', found {alternative.strip()!r}."
+                f"{where}: expected names after '->', found {alternative.strip()[:_MAX_QUOTED]!r}."
                 f" Write '{EMPTY}' alone for the empty string, a probability as [0.5] at the end."
             )
         chance = _probability(match["probability"], where)
