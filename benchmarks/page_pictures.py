@@ -1,9 +1,10 @@
-"""The pictures of the page in docs/page: screenshots of its views, and the film of the board.
+"""The pictures of the page in docs/page: screenshots of its views, films of a search and the board.
 
 Everything is seen in headless Chromium. The film is put together from screenshots, so that it does
 not depend on how fast the machine is. Without ``--db`` the sample data is added and learned.
 
     python benchmarks/page_pictures.py board
+    python benchmarks/page_pictures.py search
     python benchmarks/page_pictures.py views --db motions.duckdb
     python benchmarks/page_pictures.py real --db cmu.duckdb  # learned from CMU captures
 """
@@ -31,6 +32,10 @@ ROUNDS = 30
 """Rounds in which the scene is sampled, instead of 70, to save time. Chosen by hand."""
 MOST_SAMPLED = 14
 """Frames of the film that show the falling error. Chosen by hand."""
+QUESTION = "a person walks, then turns left"
+"""What the film of a search asks: several captures of the sample data show it."""
+PLAYED = 26
+"""Frames of the film in which the answers play. Chosen by hand."""
 PLACE = """([x, z]) => {
     const court = document.querySelector('.board-court svg');
     const point = new DOMPoint(x, z).matrixTransform(court.getScreenCTM());
@@ -66,8 +71,14 @@ class Film:
 
     def write(self, path: Path) -> None:
         """Write the film as GIF."""
-        middle = self.frames[len(self.frames) // 2][0]
-        palette = middle.quantize(COLOURS, dither=Image.Dither.NONE)
+        # Of all parts of the film, and with its rare colours: red is seen in a few frames only.
+        chosen = [self.frames[k][0] for k in range(0, len(self.frames), len(self.frames) // 6)]
+        sheet = Image.new("RGB", (FILM[0], FILM[1] * len(chosen)))
+        for k, frame in enumerate(chosen):
+            sheet.paste(frame, (0, k * FILM[1]))
+        palette = sheet.quantize(
+            COLOURS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
+        )
         pictures = [f.quantize(palette=palette, dither=Image.Dither.NONE) for f, _ in self.frames]
         pictures[0].save(
             path, save_all=True, append_images=pictures[1:], loop=0, optimize=True,
@@ -148,6 +159,46 @@ def board(browser: Any, address: str, out: Path, _: str) -> None:
     print(*told, f"{len(film.frames)} frames", flush=True)
 
 
+def search(browser: Any, address: str, out: Path, _: str) -> None:
+    """The film: a question is typed, and the likely answers play over their found intervals."""
+    page = browser.new_context(
+        viewport={"width": 1400, "height": 910}, reduced_motion="reduce"
+    ).new_page()
+    page.set_default_timeout(WAIT)
+    page.goto(address)
+    page.locator(".row-capture").first.wait_for()
+    page.locator(".examples .chip").first.wait_for()
+    page.wait_for_timeout(3000)  # the small figures
+    film = Film(page)
+    film.take(1200)
+    page.locator("#question").focus()
+    for k, letter in enumerate(QUESTION):
+        page.keyboard.type(letter)
+        if k % 3 == 2:
+            film.take(180)
+    page.keyboard.press("Enter")
+    page.locator(".answer.likely .timeline-lit").first.wait_for()
+    page.wait_for_timeout(6000)  # the motions of the answers
+    film.take(1500)
+    areas = page.locator(".answer.likely .timeline-area").all()
+    places = [
+        (area.bounding_box(), [lit.bounding_box() for lit in area.locator(".timeline-lit").all()])
+        for area in areas
+    ]
+    seen = [(box, lit) for box, lit in places if box and box["y"] + box["height"] < 910]
+    for k in range(PLAYED):
+        for box, lit in seen:
+            start, end = lit[0]["x"], lit[-1]["x"] + lit[-1]["width"]
+            page.mouse.click(start + 1 + (end - start - 2) * k / (PLAYED - 1), box["y"] + 5)
+        page.mouse.move(4, 400)
+        page.wait_for_timeout(150)
+        film.take(160)
+    film.frames[-1] = (film.frames[-1][0], 1500)
+    film.write(out / "search.gif")
+    told = (out / "search.gif").stat().st_size
+    print(f"{out / 'search.gif'}: {told} bytes, {len(film.frames)} frames", flush=True)
+
+
 VIEWS = (
     ("catalogue", "catalogue?capture=ana/walk_1", ".details .block", (1280, 800), "light"),
     ("search", "search?q=walk, turn left, sit down", ".answer .block", (1280, 860), "light"),
@@ -214,7 +265,7 @@ def learn_grammar(database: Path) -> None:
 def main() -> None:
     """Serve a database and make pictures."""
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("what", choices=("board", "views", "real"))
+    options.add_argument("what", choices=("board", "search", "views", "real"))
     options.add_argument("--db", type=Path, help="an existing database; it is copied")
     options.add_argument("--only", default="", help="the name of one view")
     options.add_argument("--out", type=Path, default=ROOT / "docs" / "page")
@@ -222,6 +273,8 @@ def main() -> None:
     with opened_browser(chosen.db, learn_grammar) as (browser, address):
         if chosen.what == "board":
             board(browser, address, chosen.out, chosen.only)
+        elif chosen.what == "search":
+            search(browser, address, chosen.out, chosen.only)
         elif chosen.what == "views":
             views(browser, address, chosen.out, chosen.only)
         else:

@@ -90,8 +90,11 @@ def test_captures_without_captions_are_searched_with_words_of_others(
         "The data used in this project was obtained from mocap.cs.cmu.edu"
     ).wait_for()
     dialog.get_by_role("button", name="Learn", exact=True).click()
+    page.get_by_role("heading", name="Learning…").wait_for()
     page.locator(".answer").first.wait_for()  # the question is asked again by itself
     page.locator(".message", has_text="Started from cmu.").wait_for()
+    page.get_by_role("link", name="motiondb").click()
+    page.get_by_text("Words that it knows").wait_for()
 
 
 def test_a_server_that_ended_is_noticed(browser, asked_server, new_page):

@@ -29,7 +29,7 @@ export function outcome(job: JobReply): string {
   if (result?.kind === "add") {
     const problems = result.problems.length;
     const broken = problems ? `, ${problems} ${problems === 1 ? "problem" : "problems"}` : "";
-    return `${result.added} added, ${result.known} already there${broken}.`;
+    return `${result.added} added${result.known > 0 ? `, ${result.known} already there` : ""}${broken}.`;
   }
   if (result?.kind === "learn") {
     const from = result.start ? ` Started from ${result.start}.` : "";

@@ -21,7 +21,7 @@ export function notLearned(fault: unknown, context: Context): HTMLElement | null
     return emptyState("Nothing learned yet", "This database has not learned, and it was opened read-only.");
   }
   const wordless = context.status().captures_with_words === 0;
-  return emptyState(
+  const state = emptyState(
     context.status().learned ? "No words learned yet" : "Nothing learned yet",
     [
       wordless
@@ -31,4 +31,18 @@ export function notLearned(fault: unknown, context: Context): HTMLElement | null
     ],
     [{ label: "Learn…", run: () => openLearning(context) }],
   );
+  const element = h("div", {}, state);
+  const isLearning = (): boolean =>
+    context.live.jobs().some((job) => job.kind === "learn" && ["waiting", "running"].includes(job.state));
+  const show = (): void =>
+    element.replaceChildren(
+      isLearning() ? emptyState("Learning…", "What was asked is answered here when it is done.") : state,
+    );
+  show();
+  const stop = context.live.listen((news) => {
+    if (news.kind !== "job") return;
+    if (element.isConnected) show();
+    else stop();
+  });
+  return element;
 }

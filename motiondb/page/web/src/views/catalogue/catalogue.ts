@@ -83,6 +83,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     rows,
     thumbs,
     canEdit: () => !context.status().read_only,
+    hasLearned: () => context.status().learned,
     onSort: (sort) => route({ sort }),
     onChoose: (capture) => route({ capture }),
     onEdit: (capture, cell) => editWords(capture, cell),
@@ -284,6 +285,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     }
     missed = isEditing(table.element);
     if (missed) return; // typing began while the rows were on their way
+    host.classList.toggle("no-facets", facets.element.childElementCount === 0);
     showRows();
     welcome.load();
   }

@@ -13,7 +13,7 @@ const LEAST_WIDTH = 168;
 const PREVIEW = { width: 220, height: 160 };
 
 /** A table in another form: it has the same rows, selection and actions. */
-export function makeGrid(options: Omit<TableOptions, "onSort" | "onEdit" | "canEdit">): Table {
+export function makeGrid(options: Omit<TableOptions, "onSort" | "onEdit" | "canEdit" | "hasLearned">): Table {
   const { rows, thumbs } = options;
   let chosen: string | null = null;
   let columns = 1;

@@ -73,7 +73,7 @@ export function openLearning(context: Context): void {
       described > 0
         ? `Words are learned from the captions of ${plural(described, "capture")}. `
         : "Nobody has written about them yet, so the words must come from the captions of others. ",
-      "What was learned before is replaced when this is done, not earlier.",
+      status.learned ? "What was learned before is replaced when this is done, not earlier." : null,
     ),
     h("div", { class: "form-grid" }, h("label", { for: "learn-start" }, "Learn from"), start),
     credit,

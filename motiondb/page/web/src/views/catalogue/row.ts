@@ -67,6 +67,8 @@ export function showRow(
     /** Whether it is one of several that are selected. */
     picked: boolean;
     canEdit: boolean;
+    /** Whether the database has learned: before, no capture has, and a line above says so. */
+    learned: boolean;
     thumbs: Thumbs;
   },
 ): void {
@@ -103,7 +105,7 @@ export function showRow(
       }),
       h("span", { class: "capture-name" }, breakable(capture.name)),
     ),
-    badges(capture),
+    badges(capture, options),
   );
   length.textContent = seconds(capture.duration);
   performer.textContent = capture.tags["performer"] ?? "";
@@ -117,10 +119,10 @@ export function showRow(
   licence.title = capture.tags["licence"] ?? "The licence of this capture is not known.";
 }
 
-function badges(capture: CaptureRow): HTMLElement {
+function badges(capture: CaptureRow, options: { learned: boolean }): HTMLElement {
   const marks: [string, string][] = [];
   if (capture.kind === "generated") marks.push(["generated", "Made by motiondb; nothing learns from it."]);
-  if (!capture.learned && capture.kind !== "generated")
+  if (options.learned && !capture.learned && capture.kind !== "generated")
     marks.push(["not learned yet", "Learn again to search it with its own words."]);
   if (capture.copies > 0)
     marks.push([plural(capture.copies, "copy", "copies"), "There are copies, cuts or mirror images of it."]);

@@ -26,6 +26,7 @@ export interface TableOptions {
   rows: Rows;
   thumbs: Thumbs;
   canEdit(): boolean;
+  hasLearned(): boolean;
   onSort(sort: string): void;
   onChoose(name: string): void;
   onEdit(capture: CaptureRow, cell: HTMLElement): void;
@@ -81,6 +82,7 @@ export function makeTable(options: TableOptions): Table {
         chosen: capture !== null && capture.name === chosen,
         picked: capture !== null && options.isPicked(capture.name),
         canEdit: options.canEdit(),
+        learned: options.hasLearned(),
         thumbs: options.thumbs,
       });
     },

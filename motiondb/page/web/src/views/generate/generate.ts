@@ -1,10 +1,11 @@
 /** Describe and generate: motion from a sentence, with the actions it shows and does not show. */
 
 import { get, messageOf, post } from "../../api/client.ts";
-import type { ExamplesReply, GenerateReply, MadeReply } from "../../api/types.ts";
+import type { GenerateReply, MadeReply } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { emptyState, faultState } from "../../parts/states.ts";
 import { go, routeTo } from "../../shell/router.ts";
+import { offeredQuestions } from "../catalogue/welcome.ts";
 import { faultWithWords } from "../known_words.ts";
 import { notLearned } from "../not_learned.ts";
 import { questionElement } from "../search/question.ts";
@@ -230,9 +231,9 @@ function open(host: HTMLElement, context: Context): OpenView {
   /** Offer what this database was found to show, one action or several. */
   async function offerExamples(): Promise<void> {
     const state = results.firstElementChild;
-    const { examples } = await get<ExamplesReply>("/api/examples").catch(() => ({ examples: [] }));
-    if (!state?.isConnected || examples.length === 0) return;
-    const offered = examples.map(({ question: q }) =>
+    const { questions } = await offeredQuestions(context).catch(() => ({ questions: [] }));
+    if (!state?.isConnected || questions.length === 0) return;
+    const offered = questions.map((q) =>
       h("a", { class: "button plain", href: routeTo("generate", { q, seed: 0 }) }, q),
     );
     state.append(h("div", { class: "row" }, offered));

@@ -91,7 +91,7 @@ function verdictOf(match: ShownMatch, certainty: Certainty, options: AnswerOptio
     );
   }
   const score = options.scored && most === null;
-  const ranked = `not measured; ranked by ${probability(match.score)}, which is no probability`;
+  const ranked = `score ${probability(match.score)}, no probability`;
   return h(
     "p",
     { class: "answer-verdict" },
@@ -137,7 +137,11 @@ function placesOf(match: ShownMatch, options: AnswerOptions, seek: (time: number
         {},
         h("b", {}, said.words),
         said.instead ? `, for “${said.instead}”` : "",
-        ` ${said.probability === null ? "not measured" : probability(said.probability)} · `,
+        said.probability !== null
+          ? ` ${probability(said.probability)} · `
+          : match.parts.every((one) => one.probability === null)
+            ? " " // the verdict says it
+            : " not measured · ",
         place(part, said),
       );
     }),
