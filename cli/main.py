@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import errno
+import math
 import os
 import signal
 import sys
-from contextlib import suppress
 from contextvars import copy_context
 from typing import Annotated, NoReturn
 
@@ -102,16 +102,12 @@ _LEAST_MEMORY = 1_000_000_000
 
 
 def _run() -> int:
-    with suppress(ImportError):  # Windows
-        import resource
-
-        limit, _ = resource.getrlimit(resource.RLIMIT_AS)
-        if limit != resource.RLIM_INFINITY and limit < _LEAST_MEMORY:
-            printing.warn(
-                f"error: memory: expected a limit of at least {_LEAST_MEMORY / 1e6:,.0f} MB, found "
-                f"{limit / 1e6:,.0f} MB. Allow more (ulimit -v)."
-            )
-            return 1
+    if (limit := _memory_limit()) < _LEAST_MEMORY:
+        printing.warn(
+            f"error: memory: expected a limit of at least {_LEAST_MEMORY / 1e6:,.0f} MB, found "
+            f"{limit / 1e6:,.0f} MB. Allow more (ulimit -v)."
+        )
+        return 1
     from motiondb import MotionDBError, NotLearnedError, QueryError
 
     try:
@@ -138,6 +134,16 @@ def _run() -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # Python flushes it when it ends
         return 1
     return 0
+
+
+def _memory_limit() -> float:
+    """Bytes of address space that this process may take, as ``ulimit -v`` limits it."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return math.inf
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    return math.inf if limit == resource.RLIM_INFINITY else limit
 
 
 def _is_memory_short(error: BaseException | None) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -81,4 +83,9 @@ def serve(
         if not printing.as_json(shared, {"address": address}):
             printing.say(f"The page is at {address}  (Ctrl-C ends it)")
 
-    run(settings, told, lambda text: printing.warn(f"note: {text}"), open_browser)
+    try:
+        run(settings, told, lambda text: printing.warn(f"note: {text}"), open_browser)
+    except SystemExit as ended:  # by a signal; a question may still be computed, for minutes
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(int(ended.code or 0))

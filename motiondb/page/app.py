@@ -16,7 +16,7 @@ from starlette.exceptions import HTTPException
 from starlette.responses import FileResponse, Response
 
 from motiondb.errors import MotionDBError
-from motiondb.page.errors import FULL_DISK, ErrorReply, answer_of, error_answer, unknown
+from motiondb.page.errors import FULL_DISK, answer_of, error_answer, unknown
 from motiondb.page.guard import HEADERS, Guard
 from motiondb.page.routes import (
     asking,
@@ -57,43 +57,15 @@ def make_application(settings: PageSettings, folder: Path, bundle: Path = BUNDLE
         docs_url=None,
         redoc_url=None,
         separate_input_output_schemas=False,  # fields with a default may be absent in answers too
-        responses={
-            code: {"description": text, **_of_error(code)} for code, text in _STATUSES.items()
-        },
     )
     application.state.page = page
     for module in _ROUTES:
-        application.include_router(module.router(page))
+        # include_router would make all of them again, 0.3 s
+        application.router.routes.extend(module.router(page).routes)
     _error_handlers(application, folder)
     _page_files(application, bundle)
     application.add_middleware(cast("Any", Guard), settings=settings)
     return application
-
-
-_STATUSES = {
-    400: "The database refuses the request; the message says why.",
-    401: "The token is missing or wrong.",
-    403: "The request does not come from this page, or the page is read-only.",
-    404: "There is no such thing.",
-    409: "The database has not learned, or something changed meanwhile.",
-    413: "Too large.",
-    415: "The content has another type than expected.",
-    422: "A parameter is missing or of another type.",
-    500: "A fault of the program.",
-    503: "Another process holds the database.",
-    507: "There is no room on a disk, or in memory.",
-}  # Description of each HTTP status of errors, for OpenAPI
-
-
-def _of_error(code: int) -> dict[str, Any]:
-    """Return the form of an error for the description: one status has the model, others name it.
-
-    FastAPI makes a validator of every model of every route: 750 for all statuses, 1 s at the start.
-    """
-    if code == min(_STATUSES):
-        return {"model": ErrorReply}
-    schema = {"$ref": f"#/components/schemas/{ErrorReply.__name__}"}
-    return {"content": {"application/json": {"schema": schema}}}
 
 
 def _error_handlers(application: FastAPI, folder: Path) -> None:

@@ -6,6 +6,7 @@ import errno
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from starlette.responses import Response
 
@@ -67,3 +68,31 @@ def answer_of(error: MotionDBError, shown: Callable[[str], str] = str) -> Respon
     if isinstance(error, HeldError) or kind == "OtherModeError":
         return error_answer("HeldError", message, 503)
     return error_answer(kind, message, 409 if isinstance(error, NotLearnedError) else 400)
+
+
+def _described(code: int) -> dict[str, Any]:
+    """Return what the description tells of a status: one has the model, the others name it.
+
+    FastAPI makes a validator of each model of each route: 750 for all statuses, 1 s at the start.
+    """
+    if code == min(_STATUSES):
+        return {"description": _STATUSES[code], "model": ErrorReply}
+    schema = {"$ref": f"#/components/schemas/{ErrorReply.__name__}"}
+    return {"description": _STATUSES[code], "content": {"application/json": {"schema": schema}}}
+
+
+_STATUSES = {
+    400: "The database refuses the request; the message says why.",
+    401: "The token is missing or wrong.",
+    403: "The request does not come from this page, or the page is read-only.",
+    404: "There is no such thing.",
+    409: "The database has not learned, or something changed meanwhile.",
+    413: "Too large.",
+    415: "The content has another type than expected.",
+    422: "A parameter is missing or of another type.",
+    500: "A fault of the program.",
+    503: "Another process holds the database.",
+    507: "There is no room on a disk, or in memory.",
+}  # Description of each HTTP status of errors, for OpenAPI
+ERRORS: dict[int | str, dict[str, Any]] = {code: _described(code) for code in _STATUSES}
+"""The errors of every route, for its router."""

@@ -34,8 +34,11 @@ def commands(name: str, group: Any) -> Iterator[tuple[str, Any]]:
         yield from commands(f"{name}{part} ", command)
 
 
+COMMANDS = dict(commands("", typer.main.get_command(app)))
+
+
 def numeric_options() -> Iterator[NumericOption]:
-    for name, command in commands("", typer.main.get_command(app)):
+    for name, command in COMMANDS.items():
         for parameter in command.params:
             kind = parameter.type_descriptor.annotation if parameter.opts else None
             if kind in NUMBERS:
@@ -48,9 +51,8 @@ OPTIONS = list(numeric_options())
 
 def arguments(command: str) -> list[str]:
     """Required arguments and options of a command, with values that would be read later."""
-    actual = dict(commands("", typer.main.get_command(app)))[command]
     words: list[str] = []
-    for parameter in actual.params:
+    for parameter in COMMANDS[command].params:
         if parameter.required:
             value = "1" if parameter.type_descriptor.annotation in NUMBERS else "x.bvh"
             words += [parameter.opts[0], value] if parameter.opts[0].startswith("-") else [value]

@@ -69,7 +69,7 @@ def copy(tmp_path: Path, small: Path) -> Path:
 
 def test_searches_beside_a_learn_are_all_answered(copy: Path) -> None:
     learn = started("learn", "--symbols", 2, "--db", copy, "--wait", 100)
-    searches = [started("search", "bow", "--db", copy, "--json", "--wait", 100) for _ in range(8)]
+    searches = [started("search", "bow", "--db", copy, "--json", "--wait", 100) for _ in range(4)]
     answers = [search.communicate(timeout=300) for search in searches]
     _, err = learn.communicate(timeout=300)
     assert learn.returncode == 0, err

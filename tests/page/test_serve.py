@@ -111,4 +111,5 @@ def test_it_serves_until_it_is_ended_and_leaves_nothing(
                 server.communicate(timeout=60)
             finally:
                 server.kill()  # under nohup, a hangup does not end it
+    assert server.returncode == 128 + ending
     assert list(tmp_path.iterdir()) == []

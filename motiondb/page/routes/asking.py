@@ -12,6 +12,7 @@ from fastapi import APIRouter, Query
 from motiondb.answers.catalogue import SymbolRow, SymbolSegment
 from motiondb.answers.plain import fields_of
 from motiondb.answers.questions import WordsOverTime, words_over_time
+from motiondb.page.errors import ERRORS
 from motiondb.page.examples import ExamplesReply, examples_of
 from motiondb.page.refs import load_motion, read_ref
 from motiondb.page.replies import (
@@ -80,7 +81,7 @@ class SegmentsReply:
 
 def router(page: Page) -> APIRouter:
     """Return the routes of questions."""
-    routes = APIRouter(tags=["ask"])
+    routes = APIRouter(tags=["ask"], responses=ERRORS)
 
     @routes.get("/api/search")
     def search(

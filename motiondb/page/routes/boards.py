@@ -29,7 +29,7 @@ from motiondb.database.scenes.scene_texts import (
 )
 from motiondb.files.safe_files import read_bounded
 from motiondb.page.diagrams import DiagramShape, RequestedDiagram, diagram_of, diagram_shape
-from motiondb.page.errors import PageError, unknown
+from motiondb.page.errors import ERRORS, PageError, unknown
 from motiondb.page.routes.parameters import Body, Name
 from motiondb.page.state import Page
 from motiondb.scene.language.expressions import playable_kinds
@@ -228,7 +228,7 @@ class NamedBoardBody(BoardBody):
 
 def router(page: Page) -> APIRouter:
     """Return the routes of tactics diagrams."""
-    routes = APIRouter(tags=["boards"])
+    routes = APIRouter(tags=["boards"], responses=ERRORS)
     folder = page.settings.boards_folder
 
     @routes.get("/api/boards")

@@ -17,7 +17,7 @@ from motiondb.database.catalogue.exporting import formats_here
 from motiondb.database.learn.start import shipped_starts
 from motiondb.files.folder import CAPTURE_ENDINGS
 from motiondb.learn.drift import Drift
-from motiondb.page.errors import PageError, unknown
+from motiondb.page.errors import ERRORS, PageError, unknown
 from motiondb.page.held import info_and_drift
 from motiondb.page.replies import CaptureDetails, CaptureRow, capture_details, capture_row
 from motiondb.page.routes.changes import remove_captures, undo_last
@@ -189,7 +189,7 @@ class WordsUndone:
 
 def router(page: Page) -> APIRouter:
     """Return the routes of the catalogue."""
-    routes = APIRouter(tags=["catalogue"])
+    routes = APIRouter(tags=["catalogue"], responses=ERRORS)
 
     @routes.get("/api/status")
     def status() -> Status:

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from motiondb.database import MotionDB
 from motiondb.errors import QueryError
-from motiondb.page.errors import PageError, unknown
+from motiondb.page.errors import ERRORS, PageError, unknown
 from motiondb.page.routes.parameters import Body, Text
 from motiondb.page.state import Edit, Page
 from motiondb.store import transaction
@@ -60,7 +60,7 @@ class CapturesChanged:
 
 def router(page: Page) -> APIRouter:
     """Return the routes of changes of several captures."""
-    routes = APIRouter(tags=["catalogue"])
+    routes = APIRouter(tags=["catalogue"], responses=ERRORS)
 
     @routes.post("/api/captures/tags")
     def set_tags(body: CaptureTagsBody) -> CapturesChanged:

@@ -22,7 +22,7 @@ from motiondb.database import MotionDB
 from motiondb.database.catalogue.exporting import MotionChanges, write_motion
 from motiondb.files.limits import MAX_FPS, MIN_FPS
 from motiondb.files.rigs import JointProposal, propose_joints
-from motiondb.page.errors import PageError
+from motiondb.page.errors import ERRORS, PageError
 from motiondb.page.refs import Ref, find_capture, find_kept, load_motion, load_scene, read_ref
 from motiondb.page.routes.parameters import Body, End, Part, RefText, Start, Text
 from motiondb.page.state import Page
@@ -79,7 +79,7 @@ class DownloadBody(Body):
 
 def router(page: Page) -> APIRouter:
     """Return the routes of files."""
-    routes = APIRouter(tags=["files"])
+    routes = APIRouter(tags=["files"], responses=ERRORS)
 
     @routes.post("/api/uploads", openapi_extra=_UPLOAD)
     async def upload(request: Request) -> UploadReply:

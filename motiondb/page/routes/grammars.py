@@ -24,7 +24,7 @@ from motiondb.database.grammars.grammar_facts import compare as compare_grammar
 from motiondb.database.grammars.grammar_sequences import Edit
 from motiondb.errors import QueryError
 from motiondb.grammar.derivation.edit import region_at
-from motiondb.page.errors import PageError, unknown
+from motiondb.page.errors import ERRORS, PageError, unknown
 from motiondb.page.jobs import JobReply
 from motiondb.page.replies import Positions, SequenceReply, sequence_reply
 from motiondb.page.routes.catalogue import find_row
@@ -173,7 +173,7 @@ class AlternativesReply(AlternativesAnswer):
 
 def router(page: Page) -> APIRouter:
     """Return the routes of grammars."""
-    routes = APIRouter(tags=["grammars"])
+    routes = APIRouter(tags=["grammars"], responses=ERRORS)
 
     @routes.get("/api/grammars")
     def grammars() -> GrammarsReply:

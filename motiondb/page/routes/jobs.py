@@ -17,7 +17,7 @@ from starlette.responses import StreamingResponse
 from motiondb.answers.plain import to_json
 from motiondb.database.learn.start import NONE, shipped_names
 from motiondb.files import unit_from_name
-from motiondb.page.errors import PageError
+from motiondb.page.errors import ERRORS, PageError
 from motiondb.page.jobs import Job, JobReply
 from motiondb.page.routes.parameters import Body, Seed, Text
 from motiondb.page.state import Page
@@ -74,7 +74,7 @@ class LearningBody(Body):
 
 def router(page: Page) -> APIRouter:
     """Return the routes of long work."""
-    routes = APIRouter(tags=["jobs"])
+    routes = APIRouter(tags=["jobs"], responses=ERRORS)
 
     @routes.post("/api/add", status_code=202)
     def add(body: AddBody) -> JobReply:

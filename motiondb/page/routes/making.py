@@ -11,7 +11,7 @@ from fastapi import APIRouter
 from pydantic import Field
 
 from motiondb.database.generating import ActionPlace
-from motiondb.page.errors import PageError
+from motiondb.page.errors import ERRORS, PageError
 from motiondb.page.replies import GenerateReply, generate_reply, made_reply
 from motiondb.page.routes.parameters import LARGEST_SEED, Body, Name, SaveBody, Saved, Seconds, Text
 from motiondb.page.state import Block, MadeMotion, Page
@@ -68,7 +68,7 @@ class GenerateBody(Body):
 
 def router(page: Page) -> APIRouter:
     """Return the routes that generate."""
-    routes = APIRouter(tags=["generate"])
+    routes = APIRouter(tags=["generate"], responses=ERRORS)
 
     @routes.post("/api/generate")
     def generate(body: GenerateBody) -> GenerateReply:

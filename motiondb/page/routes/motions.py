@@ -11,6 +11,7 @@ from starlette.responses import Response
 
 from motiondb.body.features import FEATURE_STEP
 from motiondb.database import MotionDB
+from motiondb.page.errors import ERRORS
 from motiondb.page.motion import (
     MEDIA_TYPE,
     POINTS,
@@ -46,7 +47,7 @@ class MotionsBody(Body):
 
 def router(page: Page) -> APIRouter:
     """Return the routes of motion."""
-    routes = APIRouter(tags=["motion"])
+    routes = APIRouter(tags=["motion"], responses=ERRORS)
 
     @routes.get("/api/motion", response_class=Response, responses=_CONTAINER)
     def motion(

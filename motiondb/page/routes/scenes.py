@@ -15,7 +15,7 @@ from motiondb.answers.plain import fields_of
 from motiondb.answers.scenes import SceneAnswer, SceneRow, scene_row
 from motiondb.database.scenes.scene_folder import report_facts
 from motiondb.database.scenes.scene_texts import TACTICS, read_board
-from motiondb.page.errors import PageError
+from motiondb.page.errors import ERRORS, PageError
 from motiondb.page.jobs import FACTS_FILE, JobReply
 from motiondb.page.refs import Ref, find_kept, read_ref
 from motiondb.page.replies import SceneReply, kept_scene_reply
@@ -84,7 +84,7 @@ class SceneRemoved:
 
 def router(page: Page) -> APIRouter:
     """Return the routes of scenes."""
-    routes = APIRouter(tags=["scenes"])
+    routes = APIRouter(tags=["scenes"], responses=ERRORS)
 
     @routes.post("/api/scenes", status_code=202)
     def make(body: SceneBody) -> JobReply:
