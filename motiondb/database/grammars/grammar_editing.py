@@ -83,7 +83,7 @@ def undo_edit(database: store.Store, name: str) -> str:
         edit = _edit_of(runs[learned.run_id])
         if edit is None:
             raise QueryError(
-                f"{name}: expected a grammar that was edited, found one without edits, so that there is nothing to undo."
+                f"{name}: expected a grammar that was edited, found none: nothing to undo."
             )
         before = edit["before"]
         names = tuple(before["terminals"])
