@@ -24,10 +24,10 @@ from itertools import chain, product
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.body.features import FEATURE_STEP
+from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
 from motiondb.language.question.parse import parse
-from motiondb.language.question.readings import KnownQuestion, Part, Reading
-from motiondb.language.question.tree import LIMBS, SIDES, Action
+from motiondb.language.question.readings import KnownQuestion, Part, Reading, say_duration
+from motiondb.language.question.tree import LIMBS, SIDES, core
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, as_said
 from motiondb.learn.learned import Learned
 from motiondb.meaning.edge_map import HALF, averaged
@@ -66,9 +66,12 @@ def measured_words(action: Sequence[str]) -> set[str]:
 
 
 def only_action(text: str, learned: Learned) -> tuple[str, ...]:
-    """The words, known or not, of a question of one action; () if it asks for more."""
-    tree = parse(text, learned.synonyms, learned.lemmas).tree
-    return tree.words if isinstance(tree, Action) else ()
+    """The words, known or not, of a question of one action; () if it asks for more.
+
+    The action may have a count or a duration: "walk in place for 5 seconds".
+    """
+    action = core(parse(text, learned.synonyms, learned.lemmas).tree)
+    return action.words if action is not None else ()
 
 
 def without_measured_words(
@@ -146,7 +149,9 @@ def compare_with_motion(
             shown = np.zeros((2, len(frames)), dtype=bool)
             shown[0, room] = _frames_that_show(asked, capture, action, places[k], features)[room]
             shown[1, room] = True
-            against, place = _compare_action(frames, action, believed, places[k], shown)
+            against, place = _compare_action(
+                frames, action, believed, places[k], shown, part.seconds
+            )
             alone = len(part.actions) == 1 and len(directions_to_measure(action)) == 1
             # of several directions, one place would have to show all
             if not alone and (place.start, place.end) != (places[k].start, places[k].end):
@@ -157,8 +162,11 @@ def compare_with_motion(
         for k in range(exclusion.first, exclusion.last):
             inside = frames[_inside(places[k])]
             for action, excluded in product(reading.parts[k].actions, exclusion.actions):
-                if MODIFIERS.issuperset(excluded) and not places[k].unknown:
-                    contradicted += _done_though_excluded(inside, action, excluded)
+                if not MODIFIERS.issuperset(excluded) or places[k].unknown:
+                    continue
+                done = _done_though_excluded(inside, action, excluded)
+                places[k] = _unsure(places[k]) if done else places[k]
+                contradicted += done
     return replace(placed, parts=tuple(places), contradicted=tuple(dict.fromkeys(contradicted)))
 
 
@@ -168,8 +176,9 @@ def _compare_action(
     believed: Collection[str],
     place: PartPlace,
     shown: NDArray[np.bool_],
+    seconds: float,
 ) -> tuple[list[str], PartPlace]:
-    """What the motion has against an action, and the place where its directions are seen.
+    """What the motion has against an action of some seconds, and where its directions are seen.
 
     Shapes: `frames` (frames, 130); `shown` (2, frames): which frames show the action by its
     evidence, and which may show it where captions say so.
@@ -181,12 +190,18 @@ def _compare_action(
     ]
     for direction in directions_to_measure(action):
         speeds, is_said = speeds_of(frames), direction in believed
-        ways = _ways(speeds, direction, action, place, shown[int(is_said)])
+        ways = _ways(speeds, direction, action, place, shown[int(is_said)], seconds)
         if ways is not None:
             place = place if place.unknown else _moved(place, *ways)
         elif not is_said or furthest(speeds, direction, not TURNS.isdisjoint(action))[0] >= 1.0:
-            against.append(say_not_gone(direction, not TURNS.isdisjoint(action)))
-    return against, replace(place, probability=None, right=None) if against else place
+            lasting = f" {say_duration(seconds, None)}" if seconds > 0.0 else ""
+            against.append(say_not_gone(direction, not TURNS.isdisjoint(action)) + lasting)
+    return against, _unsure(place) if against else place
+
+
+def _unsure(place: PartPlace) -> PartPlace:
+    """A place that something speaks against: how probable it is was not measured."""
+    return replace(place, probability=None, right=None)
 
 
 def excluded_words(action: Sequence[str], excluded: Sequence[str]) -> tuple[str, ...]:
@@ -239,26 +254,34 @@ def _ways(
     action: Sequence[str],
     place: PartPlace,
     shown: NDArray[np.bool_],
+    seconds: float,
 ) -> tuple[int, int] | None:
     """The feature frames [a, b) that go in a direction while the action is shown; None: none do.
 
-    They are those of the place, if the place does.
+    They are those of the place, if the place does. Others must last `seconds`.
     """
     turns, inside = not TURNS.isdisjoint(action), _inside(place)
-    if furthest(speeds[_looked_at(inside, direction)], direction, turns)[0] >= 1.0:
+    if furthest(speeds[_looked_at(inside, direction, len(speeds))], direction, turns)[0] >= 1.0:
         return inside.start, inside.stop
     amount, first, behind = furthest(speeds, direction, turns, shown)
-    return (first, behind) if amount >= 1.0 else None
+    return (first, behind) if amount >= 1.0 and behind - first >= seconds * FEATURE_FPS else None
 
 
-def _looked_at(inside: slice, direction: str) -> slice:
-    """The frames in which the direction of a place is measured: at least 2 s for "in place".
+def _looked_at(inside: slice, direction: str, n: int) -> slice:
+    """The frames, of n, in which the direction of a place is measured.
 
-    Who walks on stays in place for the half second of a step.
+    At least 2 s for "in place": who walks on stays in place for the half second of a step.
+
+    >>> _looked_at(slice(40, 50), IN_PLACE, 90), _looked_at(slice(80, 90), IN_PLACE, 90)
+    (slice(30, 60, None), slice(60, 90, None))
+    >>> _looked_at(slice(0, 10), IN_PLACE, 20), _looked_at(slice(80, 90), "forward", 90)
+    (slice(0, 20, None), slice(80, 90, None))
     """
-    more = LEAST_LOOKED_AT - (inside.stop - inside.start) if direction == IN_PLACE else 0
-    start = max(inside.start - max(more, 0) // 2, 0)
-    return slice(start, max(inside.stop, start + LEAST_LOOKED_AT if more > 0 else 0))
+    more = LEAST_LOOKED_AT - (inside.stop - inside.start)
+    if direction != IN_PLACE or more <= 0:
+        return inside
+    start = max(min(inside.start - more // 2, n - LEAST_LOOKED_AT), 0)
+    return slice(start, min(start + LEAST_LOOKED_AT, n))
 
 
 def _moved(place: PartPlace, first: int, behind: int) -> PartPlace:

@@ -114,6 +114,7 @@ def test_what_is_excluded_and_done_is_a_contradiction(learned_file: Path) -> Non
         assert match.contradicted == ("turns left, which is excluded",)
         assert match.reason.endswith("; measured: turns left, which is excluded")
         assert match.probability is None
+        assert match.parts[0].probability is None
     assert not any(m.contradicted for m in answer.matches if "/turn_right" in m.capture)
 
 
@@ -126,6 +127,23 @@ def test_a_replaced_verb_is_measured_as_the_known_one(learned_file: Path) -> Non
         place = db.search("run in place", limit=3)
     assert place.understood == "run; measured: in place"
     assert {match.contradicted for match in place.matches} == {("does not stay in place",)}
+
+
+@pytest.mark.parametrize(
+    ("question", "contradicted"),
+    [
+        ("run in place twice", "does not stay in place"),
+        ("run in place for 2 seconds", "does not stay in place for at least 2 s"),
+    ],
+)
+def test_an_action_with_a_count_or_a_duration_is_measured(
+    learned_file: Path, question: str, contradicted: str
+) -> None:
+    with motiondb.open(learned_file, read_only=True) as db:
+        answer = db.search(question, limit=3)
+    assert answer.measured == (IN_PLACE,)
+    assert {match.contradicted for match in answer.matches} == {(contradicted,)}
+    assert answer.nothing == "probably nothing in this database matches"
 
 
 def test_a_direction_that_no_caption_holds_is_measured_all_the_same(learned_file: Path) -> None:

@@ -232,13 +232,13 @@ def is_bare(node: Node) -> bool:
     >>> is_bare(Action(("walk", "left")))
     False
     """
-    action = _core(node)
+    action = core(node)
     return action is not None and MODIFIERS.issuperset(action.words)
 
 
 def names_words(node: Node) -> bool:
     """Whether a bare node holds words or manners, not amounts alone."""
-    action = _core(node)
+    action = core(node)
     return action is not None and bool(action.words or action.manner)
 
 
@@ -248,7 +248,7 @@ def attach(node: Node, bare: Node) -> Node:
     >>> attach(Action(("walk",)), Action(("forward",), ("slow",)))
     Action(words=('walk', 'forward'), manner=('slow',))
     """
-    added = _core(bare)
+    added = core(bare)
     assert added is not None
 
     if not actions_of(node):
@@ -266,7 +266,7 @@ def say_again(before: Node, bare: Node) -> Node:
     >>> say_again(Action(("turn", "left")), Action(("right",)))
     Action(words=('turn', 'right'), manner=())
     """
-    added = _core(bare)
+    added = core(bare)
     said = actions_of(before)
     if added is None or not said:
         return bare
@@ -280,7 +280,7 @@ def share_limb(before: Node, bare: Node) -> Node:
     >>> share_limb(Action(("wave", "left")), Action(("right", "hand")))
     Action(words=('wave', 'left', 'hand'), manner=())
     """
-    added = _core(bare)
+    added = core(bare)
     if not isinstance(before, Action) or added is None or len(added.words) < 2:
         return before
     shared = before.words[-1:] and before.words[-1] in SIDES and added.words[0] in SIDES
@@ -317,8 +317,12 @@ def drop_empty(node: Node) -> tuple[Node | None, list[Node]]:
     return node, []
 
 
-def _core(node: Node) -> Action | None:
-    """The action within amounts, None if there is anything else."""
+def core(node: Node) -> Action | None:
+    """The action within counts and durations; None if there is anything else.
+
+    >>> core(Lasting(Action(("walk",)), 5.0, None)), core(Anything())
+    (Action(words=('walk',), manner=()), None)
+    """
     while isinstance(node, (Repeated, Lasting)):
         node = node.part
     return node if isinstance(node, Action) else None
