@@ -35,11 +35,11 @@ from motiondb.body.features import FEATURE_STEP
 from motiondb.database import MotionDB
 from motiondb.database.generating import Generated
 from motiondb.generate.action_sources import find_sources
-from motiondb.generate.direction import ACTIONS, gone
+from motiondb.generate.direction import ACTIONS, FULLY, gone
 from motiondb.generate.motion_making import SPEED_NAMES
 from motiondb.generate.occurrences import measured_track
 from motiondb.generate.sentence_plan import plan_sentence
-from motiondb.generate.shown_actions import FULLY, N_DESCRIBED, Asked, judge_motion
+from motiondb.generate.shown_actions import N_DESCRIBED, Asked, judge_motion
 from motiondb.language.question.heads import verbs_in
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import hold_to_known

@@ -135,7 +135,7 @@ def _cell(text: str) -> str:
 
 def _read(file: Path) -> Iterator[_Question]:
     """The questions of a file; a header with the column question or like makes it TSV."""
-    from motiondb import read_user_text
+    from motiondb import QueryError, read_user_text
 
     text = read_user_text(file, "a file of questions")
     lines = [
@@ -145,14 +145,17 @@ def _read(file: Path) -> Iterator[_Question]:
     ]
     first = lines[0][1] if lines else ""
     sign = "\t" if "\t" in first or "," not in first else ","
-    header = [name.strip().lower() for name in first.split(sign)]
+    header = [name.strip().lower() for name in next(csv.reader([first], delimiter=sign), [])]
     wrong = [name for name in header if name not in COLUMNS]
     is_asked = bool({"question", "like"} & set(header))
+    if {"question", "like"} & {name.strip(' "').lower() for name in first.split(";")} - {*header}:
+        raise QueryError(
+            f"{file}:{lines[0][0]}: expected columns divided by commas or tabs, found semicolons. "
+            "Save the sheet as TSV, or as CSV with commas."
+        )
     if not (is_asked or "\t" in first):  # questions have commas, but no tabs
         yield from (_Question(number, line.strip()) for number, line in lines)
         return
-    from motiondb import QueryError
-
     if wrong or len(set(header)) < len(header) or not is_asked:
         raise QueryError(
             f"{file}:{lines[0][0]}: expected any of the columns {', '.join(COLUMNS)}, each once, "

@@ -81,7 +81,7 @@ def _allows(world: World, step: Step, happened: bool | None, undisturbed: bool) 
     change, before = CHANGES[step.verb], world.copy()
     is_optional = step.verb in MAY_REFUSE or not undisturbed
     if step.verb in ("ask", "export matches"):
-        is_optional = not undisturbed or step.arguments["words"] not in (world.vocabulary or ())
+        is_optional = not undisturbed or not _is_said(world, step.arguments["words"])
     is_optional |= (
         step.verb in ("rescue", "compact") and world == World()
     )  # there may be no file yet
@@ -101,6 +101,14 @@ def _allows(world: World, step: Step, happened: bool | None, undisturbed: bool) 
     if is_edit and step.ended == REFUSED and is_refused:
         world.edits.pop()  # an edit that cannot be undone is forgotten
     return step.ended != REFUSED or is_refused or is_optional
+
+
+def _is_said(world: World, word: str) -> bool:
+    """Whether a word was learned, and a caption of a capture still has it."""
+    captured = [kept for kept in world.captures.values() if kept.kind == "captured"]
+    said = [words for kept in captured if not isinstance(kept.captions, str)
+            for words, _, _ in kept.captions]  # fmt: skip
+    return word in (world.vocabulary or ()) and any(word in words for words in said)
 
 
 def _ask(world: World, given: Arguments, _by: str) -> None:

@@ -40,7 +40,6 @@ REQUIRED = (
     "r_elbow",
 )
 """Roles that a skeleton must have; all others can be estimated from these."""
-_TRUNK = ("spine", "chest", "neck")
 _LEG, _ARM = ("hip", "knee", "ankle", "toe"), ("collar", "shoulder", "elbow", "wrist")
 _PREFIX = re.compile(
     r"^(mixamorig\d*|character\d*_|neo_|cc_base_|bip\d+|joint_|m_avg_|f_avg_|def[-_]|org[-_])"
@@ -410,11 +409,11 @@ def joint_map(skeleton: Skeleton, user_map: Mapping[str, str] | None = None) -> 
 
 
 _LIMBS = {
-    **{f"{side}_{part}": ("leg", side, n) for side in "lr" for n, part in enumerate(_LEG)},
-    **{f"{side}_{part}": ("arm", side, n) for side in "lr" for n, part in enumerate(_ARM)},
-    **{part: ("trunk", "", n) for n, part in enumerate(_TRUNK)},
-    "head": ("head", "", 0),
-}  # Role -> part of the body, side, place within the part
+    f"{side}_{part}": (f"{side}_{limb[0]}", number)
+    for side in "lr"
+    for limb in (_LEG, _ARM)
+    for number, part in enumerate(limb)
+}  # Role -> its limb, and place within the limb
 
 
 def crossed_names(skeleton: Skeleton, roles: Mapping[str, int]) -> tuple[str, ...]:
@@ -422,7 +421,7 @@ def crossed_names(skeleton: Skeleton, roles: Mapping[str, int]) -> tuple[str, ..
 
     Two joints with each other's names are read without any other sign: the positions of the
     skeleton are right, only the body that is made of them is not. Skeletons that do not connect
-    their joints at all are no contradiction.
+    their joints, or have another joint of the trunk as their root, are no contradiction.
 
     >>> names = ("hips", "spine", "neck", "l_knee", "l_hip")
     >>> skeleton = Skeleton(names, np.array([-1, 0, 1, 0, 3]), np.zeros((5, 3)))
@@ -432,19 +431,24 @@ def crossed_names(skeleton: Skeleton, roles: Mapping[str, int]) -> tuple[str, ..
     joints = {r: j if j >= 0 else skeleton.end_sites[-1 - j][0] for r, j in roles.items()}
     of_joint = {joint: role for role, joint in joints.items() if roles[role] >= 0}
     for role, joint in joints.items():
-        limb, side, number = _LIMBS.get(role, ("trunk", "", 0))
         above = int(skeleton.parents[joint]) if roles[role] >= 0 else joint
+        over = []
         while above >= 0:
-            other = of_joint.get(above, "")
-            above_limb, above_side, above_number = _LIMBS.get(other, ("trunk", "", -1))
-            same = (limb, side) == (above_limb, above_side)
-            if above_number >= number if same else above_limb != "trunk":
-                return (
-                    f"{role} ({skeleton.names[joint]}) hangs from {other} "
-                    f"({skeleton.names[above]}), as in no body: compare the names of the joints "
-                    "with the motion, or name them with --joint-map",
-                )
+            over += [of_joint[above]] if above in of_joint else []
             above = int(skeleton.parents[above])
+        limb, number = _LIMBS.get(role, ("", 0))
+        wrong = [
+            o for o in over if o in _LIMBS and (_LIMBS[o][0] != limb or _LIMBS[o][1] >= number)
+        ]
+        is_loose = any(o in joints and o not in over for o, (of, n) in _LIMBS.items()
+                       if of == limb and n < number)  # fmt: skip
+        wrong += ["head"] if is_loose and "head" in over else []
+        if wrong:
+            return (
+                f"{role} ({skeleton.names[joint]}) hangs from {wrong[0]} "
+                f"({skeleton.names[joints[wrong[0]]]}), as in no body: compare the names of the "
+                "joints with the motion, or name them with --joint-map",
+            )
     return ()
 
 

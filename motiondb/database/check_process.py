@@ -56,17 +56,17 @@ def check_file(path: str | Path, *, wait: float = 0.0, quick: bool = False) -> l
         try:
             answer = json.loads(ended.stdout)
         except ValueError:
-            if "MemoryError" in ended.stderr or _is_memory_limited():
+            if "MemoryError" in ended.stderr:
                 raise _unknown(path) from None
             last = (ended.stderr.strip().splitlines() or ["nothing"])[-1]
             return [_damage(path, f"that reading it fails ({last}).")]
         if answer["error"]:
             raise StoreError(answer["error"])
         return [str(fault) for fault in answer["faults"]]
+    found = f"that reading it ends the program ({signal.Signals(-ended.returncode).name})."
     if _is_memory_limited():  # libraries end the program where they get no memory
-        raise _unknown(path)
-    name = signal.Signals(-ended.returncode).name
-    return [_damage(path, f"that reading it ends the program ({name}).")]
+        found += " Either memory ran out (allow more with ulimit -v and check again), or:"
+    return [_damage(path, found)]
 
 
 def _damage(path: Path, found: str) -> str:

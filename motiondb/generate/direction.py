@@ -36,6 +36,7 @@ from motiondb.language.vocabulary import IN_PLACE, as_said
 from motiondb.meaning import travelled
 from motiondb.meaning.limb_sides import (
     LEGS,
+    is_at_rest,
     limbs_to_measure,
     say_other_limb,
     side_amount,
@@ -77,6 +78,7 @@ ONCE = (*ACTIONS, *VERTICAL, "left", "right", "turn left", "turn right", "turn a
 """What is over when it is done, so that a part that shows it is not repeated to make it longer."""
 EITHER = TURNS  # Words that are measured to either side
 REACHED = 0.5  # Share of the full amount from which on a motion may do what is measured
+FULLY = 1.0 - 1e-9  # Full amount of a measured word; sums of shares lack the last digits of 1
 MOVING = 0.6  # Speed along the ground, m/s, from which on a person counts as moving
 STEADY = 15  # Frames (0.5 s, about one step) over which the speed along the ground is averaged
 NEARLY = 0.9  # Share of the largest distance that counts as nearly as far
@@ -140,17 +142,20 @@ def say_measured(measured: str) -> str:
     return measured if measured in FULL else " ".join(map(as_said, measured.split()))
 
 
-def say_not_done(measured: str) -> str:
-    """What a motion lacks that does not do what is measured.
+def say_not_done(measured: str, amount: float) -> str:
+    """What a motion lacks that does not do what is measured, of which it has an amount.
 
-    >>> say_not_done("up"), say_not_done("stop"), say_not_done("turn left")
-    ('it does not go up', 'it does not stop', 'it does not turn left')
-    >>> say_not_done("left hand")
-    'it moves the right hand, not the left'
+    >>> [say_not_done(measured, 0.1) for measured in ("up", "stop", "turn left")]
+    ['it does not go up', 'it does not stop', 'it does not turn left']
+    >>> say_not_done("left hand", 0.1), say_not_done("left hand", 0.0)
+    ('it moves the right hand, not the left', 'it does not move the left hand')
     """
     if measured in ACTIONS:
         return f"it does not {measured}"
     first, _, second = measured.partition(" ")
+    if second in LIMBS and amount <= 0.0:
+        which = measured if first == "both" else f"the {measured}"
+        return f"it does not move {say_measured(which)}"
     if second in LIMBS:
         return f"it {say_other_limb(first, second)}"
     return f"it {say_not_gone(second or first, bool(second))}"
@@ -208,13 +213,14 @@ def gone(track: FloatArray, measured: str) -> float:
     """How much a motion does of what is measured, in full amounts; 1 or more is clear.
 
     What stops is at rest in the end, and what starts is at rest in the beginning; so these compare
-    the last or first frame with the frame of most speed.
+    the last or first frame with the frame of most speed. Limbs that rest move neither side.
     """
     if not len(track):
         return 0.0
     first, _, second = measured.partition(" ")
     if second in LIMBS:
-        return side_amount(_limbs(track, second), first) / CLEARLY
+        speeds = _limbs(track, second)
+        return 0.0 if is_at_rest(speeds) else side_amount(speeds, first) / CLEARLY
     if measured not in FULL:
         amount = furthest(track[:, 1:4], second or first, bool(second), fps=MOTION_FPS)[0]
         return share_of_full(amount, second or first)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from motiondb.generate.direction import REACHED, gone, say_measured
+from motiondb.generate.direction import FULLY, gone, say_measured
 from motiondb.generate.excerpt_motion import ShownExcerpt
 from motiondb.generate.excerpts import counted_word
 from motiondb.generate.occurrences import find_occurrences
@@ -56,7 +56,7 @@ def report_excerpt(
         f"{piece.end / MOTION_FPS:.1f} s"
         for piece in shown.between
     ]
-    does = [word for word in shown.directions if gone(track, word) >= REACHED]
+    does = [word for word in shown.directions if gone(track, word) >= FULLY]
     done += [f"{say_measured(word)}: measured in the motion" for word in does]
     if action.seconds is not None and not _within(seconds, action.seconds):
         text = say_duration(action.seconds.least, action.seconds.most)

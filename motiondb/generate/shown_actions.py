@@ -38,6 +38,7 @@ from motiondb.body.features import FEATURE_STEP, recognition_features
 from motiondb.generate.direction import (
     ACTIONS,
     ALOFT,
+    FULLY,
     OCCURRING,
     REACHED,
     TURNS,
@@ -70,7 +71,6 @@ SHOWN, NOT_SHOWN, MEASURED = 0.66, 0.16, 0.49
 By a rule, on the 508 pairs of real CMU captures of the judge's calibration with the performers left
 out (``benchmarks/judged_pictures.py --rule``): of the captures without the word at most 1 in 12 is
 shown, of those with it at most 1 in 15 is not shown. No generated motion was used."""
-FULLY = 1.0 - 1e-9  # Full amount of a measured word; sums of shares lack the last digits of 1
 ENTANGLED = 0.4
 """If all captures of one action list another word, smallest share of that word's captures listing
 the action for which the two cannot be told apart."""
@@ -96,7 +96,7 @@ class JudgedAction:
         Whether the part shows the action and no excluded one; None if this is not sure.
     probability : float or None
         Probability that the part shows the words that the judge looked at; None if there are none,
-        or if it cannot tell.
+        if it cannot tell, or if the verdict rests on what is measured, unwanted or left out.
     described : tuple of (str, float)
         The words that the part shows most clearly, with their probabilities.
     reason : str
@@ -159,13 +159,14 @@ def judge_motion(
         as_asked = any(map(is_as_in_search, one.directions)) and not undone
         looked = Looked(rest, tuple(done), as_asked)
         answer = _judge_part(learned, judge, groups, features, _excluding(one), looked)
-        against = [say_not_done(d) for d in one.directions if amount[d] < REACHED]
+        against = [say_not_done(d, amount[d]) for d in one.directions if amount[d] < REACHED]
         against += _does_though_excluded(one, path[one.start : one.end])
         hardly = [d for d in one.directions if is_as_in_search(d) and amount[d] < FULLY]
         if against:
-            answer = replace(answer, shown=False, reason=against[0])
+            answer = replace(answer, shown=False, probability=None, reason=against[0])
         elif hardly and answer.shown:
-            answer = replace(answer, shown=None, reason=say_hardly_done(hardly[0]))
+            why = say_hardly_done(hardly[0])
+            answer = replace(answer, shown=None, probability=None, reason=why)
         judged.append(_less_than_asked(answer, one))
     return tuple(judged)
 
@@ -223,7 +224,7 @@ def _less_than_asked(shown: JudgedAction, asked: Asked) -> JudgedAction:
     if shown.shown is not True or not asked.not_done:
         return shown
     left = "; ".join(f"{one.text!r} is left out: {one.reason}" for one in asked.not_done)
-    return replace(shown, shown=None, reason=left)
+    return replace(shown, shown=None, probability=None, reason=left)
 
 
 def _judge(
@@ -276,11 +277,12 @@ def _judge_part(
     worst = min(each, key=lambda one: _RANK[one[0]], default=(True, None, ""))
     known = [p for _, p, _ in each if p is not None]
     shown, reason = worst[0], ", ".join(filter(None, [worst[2], measured]))
+    probability = min(known) if len(known) == len(each) and known else None
     for words in asked.action.excluded:
         unwanted = _probability(seen, words)
         if unwanted is not None and unwanted >= SHOWN:
-            shown, reason = False, f"it shows {' '.join(words)!r} ({unwanted:.2f}), not wanted"
-    probability = min(known) if len(known) == len(each) and known else None
+            shown, probability = False, None
+            reason = f"it shows {' '.join(words)!r} ({unwanted:.2f}), not wanted"
     return replace(answer, shown=shown, probability=probability, described=described, reason=reason)
 
 

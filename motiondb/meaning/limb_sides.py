@@ -55,6 +55,11 @@ def limb_speeds(features: Float32Array, limb: str) -> FloatArray:
     return np.asarray((relative**2).sum(axis=2))
 
 
+def is_at_rest(speeds: FloatArray) -> bool:
+    """Whether the limbs of both sides rest; `speeds` (frames, 2): those of ``limb_speeds``."""
+    return not len(speeds) or float(speeds.mean(axis=0).max()) < RESTING**2
+
+
 def side_amount(speeds: FloatArray, side: str) -> float:
     """How clearly the limb of a side moves: 1 for the least share, 2 for twice as much.
 
@@ -67,9 +72,9 @@ def side_amount(speeds: FloatArray, side: str) -> float:
     >>> side_amount(np.full((30, 2), 1e-4), "left")
     1.0
     """
-    left, right = speeds.mean(axis=0) if len(speeds) else (0.0, 0.0)
-    if max(left, right) < RESTING**2:
+    if is_at_rest(speeds):
         return 1.0
+    left, right = speeds.mean(axis=0)
     share = float(left / (left + right))
     if side == "both":
         return min(share, 1.0 - share) / LEAST_OF_BOTH

@@ -192,6 +192,16 @@ def test_exchanged_names_are_noted(one: str, other: str, note: str) -> None:
     )
 
 
+def test_another_root_contradicts_nothing() -> None:
+    """Rooted at the head, from which the shoulders hang."""
+    parts = ("UpperArm", "LowerArm"), ("UpperLeg", "LowerLeg", "Foot")
+    limbs = [f"{part}_{side}" for of_limb in parts for side in "LR" for part in of_limb]
+    names = ["Head", "Neck", "Chest", "Spine", "Hips", *limbs]
+    parents = np.array([-1, 0, 1, 2, 3, 0, 5, 0, 7, 4, 9, 10, 4, 12, 13])
+    made = Skeleton(tuple(names), parents, np.zeros((len(names), 3)))
+    assert crossed_names(made, joint_map(made)) == ()
+
+
 def test_joints_without_connections_contradict_nothing() -> None:
     made = skeleton(SPELLINGS["CMU BVH"])
     assert crossed_names(made, joint_map(made)) == ()

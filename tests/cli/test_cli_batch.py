@@ -33,6 +33,11 @@ def test_questions_of_a_file_are_answered_in_one_process(command: Any, learned_f
     Path("rows.csv").write_text('question,limit\n"walk, turn left",1\n')
     ended = command("batch", "rows.csv", "--db", learned_file)
     assert (ended.code, ended.out.splitlines()[1].split("\t")[1]) == (0, "walk, turn left")
+    Path("quoted.csv").write_text('"question","limit"\n"walk, turn left","1"\n')
+    assert command("batch", "quoted.csv", "--db", learned_file).out == ended.out
+    Path("odd.csv").write_text("Question;limit\nwalk;1\n")
+    ended = command("batch", "odd.csv", "--db", learned_file)
+    assert (ended.code, "divided by commas or tabs, found semicolons" in ended.err) == (2, True)
     for header in ("question\tspeed\n", "qestion\tlimit\n", "limit,question,speed\n"):
         Path("odd.tsv").write_text(header)
         ended = command("batch", "odd.tsv", "--db", learned_file)
@@ -87,7 +92,7 @@ def test_the_catalogue_sorted_and_as_csv(command: Any, learned_file: Path) -> No
     rows = list(csv.DictReader(command(*asked, "--csv").out.splitlines()))
     lengths = [float(row["duration"]) for row in rows]
     assert lengths == sorted(lengths, reverse=True)
-    by_head = [*asked[:2], "-length", *asked[3:]]  # as filters call it
+    by_head = [*asked[:2], "-Length", *asked[3:]]  # as filters call it
     assert command(*by_head, "--csv").out == command(*asked, "--csv").out
     assert {row["performer"] for row in rows} == {"ana"}
     assert any("someone bows politely" in row["caption"] for row in rows)

@@ -64,7 +64,7 @@ def test_unknown_words_are_named_and_the_rest_answered(db: MotionDB) -> None:
     assert [m.words for m in answer.matches] == [("kick",), ("kick",)]
     with pytest.raises(QueryError, match="in the captions, found 'xyzzy'"):
         db.search("xyzzy")
-    with pytest.raises(QueryError, match="Say what to look for"):
+    with pytest.raises(QueryError, match="Ask for example for"):
         db.search("  ")
 
 

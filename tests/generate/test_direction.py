@@ -126,6 +126,7 @@ def test_what_lacks_of_a_side_is_the_share_of_the_other_limb() -> None:
     track[:, 7], track[:, 9], track[:, 11] = 1.0, 2.0, 3.0  # hands at 1 and 2 m/s; the right foot
     amounts = {limb: gone(track, limb) for limb in ("right hand", "left hand", "right foot")}
     assert amounts == pytest.approx({"right hand": 1.2, "left hand": 0.3, "right foot": 1.5})
+    assert gone(_track(), "left hand") == 0.0  # both rest
     track[:50, 7] = 3.0
     assert furthest_part(track, "left hand", 90)[1] <= 50
 

@@ -47,6 +47,7 @@ def test_a_measured_direction_needs_no_judge_and_the_rest_does(
 def test_what_is_not_done_is_not_shown(db: motiondb.MotionDB, walk: Motion) -> None:
     back = judge_motion(db.learned, walk, [_asked(walk, "walk backward", "backward")], [])[0]
     assert (back.shown, back.reason) == (False, "it does not go backward")
+    assert back.probability is None  # that of "walk" alone says nothing about it
 
 
 def test_a_turn_to_a_side_is_measured_alone(db: motiondb.MotionDB) -> None:
@@ -67,6 +68,14 @@ def test_a_measured_direction_is_not_denied_and_a_small_one_is_not_shown(
     short = replace(_asked(walk, "walk forward", "forward"), end=37)
     part = judge_motion(db.learned, walk, [short], [])[0]
     assert part.shown is None
+
+
+def test_what_is_hardly_done_is_not_sure_and_has_no_probability(db: motiondb.MotionDB) -> None:
+    motion = db.motion("boris/turn_left_1")
+    asked = replace(_asked(motion, "turn around", "turn around"), start=36, end=111)
+    turned = judge_motion(db.learned, motion, [asked], [])[0]
+    assert (turned.shown, turned.probability) == (None, None)
+    assert turned.reason == "turn around only a little, as measured"
 
 
 def test_an_excluded_direction_is_measured(db: motiondb.MotionDB, walk: Motion) -> None:

@@ -157,7 +157,7 @@ def _sorted(rows: Sequence[BrowsedCapture], sort: str) -> list[BrowsedCapture]:
     column = sort.removeprefix("-") or "name"
     is_tag = any(column in row.info.tags for row in rows)
     if not is_tag:  # as in filters
-        column = store.HEADS.get(column, column)
+        column = store.HEADS.get(column.casefold(), column)
     if column.startswith(TAG) or (column not in _COLUMNS and is_tag):
         tag = column.removeprefix(TAG)
         value: Callable[[BrowsedCapture], object] = lambda row: row.info.tags.get(tag, "")  # noqa: E731
@@ -165,8 +165,8 @@ def _sorted(rows: Sequence[BrowsedCapture], sort: str) -> list[BrowsedCapture]:
         value = _COLUMNS[column]
     else:
         raise QueryError(
-            f"sort: expected one of {', '.join(_COLUMNS)}, or a tag, found {column!r}."
-            f"{suggestion(column, _COLUMNS)}"
+            f"sort: expected one of {', '.join((*_COLUMNS, *store.HEADS))}, or a tag, found "
+            f"{column!r}.{suggestion(column, (*store.HEADS, *_COLUMNS))}"
         )
     there = [row for row in rows if value(row) != ""]
     missing = [row for row in rows if value(row) == ""]

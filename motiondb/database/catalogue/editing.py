@@ -36,6 +36,11 @@ def rename(
             renamed = {store.load_capture(opened, old).name: new}
         for name in renamed.values():
             store.check_new_name(name, "capture")
+            if ANY in name:
+                raise QueryError(
+                    f"{name!r}: expected a name without {ANY!r}, found one. Nothing was renamed. "
+                    f"For a pattern, put one {ANY!r} into the old name too."
+                )
             if name in everyone and name not in renamed:
                 raise QueryError(
                     f"{name}: expected a name that is free, found a capture of that name. Nothing "

@@ -82,7 +82,9 @@ def undo_edit(database: store.Store, name: str) -> str:
         runs = _runs(database)
         edit = _edit_of(runs[learned.run_id])
         if edit is None:
-            raise QueryError(f"{name}: expected a grammar that was edited, found none. Edit it.")
+            raise QueryError(
+                f"{name}: expected a grammar that was edited, found none: nothing to undo."
+            )
         before = edit["before"]
         names = tuple(before["terminals"])
         earlier = replace(

@@ -140,6 +140,8 @@ def test_names_that_are_taken_are_refused(base: MotionDB) -> None:
         base.rename("ana/", "new")
     with pytest.raises(QueryError, match=r"^'bow': expected a pattern with one '\*'"):
         base.rename("ana/*", "bow")
+    with pytest.raises(QueryError, match=r"^'a\*b': expected a name without '\*', found one"):
+        base.rename("ana/bow_1", "a*b")
     with pytest.raises(QueryError, match="found no capture that fits"):
         base.rename("ana/*", "bow_*", ["boris/kick_1"])
     with pytest.raises(QueryError, match="Did you mean boris/"):

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { certaintyOf, replacedWords, sayPart } from "../src/views/search/certainty.ts";
-import { chipsOf, type Chip, type QuestionTree } from "../src/views/search/question.ts";
+import { chipsOf, sayShare, type Chip, type QuestionTree } from "../src/views/search/question.ts";
 import { reasonRows } from "../src/views/search/reasons.ts";
 
 const action = (...words: string[]): QuestionTree => ({ kind: "action", words, sides: [], manner: [] });
@@ -138,20 +138,17 @@ test("an answer is drawn by what is known about it", () => {
   assert.equal(certaintyOf(otherWay).grade, "unlikely");
 });
 
-test("a replaced word carries its real name, and the probability of that", () => {
+test("a replaced word carries its real name", () => {
   const replaced = replacedWords({ taken: { moonwalk: [{ word: "walk", probability: 0.8 }] } });
-  const part = {
-    words: "moonwalk left",
-    start: 0,
-    end: 1,
-    probability: 0.76,
-    interval_probability: 0.4,
-    place: "known",
-  } as const;
-  const said = sayPart(part, replaced, 0.7);
-  assert.deepEqual([said.words, said.instead], ["walk left", "moonwalk"]);
-  assert.ok(Math.abs(said.probability! - 0.95) < 1e-9 && Math.abs(said.place! - 0.5) < 1e-9);
-  // Of an order nothing is measured for the whole, and the server leaves the parts as they are.
-  const inOrder = sayPart(part, replaced, null);
-  assert.deepEqual([inOrder.words, inOrder.probability, inOrder.place], ["walk left", 0.76, 0.4]);
+  assert.deepEqual(sayPart({ words: "moonwalk left" }, replaced), {
+    words: "walk left",
+    instead: "moonwalk",
+  });
+});
+
+test("the number beside a word that stands for another is explained", () => {
+  assert.equal(
+    sayShare("'moonwalk' is not in the captions; taken as walk (0.8), which may mean more"),
+    "'moonwalk' is not in the captions; taken as walk, which it means with probability 0.8, which may mean more",
+  );
 });

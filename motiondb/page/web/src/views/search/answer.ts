@@ -14,14 +14,12 @@ import {
   certaintyOf,
   isPlaced,
   isWhole,
-  LIKELY,
   saysAll,
   sayGrade,
   sayPart,
   type Certainty,
   type Grade,
   type Replaced,
-  type SaidPart,
 } from "./certainty.ts";
 import { reasonsElement } from "./reasons.ts";
 
@@ -67,8 +65,8 @@ function bar(value: number): HTMLElement {
 /** The verdict of a card: how certain the whole answer is, once. */
 function verdictOf(match: ShownMatch, certainty: Certainty, options: AnswerOptions): Child {
   const { value, most } = certainty;
-  const said = saysAll(match, options.replaced) ? sayPart(match.parts[0], options.replaced, value) : null;
-  const shown = said ? ((said.instead ? said.probability : null) ?? value ?? said.probability) : value;
+  const said = saysAll(match) ? sayPart(match.parts[0], options.replaced) : null;
+  const shown = saysAll(match) ? (value ?? match.parts[0].probability) : value;
   const what = said
     ? [h("b", {}, said.words), said.instead ? `, for “${said.instead}”` : ""]
     : match.parts.length > 0
@@ -107,22 +105,22 @@ function verdictOf(match: ShownMatch, certainty: Certainty, options: AnswerOptio
 function placesOf(match: ShownMatch, options: AnswerOptions, seek: (time: number) => void): Child {
   const { parts } = match;
   if (parts.length === 0) return null;
-  const alone = saysAll(match, options.replaced);
-  const place = (part: MatchPart, said: SaidPart): Child => {
+  const alone = saysAll(match);
+  const place = (part: MatchPart): Child => {
     if (part.place !== "known") return h("span", {}, "somewhere in it, as its caption says");
     if (isWhole(part, match.duration)) return h("span", {}, "from beginning to end");
     return [
       h(
         "button",
         { class: "link time", type: "button", title: "Go there", on: { click: () => seek(part.start) } },
-        `${said.place === null ? "about " : ""}${interval(part.start, part.end)}`,
+        `${part.interval_probability === null ? "about " : ""}${interval(part.start, part.end)}`,
       ),
-      said.place === null
+      part.interval_probability === null
         ? null
         : h(
             "span",
             { title: "The probability that it is shown at this place" },
-            ` at this place ${said.place < LIKELY ? "only " : ""}${probability(said.place)}`,
+            ` at this place ${isPlaced(part) ? "" : "only "}${probability(part.interval_probability)}`,
           ),
     ];
   };
@@ -130,19 +128,19 @@ function placesOf(match: ShownMatch, options: AnswerOptions, seek: (time: number
     "ul",
     { class: "plain found" },
     parts.map((part) => {
-      const said = sayPart(part, options.replaced, match.probability);
-      if (alone) return h("li", {}, place(part, said));
+      if (alone) return h("li", {}, place(part));
+      const said = sayPart(part, options.replaced);
       return h(
         "li",
         {},
         h("b", {}, said.words),
         said.instead ? `, for “${said.instead}”` : "",
-        said.probability !== null
-          ? ` ${probability(said.probability)} · `
+        part.probability !== null
+          ? ` ${probability(part.probability)} · `
           : match.parts.every((one) => one.probability === null)
             ? " " // the verdict says it
             : " not measured · ",
-        place(part, said),
+        place(part),
       );
     }),
   );

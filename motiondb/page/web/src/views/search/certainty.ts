@@ -38,8 +38,8 @@ export function sayGrade(value: number): string {
   return "very unlikely";
 }
 
-/** For each replaced word of the question: the words that stand for it, and how likely it means them. */
-export type Replaced = ReadonlyMap<string, { words: string; share: number }>;
+/** For each replaced word of the question: the words that stand for it. */
+export type Replaced = ReadonlyMap<string, string>;
 
 export const NOTHING_REPLACED: Replaced = new Map();
 
@@ -47,51 +47,35 @@ export function replacedWords(answer: Pick<SearchReply, "taken">): Replaced {
   return new Map(
     Object.entries(answer.taken)
       .filter(([, known]) => known.length > 0)
-      .map(([word, known]) => [
-        word,
-        { words: known.map((one) => one.word).join(" or "), share: known[0]!.probability },
-      ]),
+      .map(([word, known]) => [word, known.map((one) => one.word).join(" or ")]),
   );
 }
 
 export interface SaidPart {
-  /** What the probability is of: the words that were really looked for. */
+  /** The words that were really looked for. */
   words: string;
   /** The words of the question that they stand for; "" where they are the same. */
   instead: string;
-  probability: number | null;
-  place: number | null;
 }
 
-/**
- * A part with its real words, and the probabilities of these. The server multiplied those of a part
- * with replaced words by the shares of these, if it gave a probability of the whole answer, `whole`.
- */
-export function sayPart(part: MatchPart, replaced: Replaced, whole: number | null): SaidPart {
+/** A part in the words that were really looked for. */
+export function sayPart(part: Pick<MatchPart, "words">, replaced: Replaced): SaidPart {
   const asked = part.words.split(" ");
   const instead = asked.filter((word) => replaced.has(word));
-  const share = whole === null ? 1 : instead.reduce((all, word) => all * replaced.get(word)!.share, 1);
-  const real = (p: number | null): number | null => (p === null ? null : Math.min(p / share, 1));
   return {
-    words: asked.map((word) => replaced.get(word)?.words ?? word).join(" "),
+    words: asked.map((word) => replaced.get(word) ?? word).join(" "),
     instead: instead.join(" "),
-    probability: real(part.probability),
-    place: real(part.interval_probability),
   };
 }
 
 /** Whether the probability of the whole answer says all that is known of its one part. */
 export function saysAll(
   match: Pick<ShownMatch, "parts" | "probability">,
-  replaced: Replaced,
 ): match is typeof match & { parts: [MatchPart] } {
   const [part, ...others] = match.parts;
   if (!part || others.length > 0) return false;
   if (part.probability === null || match.probability === null) return true;
-  return (
-    sayPart(part, replaced, match.probability).instead !== "" ||
-    Math.abs(part.probability - match.probability) < 0.005
-  );
+  return Math.abs(part.probability - match.probability) < 0.005;
 }
 
 /** Whether a part is more likely at its place than elsewhere, as far as that is known. */

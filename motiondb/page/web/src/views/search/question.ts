@@ -17,7 +17,12 @@ export type Chip =
 const NOTHING = /nothing in this database matches$/;
 
 /** A known word that stands for another, and how likely it means it. */
-const SHARE = / (\S+) \((0\.\d+|1(?:\.0)?)\)$/;
+const SHARE = / (\S+) \((0\.\d+|1(?:\.0)?)\)(?=$|, which)/;
+
+/** The sentence about a replaced word, with its number explained. */
+export function sayShare(sentence: string): string {
+  return sentence.replace(SHARE, " $1, which it means with probability $2");
+}
 
 const JOINTS = { in_order: "then", at_once: "while", both: "and", any_of: "or" } as const;
 
@@ -142,7 +147,7 @@ export function questionElement(
         const known = near.get(word)!;
         return known.length > 0 && !sentence.includes("perhaps") ? ["; perhaps ", link(word, known)] : [];
       });
-      return h("li", {}, sentence.replace(SHARE, " $1, which it means with probability $2"), instead);
+      return h("li", {}, sayShare(sentence), instead);
     });
   const left = [...near].filter(([word]) => !named.has(word));
   return h(
