@@ -124,9 +124,9 @@ class WordAnswer:
         Words that were not measured because the question has alternatives or, of words that no
         caption holds, several actions. Its answers carry no probabilities, and whether any matches
         is not known.
-    near : dict
-        Words of the question that probably nothing shows -> near words in their place, for which
-        the answers are.
+    near : tuple of str
+        The question, if probably nothing shows it, and the one with near words in place of its own
+        for which the answers are; () otherwise.
     """
 
     matches: tuple[Match, ...]
@@ -147,7 +147,7 @@ class WordAnswer:
     doubtful: bool = False
     measured: tuple[str, ...] = ()
     unmeasured: tuple[str, ...] = ()
-    near: Mapping[str, str] = field(default_factory=dict)
+    near: tuple[()] | tuple[str, str] = ()
     # For each match, finds the captions that its motion suggests
     suggests: tuple[Callable[[], tuple[str, ...]], ...] = field(default=(), repr=False)
 
@@ -174,8 +174,8 @@ class WordAnswer:
     def not_understood(self) -> str:
         """The words that are missing, and what is answered in place of the question."""
         if self.near:
-            asked, near = (", ".join(map(repr, words)) for words in (self.near, self.near.values()))
-            return f"probably nothing shows {asked}; these are answers with {near} in its place"
+            asked, near = self.near
+            return f"probably nothing shows {asked!r}; these are answers for {near!r} in its place"
         rest = f"; these are answers for {self.question.understood!r} alone"
         return say_not_understood(self.missing) + (rest if self.missing else "")
 
@@ -440,12 +440,12 @@ def _all_unknown(match: Match) -> Match:
 
 
 def without_chances(
-    answer: WordAnswer, missing: tuple[str, ...] = (), near: Mapping[str, str] | None = None
+    answer: WordAnswer, missing: tuple[str, ...] = (), near: tuple[()] | tuple[str, str] = ()
 ) -> WordAnswer:
     """The answer to the rest of a question of which some words are missing, or to a near one."""
     matches = tuple(map(_all_unknown, answer.matches))
     return replace(
-        answer, matches=matches, threshold=None, missing=missing, doubtful=False, near=near or {}
+        answer, matches=matches, threshold=None, missing=missing, doubtful=False, near=near
     )
 
 
