@@ -275,6 +275,11 @@ def search_answer(answer: WordAnswer, explain: bool = True) -> SearchAnswer:
                 f"{as_said(word)!r} is in no caption; it is measured in the motion"
                 for word in answer.measured
             ),
+            *(
+                f"{as_said(word)!r} is not measured in this question; its answers carry no "
+                "probabilities"
+                for word in answer.unmeasured
+            ),
             *(word.sentence() for word in answer.written),
             *(source.sentence() for source in answer.sources),
         ),
@@ -282,7 +287,7 @@ def search_answer(answer: WordAnswer, explain: bool = True) -> SearchAnswer:
         sources=answer.sources,
         written=written,
         by_meaning={word: each.heard for word, each in answer.taken.items() if each.nearest},
-        measured=answer.measured,
+        measured=tuple(map(as_said, answer.measured)),
     )
 
 

@@ -26,6 +26,7 @@ from motiondb.search.takings import (
     leave_unknown,
     near_words,
     not_understood,
+    say_question,
     unknown_words,
     with_likeliest,
     with_near,
@@ -86,9 +87,11 @@ def search(
         answer = ask_for(words)
         if answer.nothing and answer.matches and not (exact or by_symbols):
             near = near_words(learned, words, table)
-            instead = ask_for(with_near(learned, words, near)) if near else answer
+            others = with_near(learned, words, near)
+            instead = ask_for(others) if near else answer
             if not instead.nothing:
-                answer = without_chances(instead, near=near)
+                said = say_question(learned, words), say_question(learned, others)
+                answer = without_chances(instead, near=said)
         behind = [word for taking in answer.taken.values() for word in taking.heard]
         sources = (*answer.sources, *word_sources(learned, behind))
         question = replace(answer.question, text=text)

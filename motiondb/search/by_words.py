@@ -21,6 +21,7 @@ import numpy as np
 from motiondb.errors import QueryError
 from motiondb.language.question.amounts import manner_of
 from motiondb.language.question.heads import verbs_in
+from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import (
     KnownQuestion,
     Reading,
@@ -52,6 +53,7 @@ from motiondb.search.measured_answers import (
     is_measured,
     measured_words,
     only_action,
+    unmeasured_words,
     without_measured,
 )
 from motiondb.search.nothing_matches import NOTHING, best_strength, is_doubtful, reaches
@@ -118,9 +120,13 @@ class WordAnswer:
         order or what is measured is shown by none of them.
     measured : tuple of str
         Words that no caption holds and that are measured in the motion ("backward").
-    near : dict
-        Words of the question that probably nothing shows -> near words in their place, for which
-        the answers are.
+    unmeasured : tuple of str
+        Words that were not measured because the question has alternatives or, of words that no
+        caption holds, several actions. Its answers carry no probabilities, and whether any matches
+        is not known.
+    near : tuple of str
+        The question, if probably nothing shows it, and the one with near words in place of its own
+        for which the answers are; () otherwise.
     """
 
     matches: tuple[Match, ...]
@@ -140,7 +146,8 @@ class WordAnswer:
     missing: tuple[str, ...] = ()
     doubtful: bool = False
     measured: tuple[str, ...] = ()
-    near: Mapping[str, str] = field(default_factory=dict)
+    unmeasured: tuple[str, ...] = ()
+    near: tuple[()] | tuple[str, str] = ()
     # For each match, finds the captions that its motion suggests
     suggests: tuple[Callable[[], tuple[str, ...]], ...] = field(default=(), repr=False)
 
@@ -157,17 +164,18 @@ class WordAnswer:
 
     @property
     def understood(self) -> str:
-        """How the question is understood; words that are taken say so."""
+        """How the question is understood; words that are taken, measured or not, say so."""
         known = with_notation(self.question.understood, self.taken)
-        measured = ", ".join(map(as_said, self.measured))
-        return f"{known}; measured: {measured}" if measured else known
+        for what, words in (("measured", self.measured), ("not measured", self.unmeasured)):
+            known += f"; {what}: {', '.join(map(as_said, words))}" if words else ""
+        return known
 
     @property
     def not_understood(self) -> str:
         """The words that are missing, and what is answered in place of the question."""
         if self.near:
-            asked, near = (", ".join(map(repr, words)) for words in (self.near, self.near.values()))
-            return f"probably nothing shows {asked}; these are answers with {near} in its place"
+            asked, near = self.near
+            return f"probably nothing shows {asked!r}; these are answers for {near!r} in its place"
         rest = f"; these are answers for {self.question.understood!r} alone"
         return say_not_understood(self.missing) + (rest if self.missing else "")
 
@@ -188,7 +196,7 @@ class WordAnswer:
         if reached is False and self.matches and len(self.matches[0].parts) > 1:
             # the strength of an order is that of its weakest part, the threshold of single actions
             reached = (self.matches[0].probability or 0.0) >= placing.LIKELY
-        return None if self.near or (reached and self.doubtful) else reached
+        return None if self.near or (reached and (self.doubtful or self.unmeasured)) else reached
 
 
 def search_words(
@@ -225,6 +233,13 @@ def search_words(
     asked = without_words_apart(asked, read, verbs)
     is_order = features is not None and len(read) == 1 and placing.is_order(read[0])
     measures = features is not None and len(read) == 1 and is_measured(asked, read[0], only)
+    unmeasured = (
+        unmeasured_words(
+            asked, parse(unquote(text), learned.synonyms, learned.lemmas).tree, read, only
+        )
+        if features
+        else ()
+    )
     is_checked = is_order or measures
     n_judged = MEASURED if measures else ORDERS_LOOKED_AT if is_order else LOOKED_AT
     find_them = partial(
@@ -253,7 +268,7 @@ def search_words(
     known = sure is not None and not np.isnan(sure.threshold) and not unchecked
     threshold = sure.threshold if sure is not None and known else None
     return WordAnswer(
-        matches,
+        tuple(map(_all_unknown, matches)) if unmeasured else matches,
         question,
         actions,
         (*question.not_used, *not_searched),
@@ -268,6 +283,7 @@ def search_words(
         written=asked.written_words,
         unchecked=unchecked,
         measured=measured,
+        unmeasured=unmeasured,
     )
 
 
@@ -418,16 +434,18 @@ def _unknown(one: _Certain) -> _Certain:
     return replace(one, probability=None, interval_probability=None)
 
 
+def _all_unknown(match: Match) -> Match:
+    """An answer without its probabilities and those of its parts."""
+    return replace(_unknown(match), parts=tuple(map(_unknown, match.parts)))
+
+
 def without_chances(
-    answer: WordAnswer, missing: tuple[str, ...] = (), near: Mapping[str, str] | None = None
+    answer: WordAnswer, missing: tuple[str, ...] = (), near: tuple[()] | tuple[str, str] = ()
 ) -> WordAnswer:
     """The answer to the rest of a question of which some words are missing, or to a near one."""
-    matches = tuple(
-        replace(_unknown(match), parts=tuple(map(_unknown, match.parts)))
-        for match in answer.matches
-    )
+    matches = tuple(map(_all_unknown, answer.matches))
     return replace(
-        answer, matches=matches, threshold=None, missing=missing, doubtful=False, near=near or {}
+        answer, matches=matches, threshold=None, missing=missing, doubtful=False, near=near
     )
 
 

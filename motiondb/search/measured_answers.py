@@ -12,7 +12,8 @@ Words alone hardly tell them: captions rarely say which way, or which hand. Thre
 A word that a caption of the capture says of the same action is believed, unless the take goes in
 the direction only where the action cannot be, before or after other actions of the question. In a
 question of one action, requested words that no caption of the database holds are measured too.
-Alternatives are not measured.
+Alternatives ("or", and "and", which is at once or in order) are not measured; answers to what is
+not measured have no probability (:func:`unmeasured_words`).
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from numpy.typing import NDArray
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import KnownQuestion, Part, Reading, say_duration
-from motiondb.language.question.tree import LIMBS, SIDES, core
+from motiondb.language.question.tree import LIMBS, SIDES, Node, actions_of, core
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, as_said
 from motiondb.learn.learned import Learned
 from motiondb.meaning.edge_map import HALF, averaged
@@ -108,14 +109,40 @@ def actions_of_part(
     return tuple(tuple(asked.likeliest(word) for word in action) for action in actions)
 
 
-def is_measured(asked_words: AskedWords, reading: Reading, only: tuple[str, ...] = ()) -> bool:
+def is_measured(asked: AskedWords, reading: Reading, only: tuple[str, ...] = ()) -> bool:
     """Whether a reading, or the only action of a question, names what is measured."""
+    return any(map(measured_words, _compared(asked, reading, only)))
+
+
+def unmeasured_words(
+    asked: AskedWords, tree: Node, read: Sequence[Reading], only: tuple[str, ...]
+) -> tuple[str, ...]:
+    """The words of a question that other questions measure and this one does not.
+
+    Those of alternatives, and of several actions if no caption holds them. `tree`: That of the
+    question with its unknown words; `read`: Its readings, in known words.
+    """
+    actions = [
+        tuple(word if word in LEAST else asked.likeliest(word) for word in action.words)
+        for action in actions_of(tree)
+    ]
+    compared = [action for reading in read for action in _compared(asked, reading, only)]
+    if len(read) > 1:
+        actions, compared = actions + compared, []
+    left = set().union(*map(measured_words, actions)).difference(*map(measured_words, compared))
+    return tuple(dict.fromkeys(word for action in actions for word in action if word in left))
+
+
+def _compared(
+    asked_words: AskedWords, reading: Reading, only: tuple[str, ...]
+) -> list[tuple[str, ...]]:
+    """The actions of a reading that are compared with the motion, the excluded ones last."""
     asked = [
         action for part in reading.parts for action in actions_of_part(asked_words, part, only)
     ]
     excluded = [action for each in reading.exclusions for action in each.actions]
     without = [excluded_words(a, e) for a, e in product(asked, excluded) if MODIFIERS.issuperset(e)]
-    return any(map(measured_words, [*asked, *without]))
+    return [*asked, *without]
 
 
 def compare_with_motion(

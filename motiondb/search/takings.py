@@ -32,7 +32,7 @@ from motiondb.errors import UnknownWordsError
 from motiondb.language.nearby.table import NearbyTable
 from motiondb.language.question.heads import missing_heads, verbs_in
 from motiondb.language.question.parse import parse
-from motiondb.language.question.readings import KnownQuestion, hold_to_known
+from motiondb.language.question.readings import KnownQuestion, hold_to_known, say
 from motiondb.language.vocabulary import (
     MODIFIERS,
     STOP_WORDS,
@@ -306,6 +306,11 @@ def with_near(learned: Learned, text: str, near: Mapping[str, str]) -> str:
         if word in near:
             text = re.sub(rf"\b{re.escape(form)}\b", near[word], text, flags=re.IGNORECASE)
     return text
+
+
+def say_question(learned: Learned, text: str) -> str:
+    """A question as it is understood, with the words that the database does not know."""
+    return say(parse(text, learned.synonyms, learned.lemmas).tree)
 
 
 def with_likeliest(learned: Learned, takings: Mapping[str, Taking]) -> Learned:

@@ -146,6 +146,28 @@ def test_an_action_with_a_count_or_a_duration_is_measured(
     assert answer.nothing == "probably nothing in this database matches"
 
 
+@pytest.mark.parametrize(
+    ("question", "unmeasured"),
+    [
+        ("turn left or walk", ("left",)),
+        ("walk or run backward", ("backward",)),
+        ("turn left and run backward", ("left", "backward")),
+        ("run backward, then sit", ("backward",)),
+        ("walk or turn, but not left", ("left",)),
+    ],
+)
+def test_what_is_not_measured_has_no_probability(
+    learned_file: Path, question: str, unmeasured: tuple[str, ...]
+) -> None:
+    with motiondb.open(learned_file, read_only=True) as db:
+        answer = db.search(question, limit=3)
+    assert answer.unmeasured == unmeasured
+    assert answer.understood.endswith(f"; not measured: {', '.join(unmeasured)}")
+    assert answer.matches_anything is None
+    for match in answer.matches:
+        assert {match.probability, *(part.probability for part in match.parts)} == {None}
+
+
 def test_a_direction_that_no_caption_holds_is_measured_all_the_same(learned_file: Path) -> None:
     with motiondb.open(learned_file, read_only=True) as db:
         answer = db.search("run backward", limit=3)

@@ -10,9 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_nearby_table import table
 
+from motiondb.language.question.readings import KnownQuestion
+from motiondb.language.question.tree import Action
 from motiondb.meaning.word_map import WordMap
 from motiondb.search.asked_words import mixture, with_virtual_words
-from motiondb.search.takings import Taking, near_words, take_word, with_near
+from motiondb.search.by_words import WordAnswer
+from motiondb.search.takings import Taking, near_words, say_question, take_word, with_near
 
 SMALL = table(
     {
@@ -126,3 +129,13 @@ def test_a_near_word_is_one_that_captions_say_with_it(
     )
     assert near_words(learned, "He jogs, then kicks", table({"jog": [("run", 0.9)]})) == near
     assert with_near(learned, "He jogs, then kicks", {"jog": "run"}) == "He run, then kicks"
+    assert say_question(learned, "He jogs sideways") == "jog sideways"
+
+
+def test_the_whole_question_is_what_nothing_shows() -> None:
+    """Many captures may show "jog"."""
+    question = KnownQuestion("run sideways", Action(("run",)), {}, ())
+    answer = WordAnswer((), question, (), near=("jog sideways", "run sideways"))
+    assert answer.not_understood == (
+        "probably nothing shows 'jog sideways'; these are answers for 'run sideways' in its place"
+    )
