@@ -33,9 +33,10 @@ from motiondb.generate.motion_making import (
     judge,
     make_motion,
 )
-from motiondb.generate.sentence_plan import speed_of
+from motiondb.generate.sentence_plan import plan_sentence, speed_of
 from motiondb.generate.shown_actions import JudgedAction
 from motiondb.generate.smoothness import Smoothness
+from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import KnownQuestion, hinted, with_hints
 from motiondb.language.question.tree import AnyOf, Node, NotUsed, Without, parts_of
 from motiondb.language.translation import decoding
@@ -303,7 +304,8 @@ def generate(
                 provenance = store.to_provenance(
                     session.store, origin.captures, origin.frames, edits=origin.edits
                 )
-                one = _to_generated(learned, motion, judged, provenance, takings)
+                heard = _taken_words(session.learned, text, variant, motion, takings)
+                one = _to_generated(learned, motion, judged, provenance, takings, heard)
                 one = replace(
                     one,
                     words=words,
@@ -404,9 +406,11 @@ def _to_generated(
     judged: JudgedMotion,
     provenance: store.Provenance,
     takings: Mapping[str, Taking],
+    heard: Sequence[Mapping[str, Taking]],
 ) -> Generated:
     suggested = {word: taking for word, taking in takings.items() if not taking.is_taken}
     hints = hints_of(suggested)
+    of_each = [*heard, *[takings] * (len(judged.shown) - len(heard))]
     return Generated(
         motion=judged.made.motion,
         symbols=tuple(int(s) for s in motion.symbols),
@@ -416,7 +420,7 @@ def _to_generated(
         recognised=tuple(int(s) for s in judged.recognised),
         provenance=provenance,
         question=with_hints(motion.question, hints),
-        shown=tuple(_with_notation(one, takings) for one in judged.shown),
+        shown=tuple(map(_with_notation, judged.shown, of_each)),
         decided=motion.decided,
         taken={word: taking for word, taking in takings.items() if taking.is_taken},
         suggested=suggested,
@@ -426,6 +430,28 @@ def _to_generated(
         smoothness=judged.smoothness,
         places=motion.places,
     )
+
+
+def _taken_words(
+    learned: Learned, text: str, seed: int, motion: MadeMotion, takings: Mapping[str, Taking]
+) -> list[Mapping[str, Taking]]:
+    """The taken words of each action that was made: of "moonwalk, then walk", only the first's.
+
+    They are found by planning the sentence as it was written, with the same draws. Where that plan
+    is another one, because of words that were left out, every taken word counts for every action.
+    """
+    known = {word: t.words[0][0] for word, t in takings.items() if t.is_taken}
+    every = [takings] * len(motion.asked)
+    if not known:
+        return every
+    tree = parse(text, learned.synonyms, learned.lemmas).tree
+    written = [action.words for action in plan_sentence(tree, np.random.default_rng(seed))[0]]
+    if len(written) != len(every) or not all(
+        {*one.words} <= {known.get(word, word) for word in words}
+        for one, words in zip(motion.asked, written)
+    ):
+        return every
+    return [{word: takings[word] for word in words if word in takings} for words in written]
 
 
 def _with_notation(one: JudgedAction, takings: Mapping[str, Taking]) -> JudgedAction:

@@ -24,10 +24,11 @@ captures of a performer, or RARE where that is more. So a bar, a motorcycle, a d
 somersault is used for a plain word only where no plain capture shows it, and the standing before a
 jump is not used as the jump.
 
-Words of direction ("sit down") and sides of limbs may be said by no caption. They are left out of
-the words and kept as what is measured in the motion (:mod:`motiondb.generate.direction`). A
-direction that nearly all captions say with the action belongs to it: where they say "stand up",
-"stand" goes up.
+Words of direction ("sit down") may be said by no caption. They are left out of the words and kept
+as what is measured in the motion (:mod:`motiondb.generate.direction`). The side of a limb or of a
+jump ("wave with the left hand", "jump to the left") is measured whatever captions say, because few
+say it; those that do cost less. A direction that nearly all captions say with the action belongs to
+it: where they say "stand up", "stand" goes up.
 """
 
 from __future__ import annotations
@@ -43,11 +44,12 @@ from motiondb.generate.competing_words import (
     neighbour_gains,
     rival_gain,
 )
-from motiondb.generate.direction import VERTICAL, directions_of
+from motiondb.generate.direction import ALOFT, OCCURRING, VERTICAL, directions_of
 from motiondb.generate.sentence_plan import PlannedAction
 from motiondb.language.question.heads import heads_of
 from motiondb.language.question.tree import LIMBS, SIDES, NotUsed
 from motiondb.learn.learned import Learned
+from motiondb.meaning.limb_sides import limbs_to_measure
 from motiondb.records import FloatArray, IntArray
 
 LEAST_SHOWN = 0.1
@@ -134,9 +136,11 @@ class ActionSources:
 def find_sources(learned: Learned, action: PlannedAction, verbs: Collection[str]) -> ActionSources:
     """Find the captures that can show an action of a sentence with these verbs."""
     listed = learned.listed_actions
-    groups, left_out = [], []
+    groups, left_out, measured = [], [], set[str]()
     directions = tuple(d for group in action.groups for d in directions_of(group))
-    for group in action.groups:
+    for asked in action.groups:
+        group = _without_measured(asked)
+        measured.update(set(asked) - set(group))
         kept = _said_together(listed, group, learned, verbs)
         left_out += [
             NotUsed(word, f"no caption says it together with {' '.join(kept)!r}")
@@ -146,13 +150,14 @@ def find_sources(learned: Learned, action: PlannedAction, verbs: Collection[str]
         groups.append(kept)
     action = replace(action, groups=tuple(dict.fromkeys(groups)))
     sides = _free_sides(learned, [word for group in action.groups for word in group])
+    words, beside = _numbers(learned, action.words), _numbers(learned, sorted(measured))
     sources_found = []
     for capture, actions in listed.items():
         numbers = [_numbers(learned, group) for group in action.groups]
         apart = _cost_of_saying(actions, numbers, sides)
         if apart is not None and not _says_excluded(learned, actions, action):
+            apart += _cost_of_measured(actions, words, beside)
             sources_found.append(_source(learned, capture, actions, action, apart))
-    words = _numbers(learned, action.words)
     sources_found = _against_rivals(learned, _with_rarity(learned, sources_found), words)
     sources = tuple(_with_distance(learned, sources_found))
     usual = () if directions else usual_directions(learned.word_numbers, sources)
@@ -169,6 +174,33 @@ def usual_directions(word_numbers: Mapping[str, int], sources: Sequence[Source])
 
 def _numbers(learned: Learned, words: Sequence[str]) -> frozenset[int]:
     return frozenset(learned.word_numbers[w] for w in words if w in learned.word_numbers)
+
+
+def _without_measured(group: tuple[str, ...]) -> tuple[str, ...]:
+    """A group of words without the sides that are measured of its limbs and jumps, if any are left.
+
+    >>> _without_measured(("wave", "left", "hand")), _without_measured(("wave", "hand"))
+    (('wave',), ('wave', 'hand'))
+    >>> _without_measured(("jump", "left")), _without_measured(("turn", "left"))
+    (('jump',), ('turn', 'left'))
+    """
+    measured = {word for pair in limbs_to_measure(group) for word in pair}
+    if not {*ALOFT, *OCCURRING}.isdisjoint(group):
+        measured |= SIDES.intersection(directions_of(group))
+    return tuple(word for word in group if word not in measured) or group
+
+
+def _cost_of_measured(
+    actions: Sequence[frozenset[int]], asked: frozenset[int], measured: frozenset[int]
+) -> float:
+    """Cost of captions that do not say the measured sides with the action, less for each said.
+
+    >>> _cost_of_measured([frozenset((1, 2)), frozenset((3,))], frozenset((1,)), frozenset((2,)))
+    -0.7
+    """
+    together = any(asked | measured <= one for one in actions)
+    said = measured & frozenset().union(*actions)
+    return APART * (not together) - UNASKED_WEIGHT * len(said)
 
 
 def _said_together(

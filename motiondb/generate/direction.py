@@ -87,8 +87,9 @@ NEARLY = 0.9  # Share of the largest distance that counts as nearly as far
 def directions_of(words: Sequence[str]) -> tuple[str, ...]:
     """What of an action is measured: words, or a word with its turn or limb ("left hand").
 
-    A word that names an action is measured where the action has no direction. A kick with the left
-    leg is not, because a kick is one of either leg.
+    A word that names an action is measured where the action has no direction; jumps, hops, kicks
+    and punches are measured beside one too. A kick with the left leg is not, because a kick is one
+    of either leg.
 
     >>> directions_of(("sit", "down")), directions_of(("wave", "left", "hand"))
     (('down',), ('left hand',))
@@ -96,12 +97,17 @@ def directions_of(words: Sequence[str]) -> tuple[str, ...]:
     (('turn',), ('turn left',), ('left',))
     >>> directions_of(("turn", "around")), directions_of(("look", "around"))
     (('turn around',), ())
+    >>> directions_of(("jump", "left")), directions_of(("start", "walk", "forward"))
+    (('left', 'jump'), ('forward',))
     """
     limbs = [f"{side} {limb}" for side, limb in limbs_to_measure(words)]
     is_sided = bool(SIDES.intersection(words) and LIMBS.intersection(words))
     vertical = [word for word in words if word in VERTICAL]
     named = [word for word in words if word in ACTIONS and not (word in OCCURRING and is_sided)]
-    return tuple(dict.fromkeys([*limbs, *_travelled(words), *vertical] or named))
+    directed = [*limbs, *_travelled(words), *vertical]
+    if directed:
+        named = [word for word in named if word in (*ALOFT, *OCCURRING)]
+    return tuple(dict.fromkeys([*directed, *named]))
 
 
 def _travelled(words: Sequence[str]) -> tuple[str, ...]:

@@ -324,7 +324,8 @@ def _from_excerpts(
         measured = tuple(dict.fromkeys((*shown.directions, *as_asked)))
         not_done += [one for one in of.not_used if one.text not in words_of_measured(measured)]
         left += not_done
-        asked.append(Asked(*part, done, measured, placed, performer, name, tuple(not_done)))
+        named = wanted.actions[n].words
+        asked.append(Asked(*part, done, measured, placed, performer, name, tuple(not_done), named))
         inside = segments_of(learned, shown)
         symbols += inside
         positions += [n] * len(inside)
@@ -398,7 +399,7 @@ def judge(
     shown = [
         next(judged)
         if one.end > one.start
-        else JudgedAction(one.action.words, 0, 0, False, 0.0, reason=why)
+        else JudgedAction(one.words, 0, 0, False, 0.0, reason=why)
         for one in asked
     ]
     return JudgedMotion(made, (*shown, *asked_for.missing), recognised, smoothness)

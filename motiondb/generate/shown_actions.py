@@ -87,7 +87,7 @@ class JudgedAction:
     Attributes
     ----------
     words : tuple of str
-        Words of the action.
+        Words of the action, as it was asked for.
     start : int
         First frame of its part of the motion.
     end : int
@@ -130,6 +130,12 @@ class Asked:
     performer: str = ""  # Performer of that capture
     capture: str = ""  # Name of that capture
     not_done: tuple[NotUsed, ...] = ()  # What of the action the part takes no account of
+    named: tuple[str, ...] = ()  # Words as they were asked for, where the action has fewer
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Words of the action, as it was asked for."""
+        return self.named or self.action.words
 
 
 def judge_motion(
@@ -255,7 +261,7 @@ def _judge_part(
 ) -> JudgedAction:
     """The verdict on a part, before what it does less than is asked for is taken into account."""
     measured = ", ".join(f"{say_measured(word)} is measured" for word in looked.measured)
-    answer = JudgedAction(asked.action.words, asked.start, asked.end, None, done=asked.done)
+    answer = JudgedAction(asked.words, asked.start, asked.end, None, done=asked.done)
     if judge is None or judge.table.judge.calibration is None:
         why = "the database has no judge of motion: learn again, with more captions"
         if not learned.described:

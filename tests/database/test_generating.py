@@ -238,6 +238,21 @@ def test_the_side_of_a_limb_that_no_caption_says_is_measured(db: MotionDB) -> No
     assert "left foot: measured in the motion" in made.shown[0].done
 
 
+def test_sides_are_found_by_measurement_whatever_captions_say(db: MotionDB) -> None:
+    """Captions that say "wave" and "hand" wave the right one; none jumps to the left."""
+    (wave,) = db.generate("wave with the left hand").shown
+    assert (wave.words, wave.shown) == (("wave", "left", "hand"), True)
+    (jump,) = db.generate("jump to the left").shown
+    assert "jump: measured in the motion" in jump.done
+    assert (jump.words, jump.shown, jump.probability) == (("jump", "left"), False, None)
+
+
+def test_only_the_action_of_a_replaced_word_says_so(db: MotionDB) -> None:
+    moonwalk, walk = db.generate("moonwalk, then walk").shown
+    assert (moonwalk.words, moonwalk.shown) == (("walk (for moonwalk)",), None)
+    assert (walk.words, walk.shown) == (("walk",), True)
+
+
 def test_a_direction_that_no_motion_goes_in_is_not_shown(db: MotionDB) -> None:
     """No caption says them; for once the words are not left out, but measured."""
     for sentence, reason in (
