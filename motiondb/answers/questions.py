@@ -133,7 +133,7 @@ def question_tree(node: tree.Node) -> QuestionTree:
     match node:
         case tree.Action(words, manner):
             sides = tuple(SideOfAction(side, limb) for side, limb in node.sides)
-            return ActionTree("action", words, sides, manner)
+            return ActionTree("action", tuple(map(as_said, words)), sides, manner)
         case tree.Without(part, excluded):
             left_out = tuple(map(question_tree, excluded))
             return WithoutTree("without", question_tree(part), left_out)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import motiondb
+from motiondb.answers.questions import search_answer
 from motiondb.body.features import recognition_features
 from motiondb.body.pose_vectors import from_path
 from motiondb.language.vocabulary import IN_PLACE
@@ -125,7 +126,11 @@ def test_a_replaced_verb_is_measured_as_the_known_one(learned_file: Path) -> Non
         assert answer.understood == "walk (for stroll); measured: backward"
         assert {match.contradicted for match in answer.matches} == {("does not go backward",)}
         place = db.search("run in place", limit=3)
+        and_wave = search_answer(db.search("run in place and wave", limit=1))
     assert place.understood == "run; measured: in place"
+    assert list(and_wave.unknown) == ["in place"]
+    assert [left.text for left in and_wave.question.not_used] == ["in place"]
+    assert IN_PLACE not in repr(and_wave)
     assert {match.contradicted for match in place.matches} == {("does not stay in place",)}
 
 
