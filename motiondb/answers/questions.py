@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -172,13 +172,14 @@ class WordsOfQuestion:
 def understood_question(question: KnownQuestion, not_used: Sequence[NotUsed]) -> UnderstoodQuestion:
     """Return how a question was understood."""
     shape = question_tree(question.tree)
-    return UnderstoodQuestion(question.text, question.understood, shape, tuple(not_used))
+    left = tuple(replace(one, text=as_said(one.text)) for one in not_used)
+    return UnderstoodQuestion(question.text, question.understood, shape, left)
 
 
 def known_words(takings: Mapping[str, Taking]) -> dict[str, tuple[WordProbability, ...]]:
     """Return the known words that stand for unknown ones, or are suggested for them."""
     return {
-        word: tuple(WordProbability(known, p) for known, p in taking.words)
+        as_said(word): tuple(WordProbability(known, p) for known, p in taking.words)
         for word, taking in takings.items()
         if not taking.nearest
     }
@@ -266,7 +267,7 @@ def search_answer(answer: WordAnswer, explain: bool = True) -> SearchAnswer:
         question=understood_question(answer.question, answer.not_used),
         taken=known_words(answer.taken),
         suggested=known_words(answer.suggested),
-        unknown=dict(answer.unknown),
+        unknown={as_said(word): near for word, near in answer.unknown.items()},
         missing=answer.missing,
         sentences=(
             *filter(None, [answer.not_understood, answer.nothing if answer.doubtful else ""]),

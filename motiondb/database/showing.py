@@ -24,6 +24,7 @@ from motiondb.body.features import FEATURE_STEP, recognition_features
 from motiondb.database.learned_grammar import load_learned_grammar
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg.context_free import derive_by
+from motiondb.language.vocabulary import as_said
 from motiondb.learn.learned import Learned
 from motiondb.records import MOTION_FPS, SegmentTable
 from motiondb.search.described import describe
@@ -224,7 +225,7 @@ def word_rows(learned: Learned) -> list[WordRow]:
         best = [int(s) for s in (-column).argsort(kind="stable")[:4] if column[s] > LEAST_SHOWN]
         rows.append(
             WordRow(
-                association.words[number],
+                as_said(association.words[number]),
                 int(association.counts[number]),
                 tuple(SymbolProbability(s, float(column[s])) for s in best),
             )

@@ -348,13 +348,13 @@ def nothing_known(text: str, unknown: Mapping[str, tuple[str, ...]]) -> str:
             f"query: expected words that describe a motion, found {text!r}. "
             "Ask for example for 'walk, turn left, sit down'."
         )
-    near = [word for words in unknown.values() for word in words]
+    near = [as_said(word) for words in unknown.values() for word in words]
     hint = (
         f"Perhaps {' or '.join(dict.fromkeys(near))}."
         if near
         else "`motiondb words` lists the words that are known."
     )
-    found = ", ".join(map(repr, unknown))
+    found = ", ".join(repr(as_said(word)) for word in unknown)
     return f"query: expected a word that is in the captions, found {found}. {hint}"
 
 
@@ -363,13 +363,15 @@ def say_unknown(word: str, near: Sequence[str] = (), where: str = "in the captio
 
     >>> say_unknown("wlak", ["walk"])
     "'wlak' is not in the captions; left out; perhaps walk"
+    >>> say_unknown(IN_PLACE)
+    "'in place' is not in the captions; left out"
     """
-    return f"{word!r} is not {where}; left out" + say_perhaps(near)
+    return f"{as_said(word)!r} is not {where}; left out" + say_perhaps(near)
 
 
 def say_perhaps(near: Sequence[str]) -> str:
     """The known words that may be meant by an unknown one, as the end of a sentence."""
-    return f"; perhaps {' or '.join(near)}" if near else ""
+    return f"; perhaps {' or '.join(map(as_said, near))}" if near else ""
 
 
 _VERBS = """

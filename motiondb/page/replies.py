@@ -47,6 +47,7 @@ from motiondb.database.grammars.grammar_facts import (
 )
 from motiondb.database.scenes.scene_facts import action_captions
 from motiondb.database.scenes.scene_folder import report_facts
+from motiondb.language.vocabulary import as_said
 from motiondb.page.diagrams import DiagramShape, diagram_shape
 from motiondb.page.state import Block
 from motiondb.records import MOTION_FPS, Caption, Match, Relation
@@ -311,7 +312,7 @@ def generate_reply(made: Generated, variants: Sequence[MadeReply]) -> GenerateRe
         question=understood_question(made.question, made.not_used),
         taken=known_words(made.taken),
         suggested=known_words(made.suggested),
-        unknown=dict(made.unknown),
+        unknown={as_said(word): near for word, near in made.unknown.items()},
         missing=made.missing,
         sentences=(
             *(taking.sentence() for taking in made.taken.values()),

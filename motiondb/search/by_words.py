@@ -155,7 +155,8 @@ class WordAnswer:
     def explanations(self) -> tuple[Explanation, ...]:
         """Per match the parts of the log-odds that rank it; none for a search by symbols."""
         pairs = zip(self.reasons, self.suggests)
-        return tuple(explain(why, self.vocabulary, suggests()) for why, suggests in pairs)
+        said = tuple(map(as_said, self.vocabulary))
+        return tuple(explain(why, said, suggests()) for why, suggests in pairs)
 
     @property
     def unknown(self) -> Mapping[str, tuple[str, ...]]:
@@ -517,7 +518,8 @@ def _matched(
     top = np.maximum(take.windows.max(axis=0), take.whole)
     said = asked.evidence.written.get(capture)
     here = asked.checked if said is None else asked.checked | (said.max(axis=0) > 0.0)
-    return tuple(word for word in words if top[number[word]] > 0.0 and here[number[word]])
+    shown = (word for word in words if top[number[word]] > 0.0 and here[number[word]])
+    return tuple(map(as_said, shown))
 
 
 def mark_generated(learned: Learned, capture: int, before: str = "") -> str:
@@ -529,9 +531,11 @@ def _part_words(reading: Reading) -> list[str]:
     """The actions of every part of a reading."""
     said = []
     for k, part in enumerate(reading.parts):
-        asked = [" ".join(action) for action in part.actions]
+        asked = [" ".join(map(as_said, action)) for action in part.actions]
         only = [e for e in reading.exclusions if (e.first, e.last) == (k, k + 1)]
-        excluded = [f"not {' and '.join(map(' '.join, e.actions))}" for e in only]
+        excluded = [
+            f"not {' and '.join(' '.join(map(as_said, a)) for a in e.actions)}" for e in only
+        ]
         joined = "".join(
             text if n == 0 else f" {text}" if manner_of(text) else f" while {text}"
             for n, text in enumerate(asked)

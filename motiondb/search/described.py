@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.body.features import FEATURE_STEP
+from motiondb.language.vocabulary import as_said
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
 from motiondb.meaning.description_map import score_probabilities
@@ -64,7 +65,10 @@ def describe(learned: Learned, motion: Motion, n_words: int = 5) -> tuple[Descri
             Description(
                 round(float(starts[group[0]]) * seconds, 3),
                 round(min(float(ends[group[-1]]) * seconds, motion.n_frames / MOTION_FPS), 3),
-                tuple((names[w], float(mean[w]) if learned.checked[w] else None) for w in order),
+                tuple(
+                    (as_said(names[w]), float(mean[w]) if learned.checked[w] else None)
+                    for w in order
+                ),
                 tuple(int(s) for s in symbols[group]),
             )
         )
