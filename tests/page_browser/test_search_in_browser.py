@@ -103,7 +103,7 @@ def test_what_is_seen_follows_what_is_likely(asked_server, new_page):
     asked = page.request.get(f"{asked_server}api/search?q=walk&limit=1").json()["matches"][0]
     assert (asked["start"], asked["end"]) == (0.0, asked["duration"])
     assert asked["interval_probability"] == asked["probability"]  # there is no other place
-    page.locator(".answer", has_text="not measured").first.wait_for()  # who walks may not stroll
+    page.locator(".answer", has_text="no probability").first.wait_for()  # who walks may not stroll
     assert page.locator(".answer .meter-value").count() == 0
     page.goto(f"{asked_server}#/search?q=wlak,+wave&limit=5")
     page.locator(".remarks", has_text="wlak").wait_for()
