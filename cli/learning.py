@@ -62,18 +62,11 @@ def learn(
     size = learned_summary(learning)
     if printing.as_json(shared, extended(LearnAnswer, size, drift=drift, start=first)):
         return
-    counts = {
-        "capture": size.captures,
-        "segment": size.segments,
-        "symbol": size.symbols,
-        "cluster": size.clusters,
-        "dimension": size.dimensions,
-        "word": size.words,
-    }
-    told = {noun: printing.number(count, noun) for noun, count in counts.items()}
+    number = printing.number
     printing.say(
-        f"{told['capture']}, {told['segment']}, {told['symbol']} in {told['cluster']} "
-        f"({told['dimension']}), {told['word']}."
+        f"{number(size.captures, 'capture')}, {number(size.segments, 'segment')}, "
+        f"{number(size.symbols, 'symbol')} in {number(size.clusters, 'cluster')} "
+        f"({number(size.dimensions, 'dimension')}), {number(size.words, 'word')}."
     )
     if first:
         print_start(first)

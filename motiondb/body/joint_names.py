@@ -40,7 +40,7 @@ REQUIRED = (
     "r_elbow",
 )
 """Roles that a skeleton must have; all others can be estimated from these."""
-_LEG, _ARM = ("hip", "knee", "ankle", "toe"), ("collar", "shoulder", "elbow", "wrist")
+LEG, ARM = ("hip", "knee", "ankle", "toe"), ("shoulder", "elbow", "wrist")  # From the trunk on
 _PREFIX = re.compile(
     r"^(mixamorig\d*|character\d*_|neo_|cc_base_|bip\d+|joint_|m_avg_|f_avg_|def[-_]|org[-_])"
 )
@@ -411,7 +411,7 @@ def joint_map(skeleton: Skeleton, user_map: Mapping[str, str] | None = None) -> 
 _LIMBS = {
     f"{side}_{part}": (f"{side}_{limb[0]}", number)
     for side in "lr"
-    for limb in (_LEG, _ARM)
+    for limb in (LEG, ("collar", *ARM))
     for number, part in enumerate(limb)
 }  # Role -> its limb, and place within the limb
 

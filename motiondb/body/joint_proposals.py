@@ -14,7 +14,7 @@ from itertools import pairwise, product
 from types import MappingProxyType
 
 from motiondb.body import body
-from motiondb.body.joint_names import REQUIRED, joint_map
+from motiondb.body.joint_names import ARM, LEG, REQUIRED, joint_map
 from motiondb.errors import SkeletonError
 from motiondb.records import IntArray, Skeleton
 
@@ -39,7 +39,6 @@ MEANINGS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     }
 )
 """Part of the body -> words that mean it, the surest first."""
-_CHAINS = (("hip", "knee", "ankle", "toe"), ("shoulder", "elbow", "wrist"))
 _NOT = frozenset(
     {"twist", "roll", "ik", "fk", "pole", "ctrl", "helper", "target", "end", "nub", "finger"}
     | {"thumb", "index", "middle", "ring", "pinky", "eye", "jaw", "tongue", "hair", "prop"}
@@ -61,7 +60,7 @@ def propose_map(skeleton: Skeleton) -> dict[str, str]:
     found = {role: skeleton.names[joint] for role, joint in known.items() if joint >= 0}
     words = [_read(name) for name in skeleton.names]
     for side in "lr":
-        for chain in _CHAINS:
+        for chain in (LEG, ARM):
             chosen = _chain(skeleton.parents, words, side, chain)
             found |= {f"{side}_{part}": skeleton.names[j] for part, j in chosen.items()}
     for part in ("neck", "head", "spine", "chest"):

@@ -52,7 +52,8 @@ def to_motion(
     clip: Clip, user_map: Mapping[str, str] | None = None, keep_implausible: bool = True
 ) -> Motion:
     """Turn a clip into a motion on the canonical body at 30 frames a second."""
-    keypoints = clip_keypoints(clip, user_map)
+    roles = joint_map(clip.skeleton, user_map)
+    keypoints = _keypoints(clip, roles)
     if not keep_implausible:
         reason = cleaning.implausible(keypoints, clip.fps, legs_of(keypoints))
         if reason:
@@ -61,8 +62,7 @@ def to_motion(
                 "(--fps) and the unit (--unit), or pass --keep-implausible."
             )
     motion = motion_from_positions(keypoints, clip.fps)
-    crossed = crossed_names(clip.skeleton, joint_map(clip.skeleton, user_map))
-    return replace(motion, notes=crossed + motion.notes)
+    return replace(motion, notes=crossed_names(clip.skeleton, roles) + motion.notes)
 
 
 def motion_from_positions(keypoints: FloatArray, fps: float) -> Motion:
@@ -263,7 +263,11 @@ def clip_keypoints(clip: Clip, user_map: Mapping[str, str] | None = None) -> Flo
 
     Shapes: result (frames, 21, 3).
     """
-    roles = joint_map(clip.skeleton, user_map)
+    return _keypoints(clip, joint_map(clip.skeleton, user_map))
+
+
+def _keypoints(clip: Clip, roles: Mapping[str, int]) -> FloatArray:
+    """Positions (frames, 21, 3) of the canonical joints of a clip whose roles are found."""
     points, rotations = _measured(clip, roles)
     if _is_z_up(points):
         points = points[..., [0, 2, 1]] * np.array([1.0, 1.0, -1.0])

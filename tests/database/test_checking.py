@@ -60,13 +60,18 @@ def test_a_cut_file_is_told(filled: store.Store) -> None:
     assert "expected tables that can be read, found: damaged columns: " in columns
 
 
+def let_reader_end(by: str, monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
+    """Let the process that reads the file do nothing but a command of a shell."""
+    reader = folder / "python"
+    reader.write_text(f"#!/bin/sh\n{by}\n")
+    reader.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(reader))
+
+
 def test_a_reader_that_dies_is_a_fault(
     filled: store.Store, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    dying = tmp_path / "python"
-    dying.write_text("#!/bin/sh\nkill -SEGV $$\n")
-    dying.chmod(0o755)
-    monkeypatch.setattr(sys, "executable", str(dying))
+    let_reader_end("kill -SEGV $$", monkeypatch, tmp_path)
     (fault,) = motiondb.check_file(filled.path)
     assert "found: that reading it ends the program (SIGSEGV). The file is damaged" in fault
 
@@ -74,13 +79,10 @@ def test_a_reader_that_dies_is_a_fault(
 def test_a_file_is_not_called_damaged_where_memory_ran_out(
     filled: store.Store, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    dying = tmp_path / "python"
-    dying.write_text("#!/bin/sh\necho MemoryError >&2\n")
-    dying.chmod(0o755)
-    monkeypatch.setattr(sys, "executable", str(dying))
+    let_reader_end("echo MemoryError >&2", monkeypatch, tmp_path)
     with pytest.raises(StoreError, match="expected enough memory to check it, found that it ran"):
         motiondb.check_file(filled.path)
-    dying.write_text("#!/bin/sh\nkill -SEGV $$\n")
+    let_reader_end("kill -SEGV $$", monkeypatch, tmp_path)
     monkeypatch.setattr("resource.getrlimit", lambda _: (2_000_000_000, -1))
     (fault,) = motiondb.check_file(filled.path)
     assert "(SIGSEGV). Either memory ran out (allow more" in fault
