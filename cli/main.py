@@ -8,37 +8,46 @@ import os
 import signal
 import sys
 from contextvars import copy_context
+from importlib import import_module
 from typing import Annotated, NoReturn
 
 import typer
 
 import motiondb
-from motiondb.cli import (
-    archive,
-    batch,
-    cataloguing,
-    generation,
-    grammars,
-    keeping,
-    learning,
-    listing,
-    options,
-    printing,
-    scenes,
-    search,
-    serving,
-    words,
-)
+from motiondb.cli import options, printing
 
-app = options.Commands(
-    name="motiondb",
-    cls=options.Group,
-    help="A motion-capture database that understands what is in it.",
-    no_args_is_help=True,
-    context_settings={"help_option_names": ["-h", "--help"]},
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-)
+COMMANDS = {
+    "cataloguing": ("add", "show", "export", "joints", "fetch"),
+    "listing": ("list",),
+    "archive": ("remove", "undo", "rename", "merge", "backup", "tags"),
+    "learning": ("learn", "evaluate", "symbols"),
+    "search": ("search", "like", "describe", "compare"),
+    "batch": ("batch",),
+    "generation": ("generate", "join"),
+    "words": ("words", "events"),
+    "keeping": ("check", "rescue", "info", "compact", "knowledge"),
+    "grammars": ("grammar",),
+    "scenes": ("scene",),
+    "serving": ("serve",),
+}
+"""Module -> its commands and groups. A command's module alone is loaded: all take .1 s."""
+
+
+def make_app(name: str = "") -> options.Commands:
+    """The app with the command or group of a name alone, or with all where there is none."""
+    app = options.Commands(
+        name="motiondb",
+        cls=options.Group,
+        help="A motion-capture database that understands what is in it.",
+        no_args_is_help=True,
+        context_settings={"help_option_names": ["-h", "--help"]},
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+    )
+    app.callback()(_options)
+    for module in [each for each, names in COMMANDS.items() if name in names] or COMMANDS:
+        import_module(f"motiondb.cli.{module}").register(app)
+    return app.only(name)
 
 
 def _version(wanted: bool) -> None:
@@ -47,7 +56,6 @@ def _version(wanted: bool) -> None:
         raise typer.Exit()
 
 
-@app.callback()
 def _options(
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
@@ -59,22 +67,6 @@ def _options(
 INTERRUPTED = 130
 _NO_OUTPUT = (errno.ENOSPC, errno.EBADF, errno.EIO, errno.EFBIG, errno.EDQUOT)
 """Errors of the system when standard output cannot be written; Typer handles a closed pipe."""
-
-for module in (
-    cataloguing,
-    listing,
-    archive,
-    learning,
-    search,
-    batch,
-    generation,
-    words,
-    keeping,
-    grammars,
-    scenes,
-    serving,
-):
-    module.register(app)
 
 
 def main() -> None:
@@ -166,7 +158,7 @@ def _run_command() -> None:
     DuckDB turns an interrupt into one of its own errors, and Typer into the exit code 130.
     """
     try:
-        app.only(sys.argv[1] if len(sys.argv) > 1 else "")()
+        make_app(sys.argv[1] if len(sys.argv) > 1 else "")()
     except BaseException as ended:
         if _interrupts and not (isinstance(ended, SystemExit) and not ended.code):
             _end_interrupted()

@@ -71,7 +71,7 @@ def commands_page() -> str:
     import click
     import typer
 
-    from motiondb.cli.main import app
+    from motiondb.cli.main import make_app
 
     lines = ["# Every command", "", "What `motiondb COMMAND --help` prints."]
 
@@ -81,7 +81,7 @@ def commands_page() -> str:
         for below, child in sorted(getattr(command, "commands", {}).items()):
             yield from walk(f"{name} {below}", child)
 
-    for name, command in walk("motiondb", typer.main.get_command(app)):
+    for name, command in walk("motiondb", typer.main.get_command(make_app())):
         context = click.Context(command, info_name=name)
         text = command.get_help(context)
         lines += ["", f"## {name}", "", "```text", text.rstrip(), "```"]

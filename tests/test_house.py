@@ -267,14 +267,14 @@ def test_sections_document_public_names_and_kernels_with_real_parameters() -> No
 
 
 def commands() -> Iterator[tuple[str, typer.core.TyperCommand]]:
-    from motiondb.cli.main import app
+    from motiondb.cli.main import make_app
 
     def walk(name: str, group: object) -> Iterator[tuple[str, typer.core.TyperCommand]]:
         for part, command in getattr(group, "commands", {}).items():
             yield f"{name}{part}", command
             yield from walk(f"{name}{part} ", command)
 
-    yield from walk("", typer.main.get_command(app))
+    yield from walk("", typer.main.get_command(make_app()))
 
 
 def test_commands_help_and_answer_in_json() -> None:

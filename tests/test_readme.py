@@ -133,13 +133,13 @@ def test_the_joint_map_of_the_guide_fits_a_strange_skeleton(tmp_path: Path) -> N
 
 
 def test_every_command_stands_in_the_table() -> None:
-    from motiondb.cli.main import app
+    from motiondb.cli.main import make_app
 
     commands = (readme.ROOT / "docs" / "guide" / "commands.md").read_text(encoding="utf-8")
     rows = "\n".join(line.split("|")[1] for line in commands.splitlines() if line.startswith("| `"))
     told = set(re.findall(r"`([a-z]+(?: [a-z]+)?)", rows))
     known: set[str] = set()
-    for name, command in typer.main.get_command(app).commands.items():
+    for name, command in typer.main.get_command(make_app()).commands.items():
         known |= {f"{name} {sub}" for sub in getattr(command, "commands", {})} or {name}
     assert known - told == set()
 

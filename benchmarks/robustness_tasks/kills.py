@@ -114,7 +114,7 @@ def warm_up(base: Path) -> None:
 
     DuckDB's threads end when its file is closed, so that this process may be forked afterwards.
     """
-    from motiondb.cli.main import app
+    from motiondb.cli.main import make_app
 
     here = Path.cwd()
     with tempfile.TemporaryDirectory() as folder, ExitStack() as redirected:
@@ -125,7 +125,7 @@ def warm_up(base: Path) -> None:
         os.chdir(place)
         for kind in ("search", "like", "add one", "generate"):
             with suppress(SystemExit):
-                app(list(words_of(kind)), standalone_mode=False)
+                make_app()(list(words_of(kind)), standalone_mode=False)
         os.chdir(here)
 
 

@@ -23,7 +23,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.language import vocabulary
 from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentTable
 
 STRANGE = 0.1
@@ -119,6 +118,8 @@ def count_word_use(
     lemmas: Mapping[str, str] | None = None,
 ) -> WordUse:
     """Count the words of captions, and those that are not in the vocabulary."""
+    from motiondb.language import vocabulary  # answers with a drift do not need it
+
     known = set(vocabulary_words)
     total = 0
     unknown: dict[str, int] = {}

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import pytest
 import typer
 
-from motiondb.cli.main import app
+from motiondb.cli.main import make_app
 
 NUMBERS = (int, float)
 CHECKED = {
@@ -34,7 +34,7 @@ def commands(name: str, group: Any) -> Iterator[tuple[str, Any]]:
         yield from commands(f"{name}{part} ", command)
 
 
-COMMANDS = dict(commands("", typer.main.get_command(app)))
+COMMANDS = dict(commands("", typer.main.get_command(make_app())))
 
 
 def numeric_options() -> Iterator[NumericOption]:

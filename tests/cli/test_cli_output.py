@@ -11,10 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import typer
 
 import motiondb
 from motiondb.cli import printing
-from motiondb.cli.main import app
+from motiondb.cli.main import COMMANDS, make_app
 
 PROGRAM = [sys.executable, "-c", "from motiondb.cli.main import main; main()"]
 
@@ -159,11 +160,17 @@ def test_a_look_at_the_catalogue_or_for_a_word_loads_no_science(
 
 
 def test_a_command_is_run_by_an_app_that_has_it_alone() -> None:
-    alone = app.only("scene")
-    assert [group.name for group in alone.registered_groups] == ["scene"]
-    assert not alone.registered_commands
-    assert [c.callback.__name__ for c in app.only("list").registered_commands] == ["list_captures"]
-    assert app.only("lists") is app.only("--help") is app
+    for name in (name for names in COMMANDS.values() for name in names):
+        alone = typer.main.get_group(make_app(name))
+        assert list(alone.commands) == [name]
+    every = typer.main.get_group(make_app("--help")).commands
+    assert sorted(every) == sorted(name for names in COMMANDS.values() for name in names)
+    code = (
+        "import sys; from motiondb.cli.main import make_app; make_app('list'); print(*sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "motiondb.cli.listing" in done.stdout.split()
+    assert "motiondb.cli.search" not in done.stdout.split()
 
 
 def test_a_table_is_as_wide_as_its_cells_and_folded_where_that_is_too_wide(

@@ -14,7 +14,7 @@ import duckdb
 import pytest
 from typer.testing import CliRunner
 
-from motiondb.cli.main import app
+from motiondb.cli.main import make_app
 
 
 @pytest.mark.parametrize(
@@ -157,7 +157,7 @@ def test_no_file_is_written_over_a_database(tmp_path: Path, learned_file: Path, 
     path = Path(shutil.copy(learned_file, tmp_path / name))
     before = path.read_bytes()
     words = ["knowledge", "export"] if name.endswith("duckdb") else ["export", "ana/walk_1", "-o"]
-    ended = CliRunner().invoke(app, [*words, str(path), "--db", str(path)])
+    ended = CliRunner().invoke(make_app(), [*words, str(path), "--db", str(path)])
     assert ended.exit_code == 1
     assert "found: a database of that name, which is never overwritten" in (
         str(ended.exception).replace("found a database", "found: a database")

@@ -11,11 +11,11 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from motiondb.cli.main import app
+from motiondb.cli.main import make_app
 from robustness_tasks import commands, kills
 from robustness_tasks.commands import ASKING, COMMANDS, FILE_OPTIONS, NOT_ATTACKED, words_of
 
-LEAVES: dict[str, Any] = dict(commands.leaves(typer.main.get_command(app)))
+LEAVES: dict[str, Any] = dict(commands.leaves(typer.main.get_command(make_app())))
 
 
 def command_of(kind: str) -> str:
@@ -63,7 +63,7 @@ def test_commands_that_ask_leave_the_folder_as_it_was(
     monkeypatch.chdir(base)
     before = digests(base)
     for name in ASKING:
-        ended = copy_context().run(CliRunner().invoke, app, list(words_of(name)))
+        ended = copy_context().run(CliRunner().invoke, make_app(), list(words_of(name)))
         has_grammar = words_of(name)[0] != "grammar" or name == "grammar list"  # else: none learned
         assert ended.exit_code == 0 or not has_grammar, (name, ended.output, ended.exception)
         assert digests(base) == before, name

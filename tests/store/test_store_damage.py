@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 import motiondb
 from motiondb import store
-from motiondb.cli.main import app
+from motiondb.cli.main import make_app
 from motiondb.database.catalogue.rescuing import rescue
 from motiondb.errors import StoreError
 
@@ -177,14 +177,14 @@ def test_a_damaged_log_is_left_out(small: Path, tmp_path: Path) -> None:
 def test_the_command_tells_what_was_saved(small: Path, tmp_path: Path) -> None:
     bad = damaged(small, "motion", "poses", tmp_path / "bad.duckdb")
     new = tmp_path / "new.duckdb"
-    ended = CliRunner().invoke(app, ["rescue", str(bad), "-o", str(new)])
+    ended = CliRunner().invoke(make_app(), ["rescue", str(bad), "-o", str(new)])
     assert ended.exit_code == 0
     assert ended.stdout == (f"4 captures saved in {new}\nLearn again: motiondb learn --db {new}\n")
     assert "bow_1: could not read motion" in ended.stderr
-    again = CliRunner().invoke(app, ["rescue", str(bad), "-o", str(new)])
+    again = CliRunner().invoke(make_app(), ["rescue", str(bad), "-o", str(new)])
     assert isinstance(again.exception, StoreError)
     assert "expected the name of a new file, found a file of that name" in str(again.exception)
-    ended = CliRunner().invoke(app, ["check", "--db", str(bad)])
+    ended = CliRunner().invoke(make_app(), ["check", "--db", str(bad)])
     assert ended.exit_code == 1
     assert "is sound" not in ended.stdout
 

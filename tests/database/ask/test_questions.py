@@ -13,7 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 import motiondb
-from motiondb.cli.main import app
+from motiondb.cli.main import make_app
 from motiondb.database import MotionDB
 from motiondb.errors import QueryError
 from motiondb.language.question.heads import verbs_in
@@ -124,7 +124,7 @@ def test_a_word_that_is_like_none_is_left_out_beside_a_known_one(asked: MotionDB
 def test_question_stands_in_json_and_above_the_answers(learned_file: Path, tmp_path: Path) -> None:
     asked = ["search", "wlak or walk for 2 s but not turning", "--limit", "2", "--explain"]
     command = [*asked, "--png", str(tmp_path / "why.png"), "--db", str(learned_file)]
-    ended = copy_context().run(CliRunner().invoke, app, [*command, "--json"])
+    ended = copy_context().run(CliRunner().invoke, make_app(), [*command, "--json"])
     assert ended.exit_code == 0
     facts = json.loads(ended.stdout)
     assert facts["question"]["understood"] == "(walk for 2 s), not turn"
@@ -134,7 +134,7 @@ def test_question_stands_in_json_and_above_the_answers(learned_file: Path, tmp_p
         {"text": "for at most 2 s", "reason": "search cannot tell that it ends by then"},
     ]
     assert {"words", "together", "excluded", "log_odds"} <= set(facts["matches"][0]["explain"])
-    lines = copy_context().run(CliRunner().invoke, app, command).stdout.splitlines()
+    lines = copy_context().run(CliRunner().invoke, make_app(), command).stdout.splitlines()
     assert lines[:2] == [
         "understood: (walk for 2 s), not turn",
         "'for at most 2 s' is not used in search: search cannot tell that it ends by then",
