@@ -32,6 +32,7 @@ from motiondb.search.takings import (
     with_near,
     write_otherwise,
 )
+from motiondb.symbols.hmm_jobs import one_blas_thread
 
 if TYPE_CHECKING:
     from motiondb.pictures import Timeline
@@ -52,7 +53,7 @@ def search(
     """The answer to a question in words, as ``MotionDB.search`` gives it."""
     arguments.check_text("words", words)
     arguments.check_whole("limit", limit, 1)
-    with session.reading():
+    with session.reading(), one_blas_thread():  # for small matrices a second thread takes longer
         allowed, learned = allowed_captures(session, where, exact), session.searchable
         check_any(learned)
         table = nearby_table()
