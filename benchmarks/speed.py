@@ -30,7 +30,7 @@ import motiondb
 from motiondb.body.features import FEATURE_FPS
 from motiondb.database import MotionDB
 from motiondb.learn.recognition import decode
-from motiondb.meaning import by_motion
+from motiondb.meaning import alignment
 from real_tasks.questions import EXAMPLES, SENTENCES, WORDS
 from real_tasks.real_page import table
 
@@ -170,7 +170,7 @@ def compare() -> list[Ratio]:
 def compare_parts(db: MotionDB, repeats: int) -> tuple[Timing, Ratio]:
     """Parts of captures, found by their symbols, and by the frames with compiled time warping."""
     learned, pool, rng = db.learned, db.session.features, np.random.default_rng(0)
-    table_, scale = learned.segments, by_motion.distance_scale(learned.distances)
+    table_, scale = learned.segments, alignment.distance_scale(learned.distances)
     frames = {c: learned.feature_space.project(pool.of_capture(c)) for c in learned.rows}
     long = [c for c, rows in learned.rows.items() if rows.stop - rows.start > PART]
     parts = []
@@ -182,14 +182,14 @@ def compare_parts(db: MotionDB, repeats: int) -> tuple[Timing, Ratio]:
     def by_symbols(first: int) -> dict[int, float]:
         symbols, weights = table_.symbols[first : first + PART], np.full(PART, 1.0 / PART)
         return {
-            c: -by_motion.align(symbols, weights, table_.symbols[r], learned.distances, scale)[0]
+            c: -alignment.align(symbols, weights, table_.symbols[r], learned.distances, scale)[0]
             for c, r in learned.rows.items()
         }
 
     def by_frames(capture: int, first: int) -> dict[int, float]:
         low, high = table_.starts[first] // 2, table_.ends[first + PART - 1] // 2
         query = frames[capture][low:high]
-        return {c: by_motion.best_part(query, whole)[0] for c, whole in frames.items()}
+        return {c: alignment.best_part(query, whole)[0] for c, whole in frames.items()}
 
     minutes = sum(len(whole) for whole in frames.values()) / FEATURE_FPS / 60.0
     name = f"part of {PART} symbols in {minutes:.0f} minutes, by symbols"

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.meaning import by_motion
+from motiondb.meaning import alignment
 from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.symbols.feature_space import FeatureSpace
 from quality_protocol.captures import Capture
@@ -71,7 +71,7 @@ class Judge:
             first = max(0, (len(features) - WINDOW) // 2)
             query = features[first : first + WINDOW]
             kept = np.flatnonzero(self.without(performers))
-            distance = [by_motion.best_part(query, self.features[n])[0] for n in kept]
+            distance = [alignment.best_part(query, self.features[n])[0] for n in kept]
             answers.append(int(self.classes[kept[int(np.argmin(distance))]]))
         return np.array(answers)
 

@@ -14,7 +14,7 @@ from motiondb.body.features import recognition_features
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import cut_motion
 from motiondb.generate.contact import foot_slip
-from motiondb.meaning import by_motion
+from motiondb.meaning import alignment
 from motiondb.pictures.strip import strip_figure
 from motiondb.records import MOTION_FPS, Float32Array, FloatArray, Motion
 from motiondb.search.described import describe
@@ -185,7 +185,7 @@ def _nearest(
     """Mean over parts of three seconds of the distance to the nearest stored part."""
     features = space.project(recognition_features(motion))
     parts = [features[a : a + 45] for a in range(0, max(len(features) - 45, 0) + 1, 45)]
-    return float(np.mean([min(by_motion.best_part(p, s)[0] for s in stored) for p in parts]))
+    return float(np.mean([min(alignment.best_part(p, s)[0] for s in stored) for p in parts]))
 
 
 def heard_class(db: MotionDB, motion: Motion) -> int:

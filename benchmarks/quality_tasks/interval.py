@@ -21,7 +21,7 @@ from motiondb.body.features import FEATURE_FPS
 from motiondb.database import MotionDB
 from motiondb.errors import MotionDBError
 from motiondb.learn.recognition import LearnSettings
-from motiondb.meaning import by_motion
+from motiondb.meaning import alignment
 from motiondb.records import Float32Array, FloatArray
 from motiondb.symbols import feature_space
 from quality_protocol.captures import load_cmu
@@ -140,7 +140,7 @@ def _by_motiondb(db: MotionDB, meaning: bool | None = None) -> Finder:
 def _by_warping(whitened: Mapping[str, Float32Array]) -> Finder:
     def find(take: LongTake, interval: tuple[float, float], other: LongTake) -> Found:
         query = _part(whitened[take.capture.name], interval)
-        distance, start, end = by_motion.best_part(query, whitened[other.capture.name])
+        distance, start, end = alignment.best_part(query, whitened[other.capture.name])
         return -distance, start / FEATURE_FPS, end / FEATURE_FPS
 
     return find

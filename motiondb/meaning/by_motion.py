@@ -3,10 +3,10 @@
 Three comparisons, each more exact than the one before and applied to fewer intervals:
 
 1. symbols: the query's symbol sequence is aligned locally with every capture's, with the symbols'
-   distances as substitution costs (:mod:`motiondb.meaning.by_motion`);
+   distances as substitution costs (:mod:`motiondb.meaning.alignment`);
 2. scores: the cosine between the query's score vector and that of windows of the query's length;
 3. poses: subsequence time warping on the whitened features of the best intervals, which also
-   determines their start and end (:mod:`motiondb.meaning.by_motion`).
+   determines their start and end (:mod:`motiondb.meaning.alignment`).
 
 The first two select candidates by ``rough`` = (cosine + alignment) / 2, where the alignment is
 multiplied by the share of the aligned segments that the window covers. Where words were learned,
@@ -21,22 +21,6 @@ alone within a capture. The final score is
 Where the frames nearly agree (warp < ``NEAR``), rough is replaced by
 1 - (1 - rough) * warp / NEAR. So a stored interval finds itself with warp 0 and score 1, the
 largest, although a new segmentation of it differs from the stored one.
-
-**The part of a capture nearest to a query: by its symbols, and by the frames of its features.**
-
-**Local alignment of symbols**, with their distances as substitution costs. Notation: q the query's
-symbols, x a capture's, D their distances. A pair scores 1 - D[q, x] / scale (1 for the same symbol,
-negative beyond ``scale``), a gap costs ``GAP``. Pairs are weighted by the query segment's share of
-the query's duration, so that the score of a perfect match is 1.
-
-Source: Smith and Waterman, Identification of common molecular subsequences, 1981.
-
-**Subsequence dynamic time warping of features.** Notation: q_i and x_j whitened features, d(i, j) =
-|q_i - x_j| / sqrt(D). The path may begin and end anywhere in x and has steps (1, 1), (1, 2), (2,
-1), so that a part is between half and twice as long as the query. The distance is the mean of d
-over the query's frames.
-
-Source: Mueller, Information Retrieval for Music and Motion, 2007, chapters 4 and 7.
 """
 
 from __future__ import annotations
@@ -49,8 +33,13 @@ import numpy as np
 from numba import njit
 
 from motiondb.meaning import extents
+from motiondb.meaning.alignment import align, best_part, distance_scale
 from motiondb.meaning.resemblance import (
+    SECOND_LENGTH,
     MeaningSpace,
+    n_right,
+    pooled_statistics,
+    right_answers,
     statistics_of_intervals,
     with_feedback,
 )
@@ -61,6 +50,7 @@ MOST_CELLS = 50_000_000
 """Largest number of pairs of frames in the third comparison, over all candidates: bounds time."""
 FramesOf = Callable[[Sequence[tuple[int, int, int]]], Sequence[Float32Array]]
 """Whitened features (frames, D) of each of some intervals: capture, first frame, end."""
+_TOGETHER = 64  # Captures whose second opinion is computed together
 NEAR = 0.2  # Whitened feature distance below which two intervals count as equal up to noise
 
 
@@ -78,9 +68,12 @@ class Query:
 
 
 @dataclass(frozen=True, eq=False)
-class Take:
-    """A stored capture."""
+class Takes:
+    """Stored captures: each one some successive rows of a table of segments."""
 
+    captures: IntArray  # (captures,): their numbers
+    first: IntArray  # (captures,): first row of each
+    last: IntArray  # (captures,): one past the last row of each
     starts: IntArray  # (segments,): first feature frame of each segment
     ends: IntArray  # (segments,): one past the last feature frame of each segment
     symbols: IntArray  # (segments,): symbols of the segments
@@ -101,7 +94,7 @@ class Candidate:
 
 def find_candidates(
     query: Query,
-    takes: Mapping[int, Take],
+    takes: Takes,
     distances: FloatArray,
     n_candidates: int = 120,
     per_capture: int = 6,
@@ -114,20 +107,20 @@ def find_candidates(
     `frames_of`: Whitened features of the captures. Without them, the second opinion on the words of
     the query is not used.
     """
-    scale = distance_scale(distances)
-    scored = {c: _score_windows(query, take, distances, scale) for c, take in takes.items()}
-    gains = dict(zip(scored, _meaning_gains(query, scored, frames_of).tolist()))
-    tops = {c: float(w.rough[w.best] + 0.5 * gains[c]) for c, w in scored.items()}
+    windows = _score_windows(query, takes, distances)
+    tops = _scores_of_best(query, windows, frames_of, n_candidates)
     candidates: list[Candidate] = []
     weakest: list[float] = []  # a heap of the largest scores so far
-    for capture in sorted(tops, key=lambda c: -tops[c]):
-        if len(weakest) == n_candidates and tops[capture] < weakest[0]:
+    for n in np.argsort(-tops, kind="stable").tolist():
+        if len(weakest) == n_candidates and tops[n] < weakest[0]:
             break  # no window of this capture or a later one is among the best
-        windows = scored[capture]
-        for w in _separate_peaks(windows.rough, windows.low, windows.high, per_capture):
-            rough = float(windows.rough[w] + 0.5 * gains[capture])
-            candidates.append(Candidate(capture, int(windows.low[w]), int(windows.high[w]), rough))
-            heapq.heappush(weakest, rough)
+        own = slice(windows.edges[n], windows.edges[n + 1])
+        low, high = windows.low[own], windows.high[own]
+        scores = windows.rough[own] + (tops[n] - windows.rough[windows.best[n]])
+        for w in _separate_peaks(scores, low, high, per_capture):
+            capture, score = int(windows.captures[n]), float(scores[w])
+            candidates.append(Candidate(capture, int(low[w]), int(high[w]), score))
+            heapq.heappush(weakest, score)
             if len(weakest) > n_candidates:
                 heapq.heappop(weakest)
     candidates.sort(key=lambda c: (-c.rough, c.capture, c.start))
@@ -136,24 +129,74 @@ def find_candidates(
 
 @dataclass(frozen=True, eq=False)
 class _Windows:
-    """Windows [low, high) of a capture with their scores; number, vector, cosine of the best one.
+    """Windows [low, high) of captures with their scores, and the best one of each capture.
 
-    ``low``, ``high`` and ``rough`` are arrays (windows,), ``vector`` is an array (columns,).
+    ``low``, ``high`` and ``rough`` are arrays (windows,), the others (captures,) if not said.
     """
 
+    captures: IntArray
+    edges: IntArray  # (captures + 1,): first window of each capture, and their number
     low: IntArray
     high: IntArray
     rough: FloatArray
-    best: int
-    vector: FloatArray
-    cosine: float
+    best: IntArray  # Number of the best window
+    cosine: FloatArray  # Of its vector with that of the query
+    vector: FloatArray  # (captures, columns): its vector, of length 1
+
+    def places_of_best(self, some: IntArray) -> list[tuple[int, int, int]]:
+        """Capture, first frame and end of the best windows of some captures."""
+        best = self.best[some]
+        columns = self.captures[some], self.low[best], self.high[best]
+        return list(zip(*(column.tolist() for column in columns), strict=True))
 
 
-def _score_windows(query: Query, take: Take, distances: FloatArray, scale: float) -> _Windows:
-    aligned = align(query.symbols, query.weights, take.symbols, distances, scale)
-    low, high = window_places(take.starts, take.ends, len(query.features))
-    places = take.starts, take.ends, low, high
-    return _Windows(low, high, *_rough_scores(places, take.standardised, query.vector, aligned))
+def _score_windows(query: Query, takes: Takes, distances: FloatArray) -> _Windows:
+    """Score the windows of all captures by symbols and vectors."""
+    table = takes.starts, takes.ends, takes.symbols
+    aligning = query.symbols, query.weights, distances, distance_scale(distances)
+    scored = _score_rows(
+        (takes.first, takes.last), table, takes.standardised, query.vector, aligning,
+        len(query.features),
+    )  # fmt: skip
+    return _Windows(takes.captures, *scored)
+
+
+@njit(cache=True)
+def _score_rows(
+    rows: tuple[IntArray, IntArray],
+    table: tuple[IntArray, IntArray, IntArray],
+    standardised: FloatArray,
+    asked: FloatArray,
+    aligning: tuple[IntArray, FloatArray, FloatArray, float],
+    length: int,
+) -> tuple[IntArray, IntArray, IntArray, FloatArray, IntArray, FloatArray, FloatArray]:
+    """The fields of :class:`_Windows`, all but the first.
+
+    `rows`: First row of every capture, and one past its last. `table`: Starts, ends and symbols of
+    segments. `asked` (columns,): the query's vector. `aligning`: The query's symbols and weights,
+    the distances of symbols and their scale. `length`: That of the windows, frames.
+    """
+    (first, last), (starts, ends, symbols) = rows, table
+    most, n_captures = 2 * int((last - first).sum()), len(first)
+    edges = np.zeros(n_captures + 1, np.int64)
+    low, high = np.empty(most, np.int64), np.empty(most, np.int64)
+    rough, cosines = np.empty(most), np.empty(n_captures)
+    best = np.empty(n_captures, np.int64)
+    vectors = np.zeros((n_captures, standardised.shape[1]))
+    for n in range(n_captures):
+        a, b, at = first[n], last[n], edges[n]
+        query, weights, distances, scale = aligning
+        aligned = align(query, weights, symbols[a:b], distances, scale)
+        some_low, some_high = _window_places(starts[a:b], ends[a:b], length)
+        to = at + len(some_low)
+        edges[n + 1], low[at:to], high[at:to] = to, some_low, some_high
+        places = starts[a:b], ends[a:b], some_low, some_high
+        chosen, cosines[n] = _rough_scores(
+            places, standardised[a:b], asked, aligned, rough[at:to], vectors[n]
+        )
+        best[n] = at + chosen
+    total = edges[n_captures]
+    return edges, low[:total], high[:total], rough[:total], best, cosines, vectors
 
 
 @njit(cache=True)
@@ -162,66 +205,168 @@ def _rough_scores(
     standardised: FloatArray,
     asked: FloatArray,
     aligned: tuple[float, int, int],
-) -> tuple[FloatArray, int, FloatArray, float]:
-    """Scores of windows (windows,); number, vector (columns,) and cosine of the best one.
+    rough: FloatArray,
+    vector: FloatArray,
+) -> tuple[int, float]:
+    """Number and cosine of the best window; writes ``rough`` (windows,) and its ``vector``.
+
+    A window's vector is the sum of rows, each times its frames inside. Its length and its product
+    with the query follow from the products of rows, which are computed once for all windows.
 
     `places`: First frame of the segments, one past their last, and the same of the windows.
     `standardised` (segments, columns); `asked` (columns,): the query's vector. `aligned`: The score
-    of the alignment, and its first and last segment + 1.
+    of the alignment, and its first and last segment + 1. `vector` (columns,): zeros.
     """
     starts, ends, low, high = places
     score, first, last = aligned
-    n_windows, n_columns = len(low), standardised.shape[1]
-    rough, vector, best_vector = np.empty(n_windows), np.empty(n_columns), np.empty(n_columns)
-    best, best_cosine, begin = 0, 0.0, 0
-    for w in range(n_windows):
-        vector[:] = 0.0
-        while begin < len(ends) - 1 and ends[begin] <= low[w]:
-            begin += 1
-        for s in range(begin, len(starts)):
-            if starts[s] >= high[w]:
-                break
-            inside = min(ends[s], high[w]) - max(starts[s], low[w])
-            if inside > 0:
-                for c in range(n_columns):
-                    vector[c] += inside * standardised[s, c]
-        square, product = 0.0, 0.0
-        for c in range(n_columns):
-            square += vector[c] * vector[c]
-            product += vector[c] * asked[c]
-        length = np.sqrt(square) if square > 0.0 else 1.0
-        cosine, overlap = product / length, 0.0
+    begin, end, width = _rows_inside(starts, ends, low, high)
+    products, together = _products(standardised, asked, width)
+    best, best_cosine = 0, 0.0
+    inside = np.empty(width)
+    for w in range(len(low)):
+        a, n = begin[w], end[w] - begin[w]
+        product, square = 0.0, 0.0
+        for s in range(n):
+            inside[s] = max(min(ends[a + s], high[w]) - max(starts[a + s], low[w]), 0)
+            product += inside[s] * products[a + s]
+        for s in range(n):
+            square += inside[s] * inside[s] * together[a + s, 0]
+            for t in range(s + 1, n):
+                square += 2.0 * inside[s] * inside[t] * together[a + s, t - s]
+        cosine = product / np.sqrt(square) if square > 0.0 else product
+        overlap = 0.0
         if last > first:
-            a, b = starts[first], ends[last - 1]
-            shared = max(min(high[w], b) - max(low[w], a), 0)
-            overlap = shared / max(min(high[w] - low[w], b - a), 1)
+            from_, to = starts[first], ends[last - 1]
+            shared = max(min(high[w], to) - max(low[w], from_), 0)
+            overlap = shared / max(min(high[w] - low[w], to - from_), 1)
         rough[w] = 0.5 * cosine + 0.5 * score * overlap
         if w == 0 or rough[w] > rough[best]:
             best, best_cosine = w, cosine
-            best_vector[:] = vector / length
-    return rough, best, best_vector, best_cosine
+    for s in range(begin[best], end[best]):
+        frames = max(min(ends[s], high[best]) - max(starts[s], low[best]), 0)
+        vector += frames * standardised[s]
+    square = _dot(vector, vector)
+    if square > 0.0:
+        vector /= np.sqrt(square)
+    return best, best_cosine
 
 
-def _meaning_gains(
-    query: Query, scored: Mapping[int, _Windows], frames_of: FramesOf | None
+@njit(cache=True)
+def _rows_inside(
+    starts: IntArray, ends: IntArray, low: IntArray, high: IntArray
+) -> tuple[IntArray, IntArray, int]:
+    """First row of every window, one past its last (windows,), and the largest number of rows."""
+    begin, end = np.empty(len(low), np.int64), np.empty(len(low), np.int64)
+    a, width = 0, 1
+    for w in range(len(low)):
+        while a < len(ends) - 1 and ends[a] <= low[w]:
+            a += 1
+        b = a
+        while b < len(starts) and starts[b] < high[w]:
+            b += 1
+        begin[w], end[w] = a, b
+        width = max(width, b - a)
+    return begin, end, width
+
+
+@njit(cache=True)
+def _products(
+    standardised: FloatArray, asked: FloatArray, width: int
+) -> tuple[FloatArray, FloatArray]:
+    """Products of the rows with the query (segments,), and with the next rows (segments, width)."""
+    n = len(standardised)
+    products, together = np.empty(n), np.zeros((n, width))
+    for s in range(n):
+        products[s] = _dot(standardised[s], asked)
+        for t in range(min(width, n - s)):
+            together[s, t] = _dot(standardised[s], standardised[s + t])
+    return products, together
+
+
+@njit(cache=True)
+def _dot(one: FloatArray, other: FloatArray) -> float:
+    """Dot product in eight sums: the same on every processor, in a quarter of the time of one."""
+    a = b = c = d = e = f = g = h = 0.0
+    n = len(one)
+    last = n - n % 8
+    for i in range(0, last, 8):
+        a += one[i] * other[i]
+        b += one[i + 1] * other[i + 1]
+        c += one[i + 2] * other[i + 2]
+        d += one[i + 3] * other[i + 3]
+        e += one[i + 4] * other[i + 4]
+        f += one[i + 5] * other[i + 5]
+        g += one[i + 6] * other[i + 6]
+        h += one[i + 7] * other[i + 7]
+    for i in range(last, n):
+        a += one[i] * other[i]
+    return ((a + b) + (c + d)) + ((e + f) + (g + h))
+
+
+def _scores_of_best(
+    query: Query, windows: _Windows, frames_of: FramesOf | None, n: int
 ) -> FloatArray:
-    """Resemblance, with feedback, less cosine of the best window of every capture: (captures,)."""
-    if query.meaning is None or not scored:
-        return np.zeros(len(scored))
-    vectors = np.stack([query.vector, *(windows.vector for windows in scored.values())])
-    rows = query.meaning.rows(vectors, _pooled_statistics(query, scored, frames_of))
-    alike = with_feedback(rows[1:] @ rows[0], rows[1:])
-    return alike - np.array([windows.cosine for windows in scored.values()])
+    """Scores of the best window of every capture, its cosine replaced by the resemblance.
+
+    Array (captures,); -inf where it is not among the n largest. A second opinion is computed only
+    for captures that it may bring among these, since it is the slowest part and changes a
+    resemblance by a bounded amount: a tenth of 2,700 captures.
+    """
+    rough = windows.rough[windows.best]
+    meaning = query.meaning
+    if meaning is None or not len(rough):
+        return rough
+    vectors = np.concatenate([query.vector[np.newaxis], windows.vector])
+    if meaning.pooled is None or frames_of is None:
+        rows = meaning.rows(vectors)
+        alike = with_feedback(rows[1:] @ rows[0], rows[1:])
+        return rough + 0.5 * (alike - windows.cosine)
+    first = meaning.first_rows(vectors)
+    example, first = first[0], first[1:]
+    opinion = meaning.second_rows(pooled_statistics(query.features)[np.newaxis])[0]
+    second = np.zeros((len(rough), len(opinion)), opinion.dtype)
+    known = np.zeros(len(rough), bool)
+
+    def opinions(some: IntArray) -> FloatArray | Float32Array:
+        new = some[~known[some]]
+        if len(new):
+            frames = frames_of(windows.places_of_best(new))
+            second[new], known[new] = meaning.second_rows(statistics_of_intervals(frames)), True
+        return second[some]
+
+    likely = first @ example
+    alike = _largest(
+        likely + _reach(opinion), n_right(len(rough)), lambda c: likely[c] + opinions(c) @ opinion
+    )
+    best, weights = right_answers(alike)
+    if len(best):
+        example = 0.5 * (example + weights @ first[best])
+        opinion = 0.5 * (opinion + weights @ second[best])
+    scores = rough + 0.5 * (first @ example - windows.cosine)
+    return _largest(
+        scores + 0.5 * _reach(opinion), n, lambda c: scores[c] + 0.5 * (opinions(c) @ opinion)
+    )
 
 
-def _pooled_statistics(
-    query: Query, scored: Mapping[int, _Windows], frames_of: FramesOf | None
-) -> FloatArray | None:
-    """Pooled statistics of the query and of the best windows, if used: (1 + captures, 5 D)."""
-    if query.meaning is None or query.meaning.pooled is None or frames_of is None:
-        return None
-    best = [(c, int(w.low[w.best]), int(w.high[w.best])) for c, w in scored.items()]
-    return statistics_of_intervals([query.features, *frames_of(best)])
+def _reach(opinion: FloatArray | Float32Array) -> float:
+    """Largest product of a second opinion with a row, and what rounding may add."""
+    return SECOND_LENGTH * float(np.linalg.norm(opinion)) + 1e-5
+
+
+def _largest(bounds: FloatArray, n: int, values_of: Callable[[IntArray], FloatArray]) -> FloatArray:
+    """Values, none above its bound, computed in order of the bounds until the n largest are known.
+
+    The others are -inf.
+    """
+    values, at = np.full(len(bounds), -np.inf), 0
+    order = np.argsort(-bounds, kind="stable")
+    while at < len(order):
+        if at >= n and bounds[order[at]] < np.partition(values, -n)[-n]:
+            break
+        some = order[at : at + max(n, _TOGETHER)]
+        values[some] = values_of(some)
+        at += len(some)
+    return values
 
 
 def refine(
@@ -362,138 +507,3 @@ def _whole(query: Float32Array, part: Float32Array) -> tuple[float, int, int]:
     positions = np.linspace(0, len(part) - 1, len(query)).round().astype(np.int64)
     gap = np.linalg.norm(query - part[positions], axis=1) / np.sqrt(query.shape[1])
     return float(gap.mean()), 0, len(part)
-
-
-GAP = 0.5  # Cost of a gap, where a match scores 1
-
-
-def distance_scale(distances: FloatArray) -> float:
-    """Distance above which two symbols count as unrelated: the median over pairs.
-
-    Shapes: `distances` (symbols, symbols).
-    """
-    pairs = distances[np.triu_indices(len(distances), 1)]
-    return max(float(np.median(pairs)), 1e-9) if len(pairs) else 1.0
-
-
-def align(
-    query: IntArray, weights: FloatArray, symbols: IntArray, distances: FloatArray, scale: float
-) -> tuple[float, int, int]:
-    """Best local alignment of a query with one capture.
-
-    Shapes: `query`, `weights` (l,); `symbols` (n,); `distances` (symbols, symbols).
-    """
-    return _align(query, weights, symbols, distances, scale, GAP)
-
-
-@njit(cache=True)
-def _align(
-    query: IntArray,
-    weights: FloatArray,
-    symbols: IntArray,
-    distances: FloatArray,
-    scale: float,
-    gap: float,
-) -> tuple[float, int, int]:
-    """As :func:`align`, with the cost of a gap."""
-    pairs = np.empty((len(query), len(symbols)))
-    for i in range(len(query)):
-        for j in range(len(symbols)):
-            pairs[i, j] = (1.0 - distances[query[i], symbols[j]] / scale) * weights[i]
-    return _smith_waterman(pairs, weights * gap)
-
-
-@njit(cache=True)
-def _smith_waterman(pairs: FloatArray, gaps: FloatArray) -> tuple[float, int, int]:
-    """Best local alignment by scores of pairs (query, capture) and costs of gaps (query,)."""
-    n_query, n_symbols = pairs.shape
-    mean_gap = gaps.mean()
-    score = np.zeros((n_query + 1, n_symbols + 1))
-    origin = np.zeros((n_query + 1, n_symbols + 1), np.int64)
-    for j in range(n_symbols + 1):
-        origin[0, j] = j
-    top, first, last = 0.0, 0, 0
-    for i in range(1, n_query + 1):
-        for j in range(1, n_symbols + 1):
-            best, start = 0.0, j
-            diagonal = score[i - 1, j - 1] + pairs[i - 1, j - 1]
-            if diagonal > best:
-                best = diagonal
-                start = origin[i - 1, j - 1] if score[i - 1, j - 1] > 0.0 else j - 1
-            up = score[i - 1, j] - gaps[i - 1]
-            if up > best:
-                best, start = up, origin[i - 1, j]
-            left = score[i, j - 1] - mean_gap
-            if left > best:
-                best, start = left, origin[i, j - 1]
-            score[i, j], origin[i, j] = best, start
-            if best > top:
-                top, first, last = best, start, j
-    return top, first, last
-
-
-FAR = 1e30  # Cost of paths that are not possible; finite in single precision
-
-
-def best_part(query: Float32Array, capture: Float32Array) -> tuple[float, int, int]:
-    """Distance and interval of the part of a capture nearest to the query.
-
-    Shapes: `query`, `capture` (frames, D).
-    """
-    if len(query) == 0 or len(capture) == 0:
-        return float("inf"), 0, 0
-    distance, start, end = _subsequence(
-        np.ascontiguousarray(query, dtype=np.float32),
-        np.ascontiguousarray(capture.T, dtype=np.float32),
-    )
-    if end == 0:
-        return float("inf"), 0, 0
-    return float(distance), start, end
-
-
-@njit(cache=True)
-def _subsequence(  # noqa: C901  one compiled dynamic program over three rows
-    query: Float32Array, columns: Float32Array
-) -> tuple[float, int, int]:
-    """Least mean cost of a path, its first frame, and one past its last (0: there is none).
-
-    The capture is given by dimension (D, frames), so that distances are computed for many frames at
-    once without fast math, whose sums depend on the processor.
-
-    Rows i, i - 1 and i - 2 suffice: row i of cost and start is kept at i % 3, of local at i % 2.
-    """
-    n, m = len(query), columns.shape[1]
-    local = np.empty((2, m), np.float32)
-    cost = np.full((3, m), np.float32(FAR))
-    start = np.zeros((3, m), np.int64)
-    for i in range(n):
-        here, before, above = i % 3, (i - 1) % 3, (i - 2) % 3
-        squares = np.zeros(m, np.float32)
-        for d in range(query.shape[1]):
-            for j in range(m):
-                difference = query[i, d] - columns[d, j]
-                squares[j] += difference * difference
-        for j in range(m):
-            local[i % 2, j] = np.sqrt(squares[j] / query.shape[1])
-        if i == 0:
-            cost[0] = local[0]
-            start[0] = np.arange(m)
-            continue
-        cost[here, 0] = FAR
-        for j in range(1, m):
-            best, origin = cost[before, j - 1] + local[i % 2, j], start[before, j - 1]
-            if j > 1:
-                c = cost[before, j - 2] + local[i % 2, j]
-                if c < best:
-                    best, origin = c, start[before, j - 2]
-            if i > 1:
-                c = cost[above, j - 1] + local[(i - 1) % 2, j] + local[i % 2, j]
-                if c < best:
-                    best, origin = c, start[above, j - 1]
-            cost[here, j], start[here, j] = best, origin
-    last = (n - 1) % 3
-    low, end = np.float32(FAR), -1
-    for j in range(m):
-        if cost[last, j] < low:
-            low, end = cost[last, j], j
-    return float(low / n), start[last, end], end + 1

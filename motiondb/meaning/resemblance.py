@@ -57,7 +57,7 @@ from motiondb.language.vocabulary import MODIFIERS
 from motiondb.meaning.regression import fit_ridge
 from motiondb.meaning.score_vectors import unit
 from motiondb.meaning.word_map import WordMap
-from motiondb.records import Float32Array, FloatArray
+from motiondb.records import Float32Array, FloatArray, IntArray
 
 MEANING_SHARE = 0.8
 """Weight of the words in a resemblance, where words were learned.
@@ -69,6 +69,7 @@ POOLED_SHARE = 0.3
 """Part of that weight of the second opinion on the words. Chosen between .3 and .4 by leaving
 performers out of the CMU training parts (1-NN accuracy and mAP there .667 and .643 without it,
 .689 and .648 with .3, .688 and .651 with .4)."""
+SECOND_LENGTH = math.sqrt(POOLED_SHARE)  # Of the second opinion in a row
 MODIFIER_SHARE = 0.5
 """Weight of words of direction, manner and parts of the body. Below
 it, actions that differ by these words (raising the left or the right hand) are not distinguished.
@@ -102,15 +103,26 @@ class MeaningSpace:
 
         Shapes: `vectors` (..., columns); `statistics` (..., 5 D).
         """
+        if self.pooled is None or statistics is None:
+            return self._first(vectors, MEANING_SHARE)
+        return np.concatenate([self.first_rows(vectors), self.second_rows(statistics)], axis=-1)
+
+    def first_rows(self, vectors: FloatArray) -> FloatArray | Float32Array:
+        """The first columns of rows with a second opinion: those that follow from the vectors."""
+        return self._first(vectors, MEANING_SHARE - POOLED_SHARE)
+
+    def second_rows(self, statistics: FloatArray) -> FloatArray | Float32Array:
+        """The last columns of such rows, of length :data:`SECOND_LENGTH`: the second opinion."""
+        assert self.pooled is not None
+        evidence = self.pooled.evidence(statistics.astype(self.weights.dtype, copy=False))
+        return unit(evidence) * SECOND_LENGTH
+
+    def _first(self, vectors: FloatArray, share: float) -> FloatArray | Float32Array:
+        """Words with a share, and movement."""
         vectors = vectors.astype(self.weights.dtype, copy=False)
-        evidence = vectors @ self.weights + self.offsets
-        moving = vectors[..., : self.n_moving]
-        parts = [(MEANING_SHARE, evidence), (1.0 - MEANING_SHARE, moving)]
-        if self.pooled is not None and statistics is not None:
-            parts[0] = MEANING_SHARE - POOLED_SHARE, evidence
-            second = self.pooled.evidence(statistics.astype(self.weights.dtype, copy=False))
-            parts.append((POOLED_SHARE, second))
-        return np.concatenate([unit(row) * math.sqrt(share) for share, row in parts], axis=-1)
+        evidence = unit(vectors @ self.weights + self.offsets) * math.sqrt(share)
+        moving = unit(vectors[..., : self.n_moving]) * math.sqrt(1.0 - MEANING_SHARE)
+        return np.concatenate([evidence, moving], axis=-1)
 
 
 def meaning_space(
@@ -173,18 +185,30 @@ def with_feedback(
     >>> with_feedback(np.array([0.9, 0.5, 0.0]), rows).round(2).tolist()
     [0.95, 0.55, 0.0]
     """
-    n = max(1, min(FEEDBACK, len(alike) // FEWEST_OTHERS))
-    if len(alike) <= n:
-        return alike
-    best = np.argpartition(alike, len(alike) - n)[-n:]
-    weights = np.maximum(alike[best], 0.0)
-    total = float(weights.sum())
-    if total <= 0.0:
+    best, weights = right_answers(alike)
+    if not len(best):
         return alike
     together = rows @ (weights @ rows[best])
-    together *= 0.5 / total
+    together *= 0.5
     together += 0.5 * alike
     return np.asarray(together)
+
+
+def n_right(n_captures: int) -> int:
+    """Number of captures that are assumed to be right answers."""
+    return max(1, min(FEEDBACK, n_captures // FEWEST_OTHERS))
+
+
+def right_answers(alike: FloatArray | Float32Array) -> tuple[IntArray, FloatArray | Float32Array]:
+    """Captures that are assumed to be right answers, and their weights, of sum 1; or none.
+
+    Shapes: `alike` (captures,): their resemblance to the example.
+    """
+    n = n_right(len(alike))
+    best = np.argpartition(alike, len(alike) - n)[-n:] if len(alike) > n else np.empty(0, np.intp)
+    weights = np.maximum(alike[best], 0.0)
+    total = float(weights.sum())
+    return (best, weights / total) if total > 0.0 else (best[:0], weights[:0])
 
 
 def emphasis_of(names: Sequence[str]) -> FloatArray:

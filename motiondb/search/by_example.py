@@ -162,16 +162,16 @@ def _interval_vector(learned: Learned, candidate: by_motion.Candidate) -> FloatA
 def _find_motion(
     learned: Learned, pool: FeaturePool, query: by_motion.Query, allowed: Sequence[int]
 ) -> list[by_motion.Candidate]:
-    takes = {
-        capture: by_motion.Take(
-            learned.segments.starts[rows] // FEATURE_STEP,
-            -(-learned.segments.ends[rows] // FEATURE_STEP),
-            learned.segments.symbols[rows],
-            learned.standardised[rows],
-        )
-        for capture in allowed
-        for rows in [learned.rows[capture]]
-    }
+    table, rows = learned.segments, [learned.rows[capture] for capture in allowed]
+    takes = by_motion.Takes(
+        np.array(allowed, dtype=np.int64),
+        np.array([each.start for each in rows], dtype=np.int64),
+        np.array([each.stop for each in rows], dtype=np.int64),
+        table.starts // FEATURE_STEP,
+        -(-table.ends // FEATURE_STEP),
+        table.symbols,
+        learned.standardised,
+    )
 
     def frames_of(intervals: Sequence[tuple[int, int, int]]) -> Sequence[Float32Array]:
         raw = [pool.of_capture(capture)[first:end] for capture, first, end in intervals]

@@ -458,7 +458,7 @@ def _search_decoded(
     limit: int,
 ) -> WordAnswer:
     """An answer with the captures whose symbols are nearest to those that its actions decode to."""
-    from motiondb.meaning import by_motion  # compiled code, which other questions do without
+    from motiondb.meaning import alignment  # compiled code, which other questions do without
 
     learned = asked.learned
     words = tuple(word for action in answer.actions for word in action)
@@ -472,11 +472,11 @@ def _search_decoded(
         return answer
     symbols = np.array(decoded.symbols)
     weights = np.full(len(symbols), 1.0 / len(symbols))
-    scale = by_motion.distance_scale(learned.distances)
+    scale = alignment.distance_scale(learned.distances)
     answers = []
     for capture in (c for c in allowed if c in learned.rows):
         rows = learned.rows[capture]
-        score, first, last = by_motion.align(
+        score, first, last = alignment.align(
             symbols, weights, learned.segments.symbols[rows], learned.distances, scale
         )
         if last > first:

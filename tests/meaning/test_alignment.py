@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.meaning import by_motion
+from motiondb.meaning import alignment
 from motiondb.records import FloatArray, IntArray
 
 APART = np.array([[0.0, 2, 2, 2], [2, 0, 2, 2], [2, 2, 0, 2], [2, 2, 2, 0]])
@@ -63,13 +63,13 @@ def random_problem(seed: int) -> tuple[IntArray, FloatArray, IntArray, FloatArra
 
 def test_a_perfect_match_scores_one_where_it_stands() -> None:
     query, thirds = np.array([0, 1, 2]), np.full(3, 1 / 3)
-    actual = by_motion.align(query, thirds, np.array([3, 3, 0, 1, 2, 3]), APART, 2.0)
+    actual = alignment.align(query, thirds, np.array([3, 3, 0, 1, 2, 3]), APART, 2.0)
     assert actual == (pytest.approx(1.0), 2, 5)
 
 
 def test_a_gap_costs_half_its_share_by_hand() -> None:
     query, weights = np.array([0, 1, 2]), np.array([0.5, 0.25, 0.25])
-    score, first, last = by_motion.align(query, weights, np.array([0, 2]), APART, 1.0)
+    score, first, last = alignment.align(query, weights, np.array([0, 2]), APART, 1.0)
     assert (score, first, last) == (pytest.approx(0.5 - 0.5 * 0.25 + 0.25), 0, 2)
 
 
@@ -77,11 +77,11 @@ def test_a_gap_costs_half_its_share_by_hand() -> None:
 @given(st.integers(0, 10**6))
 def test_score_and_place_equal_plain_python(seed: int) -> None:
     query, weights, symbols, distances = random_problem(seed)
-    score, first, last = by_motion.align(query, weights, symbols, distances, 2.0)
+    score, first, last = alignment.align(query, weights, symbols, distances, 2.0)
     pairs = (1.0 - distances[np.ix_(query, symbols)] / 2.0) * weights[:, None]
-    assert score == pytest.approx(best_by_recursion(pairs, by_motion.GAP * weights))
+    assert score == pytest.approx(best_by_recursion(pairs, alignment.GAP * weights))
     if score > 0:
-        inside = global_score(pairs[:, first:last], by_motion.GAP * weights)
+        inside = global_score(pairs[:, first:last], alignment.GAP * weights)
         assert inside == pytest.approx(score)
 
 
@@ -89,16 +89,16 @@ def test_score_and_place_equal_plain_python(seed: int) -> None:
 @given(st.integers(0, 10**6))
 def test_scores_lie_between_nothing_and_perfect(seed: int) -> None:
     query, weights, symbols, distances = random_problem(seed)
-    assert 0.0 <= by_motion.align(query, weights, symbols, distances, 2.0)[0] <= 1.0 + 1e-12
+    assert 0.0 <= alignment.align(query, weights, symbols, distances, 2.0)[0] <= 1.0 + 1e-12
     around = np.concatenate([symbols, query, symbols])
-    assert by_motion.align(query, weights, around, distances, 2.0)[0] == pytest.approx(1.0)
+    assert alignment.align(query, weights, around, distances, 2.0)[0] == pytest.approx(1.0)
 
 
 def test_the_scale_is_the_median_distance() -> None:
     distances = np.array([[0.0, 1, 5], [1, 0, 3], [5, 3, 0]])
-    assert by_motion.distance_scale(distances) == 3.0
-    assert by_motion.distance_scale(np.zeros((1, 1))) == 1.0
-    assert by_motion.distance_scale(np.zeros((2, 2))) > 0.0
+    assert alignment.distance_scale(distances) == 3.0
+    assert alignment.distance_scale(np.zeros((1, 1))) == 1.0
+    assert alignment.distance_scale(np.zeros((2, 2))) > 0.0
 
 
 def by_recursion(query: FloatArray, capture: FloatArray) -> float:
@@ -130,7 +130,7 @@ def random_walk(seed: int, n_frames: int, n_dims: int = 3) -> FloatArray:
 @given(st.integers(0, 10**6), st.integers(1, 9), st.integers(1, 14))
 def test_distances_equal_plain_recursion(seed: int, n: int, m: int) -> None:
     query, capture = random_walk(seed, n), random_walk(seed + 1, m)
-    distance, start, end = by_motion.best_part(query.astype("f4"), capture.astype("f4"))
+    distance, start, end = alignment.best_part(query.astype("f4"), capture.astype("f4"))
     expected = by_recursion(query, capture)
     if np.isinf(expected):
         assert (distance, start, end) == (np.inf, 0, 0)
@@ -144,27 +144,27 @@ def test_distances_equal_plain_recursion(seed: int, n: int, m: int) -> None:
 @given(st.integers(0, 10**6), st.integers(0, 60), st.integers(5, 30))
 def test_a_part_finds_itself_exactly(seed: int, start: int, length: int) -> None:
     capture = random_walk(seed, 100).astype("f4")
-    actual = by_motion.best_part(capture[start : start + length], capture)
+    actual = alignment.best_part(capture[start : start + length], capture)
     assert actual == (0.0, start, min(start + length, 100))
 
 
 def test_a_part_at_double_speed_is_found() -> None:
     capture = random_walk(3, 100).astype("f4")
-    distance, start, end = by_motion.best_part(capture[20:60:2], capture)
+    distance, start, end = alignment.best_part(capture[20:60:2], capture)
     assert (distance, start, end) == (0.0, 20, 59)
 
 
 def test_distance_by_hand() -> None:
     query, capture = np.array([[0.0], [1.0]], "f4"), np.array([[5.0], [1.0], [1.0]], "f4")
-    assert by_motion.best_part(query, capture) == (0.5, 1, 3)
+    assert alignment.best_part(query, capture) == (0.5, 1, 3)
 
 
 @pytest.mark.parametrize("n_frames", [0, 1, 3])
 def test_too_short_a_capture_is_infinitely_far(n_frames: int) -> None:
     query = random_walk(0, 8).astype("f4")
-    assert by_motion.best_part(query, query[:n_frames]) == (np.inf, 0, 0)
+    assert alignment.best_part(query, query[:n_frames]) == (np.inf, 0, 0)
 
 
 def test_no_query_is_infinitely_far() -> None:
     capture = random_walk(0, 8).astype("f4")
-    assert by_motion.best_part(capture[:0], capture) == (np.inf, 0, 0)
+    assert alignment.best_part(capture[:0], capture) == (np.inf, 0, 0)

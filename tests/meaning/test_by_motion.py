@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from made_takes import takes_of
 
 from motiondb.body import features, retarget
 from motiondb.files import read_capture
-from motiondb.meaning import by_motion, score_vectors
+from motiondb.meaning import alignment, by_motion, score_vectors
 from motiondb.meaning.resemblance import fit_pooled_map, meaning_space, pooled_statistics
 from motiondb.meaning.word_map import WordMap
 from motiondb.records import Float32Array, FloatArray
@@ -41,15 +42,18 @@ class World:
         scores = {n: self.scores(f, self.parts[n]) for n, f in self.features.items()}
         lengths = np.array([s.end - s.start for n in self.parts for s in self.parts[n]])
         self.space = score_vectors.fit_score_space(np.concatenate(list(scores.values())), lengths)
-        self.takes = {
-            n: by_motion.Take(
-                np.array([s.start for s in self.parts[n]]),
-                np.array([s.end for s in self.parts[n]]),
-                np.argmax(scores[n], axis=1),
-                self.space.standardise(scores[n]),
+        self.takes = takes_of(
+            *(
+                (
+                    n,
+                    [s.start for s in self.parts[n]],
+                    [s.end for s in self.parts[n]],
+                    np.argmax(scores[n], axis=1),
+                    self.space.standardise(scores[n]),
+                )
+                for n in self.features
             )
-            for n in self.features
-        }
+        )
 
     def scores(self, frames: Float32Array, parts: list) -> Float32Array:
         squares = np.sum((frames[:, None] - self.prototypes[None]) ** 2, axis=-1)
@@ -95,7 +99,7 @@ def test_scores_are_as_documented(world: World) -> None:
     for candidate in by_motion.find_candidates(query, world.takes, world.distances)[:10]:
         actual = by_motion.refine(query, [candidate], world.features)[0]
         part = world.features[actual.capture][actual.start : actual.end]
-        distance = by_motion.best_part(query.features, part)[0]
+        distance = alignment.best_part(query.features, part)[0]
         if np.isfinite(distance):
             near = min(1.0, distance / by_motion.NEAR)
             rough = 1.0 - (1.0 - candidate.rough) * near
@@ -106,12 +110,12 @@ def test_scores_are_as_documented(world: World) -> None:
 
 def test_the_rough_score_of_a_window_by_hand() -> None:
     distances = np.array([[0.0, 2.0], [2.0, 0.0]])
-    take = by_motion.Take(np.array([0, 10]), np.array([10, 20]), np.array([0, 1]), np.eye(2))
+    takes = takes_of((7, [0, 10], [10, 20], [0, 1], np.eye(2)))
     query = by_motion.Query(
         np.zeros((10, 3), np.float32), np.array([1]), np.ones(1), np.array([0.0, 1.0])
     )
-    candidates = by_motion.find_candidates(query, {7: take}, distances)
-    assert by_motion.distance_scale(distances) == 2.0
+    candidates = by_motion.find_candidates(query, takes, distances)
+    assert alignment.distance_scale(distances) == 2.0
     assert [(c.capture, c.start, c.end, c.rough) for c in candidates] == [
         (7, 10, 20, 1.0),
         (7, 0, 10, 0.0),
@@ -121,7 +125,8 @@ def test_the_rough_score_of_a_window_by_hand() -> None:
 def test_the_second_opinion_on_a_window_by_hand() -> None:
     """Two captures with the same vectors: the one whose frames spread as the query's gains."""
     distances = np.array([[0.0, 2.0], [2.0, 0.0]])
-    take = by_motion.Take(np.array([0]), np.array([10]), np.array([1]), np.array([[0.0, 1.0]]))
+    same = [0], [10], [1], np.array([[0.0, 1.0]])
+    takes = takes_of((7, *same), (8, *same))
     frames = {7: np.tile([[-1.0], [1.0]], (5, 1)), 8: np.zeros((10, 1))}
     statistics = np.stack([pooled_statistics(frames[capture]) for capture in (7, 8)])
     pooled = fit_pooled_map(statistics, np.eye(2, dtype=bool))
@@ -134,12 +139,12 @@ def test_the_second_opinion_on_a_window_by_hand() -> None:
     def frames_of(intervals: list[tuple[int, int, int]]) -> list[Float32Array]:
         return [frames[c][first:end].astype(np.float32) for c, first, end in intervals]
 
-    asked = by_motion.find_candidates(query, {7: take, 8: take}, distances, frames_of=frames_of)
+    asked = by_motion.find_candidates(query, takes, distances, frames_of=frames_of)
     # the evidence of both is opposite: resemblance .5 + .3 + .2 and .5 - .3 + .2, in place of 1;
     # with feedback, 7 as the best answer: 1, and the mean of .4 and .4; half of the loss counts
     rough = {c.capture: c.rough for c in asked}
     assert rough == pytest.approx({7: 1.0, 8: 1.0 - 0.5 * 0.6})
-    plain = by_motion.find_candidates(query, {7: take, 8: take}, distances)
+    plain = by_motion.find_candidates(query, takes, distances)
     assert {c.capture: c.rough for c in plain} == pytest.approx({7: 1.0, 8: 1.0})
 
 

@@ -4,56 +4,81 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from made_takes import Made, takes_of
 
-from motiondb.meaning import by_motion
+from motiondb.meaning import alignment, by_motion
+from motiondb.meaning.resemblance import (
+    fit_pooled_map,
+    meaning_space,
+    statistics_of_intervals,
+    with_feedback,
+)
 from motiondb.meaning.score_vectors import unit
+from motiondb.meaning.word_map import WordMap
 
 
-def makes(rng: np.random.Generator, n_captures: int) -> dict[int, by_motion.Take]:
-    takes = {}
+def makes(rng: np.random.Generator, n_captures: int) -> list[Made]:
+    takes: list[Made] = []
     for number in range(n_captures):
         n = int(rng.integers(1, 12))
         ends = np.cumsum(rng.integers(4, 30, n))
         starts = np.concatenate([[0], ends[:-1]])
-        takes[3 * number] = by_motion.Take(
-            starts, ends, rng.integers(0, 6, n), rng.normal(size=(n, 9))
-        )
+        takes.append((3 * number, starts, ends, rng.integers(0, 6, n), rng.normal(size=(n, 9))))
     return takes
 
 
+Window = tuple[float, int, int, np.ndarray]  # Rough score, first frame, end, vector
+
+
+def scan(query: by_motion.Query, take: Made, distances: np.ndarray) -> list[Window]:
+    """Every window of a capture, the best first."""
+    _, starts, ends, symbols, rows = (np.asarray(column) for column in take)
+    length, total = len(query.features), int(ends[-1])
+    lows = {max(place, 0) for place in [*starts, *(ends - length)]}
+    lows = {min(low, max(total - length, 0)) for low in lows}
+    pairs = 1.0 - distances[np.ix_(query.symbols, symbols)] / alignment.distance_scale(distances)
+    aligned, first, last = alignment._smith_waterman(
+        pairs * query.weights[:, None], query.weights * alignment.GAP
+    )
+    windows = []
+    for low in sorted(lows):
+        high = min(low + length, total)
+        inside = np.minimum(ends, high) - np.maximum(starts, low)
+        vector = unit((np.maximum(inside, 0.0) @ rows)[None])[0]
+        overlap = 0.0
+        if last > first:
+            a, b = starts[first], ends[last - 1]
+            overlap = max(min(high, b) - max(low, a), 0) / max(min(high - low, b - a), 1)
+        rough = 0.5 * float(vector @ query.vector) + 0.5 * aligned * overlap
+        windows.append((rough, int(low), int(high), vector))
+    return sorted(windows, key=lambda w: (-w[0], w[1]))
+
+
 def all_candidates(
-    query: by_motion.Query, takes: dict[int, by_motion.Take], distances: np.ndarray, n: int
+    query: by_motion.Query,
+    takes: list[Made],
+    distances: np.ndarray,
+    n: int,
+    frames: dict[int, np.ndarray] | None = None,
 ) -> list[tuple[int, int, int, float]]:
-    """Every window of every capture, those that overlap a better one left out, the best first."""
-    scale, found = by_motion.distance_scale(distances), []
-    for capture, take in takes.items():
-        length, total = len(query.features), int(take.ends[-1])
-        lows = {max(place, 0) for place in [*take.starts, *(take.ends - length)]}
-        lows = {min(low, max(total - length, 0)) for low in lows}
-        pairs = 1.0 - distances[np.ix_(query.symbols, take.symbols)] / scale
-        aligned, first, last = by_motion._smith_waterman(
-            pairs * query.weights[:, None], query.weights * by_motion.GAP
-        )
-        windows = []
-        for low in sorted(lows):
-            high = min(low + length, total)
-            inside = np.minimum(take.ends, high) - np.maximum(take.starts, low)
-            vector = unit((np.maximum(inside, 0.0) @ take.standardised)[None])[0]
-            overlap = 0.0
-            if last > first:
-                a, b = take.starts[first], take.ends[last - 1]
-                shared = max(min(high, b) - max(low, a), 0)
-                overlap = shared / max(min(high - low, b - a), 1)
-            windows.append(
-                (0.5 * float(vector @ query.vector) + 0.5 * aligned * overlap, low, high)
-            )
-        kept: list[tuple[float, int, int]] = []
-        for window in sorted(windows, key=lambda w: (-w[0], w[1])):
-            _, low, high = window
-            shares = (min(high, b) - max(low, a) for _, a, b in kept)
+    """All windows of all captures, those that overlap a better one left out, the best first."""
+    scans = [scan(query, take, distances) for take in takes]
+    gains = np.zeros(len(takes))
+    if query.meaning is not None and frames is not None:
+        best = [(take[0], *windows[0]) for take, windows in zip(takes, scans)]
+        parts = [query.features, *(frames[c][low:high] for c, _, low, high, _ in best)]
+        vectors = np.stack([query.vector, *(vector for *_, vector in best)])
+        rows = query.meaning.rows(vectors, statistics_of_intervals(parts))
+        alike = with_feedback(rows[1:] @ rows[0], rows[1:])
+        gains = alike - np.array([vector @ query.vector for *_, vector in best])
+    found = []
+    for take, windows, gain in zip(takes, scans, gains):
+        kept: list[tuple[int, int, float]] = []
+        for rough, low, high, _ in windows:
+            shares = (min(high, b) - max(low, a) for a, b, _ in kept)
             if all(share < 0.5 * (high - low) for share in shares):
-                kept.append(window)
-        found += [(capture, low, high, rough) for rough, low, high in kept[:6]]
+                kept.append((low, high, rough + 0.5 * gain))
+        found += [(take[0], *window) for window in kept[:6]]
     return sorted(found, key=lambda c: (-c[3], c[0], c[1]))[:n]
 
 
@@ -68,7 +93,36 @@ def test_candidates_are_those_of_a_full_scan(n_candidates: int) -> None:
         vector = unit(rng.normal(size=(1, 9)))[0]
         symbols = np.array([2, 0, 5])
         query = by_motion.Query(np.zeros((length, 2)), symbols, np.full(3, 1 / 3), vector)
-        found = by_motion.find_candidates(query, takes, distances, n_candidates)
+        found = by_motion.find_candidates(query, takes_of(*takes), distances, n_candidates)
         expected = all_candidates(query, takes, distances, n_candidates)
         assert [(c.capture, c.start, c.end) for c in found] == [c[:3] for c in expected]
         np.testing.assert_allclose([c.rough for c in found], [c[3] for c in expected], atol=1e-12)
+
+
+@pytest.mark.parametrize("n_candidates", [3, 20, 1000])
+def test_second_opinions_that_cannot_matter_are_not_computed(n_candidates: int) -> None:
+    rng = np.random.default_rng(n_candidates)
+    takes = makes(rng, 300)
+    distances = np.ones((6, 6)) - np.eye(6)
+    frames = {take[0]: rng.normal(size=(int(take[2][-1]), 2)).astype("f4") for take in takes}
+    statistics = statistics_of_intervals(list(frames.values()))
+    pooled = fit_pooled_map(statistics, rng.random((len(takes), 5)) < 0.3)
+    words = WordMap(rng.normal(size=(9, 5)), np.zeros(5), np.ones(5), np.ones(5), np.ones(3))
+    vector, symbols = unit(rng.normal(size=(1, 9)))[0], np.array([2, 0, 5])
+    space = meaning_space(words, 2, pooled=pooled, dtype=np.float64)
+    example = frames[30][:30]
+    query = by_motion.Query(example, symbols, np.full(3, 1 / 3), vector, space)
+    looked: list[int] = []
+
+    def frames_of(intervals: list[tuple[int, int, int]]) -> list[np.ndarray]:
+        looked.extend(capture for capture, *_ in intervals)
+        return [frames[capture][low:high] for capture, low, high in intervals]
+
+    found = by_motion.find_candidates(
+        query, takes_of(*takes), distances, n_candidates, frames_of=frames_of
+    )
+    expected = all_candidates(query, takes, distances, n_candidates, frames)
+    assert [(c.capture, c.start, c.end) for c in found] == [c[:3] for c in expected]
+    np.testing.assert_allclose([c.rough for c in found], [c[3] for c in expected], atol=1e-9)
+    assert len(looked) == len(set(looked))
+    assert len(looked) < 300 or n_candidates == 1000
