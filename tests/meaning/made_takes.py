@@ -1,22 +1,37 @@
-"""Captures to search by example, made by hand."""
+"""Takes and captions made up for the tests of this room."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
+from numpy.typing import NDArray
 
-from motiondb.meaning import by_motion
+from motiondb.meaning.score_vectors import unit
+from motiondb.meaning.word_evidence import TakeScores
 from motiondb.records import FloatArray
 
-Made = tuple[int, Sequence[int], Sequence[int], Sequence[int], FloatArray]
-"""Number, starts, ends and symbols of segments, and their standardised rows."""
+
+def take(
+    windows: list[list[float]], whole: tuple[float, ...] | list[float] = (0.0, 0.0, 0.0)
+) -> TakeScores:
+    """A capture of segments of 10 frames; windows: a row a segment, a column a word."""
+    starts = 10 * np.arange(len(windows))
+    return TakeScores(starts, starts + 10, np.array(windows), np.array(whole))
 
 
-def takes_of(*captures: Made) -> by_motion.Takes:
-    """Captures as one table."""
-    numbers, starts, ends, symbols, rows = zip(*captures, strict=True)
-    last = np.cumsum([len(each) for each in starts])
-    columns = (np.concatenate([np.asarray(e) for e in each]) for each in (starts, ends, symbols))
-    first = np.concatenate([[0], last[:-1]])
-    return by_motion.Takes(np.array(numbers), first, last, *columns, np.concatenate(rows))
+WALK_TURN_SIT = take(
+    [[4.0, -4, -4], [4, -4, -4], [4, -4, -4], [-4, 4, -4], [-4, -4, 4], [-4, -4, 4]], (2.0, 1, 3)
+)
+
+
+def all_of(*log_odds: float) -> float:
+    """Log-odds of the product of probabilities, the long way."""
+    probability = np.prod([1 / (1 + np.exp(-odds)) for odds in log_odds])
+    return float(np.log(probability / (1 - probability)))
+
+
+def made_captions(n: int, seed: int = 0) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Vectors (n, 6) of length 1, and which of five words their captions hold, at least one."""
+    rng = np.random.default_rng(seed)
+    presence = rng.random((n, 5)) < 0.4
+    presence[:, 0] |= ~presence.any(axis=1)
+    return unit(rng.normal(size=(n, 6))), presence

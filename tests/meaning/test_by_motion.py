@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from made_takes import takes_of
+from made_tables import takes_of
 
 from motiondb.body import features, retarget
 from motiondb.files import read_capture

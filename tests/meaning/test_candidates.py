@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from made_takes import Made, takes_of
+from made_tables import Made, takes_of
 
 from motiondb.meaning import alignment, by_motion
 from motiondb.meaning.resemblance import (
