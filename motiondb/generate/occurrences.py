@@ -12,7 +12,8 @@ punch               a time in which a hand is far from its shoulder, not lower t
                     that began quickly
 ==================  =============================================================================
 
-Times of both limbs that overlap are one occurrence. The limits were set on kicks and punches of six
+Feet that are up at the same time kick once. Hands that go out together punch once; a hand that
+stays out does not hide the punch of the other. The limits were set on kicks and punches of six
 captures of CMU.
 """
 
@@ -88,8 +89,8 @@ def find_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:
     if word == "kick":
         return _runs(np.asarray((track[:, 4:6] > KICKED).any(axis=1)))
     if word == "punch":
-        begun = _begun(track[:, 6] > 0, track[:, 7]) | _begun(track[:, 8] > 0, track[:, 9])
-        return _runs(begun)
+        hands = (_runs(_begun(track[:, hand] > 0, track[:, hand + 1])) for hand in (6, 8))
+        return _one_by_one(sorted(time for times in hands for time in times))
     flights = [(a, b) for a, b in _runs(aloft(track[:, 0])) if b - a >= SHORTEST_FLIGHT]
     return [flight for flight in flights if word != "hop" or _is_hop(track[:, 4:6], flight)]
 
@@ -106,6 +107,22 @@ def _runs(inside: NDArray[np.bool_]) -> list[tuple[int, int]]:
         if start > 0 and end < len(inside) and end - start <= PAUSE:
             filled[start:end] = True
     return [(int(start), int(end)) for start, end in runs(filled)]
+
+
+def _one_by_one(times: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Times in order of which each ends where the next begins; those that begin together are one.
+
+    >>> _one_by_one([(0, 60), (40, 50), (42, 70)])
+    [(0, 40), (40, 70)]
+    """
+    apart: list[tuple[int, int]] = []
+    for start, end in times:
+        if apart and start - apart[-1][0] <= PAUSE:
+            apart[-1] = (apart[-1][0], max(apart[-1][1], end))
+        else:
+            apart.append((start, end))
+    nexts = [start for start, _ in apart[1:]] + [apart[-1][1]] if apart else []
+    return [(start, min(end, after)) for (start, end), after in zip(apart, nexts)]
 
 
 def _begun(extended: NDArray[np.bool_], speeds: FloatArray) -> NDArray[np.bool_]:

@@ -140,6 +140,16 @@ def test_a_punch_begins_quickly() -> None:
     assert find_occurrences(track, "punch") == [(20, 25), (100, 104)]
 
 
+def test_a_hand_that_stays_out_does_not_hide_the_punch_of_the_other() -> None:
+    track = _track()
+    for hand, start, end in ((6, 10, 42), (8, 40, 72), (6, 70, 100), (8, 72, 90)):
+        track[start:end, hand] = 1.0
+        track[start - 2 : start, hand + 1] = 4.0
+    # the last two go out together
+    assert find_occurrences(track, "punch") == [(10, 40), (40, 70), (70, 100)]
+    assert gone(track, "punch") == pytest.approx(3.0)
+
+
 def test_a_track_is_measured_in_a_motion() -> None:
     rotations = np.tile(np.array([1.0, 0.0, 0.0, 0.0]), (60, len(body.JOINTS), 1))
     roots = np.tile([0.0, body.LEG_LENGTH + body.ANKLE_HEIGHT, 0.0], (60, 1))
