@@ -188,9 +188,3 @@ def test_show_tells_activities_and_plays(command: Any, learned_file: Path) -> No
     assert "picture:      a.gif" in ended.out
     assert "\nactivity: " in ended.out
     assert Path("a.gif").read_bytes()[:6] == b"GIF89a"
-
-
-def test_unknown_words_are_named(command: Any, learned_file: Path) -> None:
-    ended = command("search", "wlak, kick", "--limit", 1, "--json", "--db", learned_file)
-    assert ended.err == "'wlak' is not in the captions; left out; perhaps walk\n"
-    assert answer(ended)["matches"][0]["words"] == ["kick"]

@@ -65,29 +65,6 @@ def commands(before: Path, samples_folder: Path) -> dict[str, tuple[list[Any], f
 
 
 @pytest.mark.parametrize("name", ["add", "learn"])
-@pytest.mark.parametrize("share", [0.5, 0.9])
-def test_killed(
-    tmp_path: Path, before: Path, commands: Any, contents: Contents, name: str, share: float
-) -> None:
-    words, seconds = commands[name]
-    path = shutil.copy(before, tmp_path / "motions.duckdb")
-    process = started([*words, "--db", path])
-    time.sleep(share * seconds)
-    process.kill()
-    process.communicate(timeout=120)
-    with motiondb.open(path) as db:
-        assert db.check() == []
-        n_captures = len(db.captures())
-        assert db.search("bow").matches[0].capture == "bow_1"
-    now, then = contents(path), contents(before)
-    if now["run"] == then["run"]:
-        assert now == then
-    else:
-        assert len(now["run"]) == len(then["run"]) + 1
-        assert n_captures == (5 if name == "add" else 2)
-
-
-@pytest.mark.parametrize("name", ["add", "learn"])
 @pytest.mark.parametrize("share", [0.7])
 def test_interrupted(
     tmp_path: Path, before: Path, commands: Any, contents: Contents, name: str, share: float
@@ -110,17 +87,6 @@ def test_interrupted(
         return
     assert out.endswith("interrupted: the database is unchanged\n")
     assert contents(path) == contents(before)
-
-
-def test_killed_while_other_processes_read(tmp_path: Path, samples_folder: Path) -> None:
-    path = tmp_path / "m.duckdb"
-    process = started(["add", samples_folder / "ana", "--db", path])
-    time.sleep(1.5)
-    process.kill()
-    process.communicate(timeout=120)  # ends when all that write to its output have ended
-    with motiondb.open(path) as db:
-        assert len(db.captures()) in (0, 12)
-        assert db.check() == []
 
 
 LOST = """

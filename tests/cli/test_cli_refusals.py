@@ -12,9 +12,6 @@ from typing import Any
 
 import duckdb
 import pytest
-from typer.testing import CliRunner
-
-from motiondb.cli.main import make_app
 
 
 @pytest.mark.parametrize(
@@ -150,19 +147,6 @@ def test_names_that_are_too_long_for_files_are_refused(
 
 
 PROGRAM = [sys.executable, "-c", "from motiondb.cli.main import main; main()"]
-
-
-@pytest.mark.parametrize("name", ["motions.duckdb", "other.bvh"])
-def test_no_file_is_written_over_a_database(tmp_path: Path, learned_file: Path, name: str) -> None:
-    path = Path(shutil.copy(learned_file, tmp_path / name))
-    before = path.read_bytes()
-    words = ["knowledge", "export"] if name.endswith("duckdb") else ["export", "ana/walk_1", "-o"]
-    ended = CliRunner().invoke(make_app(), [*words, str(path), "--db", str(path)])
-    assert ended.exit_code == 1
-    assert "found: a database of that name, which is never overwritten" in (
-        str(ended.exception).replace("found a database", "found: a database")
-    )
-    assert path.read_bytes() == before
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="output that is always full")

@@ -77,28 +77,6 @@ def test_draw_draws_and_tells_what_is_asked(command: Any, tmp_path: Path) -> Non
     assert facts["ball"] == "A1"
 
 
-def test_draw_uses_the_grammar_beside_the_diagram(command: Any, tmp_path: Path) -> None:
-    (tmp_path / "mine.grammar").write_text('start S\nS -> walk+\nwalk := "walk"\n')
-    file = tmp_path / "mine.tactics"
-    file.write_text("grammar mine\nplayer C1 at 0 3\n1 walk C1 to 2 3\n")
-    out = tmp_path / "mine.png"
-    ended = command("scene", "draw", file, "-o", out, "--json")
-    assert json.loads(ended.out)["players"][0]["shortest"] == ["walk"]
-    file.write_text("grammar mine\nplayer C1 at 0 3\n1 run C1 to 2 3\n")
-    ended = command("scene", "draw", file, "-o", out)
-    assert ended.code == 1
-    assert "expected an action, found 'run'" in ended.err
-
-
-def test_nothing_is_drawn_of_what_cannot_be_played(command: Any, tmp_path: Path) -> None:
-    file = tmp_path / "bad.tactics"
-    file.write_text("attack A1 at 0 3\nattack A2 at 2 3\n2 pass A1 to A2 caught 1\n")
-    ended = command("scene", "draw", file, "-o", tmp_path / "bad.png")
-    assert ended.code == 1
-    assert f"error: {file}:3: 'pass A1 to A2': expected a step from 2 on" in ended.err
-    assert not (tmp_path / "bad.png").exists()
-
-
 def test_suggest_tells_probabilities_and_goes_on_to_goals(command: Any) -> None:
     assert "(the end)" in command("scene", "suggest", "basketball", "guard", "--start", "S_D").out
     facts = json.loads(command("scene", "suggest", "basketball", "hold", "--json").out)

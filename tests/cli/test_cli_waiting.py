@@ -81,15 +81,6 @@ def test_searches_beside_a_learn_are_all_answered(copy: Path) -> None:
         assert db.search("bow").matches[0].capture == "bow_1"
 
 
-def test_a_command_waits_until_the_file_is_free(copy: Path) -> None:
-    holder = holding(copy, "write")
-    command = started("list", "--db", copy, "--wait", 60)
-    threading.Timer(2.0, holder.communicate, [""]).start()
-    out, err = command.communicate(timeout=120)
-    assert command.returncode == 0, err
-    assert "bow_1" in out
-
-
 @pytest.mark.parametrize("told", ["option", "environment"])
 def test_who_holds_the_file_is_said_when_waiting_was_in_vain(copy: Path, told: str) -> None:
     holder = holding(copy, "read")
@@ -101,14 +92,6 @@ def test_who_holds_the_file_is_said_when_waiting_was_in_vain(copy: Path, told: s
     assert command.returncode == 1
     assert f"found it held by process {holder.pid} (python" in err
     assert " after 0.2 s. Wait until it has ended, or wait longer with --wait SECONDS." in err
-
-
-@pytest.mark.parametrize("seconds", ["nan", "1e9"])
-def test_a_wrong_number_of_seconds_is_wrong_use(copy: Path, seconds: str) -> None:
-    command = started("list", "--db", copy, "--wait", seconds)
-    _, err = command.communicate(timeout=120)
-    assert command.returncode == 2
-    assert "--wait" in err
 
 
 def test_captures_that_change_while_it_learns_are_learned_too(copy: Path) -> None:

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from motiondb.cli.main import make_app
 from robustness_tasks import commands, kills
-from robustness_tasks.commands import ASKING, COMMANDS, FILE_OPTIONS, NOT_ATTACKED, words_of
+from robustness_tasks.commands import ASKING, COMMANDS, NOT_ATTACKED, words_of
 
 LEAVES: dict[str, Any] = dict(commands.leaves(typer.main.get_command(make_app())))
 
@@ -31,15 +31,6 @@ def test_the_two_lists_hold_every_command_once() -> None:
     assert {name: " ".join(words[: len(name.split())]) for name, words in ASKING.items()} == {
         name: name for name in ASKING
     }
-
-
-def test_every_option_that_writes_is_used_by_a_kill() -> None:
-    for name, command in LEAVES.items():
-        options = {option for p in command.params for option in p.opts}
-        ways = [set(p.opts) for p in command.params if set(p.opts) & set(FILE_OPTIONS)]
-        assert not (ways and name in ASKING), (name, options)
-        words = {word for kind in COMMANDS if command_of(kind) == name for word in COMMANDS[kind]}
-        assert all(way & words for way in ways), (name, ways)
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from motiondb.errors import MotionDBError
-from robustness_tasks.odd_texts import WHOLE, text_case, whole_text
+from robustness_tasks.odd_texts import text_case
 from robustness_tasks.reading import READS, Place
 
 ASKING = ("filter", "question", "terminals", "name")
@@ -32,9 +32,3 @@ def test_odd_questions_are_answered_or_refused(
     for seed in range(25):
         with suppress(MotionDBError):
             READS[kind](text_case(seed, kind)[1], Place(tmp_path, learned_file))
-
-
-@pytest.mark.parametrize("kind", ["synonyms", "joint map", "grammar", "motion grammar", "tactics"])
-def test_the_whole_texts_that_cases_damage_are_read(tmp_path: Path, kind: str) -> None:
-    for text in WHOLE[kind]:
-        READS[kind](whole_text(text).encode(), Place(tmp_path, tmp_path / "none"))

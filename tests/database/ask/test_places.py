@@ -101,14 +101,6 @@ def test_a_place_that_only_a_caption_speaks_for_is_unknown(learned: Learned) -> 
     assert search_words(learned_words(surer), "kick", [capture]).matches[0].place == "known"
 
 
-def test_counts_and_lengths_have_places_without_probabilities(learned: Learned) -> None:
-    for question in ("walk twice", "walk for 2 s"):
-        for match in search_words(learned_words(learned), question, list(learned.rows), 5).matches:
-            assert match.interval_probability is None
-            assert match.place == "known"
-            assert all(part.probability is None for part in match.parts)
-
-
 def test_what_was_found_is_stored(learned_file: Path) -> None:
     with motiondb.open(learned_file, read_only=True) as db:
         model = from_stored(store.load_learning(db.store))

@@ -74,22 +74,14 @@ def test_excluded_actions_are_not_in_the_first_answers(asked: MotionDB) -> None:
     assert all(match.score <= plain[match.capture] + 1e-12 for match in lowest.matches)
 
 
-def test_alternatives_are_found_each_by_itself(asked: MotionDB) -> None:
-    either = [(m.capture, m.score) for m in asked.search("kick or punch", limit=200).matches]
-    kick = {m.capture: m.score for m in asked.search("kick", limit=200).matches}
-    punch = {m.capture: m.score for m in asked.search("punch", limit=200).matches}
-    for capture, score in either:
-        assert score == pytest.approx(max(kick[capture], punch[capture]), rel=1e-12)
-
-
 def test_only_measured_kinds_of_questions_have_a_probability(asked: MotionDB) -> None:
-    answer = asked.search("walk twice")
-    assert {match.probability for match in answer.matches} == {None}
-    assert [left.text for left in answer.not_used] == ["at most 2 times"]
+    assert [left.text for left in asked.search("walk twice").not_used] == ["at most 2 times"]
     longest = asked.search("walk for at least 4 s")
     assert all(match.end - match.start >= 4.0 - 1e-6 for match in longest.matches)
     assert asked.search("walk for at least 10 minutes").matches == ()
-    for text in ("walk, then (kick or punch)", "walk then run, but not turn"):
+    for text in (
+        "walk, then (kick or punch)", "walk then run, but not turn", "walk twice", "walk for 2 s"
+    ):  # fmt: skip
         for match in asked.search(text).matches:
             assert match.probability is match.interval_probability is None
             assert {part.probability for part in match.parts} == {None}
@@ -111,14 +103,6 @@ def test_nothing_matches_where_what_is_asked_is_excluded(asked: MotionDB) -> Non
     assert asked.search("kick").matches_anything
     assert asked.search("kick, not kick").matches_anything is False
     assert asked.search("not kick").matches_anything
-
-
-def test_a_word_that_is_like_none_is_left_out_beside_a_known_one(asked: MotionDB) -> None:
-    answer = asked.search("xqzzyqv and walk")
-    assert [(left.text, left.reason) for left in answer.not_used] == [
-        ("xqzzyqv", "not in the captions")
-    ]
-    assert answer.matches[0].capture == asked.search("walk").matches[0].capture
 
 
 def test_question_stands_in_json_and_above_the_answers(learned_file: Path, tmp_path: Path) -> None:
@@ -158,13 +142,6 @@ def test_generation_honours_alternatives_and_exclusions(asked: MotionDB) -> None
         "generate: expected an action to show, found only what not to show in 'not walking'. "
         "Say what the motion is to show."
     )
-
-
-@pytest.mark.parametrize("text", ["walk " * 3_000, "jump 5000 times"])
-def test_questions_that_are_too_long_are_refused(asked: MotionDB, text: str) -> None:
-    for verb in (asked.search, asked.generate):
-        with pytest.raises(QueryError, match=r"question: expected at most [\d,]+ "):
-            verb(text)
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
@@ -209,7 +210,7 @@ def test_joint_map_file(tmp_path: Path) -> None:
     )
 
 
-def test_words_after_the_end_are_refused(tmp_path: Path, some: Path) -> None:
+def test_words_that_say_nothing_are_refused(tmp_path: Path, some: Path) -> None:
     with motiondb.open(tmp_path / "m.duckdb") as db:
         db.add(some / "ana")
         with pytest.raises(QueryError) as refused:
@@ -217,6 +218,10 @@ def test_words_after_the_end_are_refused(tmp_path: Path, some: Path) -> None:
         assert str(refused.value) == (
             "bow_1: expected an interval within 0 to 2.70 s, found 9 to the end. Times are seconds."
         )
+        for words, at in (("walk", (None, 0.0)), ("walk", (math.inf, None)), ("  ", (None, None))):
+            with pytest.raises(QueryError, match="bow_1: expected"):
+                db.set_words("bow_1", words, *at)
+        assert db.captions("bow_1") == ()
 
 
 def test_what_does_nothing_is_said(learned_copy: Path, tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import pytest
 
 import motiondb
 from motiondb import AddSettings, MotionDB, QueryError, store
+from motiondb.database.catalogue.sheets import ImportReport
 from motiondb.database.learn import updating
 
 TABLES = ("capture", "capture_tag", "caption", "event", "motion", "relation", "source")
@@ -123,16 +124,6 @@ def test_a_change_before_one_that_cannot_be_undone_stays(base: MotionDB) -> None
     assert list(base.undo(words - 1).changed) == earlier
 
 
-def test_compacting_makes_removals_final(base: MotionDB) -> None:
-    base.remove(["ana/bow_1"])
-    base.close()
-    motiondb.compact(base.store.path)
-    with motiondb.open(base.store.path) as db:
-        with pytest.raises(QueryError, match="found that it was emptied"):
-            db.undo()
-        assert [info.name for info in db.captures("name~ana")] == ["ana/jump_1"]
-
-
 def test_names_that_are_taken_are_refused(base: MotionDB) -> None:
     with pytest.raises(QueryError, match=r"^ana/jump_1: expected a name that is free"):
         base.rename("ana/bow_1", "ana/jump_1")
@@ -226,7 +217,7 @@ def test_a_name_that_is_taken_since_is_not_given_back(base: MotionDB) -> None:
         base.undo(run)
 
 
-def test_a_final_removal_names_the_change_before_it(base: MotionDB) -> None:
+def test_compacting_makes_removals_final(base: MotionDB) -> None:
     base.set_tags({"a": "1"}, ["ana/bow_1"])
     base.remove(["boris/kick_1"])
     path = base.store.path
@@ -235,6 +226,7 @@ def test_a_final_removal_names_the_change_before_it(base: MotionDB) -> None:
     with motiondb.open(path) as db:
         with pytest.raises(QueryError, match=r"motiondb undo (\d+) takes back") as refused:
             db.undo()
+        assert "found that it was emptied" in str(refused.value)
         run = int(str(refused.value).split("motiondb undo ")[1].split()[0])
         assert db.undo(run).changed == ("ana/bow_1",)
 
@@ -279,6 +271,14 @@ def test_the_history_of_words_goes_on_through_a_replacement(
     assert said == [
         ("add", []), ("words", ["she jumps"]), ("add", ["she jumps"]), ("words", ["she waits"])
     ]  # fmt: skip
+
+
+def test_a_sheet_without_words_keeps_them(base: MotionDB, tmp_path: Path) -> None:
+    sheet = tmp_path / "tags.tsv"
+    sheet.write_text("file\tmood\nana/jump_1\thappy\n")
+    assert base.import_words(sheet) == ImportReport(1)
+    assert [c.words for c in base.captions("ana/jump_1")] == ["she jumps"]
+    assert base.captures("mood=happy")[0].name == "ana/jump_1"
 
 
 def test_a_tag_named_like_a_word_of_filters_is_quoted_there(base: MotionDB) -> None:

@@ -35,35 +35,10 @@ print(digest.hexdigest())
 """
 
 
-def captures_of(table: SegmentTable) -> list[slice]:
-    new = np.flatnonzero(np.diff(table.capture_ids, prepend=-1))
-    return [slice(a, b) for a, b in zip(new, [*new[1:], len(table.symbols)])]
-
-
 @pytest.fixture(scope="module")
 def table(learned_file: Path) -> SegmentTable:
     with motiondb.open(learned_file, read_only=True) as db:
         return store.load_segments(db.store)
-
-
-def test_stored_segments_tile_every_capture(learned_file: Path, table: SegmentTable) -> None:
-    """A1: no gap, no overlap, from the first frame to the last, in frames of the motion."""
-    with motiondb.open(learned_file, read_only=True) as db:
-        lengths = {i.capture_id: i.motion_frames for i in db.captures() if i.kind == "captured"}
-    assert set(table.capture_ids.tolist()) == set(lengths)
-    for part in captures_of(table):
-        starts, ends = table.starts[part], table.ends[part]
-        assert starts[0] == 0
-        assert ends[-1] == lengths[int(table.capture_ids[part][0])]
-        np.testing.assert_array_equal(starts[1:], ends[:-1])
-        assert np.all(ends > starts)
-
-
-def test_stored_symbols_are_the_likeliest(table: SegmentTable) -> None:
-    """A2: arg-max, ties to the lowest number, with its log-likelihood."""
-    np.testing.assert_array_equal(table.symbols, table.scores.argmax(axis=1))
-    rows = np.arange(len(table.symbols))
-    np.testing.assert_allclose(table.log_likelihoods, table.scores[rows, table.symbols], rtol=1e-6)
 
 
 def test_every_symbol_wins_and_is_left_to_right(learned_file: Path, table: SegmentTable) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 import motiondb
 from motiondb.database.catalogue.parts import cut_clip
-from motiondb.errors import MotionDBError, NotLearnedError
+from motiondb.errors import MotionDBError, NotLearnedError, QueryError
 from motiondb.files import read_capture
 from motiondb.learn.recognition import LearnSettings
 
@@ -125,3 +125,17 @@ def test_what_is_added_after_learning_is_found_or_named(tmp_path: Path, some: Pa
         db.learn()
         assert {m.capture for m in db.search("bow").matches} == {"bow_1", "kick_1", "punch_1"}
         assert db.unlearned() == []
+
+
+def test_all_removed_and_added_again(learned_copy: Path, samples_folder: Path) -> None:
+    with motiondb.open(learned_copy) as db:
+        db.remove([info.name for info in db.captures()])
+        report = db.add(samples_folder / "ana" / "bow_1.bvh")
+        assert report.added == ("bow_1",)
+        assert [match.capture for match in db.like("bow_1", limit=1)] == ["bow_1"]
+        assert db.check() == []
+        with pytest.raises(QueryError, match="walk"):
+            db.search("walk")
+        with pytest.raises(QueryError):
+            db.generate("walk")
+        assert all(d.words == () for d in db.describe("bow_1"))
