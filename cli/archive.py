@@ -8,26 +8,22 @@ from typing import Annotated
 
 import typer
 
+import motiondb
+from motiondb import answers
 from motiondb.cli import options, printing
+
+app = options.Commands()
+tagging = options.Commands(
+    name="tags",
+    help="Tags of captures: performer, licence and any others.",
+    invoke_without_command=True,
+)
+app.add_typer(tagging)
 
 MOST_LISTED = 20  # Names that a question lists
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands to the app."""
-    app.command()(remove)
-    app.command()(undo)
-    app.command()(rename)
-    app.command()(merge)
-    app.command()(backup)
-    group = options.Commands(
-        help="Tags of captures: performer, licence and any others.", invoke_without_command=True
-    )
-    group.callback()(tags)
-    group.command("set")(set_tags)
-    app.add_typer(group, name="tags")
-
-
+@app.command()
 def remove(
     shared: options.Shared,
     names: Annotated[
@@ -40,25 +36,20 @@ def remove(
 
     With --where, the captures are listed and a question is asked, unless --yes is given.
     """
-    from motiondb import QueryError
-    from motiondb.answers.catalogue import Removed
-
     if not names and not where.strip():
-        raise QueryError("remove: expected names of captures or --where, found neither.")
+        raise motiondb.QueryError("remove: expected names of captures or --where, found neither.")
     with shared.database(writing=True) as base:
         if where.strip():
             found = [info.name for info in base.captures(where, exact=True)]
             if found and not yes and not _is_sure(found):
                 raise typer.Exit(1)
         gone = base.remove(names or (), where)
-    if not printing.as_json(shared, Removed(gone)):
+    if not printing.as_json(shared, answers.Removed(gone)):
         printing.say(f"removed {_listed(gone)}" if gone else "no capture matches")
 
 
 def _is_sure(names: list[str]) -> bool:
     """List captures that will be removed, and ask whether they should be."""
-    from motiondb import QueryError
-
     for name in names[:MOST_LISTED]:
         printing.warn(f"  {name}")
     if len(names) > MOST_LISTED:
@@ -66,7 +57,7 @@ def _is_sure(names: list[str]) -> bool:
     try:
         return typer.confirm(f"Remove {printing.number(len(names), 'capture')}?", err=True)
     except typer.Abort:  # the end of the input, or Ctrl-C
-        raise QueryError(
+        raise motiondb.QueryError(
             "remove: expected yes or no, found no answer. Remove them with --yes."
         ) from None
 
@@ -77,6 +68,7 @@ def _listed(names: Sequence[str]) -> str:
     return f"{', '.join(names[:MOST_LISTED])}{more}"
 
 
+@app.command()
 def undo(
     shared: options.Shared,
     run: Annotated[
@@ -106,6 +98,7 @@ def undo(
     printing.say(f"  to have it again: motiondb undo {done.run}")
 
 
+@app.command()
 def rename(
     shared: options.Shared,
     old: Annotated[
@@ -120,11 +113,9 @@ def rename(
     ],
 ) -> None:
     """Give a capture another name, or all that are in a folder or fit a pattern."""
-    from motiondb.answers.catalogue import Renamed
-
     with shared.database(writing=True) as base:
         renamed = base.rename(old, new)
-    if printing.as_json(shared, Renamed(renamed)):
+    if printing.as_json(shared, answers.Renamed(renamed)):
         return
     for before, after in renamed.items():
         printing.say(f"{before} is now {after}")
@@ -132,21 +123,18 @@ def rename(
         printing.say("nothing to rename")
 
 
+@app.command()
 def merge(
     shared: options.Shared,
     other: Annotated[Path, typer.Argument(metavar="OTHER", help="Another database.")],
-    prefix: Annotated[
-        str, typer.Option("--prefix", help="Put this before every new name, such as studio2/.")
-    ] = "",
+    prefix: options.Prefix = "",
 ) -> None:
     """Take over the captures of another database, with words, tags, events and provenance.
 
     Files with the same content are the same capture. What is not taken over is said; captures whose
     names are taken are left out (exit 1).
     """
-    from motiondb import MotionDB
-
-    MotionDB.check_merge(other, prefix, shared.wait)
+    motiondb.MotionDB.check_merge(other, prefix, shared.wait)
     with (
         shared.database(writing=True, create=True) as base,
         printing.progress(shared) as tell,
@@ -162,20 +150,20 @@ def merge(
     printing.refuse(report.problems)
 
 
+@app.command()
 def backup(
     shared: options.Shared,
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The copy, a new file.")],
 ) -> None:
     """Copy the database into a new file while others use it, and check the copy."""
-    from motiondb.answers.catalogue import BackedUp
-
     with shared.database() as base:
         base.backup(file)
     n_bytes = file.stat().st_size
-    if not printing.as_json(shared, BackedUp(file, n_bytes)):
+    if not printing.as_json(shared, answers.BackedUp(file, n_bytes)):
         printing.say(f"{file}: {n_bytes / 1e6:.1f} MB, checked")
 
 
+@tagging.callback()
 def tags(context: typer.Context, shared: options.Shared) -> None:
     """List the tags with their number of captures and of different values."""
     if context.invoked_subcommand is not None:
@@ -184,10 +172,12 @@ def tags(context: typer.Context, shared: options.Shared) -> None:
         rows = base.tag_rows()
     if printing.as_json(shared, rows):
         return
-    table = [[row.tag, str(row.captures), str(row.values)] for row in rows]
-    printing.print_table("", ["tag", "captures", "values"], table)
+    printing.print_table(
+        ["tag", "captures", "values"], [[row.tag, row.captures, row.values] for row in rows]
+    )
 
 
+@tagging.command("set")
 def set_tags(
     shared: options.Shared,
     items: Annotated[
@@ -201,19 +191,16 @@ def set_tags(
     where: options.Where = "",
 ) -> None:
     """Set tags of one capture, or of all that match --where."""
-    from motiondb import QueryError
-    from motiondb.answers.catalogue import TagsSet
-
     names = [] if where.strip() else items[:1]
     pairs = [item.partition("=") for item in items[len(names) :]]
     if not pairs or not all(key and sign for key, sign, _ in pairs):
         wrong = next((key for key, sign, _ in pairs if not (key and sign)), "none")
-        raise QueryError(
+        raise motiondb.QueryError(
             f"tags set: expected {'' if where else 'a capture, then '}TAG=VALUE, found {wrong}."
         )
     given = {key: value for key, _, value in pairs}
     with shared.database(writing=True) as base:
         changed = base.set_tags(given, names, where)
-    if not printing.as_json(shared, TagsSet(given, changed)):
+    if not printing.as_json(shared, answers.TagsSet(given, changed)):
         told = ", ".join(f"{key}={value}" for key, value in given.items())
         printing.say(f"{told}: {printing.number(len(changed), 'capture')} changed")

@@ -8,14 +8,14 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
+import motiondb
 from motiondb.cli import options, printing
 
-if TYPE_CHECKING:
-    from motiondb import ExampleAnswer, MotionDB, WordAnswer
+app = options.Commands()
 
 COLUMNS = ("question", "like", "start", "end", "where", "limit")
 
@@ -23,11 +23,6 @@ HEADER = (
     *("line", "question", "rank", "capture", "start", "end"),
     *("score", "probability", "matches_anything"),
 )
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command to the app."""
-    app.command()(batch)
 
 
 @dataclass(frozen=True)
@@ -44,6 +39,7 @@ class _Question:
     fault: str = ""  # Why the line is no question
 
 
+@app.command()
 def batch(
     shared: options.Shared,
     file: Annotated[
@@ -64,11 +60,11 @@ def batch(
     that begin with # are left out. A question that cannot be answered is named, and the exit code
     is 1 then.
     """
-    from motiondb import MotionDBError
-
     questions = list(_read(file))
     if not questions:
-        raise MotionDBError(f"{file}: expected a question in a line, found none. Write some.")
+        raise motiondb.MotionDBError(
+            f"{file}: expected a question in a line, found none. Write some."
+        )
     problems = []
     with shared.database() as base:
         printing.note_unlearned(base)
@@ -78,7 +74,7 @@ def batch(
             asked = " and ".join(f"({f})" for f in (where, each.where) if f.strip())
             try:
                 answer = _answer(base, each, asked, each.limit or limit, exact)
-            except MotionDBError as error:
+            except motiondb.MotionDBError as error:
                 problems.append(f"{file}:{each.line}: {error}")
                 _print_line(shared, each, {"error": str(error)})
                 continue
@@ -90,22 +86,18 @@ def batch(
 
 
 def _answer(
-    base: MotionDB, each: _Question, where: str, limit: int, exact: bool
-) -> WordAnswer | ExampleAnswer:
-    from motiondb import QueryError
-
+    base: motiondb.MotionDB, each: _Question, where: str, limit: int, exact: bool
+) -> motiondb.WordAnswer | motiondb.ExampleAnswer:
     if each.fault:
-        raise QueryError(each.fault)
+        raise motiondb.QueryError(each.fault)
     if each.is_example:
         return base.like(each.text, each.start, each.end, where, limit, exact=exact)
     return base.search(each.text, where, limit, exact=exact)
 
 
 def _facts(answer: Any, is_example: bool) -> dict[str, Any]:  # noqa: ANN401  of either kind
-    from motiondb import like_answer, search_answer, to_json
-
-    facts: dict[str, Any] = to_json(
-        like_answer(answer) if is_example else search_answer(answer, False)
+    facts: dict[str, Any] = motiondb.to_json(
+        motiondb.like_answer(answer) if is_example else motiondb.search_answer(answer, False)
     )
     return facts
 
@@ -117,7 +109,7 @@ def _print_line(shared: options.Shared, each: _Question, facts: dict[str, Any]) 
         printing.say(json.dumps({"line": each.line, **asked, **facts}))
 
 
-def _print_rows(each: _Question, answer: WordAnswer | ExampleAnswer) -> None:
+def _print_rows(each: _Question, answer: motiondb.WordAnswer | motiondb.ExampleAnswer) -> None:
     """Print the matches of a question as rows of TSV; a question without any has one row."""
     sure = "no" if answer.nothing else "yes"
     head = [str(each.line), _cell(each.text)]
@@ -135,9 +127,7 @@ def _cell(text: str) -> str:
 
 def _read(file: Path) -> Iterator[_Question]:
     """The questions of a file; a header with the column question or like makes it TSV."""
-    from motiondb import QueryError, read_user_text
-
-    text = read_user_text(file, "a file of questions")
+    text = motiondb.read_user_text(file, "a file of questions")
     lines = [
         (number, line)
         for number, line in enumerate(text.split("\n"), start=1)
@@ -149,7 +139,7 @@ def _read(file: Path) -> Iterator[_Question]:
     wrong = [name for name in header if name not in COLUMNS]
     is_asked = bool({"question", "like"} & set(header))
     if {"question", "like"} & {name.strip(' "').lower() for name in first.split(";")} - {*header}:
-        raise QueryError(
+        raise motiondb.QueryError(
             f"{file}:{lines[0][0]}: expected columns divided by commas or tabs, found semicolons. "
             "Save the sheet as TSV, or as CSV with commas."
         )
@@ -157,7 +147,7 @@ def _read(file: Path) -> Iterator[_Question]:
         yield from (_Question(number, line.strip()) for number, line in lines)
         return
     if wrong or len(set(header)) < len(header) or not is_asked:
-        raise QueryError(
+        raise motiondb.QueryError(
             f"{file}:{lines[0][0]}: expected any of the columns {', '.join(COLUMNS)}, each once, "
             f"found {', '.join(header)}."
         )

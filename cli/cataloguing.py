@@ -8,26 +8,18 @@ from typing import Annotated, Any
 
 import typer
 
+import motiondb
+from motiondb import answers
 from motiondb.cli import options, printing
 
-Unit = Annotated[
-    str | None, typer.Option("--unit", help="Length unit: m, cm, mm, inch or a number.")
-]
+app = options.Commands()
+fetching = options.Commands(
+    name="fetch", help="Download captures from public databases.", no_args_is_help=True
+)
+app.add_typer(fetching)
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands to the app."""
-    app.command()(add)
-    app.command()(show)
-    app.command()(export)
-    app.command()(joints)
-    fetching = options.Commands(
-        help="Download captures from public databases.", no_args_is_help=True
-    )
-    fetching.command("cmu")(fetch_cmu)
-    app.add_typer(fetching, name="fetch")
-
-
+@app.command()
 def add(
     shared: options.Shared,
     folders: Annotated[
@@ -44,14 +36,15 @@ def add(
     events: Annotated[
         Path | None, typer.Option("--events", help="A sheet of events (TSV or CSV).")
     ] = None,
-    unit: Unit = None,
+    unit: Annotated[
+        str | None, typer.Option("--unit", help="Length unit: m, cm, mm, inch or a number.")
+    ] = None,
     fps: Annotated[
         float | None,
         typer.Option(
             "--fps",
             min=1.0,
             max=10_000.0,
-            callback=options.finite,
             help="Frames per second, in place of the rates in the files.",
         ),
     ] = None,
@@ -74,7 +67,6 @@ def add(
             "--time-limit",
             min=0.1,
             max=1e6,
-            callback=options.finite,
             help="Seconds allowed for a file of up to 10 MB; larger files get proportionally more.",
         ),
     ] = 60.0,
@@ -84,16 +76,13 @@ def add(
             "--memory-limit",
             min=0.01,
             max=1e4,
-            callback=options.finite,
             help="Largest size in memory of the clip of a file, in gigabytes.",
         ),
     ] = 0.4,
     jobs: Annotated[
         int, typer.Option("--jobs", min=1, max=1024, help="Processes that read files.")
     ] = 2,
-    prefix: Annotated[
-        str, typer.Option("--prefix", help="Put this before every name, such as studio2/.")
-    ] = "",
+    prefix: options.Prefix = "",
     replacing: Annotated[
         bool,
         typer.Option(
@@ -112,25 +101,15 @@ def add(
     cluster: options.Cluster = None,
 ) -> None:
     """Add captures, with captions and events of sheets; files with faults are left out (exit 1)."""
-    from motiondb import (
-        AddSettings,
-        ReadLimits,
-        check_captures,
-        read_joint_map,
-        unit_from_name,
-    )
-    from motiondb.answers.catalogue import AddAnswer
-    from motiondb.answers.plain import extended
-
     for folder in folders:
-        check_captures(folder)
-    settings = AddSettings(
-        unit=unit_from_name(unit) if unit else None,
+        motiondb.check_captures(folder)
+    settings = motiondb.AddSettings(
+        unit=motiondb.unit_from_name(unit) if unit else None,
         fps=fps,
         skip_bad_frames=skip_bad_frames,
-        joint_map=read_joint_map(joint_map) if joint_map else {},
+        joint_map=motiondb.read_joint_map(joint_map) if joint_map else {},
         jobs=jobs,
-        limits=ReadLimits(seconds=time_limit, memory=int(memory_limit * 1e9)),
+        limits=motiondb.ReadLimits(seconds=time_limit, memory=int(memory_limit * 1e9)),
         keep_implausible=keep_implausible,
         outside_skeletons=outside_skeletons,
         prefix=prefix,
@@ -145,7 +124,9 @@ def add(
         report = base.add(folders, words, settings, tell, events, workers)
         total, drift = len(base.captures()), base.drift()
         wordless = bool(total) and not base.all_captions() and base.start_facts() is None
-    if not printing.as_json(shared, extended(AddAnswer, report, captures=total, drift=drift)):
+    if not printing.as_json(
+        shared, answers.extended(answers.AddAnswer, report, captures=total, drift=drift)
+    ):
         printing.say(
             f"{printing.number(len(report.added), 'capture')} added ({report.seconds:.0f} s of "
             f"motion), {len(report.known)} already there, "
@@ -166,15 +147,14 @@ def add(
                 printing.say(f"  {name} is the same file as {known}")
         printing.print_notes(report.notes)
         printing.note_drift(drift)
-        _offer_start(wordless and bool(report.added))
+        if wordless and report.added:
+            _offer_start()
     printing.refuse(report.problems)
 
 
-def _offer_start(wordless: bool) -> None:
+def _offer_start() -> None:
     """Print advice for captures without captions."""
-    from motiondb import shipped_starts
-
-    for start in shipped_starts() if wordless else ():
+    for start in motiondb.shipped_starts():
         printing.say(
             f"  no captions were added: motiondb learn --start {start['name']} provides "
             f"{start['words']} words, learned from {start['captions']} described captures of "
@@ -193,9 +173,10 @@ def _note_performers(count: int) -> None:
         )
 
 
+@app.command()
 def show(
     shared: options.Shared,
-    name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
+    name: options.CaptureName,
     png: options.Png = None,
     gif: Annotated[
         Path | None,
@@ -222,9 +203,7 @@ def show(
         if gif:
             base.animate(name, gif, start, end)
         if html:
-            from motiondb import StandalonePage
-
-            printing.write_html(html, StandalonePage.of_capture(base, name))
+            printing.write_html(html, motiondb.StandalonePage.of_capture(base, name))
     if printing.as_json(shared, replace(facts, png=png, gif=gif)):
         return
     shown: dict[str, Any] = {}
@@ -260,9 +239,11 @@ def _flat(value: dict[str, object]) -> str:
     return ", ".join(f"{k} {v}" for k, v in value.items() if v is not None)
 
 
+@app.command()
 def export(
     shared: options.Shared,
-    name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
+    changes: options.Changes,
+    name: options.CaptureName,
     output: Annotated[
         Path,
         typer.Option(
@@ -278,28 +259,19 @@ def export(
     canonical: Annotated[
         bool, typer.Option("--canonical", help="Write the canonical body at 30 frames a second.")
     ] = False,
-    unit: options.OutUnit = None,
-    fps: options.OutFps = None,
-    loop: options.Loop = False,
-    in_place: options.InPlace = False,
-    mirror: options.Mirror = False,
-    onto: options.Onto = None,
-    joint_map: options.RigMap = None,
 ) -> None:
     """Write a capture to a file; in its original format, the file is the added one.
 
     With an option that changes the motion, or a part of it, a new file is written.
     """
-    from motiondb import unit_from_name
-
-    changes = options.motion_changes(unit, fps, loop, in_place, mirror, onto, joint_map)
+    asked = changes.read()
     with shared.database() as base:
-        exported = base.export(name, output, start, end, canonical, changes)
+        exported = base.export(name, output, start, end, canonical, asked)
     if printing.as_json(shared, exported):
         return
     what = "the added file" if exported.is_added_file else f"in {exported.unit}"
     if exported.unit == "cmu" and not exported.is_added_file:
-        what += f", which is {unit_from_name('cmu'):.4f} m; --unit cm for centimetres"
+        what += f", which is {motiondb.unit_from_name('cmu'):.4f} m; --unit cm for centimetres"
     printing.say(
         f"{exported.capture} written to {exported.output}: "
         f"{printing.number(exported.frames, 'frame')} at {exported.fps:g} a second, {what}"
@@ -310,6 +282,7 @@ def export(
         printing.say(f"  {line}")
 
 
+@app.command()
 def joints(
     shared: options.Shared,
     name: Annotated[
@@ -330,13 +303,11 @@ def joints(
 
     The joint map that -o writes is for add and export --onto (--joint-map).
     """
-    from motiondb import propose_joints
-
     if Path(name).is_file():
-        found = propose_joints(name, output)
+        found = motiondb.propose_joints(name, output)
     else:
         with shared.database() as base:
-            found = propose_joints(base.clip(name), output, name)
+            found = motiondb.propose_joints(base.clip(name), output, name)
     if printing.as_json(shared, found):
         return
     how = "known names" if found.is_known else "names of no convention: these roles are a proposal"
@@ -351,16 +322,15 @@ def joints(
 
 def _accepts() -> bool:
     """Ask whether the user accepts the terms."""
-    from motiondb import QueryError
-
     try:
         return typer.confirm("Do you accept these terms?", err=True)
     except typer.Abort:  # the end of the input, or Ctrl-C
-        raise QueryError(
+        raise motiondb.QueryError(
             "terms: expected yes or no, found no answer. Accept them with --yes."
         ) from None
 
 
+@fetching.command("cmu")
 def fetch_cmu(
     shared: options.Shared,
     subjects: Annotated[
@@ -382,21 +352,19 @@ def fetch_cmu(
             "--deadline",
             min=1.0,
             max=1e6,
-            callback=options.finite,
             help="Seconds for the whole download.",
         ),
     ] = 21_600.0,
 ) -> None:
     """Download captures and captions of the CMU Graphics Lab database, and add them."""
-    import motiondb
-    from motiondb import CMU_TERMS, CMU_URL, FetchLimits, FetchSettings
-
-    printing.warn(*CMU_TERMS.split("\n"))
+    printing.warn(*motiondb.CMU_TERMS.split("\n"))
     if not yes and not _accepts():
         raise typer.Exit(2)
     wanted = [s.strip() for s in subjects.split(",") if s.strip()]
     with printing.progress(shared) as tell:
-        settings = FetchSettings(base_url or CMU_URL, limits=FetchLimits(seconds=deadline))
+        settings = motiondb.FetchSettings(
+            base_url or motiondb.CMU_URL, limits=motiondb.FetchLimits(seconds=deadline)
+        )
         report = motiondb.fetch_cmu(
             wanted,
             folder,

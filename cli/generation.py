@@ -4,28 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+import motiondb
+from motiondb import answers
 from motiondb.cli import options, printing
 
-if TYPE_CHECKING:
-    from motiondb import Generated, JudgedAction
-    from motiondb.answers.making import WrittenMotion
+app = options.Commands()
 
 FPS = 30.0  # Frames per second of generated motion
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command to the app."""
-    app.command()(generate)
-    app.command()(join)
-
-
+@app.command()
 def generate(
     shared: options.Shared,
+    changes: options.Changes,
     words: Annotated[str, typer.Argument(help='A sentence, such as "a person walks then kicks".')],
     output: options.Output,
     seed: options.Seed = 0,
@@ -38,81 +33,67 @@ def generate(
     variants: Annotated[
         int, typer.Option("--variants", help="Most different motions: FILE-1, FILE-2, ...", min=1)
     ] = 1,
-    save: Annotated[
-        str | None, typer.Option("--save", help="Also save it as a capture of this name.")
-    ] = None,
+    save: options.SaveAs = None,
     png: options.Png = None,
     html: options.Html = None,
-    unit: options.OutUnit = None,
-    fps: options.OutFps = None,
-    loop: options.Loop = False,
-    in_place: options.InPlace = False,
-    mirror: options.Mirror = False,
-    onto: options.Onto = None,
-    joint_map: options.RigMap = None,
 ) -> None:
     """Generate a motion from a sentence, and say which of its actions the motion shows.
 
     A file beside it names its sources. The exit code is 1 if an action is not shown, or cannot be
     confirmed.
     """
-    changes = options.motion_changes(unit, fps, loop, in_place, mirror, onto, joint_map)
+    asked = changes.read()
     with (
         shared.database(writing=save is not None) as base,
         printing.progress(shared) as tell,
     ):
         tell("generating", 0.0, 1.0)
-        names = _numbered(variants, output, save, png)
-        for path, name, picture in names:
-            options.output_name(path)
-            options.output_name(picture)
-            if name is not None:
-                base.check_name_free(name)
-        motions = base.generate_variants(words, variants, seed, method, exact, anyway, changes)
+        numbers = range(1, variants + 1) if variants > 1 else [0]
+        for n in numbers:
+            options.output_name(options.numbered(output, n))
+            options.output_name(png and options.numbered(png, n))
+            if save is not None:
+                base.check_name_free(f"{save}-{n}" if n else save)
+        motions = base.generate_variants(words, variants, seed, method, exact, anyway, asked)
         facts = []
-        for number, (made, (path, name, picture)) in enumerate(zip(motions, names), 1):
-            facts.append(replace(made.write(path, changes.of_file), capture=name))
-            if picture is not None:
-                made.draw(picture)
+        for n, made in zip(numbers, motions):
+            name = f"{save}-{n}" if n and save is not None else save
+            written = made.write(options.numbered(output, n), asked.of_file)
+            facts.append(replace(written, capture=name))
+            if png is not None:
+                made.draw(options.numbered(png, n))
             if html is not None:
-                from motiondb import StandalonePage
-
-                page = html if variants == 1 else options.numbered(html, number)
-                printing.write_html(page, StandalonePage.of_generated(base, made, name or ""))
+                page = motiondb.StandalonePage.of_generated(base, made, name or "")
+                printing.write_html(options.numbered(html, n), page)
             if name is not None:  # last, so that nothing is saved if a file cannot be written
                 base.save_generated(name, words, made, made.seed)
-    printing.note_taken(motions[0].taken, motions[0].suggested, motions[0].unknown)
+    printing.note_words(motions[0])
     printing.note_sources(motions[0].sources)
     _print_generated(shared, motions, facts, variants)
     if not all(made.shows_all for made in motions):
         raise typer.Exit(1)
 
 
+@app.command()
 def join(
     shared: options.Shared,
+    changes: options.Changes,
     parts: Annotated[
         list[str],
         typer.Argument(metavar="CAPTURE:FROM-TO...", help="Parts in order, times in seconds."),
     ],
     output: options.Output,
     png: options.Png = None,
-    unit: options.OutUnit = None,
-    fps: options.OutFps = None,
-    loop: options.Loop = False,
-    in_place: options.InPlace = False,
-    mirror: options.Mirror = False,
-    onto: options.Onto = None,
-    joint_map: options.RigMap = None,
 ) -> None:
     """Join parts of captures, such as `walk:0-2 kick:1-3`, with the blending of generate.
 
     A file beside it names its sources. Each seam is reported.
     """
-    changes = options.motion_changes(unit, fps, loop, in_place, mirror, onto, joint_map)
+    asked = changes.read()
     with shared.database() as base:
         options.output_name(output)
-        joined = base.join(parts, changes)
-        facts = joined.write(output, changes.of_file)
+        joined = base.join(parts, asked)
+        facts = joined.write(output, asked.of_file)
         if png is not None:
             joined.draw(png)
     if not printing.as_json(shared, facts):
@@ -131,33 +112,15 @@ def join(
         printing.say(f"every frame's origin: {facts.provenance}")
 
 
-def _numbered(
-    number: int, output: Path, save: str | None, png: Path | None
-) -> list[tuple[Path, str | None, Path | None]]:
-    """Files and names of the variants: as given for one, with -1, -2, ... for several."""
-    if number == 1:
-        return [(output, save, png)]
-    return [
-        (
-            options.numbered(output, n),
-            None if save is None else f"{save}-{n}",
-            None if png is None else options.numbered(png, n),
-        )
-        for n in range(1, number + 1)
-    ]
-
-
 def _print_generated(
     shared: options.Shared,
-    motions: Sequence[Generated],
-    facts: Sequence[WrittenMotion],
+    motions: Sequence[motiondb.Generated],
+    facts: Sequence[answers.WrittenMotion],
     asked: int,
 ) -> None:
     """Print the motions as text, or as JSON: one object, or ``variants`` if more were asked for."""
-    from motiondb.answers.making import Variants
-
     first = motions[0]
-    several = Variants(all(made.shows_all for made in motions), asked, list(facts))
+    several = answers.Variants(all(made.shows_all for made in motions), asked, list(facts))
     if printing.as_json(shared, facts[0] if asked == 1 else several):
         return
     not_used = {left: None for made in motions for left in made.not_used}
@@ -182,7 +145,7 @@ def _say_fewer(number: int, asked: int, took_all_places: bool) -> str:
     return f"{number} of {asked} written: {why}"
 
 
-def _print_one(made: Generated, facts: WrittenMotion) -> None:
+def _print_one(made: motiondb.Generated, facts: answers.WrittenMotion) -> None:
     printing.say(
         f"{facts.seconds:.2f} s of motion written to {facts.output} "
         f"({made.method}, seed {made.seed})"
@@ -198,7 +161,7 @@ def _print_one(made: Generated, facts: WrittenMotion) -> None:
     printing.say(f"every frame's origin: {facts.provenance}")
 
 
-def _say_smoothness(facts: WrittenMotion) -> str:
+def _say_smoothness(facts: answers.WrittenMotion) -> str:
     """Slip, float and jumps of a motion, each beside those of its sources where it has any."""
     of = facts.smoothness
 
@@ -219,7 +182,7 @@ def _say_smoothness(facts: WrittenMotion) -> str:
     )
 
 
-def _say_shown(one: JudgedAction) -> str:
+def _say_shown(one: motiondb.JudgedAction) -> str:
     """One action: its interval, whether it is shown, and the words that its motion resembles."""
     place = f"{one.start / FPS:.2f}-{one.end / FPS:.2f} s  " if one.end > one.start else ""
     said = {True: "shown", False: "not shown", None: "not sure"}[one.shown]

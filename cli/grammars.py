@@ -1,37 +1,27 @@
-"""Commands grammar learn, list, show, compare and remove."""
+"""Commands of grammars: learn, list, show, compare, remove; rules, rename, undo: edits by hand."""
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from motiondb.cli import options, printing
+import motiondb
+from motiondb import answers
+from motiondb.cli import options, parsing, printing, sequences
 
-if TYPE_CHECKING:
-    from motiondb import GrammarAnswer, GrammarSize
-
-
-def register(app: typer.Typer) -> None:
-    """Add the commands to the app."""
-    from motiondb.cli import grammar_edits, parsing, sequences
-
-    group = options.Commands(
-        help="Grammars of movement: learn from long takes, parse, suggest, generate, edit.",
-        no_args_is_help=True,
-    )
-    group.command("learn")(learn)
-    group.command("list")(list_grammars)
-    group.command("show")(show)
-    parsing.register(group)
-    sequences.register(group)
-    grammar_edits.register(group)
-    group.command("compare")(compare)
-    group.command("remove")(remove)
-    app.add_typer(group, name="grammar")
+app = options.Commands()
+group = options.Commands(
+    name="grammar",
+    help="Grammars of movement: learn from long takes, parse, suggest, generate, edit.",
+    no_args_is_help=True,
+)
+app.add_typer(group)
 
 
+@group.command()
 def learn(
     shared: options.Shared,
     captures: Annotated[
@@ -70,16 +60,7 @@ def learn(
     seed: options.Seed = 0,
 ) -> None:
     """Learn a grammar from captures: segments, terminals, sentences, rules."""
-    from motiondb import GrammarSettings, QueryError
-    from motiondb.answers.grammars import GrammarLearnedAnswer
-    from motiondb.answers.plain import extended
-
-    if from_symbols and terminals is not None:
-        raise QueryError(
-            "--terminals: expected no number beside --from-symbols, where every motion symbol is"
-            f" a terminal, found {terminals}. Leave one of them out."
-        )
-    settings = GrammarSettings(
+    settings = motiondb.GrammarSettings(
         n_terminals=terminals,
         from_symbols=from_symbols,
         sentences=sentences,
@@ -91,28 +72,27 @@ def learn(
         learned, lost = base.grammars.learn(captures, name, settings, tell)
         facts = base.grammars.show(learned.name)
         size = base.grammars.size(learned.name)
-    if printing.as_json(shared, extended(GrammarLearnedAnswer, facts, no_longer_editable=lost)):
+    if printing.as_json(
+        shared, answers.extended(answers.GrammarLearnedAnswer, facts, no_longer_editable=lost)
+    ):
         return
     printing.say(summary(size))
     _say_list(facts)
-    _say_lost(lost)
+    _say_lost(lost, "the grammar that derived {} was removed")
 
 
-def summary(size: GrammarSize) -> str:
+def summary(size: motiondb.GrammarSize) -> str:
     """Describe a grammar in one line."""
+    number = printing.number
     return (
-        f"{size.name}: {_counted(size.captures, 'capture')} ({size.seconds:.0f} s), "
-        f"{_counted(size.segments, 'segment')} of {_counted(size.terminals, 'terminal')}, "
-        f"{_counted(size.sentences, 'sentence')}, {_counted(size.nonterminals, 'nonterminal')}, "
-        f"{_counted(size.rules, 'rule')}, {sum(size.bits.values()):.1f} bits."
+        f"{size.name}: {number(size.captures, 'capture')} ({size.seconds:.0f} s), "
+        f"{number(size.segments, 'segment')} of {number(size.terminals, 'terminal')}, "
+        f"{number(size.sentences, 'sentence')}, {number(size.nonterminals, 'nonterminal')}, "
+        f"{number(size.rules, 'rule')}, {sum(size.bits.values()):.1f} bits."
     )
 
 
-def _counted(n: int, what: str) -> str:
-    return f"{n} {what}{'s' * (n != 1)}"
-
-
-def _say_list(facts: GrammarAnswer) -> None:
+def _say_list(facts: motiondb.GrammarAnswer) -> None:
     """Print a note if the grammar only lists its sentences, with advice."""
     if not facts.derives_new:
         printing.warn(
@@ -122,21 +102,18 @@ def _say_list(facts: GrammarAnswer) -> None:
         )
 
 
-def _say_lost(lost: list[str]) -> None:
-    if lost:
-        printing.warn(
-            f"note: {', '.join(lost)} can no longer be edited: the grammar that derived "
-            f"{'it' if len(lost) == 1 else 'them'} was removed",
-        )
+def _say_lost(lost: list[str], why: str) -> None:
+    """Print which sequences can no longer be edited; {} in the reason stands for them."""
+    reason = why.format("it" if len(lost) == 1 else "them")
+    printing.note(f"{', '.join(lost)} can no longer be edited: {reason}" if lost else "")
 
 
+@group.command("list")
 def list_grammars(shared: options.Shared) -> None:
     """List the grammars."""
-    from motiondb import grammar_row
-
     with shared.database() as base:
         sizes = base.grammars.sizes()
-    if printing.as_json(shared, [grammar_row(size) for size in sizes]):
+    if printing.as_json(shared, [motiondb.grammar_row(size) for size in sizes]):
         return
     if not sizes:
         printing.say("no grammars yet: motiondb grammar learn CAPTURE...")
@@ -144,24 +121,19 @@ def list_grammars(shared: options.Shared) -> None:
         printing.say(summary(size))
 
 
+@group.command()
 def show(
     shared: options.Shared,
     name: options.GrammarName,
     png: Annotated[
         Path | None,
-        typer.Option(
-            "--png",
-            callback=options.picture_name,
-            help="Draw the trees of the sentences into this file (.png).",
-        ),
+        options.picture("Draw the trees of the sentences into this file (.png)."),
         options.WRITTEN,
     ] = None,
     strings: Annotated[
         Path | None,
-        typer.Option(
-            "--strings",
-            callback=options.picture_name,
-            help="Draw terminals, and captures as strings, into this file (.png).",
+        options.picture(
+            "Draw terminals, and captures as strings, into this file (.png).", "--strings"
         ),
         options.WRITTEN,
     ] = None,
@@ -181,7 +153,7 @@ def show(
     rows = [
         [
             t.terminal,
-            str(t.count),
+            t.count,
             f"{t.seconds:.2f}",
             "  ".join(printing.say_word(w.word, w.probability) for w in t.words),
             "  ".join(f"{s.symbol}: {s.share:.0%}" for s in t.symbols),
@@ -191,7 +163,7 @@ def show(
     ]
     columns = ["terminal", "count", "seconds", "words", "motion symbols", "medoid"]
     used = [k for k, _ in enumerate(columns) if any(row[k] for row in rows)]
-    printing.print_table("", [columns[k] for k in used], [[row[k] for k in used] for row in rows])
+    printing.print_table([columns[k] for k in used], [[row[k] for k in used] for row in rows])
     bits = {part: value for part, value in facts.bits.items() if part != "sum"}
     said = " + ".join(f"{part} {value:.1f}" for part, value in bits.items())
     printing.say(f"description: {said} = {facts.bits['sum']:.1f} bits")
@@ -201,11 +173,10 @@ def show(
                 f"note: {capture.capture} is no longer in the database: its segments cannot be "
                 "played",
             )
-    for picture in (png, strings):
-        if picture:
-            printing.say(f"picture: {picture}")
+    printing.say_pictures(png, strings)
 
 
+@group.command()
 def compare(shared: options.Shared, name: options.GrammarName, seed: options.Seed = 0) -> None:
     """Compare a grammar with the finite state machine of its sentences."""
     with shared.database() as base:
@@ -215,10 +186,10 @@ def compare(shared: options.Shared, name: options.GrammarName, seed: options.See
     table = [
         [
             row.kind,
-            str(row.nonterminals),
-            str(row.rules),
+            row.nonterminals,
+            row.rules,
             f"{row.bits:.1f}",
-            "more than 10,000" if row.strings is None else str(row.strings),
+            "more than 10,000" if row.strings is None else row.strings,
             "" if row.held_out is None else f"{row.held_out:.0%}",
             f"{row.new:.0%}",
             f"{row.outside:.0%}",
@@ -226,18 +197,8 @@ def compare(shared: options.Shared, name: options.GrammarName, seed: options.See
         ]
         for row in rows
     ]
-    columns = [
-        "grammar",
-        "nonterminals",
-        "rules",
-        "bits",
-        "strings",
-        "held out",
-        "new",
-        "outside",
-        "mean length",
-    ]
-    printing.print_table("", columns, table)
+    columns = ["grammar", "nonterminals", "rules", "bits", "strings", "held out", "new", "outside"]
+    printing.print_table([*columns, "mean length"], table)
     printing.say("held out: share of sentences that a grammar learned from the others derives")
     printing.say(
         "new: share of strings that are not sentences; outside: share that the learned "
@@ -245,13 +206,79 @@ def compare(shared: options.Shared, name: options.GrammarName, seed: options.See
     )
 
 
+@group.command()
 def remove(shared: options.Shared, name: options.GrammarName) -> None:
     """Remove a grammar; sequences that it generated stay as captures, but cannot be edited."""
-    from motiondb.answers.catalogue import Removed
-
     with shared.database(writing=True) as base:
         lost = base.grammars.remove(name)
-    if printing.as_json(shared, Removed(name, no_longer_editable=lost)):
+    if printing.as_json(shared, answers.Removed(name, no_longer_editable=lost)):
         return
     printing.say(f"{name} removed")
-    _say_lost(lost)
+    _say_lost(lost, "the grammar that derived {} was removed")
+
+
+STANDARD_INPUT = "-"
+
+
+@group.command()
+def rules(
+    shared: options.Shared,
+    name: options.GrammarName,
+    file: Annotated[
+        str | None,
+        typer.Argument(help="Text file with all rules, edited; - reads the standard input."),
+    ] = None,
+) -> None:
+    """Print the rules of a grammar as text; with a file, replace them by those of the file.
+
+    The rules must derive every sentence of the captures. motiondb grammar undo takes an edit back.
+    """
+    if file is None:
+        with shared.database() as base:
+            text = base.grammars.show(name).text
+        if not printing.as_json(shared, answers.GrammarRules(name, text)):
+            printing.say(*text.split("\n"))
+        return
+    written = _text(file)
+    with shared.database(writing=True) as base:
+        before = base.grammars.edits(name)
+        lost = base.grammars.edit_rules(name, written)
+        edited = base.grammars.edits(name) != before
+    if printing.as_json(shared, answers.GrammarEdited(name, lost)):
+        return
+    printing.say(f"{name} has the rules of {file}" if edited else f"{name} has these rules already")
+    _say_lost(lost, "the new rules do not derive {}")
+
+
+@group.command()
+def rename(
+    shared: options.Shared,
+    name: options.GrammarName,
+    terminal: Annotated[str, typer.Argument(help="Present name of a terminal.")],
+    to: Annotated[str, typer.Argument(metavar="NEW", help="New name, such as step_left.")],
+) -> None:
+    """Give a terminal of a grammar another name, also in its rules and saved sequences."""
+    with shared.database(writing=True) as base:
+        lost = base.grammars.rename_terminal(name, terminal, to)
+    if not printing.as_json(shared, answers.GrammarEdited(name, lost)):
+        printing.say(f"{terminal} of {name} is now {to}")
+
+
+@group.command()
+def undo(shared: options.Shared, name: options.GrammarName) -> None:
+    """Take the last edit of a grammar back; repeated, it goes further back."""
+    with shared.database(writing=True) as base:
+        done = base.grammars.undo_edit(name)
+    if not printing.as_json(shared, answers.GrammarEdited(name, [], done)):
+        printing.say(f"undone: {done} of {name}")
+
+
+def _text(file: str) -> str:
+    """Read a text file, or the standard input."""
+    if file == STANDARD_INPUT:
+        return sys.stdin.read()
+    return motiondb.read_user_text(Path(file), "a file of rules")
+
+
+for part in (parsing, sequences):
+    group.include(part.app)

@@ -3,30 +3,24 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+import motiondb
+from motiondb import answers
 from motiondb.cli import options, printing
 
-if TYPE_CHECKING:
-    from motiondb.answers.learning import KnowledgeAnswer, StartAnswer
+app = options.Commands()
+knowing = options.Commands(
+    name="knowledge",
+    help="Export what was learned, without motion and captions.",
+    no_args_is_help=True,
+)
+app.add_typer(knowing)
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands to the app."""
-    app.command()(check)
-    app.command()(rescue)
-    app.command()(info)
-    app.command()(compact)
-    group = options.Commands(
-        help="Export what was learned, without motion and captions.", no_args_is_help=True
-    )
-    group.command("export")(export_knowledge)
-    group.command("show")(show_knowledge)
-    app.add_typer(group, name="knowledge")
-
-
+@app.command()
 def check(
     shared: options.Shared,
     quick: Annotated[
@@ -35,19 +29,16 @@ def check(
     ] = False,
 ) -> None:
     """Check the database for faults; exit 1 if there are any."""
-    from motiondb import check_file
-
-    faults = check_file(shared.db, wait=shared.wait, quick=quick)
+    faults = motiondb.check_file(shared.db, wait=shared.wait, quick=quick)
     if shared.json:
-        from motiondb.answers.catalogue import Faults
-
-        printing.as_json(shared, Faults(faults))
+        printing.as_json(shared, answers.Faults(faults))
     elif not faults:
         said = "no faults found; motions, scores and stored files were not read"
         printing.say(f"{shared.db}: {said}" if quick else f"{shared.db} is sound")
     printing.refuse(faults)
 
 
+@app.command()
 def rescue(
     shared: options.Shared,
     file: Annotated[
@@ -58,8 +49,6 @@ def rescue(
     ] = Path("rescued.duckdb"),
 ) -> None:
     """Save every readable capture of a damaged database into a new file; exit 1 if any is lost."""
-    import motiondb
-
     report = motiondb.rescue(file or shared.db, output, wait=shared.wait)
     if not printing.as_json(shared, report):
         saved = printing.number(len(report.captures), "capture")
@@ -72,14 +61,14 @@ def rescue(
         raise typer.Exit(1)
 
 
+@app.command()
 def info(shared: options.Shared) -> None:
     """Show what the database contains and the commands that changed it."""
-    from motiondb.answers.catalogue import InfoAnswer
-    from motiondb.answers.plain import extended
-
     with shared.database() as base:
         facts, runs, drift = base.info(), base.runs(), base.drift()
-    if printing.as_json(shared, extended(InfoAnswer, facts, drift=drift, runs=runs)):
+    if printing.as_json(
+        shared, answers.extended(answers.InfoAnswer, facts, drift=drift, runs=runs)
+    ):
         return
     for key, value in vars(facts).items():
         if key.endswith("bytes"):
@@ -102,16 +91,15 @@ def info(shared: options.Shared) -> None:
     printing.note_drift(drift)
 
 
+@app.command()
 def compact(shared: options.Shared) -> None:
     """Rewrite the database file without the space of removed rows."""
-    import motiondb
-    from motiondb.answers.catalogue import Compacted
-
     before, after = motiondb.compact(shared.db, wait=shared.wait)
-    if not printing.as_json(shared, Compacted(before, after)):
+    if not printing.as_json(shared, answers.Compacted(before, after)):
         printing.say(f"{before / 1e6:.1f} MB before, {after / 1e6:.1f} MB after")
 
 
+@knowing.command("export")
 def export_knowledge(
     shared: options.Shared,
     file: Annotated[
@@ -127,18 +115,18 @@ def export_knowledge(
     ] = "",
 ) -> None:
     """Write the learned model, without motion and captions (see learn --start)."""
-    from motiondb.answers.learning import ExportedKnowledge, knowledge_answer
-    from motiondb.answers.plain import extended
-
     with shared.database() as base:
-        facts = knowledge_answer(base.export_knowledge(file, name, credit))
+        facts = answers.knowledge_answer(base.export_knowledge(file, name, credit))
     n_bytes = file.stat().st_size
-    if printing.as_json(shared, extended(ExportedKnowledge, facts, file=file, bytes=n_bytes)):
+    if printing.as_json(
+        shared, answers.extended(answers.ExportedKnowledge, facts, file=file, bytes=n_bytes)
+    ):
         return
     printing.say(f"{file}: {n_bytes / 1e6:.2f} MB, {say_origin(facts)}")
     printing.say(f"Start from it: motiondb learn --start {file}")
 
 
+@knowing.command("show")
 def show_knowledge(
     shared: options.Shared,
     what: Annotated[
@@ -149,17 +137,15 @@ def show_knowledge(
     ] = None,
 ) -> None:
     """Show the content and origin of knowledge; a file is checked."""
-    from motiondb import load_knowledge
-    from motiondb.answers.learning import ShownKnowledge, knowledge_answer
-    from motiondb.answers.plain import extended
-
     if what is None:
         with shared.database() as base:
             knowledge = base.start_knowledge()
     else:
-        knowledge = load_knowledge(what)
-    facts = knowledge_answer(knowledge)
-    if printing.as_json(shared, extended(ShownKnowledge, facts, vocabulary=knowledge.words)):
+        knowledge = motiondb.load_knowledge(what)
+    facts = answers.knowledge_answer(knowledge)
+    if printing.as_json(
+        shared, answers.extended(answers.ShownKnowledge, facts, vocabulary=knowledge.words)
+    ):
         return
     printing.say(say_origin(facts))
     printing.say(f"sha256: {facts.sha256}")
@@ -168,7 +154,7 @@ def show_knowledge(
     printing.say(f"words: {', '.join(knowledge.words)}")
 
 
-def say_origin(facts: KnowledgeAnswer) -> str:
+def say_origin(facts: answers.KnowledgeAnswer) -> str:
     """One line on the origin of knowledge."""
     licences = ", ".join(f"{name} ({n})" for name, n in facts.licences.items())
     return (
@@ -178,7 +164,7 @@ def say_origin(facts: KnowledgeAnswer) -> str:
     )
 
 
-def print_start(first: StartAnswer) -> None:
+def print_start(first: answers.StartAnswer) -> None:
     """Print the origin of the start of a database and its share."""
     printing.say(f"Started from {say_origin(first)}.")
     if first.own_captions:

@@ -6,17 +6,15 @@ from typing import Annotated
 
 import typer
 
+import motiondb
+from motiondb import answers
 from motiondb.cli import options, printing
 from motiondb.cli.keeping import print_start
 
-
-def register(app: typer.Typer) -> None:
-    """Add the commands to the app."""
-    app.command()(learn)
-    app.command()(evaluate)
-    app.command()(symbols)
+app = options.Commands()
 
 
+@app.command()
 def learn(
     shared: options.Shared,
     n_symbols: Annotated[
@@ -42,25 +40,21 @@ def learn(
     With --start, symbols and words of other captures are used, so that a database without captions
     can be searched by words. The weight of own captions grows with their number.
     """
-    from motiondb import LearnSettings, learned_summary
-    from motiondb.answers.learning import LearnAnswer
-    from motiondb.answers.plain import extended
-
     with (
         printing.cluster(cluster) as workers,
         shared.database(writing=True) as base,
         printing.progress(shared) as tell,
     ):
-        settings = LearnSettings(n_symbols=n_symbols, seed=seed)
+        settings = motiondb.LearnSettings(n_symbols=n_symbols, seed=seed)
         drift = base.drift()
-
-        def step(what: str, share: float) -> None:
-            tell(what, share, 1.0)
-
-        learning = base.learn(settings, step, start, where, workers)
+        learning = base.learn(
+            settings, lambda what, share: tell(what, share, 1.0), start, where, workers
+        )
         first = base.start_facts()
-    size = learned_summary(learning)
-    if printing.as_json(shared, extended(LearnAnswer, size, drift=drift, start=first)):
+    size = motiondb.learned_summary(learning)
+    if printing.as_json(
+        shared, answers.extended(answers.LearnAnswer, size, drift=drift, start=first)
+    ):
         return
     number = printing.number
     printing.say(
@@ -84,6 +78,7 @@ def learn(
         )
 
 
+@app.command()
 def evaluate(
     shared: options.Shared, where: options.Where = "", cluster: options.Cluster = None
 ) -> None:
@@ -104,7 +99,7 @@ def evaluate(
         [
             score.task,
             score.measure,
-            str(score.questions),
+            score.questions,
             "-" if score.value is None else f"{score.value:.3f}",
             "-" if score.chance is None else f"{score.chance:.3f}",
         ]
@@ -114,9 +109,10 @@ def evaluate(
         f"learned from {printing.number(report.learned_from, 'capture')}, judged by "
         f"{printing.number(report.judged, 'other')} with captions"
     )
-    printing.print_table("", ["task", "measure", "questions", "value", "chance"], rows)
+    printing.print_table(["task", "measure", "questions", "value", "chance"], rows)
 
 
+@app.command()
 def symbols(shared: options.Shared, png: options.Png = None) -> None:
     """List the motion symbols with their clusters and words; --png draws their space."""
     with shared.database() as base:
@@ -126,19 +122,14 @@ def symbols(shared: options.Shared, png: options.Png = None) -> None:
     if printing.as_json(shared, rows):
         return
     printing.print_table(
-        "",
         ["symbol", "cluster", "count", "captures", "seconds", "words"],
         [
-            [
-                str(r.symbol),
-                str(r.cluster),
-                str(r.count),
-                str(r.captures),
-                f"{r.seconds:.2f}",
-                " ".join(f"{w.word} {w.probability:.2f}" for w in r.words),
-            ]
+            (r.symbol, r.cluster, r.count, r.captures, f"{r.seconds:.2f}", _say_words(r))
             for r in rows
         ],
     )
-    if png:
-        printing.say(f"picture: {png}")
+    printing.say_pictures(png)
+
+
+def _say_words(row: answers.SymbolRow) -> str:
+    return " ".join(f"{each.word} {each.probability:.2f}" for each in row.words)

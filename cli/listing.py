@@ -6,7 +6,11 @@ from typing import Annotated
 
 import typer
 
+import motiondb
+from motiondb import answers
 from motiondb.cli import options, printing
+
+app = options.Commands()
 
 LONGEST_CAPTION = 70  # Letters of captions in a table
 FILE_COLUMNS = [
@@ -23,11 +27,7 @@ FILE_COLUMNS = [
 """Columns of the catalogue in CSV; captions and tags follow."""
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command to the app."""
-    app.command("list")(list_captures)
-
-
+@app.command("list")
 def list_captures(
     shared: options.Shared,
     where: options.Where = "",
@@ -56,13 +56,11 @@ def list_captures(
     --duplicates lists groups that repeat one another, and added files that have the content of a
     capture; --faulty lists files that could not be read.
     """
-    from motiondb import QueryError, listed_capture
-
     if duplicates and faulty:
-        raise QueryError("list: expected --duplicates or --faulty, found both.")
+        raise motiondb.QueryError("list: expected --duplicates or --faulty, found both.")
     if duplicates or faulty:
         if sort or (faulty and (where or limit)):
-            raise QueryError(
+            raise motiondb.QueryError(
                 f"list: expected {'--duplicates' if duplicates else '--faulty'} without --sort"
                 f"{', --where and --limit' if faulty else ''}, found both."
             )
@@ -73,7 +71,9 @@ def list_captures(
         printing.note_filter(base, where, exact)
         captions = base.all_captions()
     shown = infos[:limit]
-    if printing.as_json(shared, (listed_capture(i, captions.get(i.capture_id, ())) for i in shown)):
+    if printing.as_json(
+        shared, (motiondb.listed_capture(i, captions.get(i.capture_id, ())) for i in shown)
+    ):
         return
     said = {i.name: "; ".join(c.words for c in captions.get(i.capture_id, ())) for i in shown}
     if as_csv:
@@ -81,7 +81,7 @@ def list_captures(
         printing.print_csv(
             [*FILE_COLUMNS, "caption", *tags],
             [
-                [str(getattr(i, column)) for column in FILE_COLUMNS]
+                [getattr(i, column) for column in FILE_COLUMNS]
                 + [said[i.name], *(i.tags.get(tag, "") for tag in tags)]
                 for i in shown
             ],
@@ -98,7 +98,7 @@ def list_captures(
         ]
         for i in shown
     ]
-    printing.print_table("", ["name", "duration", "fps", "format", "performer", "caption"], rows)
+    printing.print_table(["name", "duration", "fps", "format", "performer", "caption"], rows)
     fewer = f", {len(shown)} shown" if len(shown) < len(infos) else ""
     printing.say(f"{printing.number(len(infos), 'capture')}{fewer}")
 
@@ -118,18 +118,16 @@ def _list_faulty(shared: options.Shared, as_csv: bool) -> None:
 
 
 def _list_duplicates(shared: options.Shared, where: str, limit: int | None, as_csv: bool) -> None:
-    from motiondb.answers.catalogue import Duplicates
-
     with shared.database() as base:
         infos = {info.name: info for info in base.captures()}
         groups = base.duplicates(where)
         chosen = {info.name for info in base.captures(where)} if where.strip() else {*infos}
         files = [each for each in base.same_files() if each.capture in chosen]
-    if printing.as_json(shared, Duplicates(tuple(groups[:limit]), tuple(files[:limit]))):
+    if printing.as_json(shared, answers.Duplicates(tuple(groups[:limit]), tuple(files[:limit]))):
         return
     rows = [
         [
-            str(number) if name == group.captures[0] or as_csv else "",
+            number if name == group.captures[0] or as_csv else "",
             name,
             f"{infos[name].duration:.2f}",
             "; ".join(
@@ -145,7 +143,7 @@ def _list_duplicates(shared: options.Shared, where: str, limit: int | None, as_c
     if as_csv:
         printing.print_csv(columns, rows)
         return
-    printing.print_table("", columns, rows)
+    printing.print_table(columns, rows)
     extra = sum(len(group.captures) - 1 for group in groups)
     printing.say(f"{printing.number(len(groups), 'group')}, {extra} of the captures repeat others")
     for each in files[:limit]:

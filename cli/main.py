@@ -46,7 +46,7 @@ def make_app(name: str = "") -> options.Commands:
     )
     app.callback()(_options)
     for module in [each for each, names in COMMANDS.items() if name in names] or COMMANDS:
-        import_module(f"motiondb.cli.{module}").register(app)
+        app.include(import_module(f"motiondb.cli.{module}").app)
     return app.only(name)
 
 
@@ -100,8 +100,6 @@ def _run() -> int:
             f"{limit / 1e6:,.0f} MB. Allow more (ulimit -v)."
         )
         return 1
-    from motiondb import MotionDBError, NotLearnedError, QueryError
-
     try:
         _run_command()
     except Exception as error:
@@ -112,9 +110,9 @@ def _run() -> int:
                 "smaller parts, such as fewer captures or --jobs 1."
             )
             return 1
-        if isinstance(error, MotionDBError):
+        if isinstance(error, motiondb.MotionDBError):
             _tell(error)
-            return 2 if isinstance(error, QueryError | NotLearnedError) else 1
+            return 2 if isinstance(error, motiondb.QueryError | motiondb.NotLearnedError) else 1
         if (
             not isinstance(error, OSError)
             or error.filename is not None

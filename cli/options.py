@@ -6,20 +6,19 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from copy import copy
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, is_dataclass
 from functools import wraps
 from inspect import Parameter, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_type_hints
+from typing import Annotated, Any, TypeVar, get_args, get_type_hints
 
 import typer
 import typer.core
 from typer.main import get_command_name
+from typer.models import OptionInfo
 
+import motiondb
 from motiondb.cli import printing
-
-if TYPE_CHECKING:
-    from motiondb import MotionChanges, MotionDB
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -37,24 +36,27 @@ Exact = Annotated[
     ),
 ]
 Limit = Annotated[int, typer.Option("--limit", min=1, help="Largest number of answers.")]
+CaptureName = Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")]
 GrammarName = Annotated[str, typer.Argument(metavar="NAME", help="Name of a grammar.")]
+DiagramFile = Annotated[
+    str, typer.Argument(metavar="DIAGRAM", help="A tactics file, or one like give-and-go.")
+]
+SaveAs = Annotated[
+    str | None, typer.Option("--save", help="Also save it as a capture of this name.")
+]
+Prefix = Annotated[
+    str, typer.Option("--prefix", help="Put this before every new name, such as studio2/.")
+]
 MOST_SECONDS = 1e7  # Largest time that is accepted, seconds: some months, longer than any take
-
-
-def finite(value: float | None) -> float | None:
-    """Refuse NaN and infinity, which the ranges of options let pass."""
-    if value is not None and not math.isfinite(value):
-        raise typer.BadParameter(f"expected a finite number, found {value}.")
-    return value
 
 
 From = Annotated[
     float | None,
-    typer.Option("--from", min=0.0, max=MOST_SECONDS, callback=finite, help="Start, in seconds."),
+    typer.Option("--from", min=0.0, max=MOST_SECONDS, help="Start, in seconds."),
 ]
 To = Annotated[
     float | None,
-    typer.Option("--to", min=0.0, max=MOST_SECONDS, callback=finite, help="End, in seconds."),
+    typer.Option("--to", min=0.0, max=MOST_SECONDS, help="End, in seconds."),
 ]
 
 
@@ -62,18 +64,16 @@ WRITTEN = "written"  # Marks a parameter with a file that is written; its comman
 
 
 def numbered(path: Path, number: int) -> Path:
-    """Return the path of one of several files: NAME-NUMBER with the same ending."""
-    return path.with_name(f"{path.stem}-{number}{path.suffix}")
+    """Return the path of one of several files: NAME-NUMBER with the same ending; of 0, NAME."""
+    return path.with_name(f"{path.stem}-{number}{path.suffix}") if number else path
 
 
 def check_ending(path: Path | None, endings: Sequence[str], advice: str = "") -> None:
     """Check how the name of an output ends, before anything is computed."""
     if path is not None and path.suffix.lower() not in endings:
-        from motiondb import QueryError
-
         *most, last = endings
         expected = f"{', '.join(most)} or {last}" if most else last
-        raise QueryError(
+        raise motiondb.QueryError(
             f"{path}: expected a name that ends in {expected}, "
             f"found {path.suffix or 'no ending'!r}.{advice}"
         )
@@ -83,6 +83,12 @@ def picture_name(path: Path | None) -> Path | None:
     """Check the name of a picture."""
     check_ending(path, (".png",), " Pictures are written as PNG.")
     return output_name(path)
+
+
+def picture(about: str, name: str = "--png") -> OptionInfo:
+    """The option for a picture that shows something else than most."""
+    option: OptionInfo = typer.Option(name, callback=picture_name, help=about)
+    return option
 
 
 def animation_name(path: Path | None) -> Path | None:
@@ -95,36 +101,26 @@ def motion_name(path: Path | None) -> Path | None:
     """Check how the name of a generated motion ends; what it is, is checked by the command."""
     check_ending(path, (".bvh", ".fbx", ".glb", ".gltf", ".usd", ".usda", ".usdc"))
     if path is not None:
-        from motiondb import check_motion_file
-
-        check_motion_file(path)
+        motiondb.check_motion_file(path)
     return path
 
 
 def output_name(path: Path | None) -> Path | None:
     """Check that the name of an output may be written, before anything is computed."""
     if path is not None:
-        from motiondb import check_overwriting
-
-        check_overwriting(path)
+        motiondb.check_overwriting(path)
     return path
 
 
-Png = Annotated[
-    Path | None,
-    typer.Option("--png", callback=picture_name, help="Draw a picture into this file (.png)."),
-    WRITTEN,
-]
+Png = Annotated[Path | None, picture("Draw a picture into this file (.png)."), WRITTEN]
 
 
 def html_name(path: Path | None) -> Path | None:
     """Check ending of the file name, and that the page was built, before anything is computed."""
     if path is None:
         return None
-    from motiondb import StandalonePage
-
     check_ending(path, (".html", ".htm"))
-    StandalonePage.check()
+    motiondb.StandalonePage.check()
     return output_name(path)
 
 
@@ -164,51 +160,50 @@ Output = Annotated[
     WRITTEN,
 ]
 
-OutUnit = Annotated[
-    str | None,
-    typer.Option("--unit", help="Length unit of the file: m, cm, mm, inch or a number of metres."),
-]
-OutFps = Annotated[
-    float | None,
-    typer.Option("--fps", min=1.0, max=2000.0, callback=finite, help="Frames per second."),
-]
-Loop = Annotated[
-    bool, typer.Option("--loop", help="Cut out a cycle and close it: its first frame follows.")
-]
-InPlace = Annotated[bool, typer.Option("--in-place", help="Take the travel over the ground out.")]
-Mirror = Annotated[bool, typer.Option("--mirror", help="Exchange left and right.")]
-Onto = Annotated[
-    Path | None,
-    typer.Option("--onto", help="A rig (.bvh, .fbx, .glb): put the motion on its joints."),
-]
-RigMap = Annotated[
-    Path | None,
-    typer.Option("--joint-map", help="A file of lines `role = joint` for a rig of unknown names."),
-]
 
+@dataclass(frozen=True)
+class Changes:
+    """Options that change a motion before it is written."""
 
-def motion_changes(
-    unit: str | None,
-    fps: float | None,
-    loop: bool,
-    in_place: bool,
-    mirror: bool,
-    onto: Path | None,
-    joint_map: Path | None,
-) -> MotionChanges:
-    """Return how a motion is changed before it is written."""
-    from motiondb import MotionChanges, read_joint_map, unit_from_name
+    unit: Annotated[
+        str | None,
+        typer.Option(
+            "--unit", help="Length unit of the file: m, cm, mm, inch or a number of metres."
+        ),
+    ] = None
+    fps: Annotated[
+        float | None, typer.Option("--fps", min=1.0, max=2000.0, help="Frames per second.")
+    ] = None
+    loop: Annotated[
+        bool, typer.Option("--loop", help="Cut out a cycle and close it: its first frame follows.")
+    ] = False
+    in_place: Annotated[
+        bool, typer.Option("--in-place", help="Take the travel over the ground out.")
+    ] = False
+    mirror: Annotated[bool, typer.Option("--mirror", help="Exchange left and right.")] = False
+    onto: Annotated[
+        Path | None,
+        typer.Option("--onto", help="A rig (.bvh, .fbx, .glb): put the motion on its joints."),
+    ] = None
+    joint_map: Annotated[
+        Path | None,
+        typer.Option(
+            "--joint-map", help="A file of lines `role = joint` for a rig of unknown names."
+        ),
+    ] = None
 
-    metres = None if unit is None else unit_from_name(unit)
-    names = {} if joint_map is None else read_joint_map(joint_map)
-    return MotionChanges(metres, fps, loop, in_place, mirror, onto, names)
+    def read(self) -> motiondb.MotionChanges:
+        """The changes, with the joint map read from its file."""
+        metres = None if self.unit is None else motiondb.unit_from_name(self.unit)
+        names = {} if self.joint_map is None else motiondb.read_joint_map(self.joint_map)
+        return motiondb.MotionChanges(
+            metres, self.fps, self.loop, self.in_place, self.mirror, self.onto, names
+        )
 
 
 def protect(forced: bool) -> None:
     """Protect files of others in this context, unless --force; an eager option is first."""
-    from motiondb import protect_others
-
-    protect_others(not forced)
+    motiondb.protect_others(not forced)
 
 
 Force = Annotated[
@@ -257,9 +252,7 @@ def database_name(path: Path | None) -> Path | None:
     """Check that the name of the database is not that of a folder."""
     with suppress(OSError):  # a name that the system cannot have is refused when it is opened
         if path is not None and path.is_dir():
-            from motiondb import QueryError
-
-            raise QueryError(
+            raise motiondb.QueryError(
                 f"{path}: expected a database of motiondb, found a folder. Name a file with --db."
             )
     return path
@@ -277,7 +270,9 @@ class Shared:
     wait: Wait = DEFAULT_WAIT
 
     @contextmanager
-    def database(self, *, writing: bool = False, create: bool = False) -> Iterator[MotionDB]:
+    def database(
+        self, *, writing: bool = False, create: bool = False
+    ) -> Iterator[motiondb.MotionDB]:
         """Open the database and close it at the end.
 
         `writing`: Whether the command changes the database; then no other process can open it.
@@ -302,7 +297,7 @@ class SharedOfClips:
     wait: Wait = DEFAULT_WAIT
 
     @contextmanager
-    def database(self) -> Iterator[MotionDB | None]:
+    def database(self) -> Iterator[motiondb.MotionDB | None]:
         """Open the database if one is given, and close it at the end."""
         if self.db is None:
             yield None
@@ -314,10 +309,8 @@ class SharedOfClips:
 @contextmanager
 def _opened(
     path: Path, wait: float, *, writing: bool = False, create: bool = False
-) -> Iterator[MotionDB]:
-    from motiondb import MotionDB
-
-    with MotionDB(path, read_only=not writing, create=create, wait=wait) as db:
+) -> Iterator[motiondb.MotionDB]:
+    with motiondb.MotionDB(path, read_only=not writing, create=create, wait=wait) as db:
         printing.note(db.log_note)
         yield db
     printing.note(db.log_note)
@@ -344,13 +337,22 @@ class Commands(typer.Typer):
         """Register the function that a group runs before its commands, or alone."""
         return _with_options(super().callback(*args, **options))
 
+    def include(self, other: typer.Typer) -> None:
+        """Add the commands and groups of another app."""
+        self.registered_commands += other.registered_commands
+        self.registered_groups += other.registered_groups
+
     def only(self, name: str) -> typer.Typer:
         """The app with the command or group of a name alone, or all of it where there is none.
 
         Typer builds the options of every command of an app, a tenth of a second for all.
         """
         own = copy(self)
-        own.registered_groups = [each for each in self.registered_groups if each.name == name]
+        own.registered_groups = [
+            each
+            for each in self.registered_groups
+            if each.typer_instance and each.typer_instance.info.name == name
+        ]
         own.registered_commands = [
             each
             for each in self.registered_commands
@@ -359,29 +361,48 @@ class Commands(typer.Typer):
         return own if own.registered_groups or own.registered_commands else self
 
 
+def finite(value: float | None) -> float | None:
+    """Refuse NaN and infinity, which the ranges of options let pass."""
+    if value is not None and not math.isfinite(value):
+        raise typer.BadParameter(f"expected a finite number, found {value}.")
+    return value
+
+
+def _check_number(annotation: Any) -> None:
+    """Let an option for a number refuse NaN and infinity."""
+    for option in getattr(annotation, "__metadata__", ()):
+        kinds = (annotation.__origin__, *get_args(annotation.__origin__))
+        if isinstance(option, OptionInfo) and float in kinds:
+            option.callback = finite
+
+
 def _with_options(
     register: Callable[[Callable[..., Any]], object],
 ) -> Callable[[Function], Function]:
-    """Register a function with one option for each field of its parameter ``shared``, if any."""
+    """Register a function with an option for each field of its parameters that are dataclasses."""
 
     def decorate(function: Function) -> Function:
         known = dict(signature(function, eval_str=True).parameters)
         writes = any(WRITTEN in getattr(p.annotation, "__metadata__", ()) for p in known.values())
-        shared = known.pop("shared", None)
-        if shared is None:
-            register(function)
-            return function
-        kind = shared.annotation
-        hints = get_type_hints(kind, include_extras=True)
-        added = [(field.name, field.default, hints[field.name]) for field in fields(kind)]
-        for name, default, hint in added + [("force", False, Force)] * writes:
-            known[name] = Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=hint)
+        kinds: dict[str, Any] = {n: p.annotation for n, p in known.items()}
+        kinds = {name: kind for name, kind in kinds.items() if is_dataclass(kind)}
+        for name in sorted(kinds, key="shared".__eq__):  # those of every command come last
+            del known[name]
+            hints = get_type_hints(kinds[name], include_extras=True)
+            for field in fields(kinds[name]):
+                known[field.name] = _option(field.name, field.default, hints[field.name])
+        if writes and kinds:
+            known["force"] = _option("force", False, Force)
+        for parameter in known.values():
+            _check_number(parameter.annotation)
 
         @wraps(function)
         def command(*args: Any, **values: Any) -> Any:
             values.pop("force", None)  # its callback has heard it
-            own = {field.name: values.pop(field.name) for field in fields(kind)}
-            return function(*args, shared=kind(**own), **values)
+            for name, kind in kinds.items():
+                own = {field.name: values.pop(field.name) for field in fields(kind)}
+                values[name] = kind(**own)
+            return function(*args, **values)
 
         described: Any = command
         described.__signature__ = signature(function).replace(parameters=list(known.values()))
@@ -390,3 +411,7 @@ def _with_options(
         return function
 
     return decorate
+
+
+def _option(name: str, default: object, annotation: object) -> Parameter:
+    return Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)

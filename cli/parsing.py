@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+import motiondb
+from motiondb import answers
 from motiondb.cli import options, printing
 
-if TYPE_CHECKING:
-    from motiondb import Grammars, ParsedMotion, Plan
+app = options.Commands()
+
 
 SHOWN = 10  # Largest number of unlike segments that are printed; JSON lists all
 
 
-def register(group: typer.Typer) -> None:
-    """Add the commands to the group."""
-    group.command("parse")(parse)
-    group.command("suggest")(suggest)
-
-
+@app.command()
 def parse(
     shared: options.Shared,
     name: options.GrammarName,
@@ -48,7 +45,7 @@ def parse(
         raise typer.Exit(1)
 
 
-def _say_parsed(parsed: ParsedMotion, example: str) -> None:
+def _say_parsed(parsed: motiondb.ParsedMotion, example: str) -> None:
     """Print the string, then its trees, or the fault and its time."""
     how = "as learned" if parsed.stored else "read anew"
     printing.say(f"{' '.join(parsed.string)} ({how})")
@@ -61,7 +58,7 @@ def _say_parsed(parsed: ParsedMotion, example: str) -> None:
             printing.say(f"that is {start:.2f}-{end:.2f} s of {example}")
 
 
-def _say_unlike(parsed: ParsedMotion, name: str, example: str) -> None:
+def _say_unlike(parsed: motiondb.ParsedMotion, name: str, example: str) -> None:
     """Print the segments unlike anything learned, the farthest first, or that this is unknown."""
     if not parsed.stored and parsed.reach is None:
         printing.warn(
@@ -81,16 +78,10 @@ def _say_unlike(parsed: ParsedMotion, name: str, example: str) -> None:
         printing.say(f"unlike anything {name} was learned from, {share} of the time:")
     farthest = sorted(parsed.unlike, key=lambda n: -parsed.distances[n])
     printing.print_table(
-        "",
         ["position", "terminal", "start", "end", "metres from it"],
         [
-            [
-                str(n),
-                parsed.string[n],
-                f"{parsed.starts[n]:.2f}",
-                f"{parsed.ends[n]:.2f}",
-                f"{parsed.distances[n]:.2f}",
-            ]
+            [n, parsed.string[n]]
+            + [f"{of[n]:.2f}" for of in (parsed.starts, parsed.ends, parsed.distances)]
             for n in farthest[:SHOWN]
         ],
     )
@@ -101,6 +92,7 @@ def _say_unlike(parsed: ParsedMotion, name: str, example: str) -> None:
     )
 
 
+@app.command()
 def suggest(
     shared: options.Shared,
     name: options.GrammarName,
@@ -124,8 +116,6 @@ def suggest(
     exact: options.Exact = False,
 ) -> None:
     """List the terminals that the grammar allows next, or sentences that complete a pattern."""
-    from motiondb.answers.grammars import NextTerminal
-
     with shared.database() as base:
         if like is not None:
             _say_like(shared, base.grammars, name, (beginning, goal), (like, number, exact))
@@ -136,20 +126,18 @@ def suggest(
         nexts = base.grammars.suggest(name, beginning)
         names = base.grammars.load(name).terminals.names
         words = dict(zip(names, (m.text for m in base.grammars.meanings(name))))
-    if printing.as_json(shared, [NextTerminal(t, t is None, p) for t, p in nexts]):
+    if printing.as_json(shared, [answers.NextTerminal(t, t is None, p) for t, p in nexts]):
         return
     rows = [
         ["the end" if t is None else t, f"{p:.3f}", words.get(t, "") if t else ""] for t, p in nexts
     ]
     columns = ["next", "probability", "words"][: 3 if any(row[2] for row in rows) else 2]
-    printing.print_table("", columns, [row[: len(columns)] for row in rows])
+    printing.print_table(columns, [row[: len(columns)] for row in rows])
 
 
-def _say_way(shared: options.Shared, way: Plan, goal: str) -> None:
+def _say_way(shared: options.Shared, way: motiondb.Plan, goal: str) -> None:
     """Print the most probable continuation that reaches a terminal."""
-    from motiondb.answers.grammars import WayAnswer
-
-    said = WayAnswer(way.to_goal, way.then, way.log_probability, str(way.tree))
+    said = answers.WayAnswer(way.to_goal, way.then, way.log_probability, str(way.tree))
     if printing.as_json(shared, said):
         return
     printing.say(f"to {goal}: {' '.join(way.to_goal)}")
@@ -159,28 +147,27 @@ def _say_way(shared: options.Shared, way: Plan, goal: str) -> None:
 
 def _say_like(
     shared: options.Shared,
-    grammars: Grammars,
+    grammars: motiondb.Grammars,
     name: str,
     others: tuple[str, str],
     asked: tuple[str, int, bool],
 ) -> None:
     """Print the most probable sentences that match a pattern; ``others`` must not be given."""
-    from motiondb import QueryError
-    from motiondb.answers.grammars import CompletedSentence, CompletionsAnswer
-
     if any(others):
-        raise QueryError(
+        raise motiondb.QueryError(
             f"--like: expected no STRING and no --goal with it, found"
             f" {' '.join(others).strip()!r}. Write them into the pattern."
         )
     like, _, exact = asked
-    printing.note_pattern(grammars, name, like, exact)
+    printing.note_taken(() if exact else grammars.taken_in_pattern(name, like).values())
     completed = grammars.complete(name, *asked)
-    sentences = [CompletedSentence(one.string, one.probability) for one in completed.sentences]
+    sentences = [
+        answers.CompletedSentence(one.string, one.probability) for one in completed.sentences
+    ]
     if printing.as_json(
-        shared, CompletionsAnswer(completed.probability, completed.proven, sentences)
+        shared, answers.CompletionsAnswer(completed.probability, completed.proven, sentences)
     ):
         return
     rows = [[" ".join(one.string), f"{one.probability:.3f}"] for one in sentences]
-    printing.print_table("", ["sentence", "probability"], rows)
+    printing.print_table(["sentence", "probability"], rows)
     printing.say(f"{completed.probability:.2%} of the sentences of {name} match")

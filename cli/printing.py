@@ -14,29 +14,16 @@ import json
 import math
 import shutil
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
+import motiondb
+
 if TYPE_CHECKING:
-    from motiondb import (
-        Caption,
-        Cluster,
-        Drift,
-        Grammars,
-        MotionDB,
-        MotionGrammar,
-        NotUsed,
-        Relation,
-        Scenes,
-        Source,
-        StandalonePage,
-        Taking,
-        WordSource,
-    )
     from motiondb.cli.options import Shared, SharedOfClips
 
 
@@ -83,7 +70,7 @@ def accept_any_text() -> None:
             stream.reconfigure(errors="backslashreplace")
 
 
-def note_unlearned(db: MotionDB) -> None:
+def note_unlearned(db: motiondb.MotionDB) -> None:
     """Print on standard error how many captures the answers leave out."""
     count = len(db.unlearned())
     if count:
@@ -91,7 +78,7 @@ def note_unlearned(db: MotionDB) -> None:
         warn(f"note: {what} not yet learned: run motiondb learn to include them")
 
 
-def note_drift(drift: Drift | None) -> None:
+def note_drift(drift: motiondb.Drift | None) -> None:
     """Print whether learning again is worthwhile after changes of captures or words."""
     if drift and drift.relearn:
         say(f"Learning again is worthwhile (motiondb learn): {'; '.join(drift.reasons)}.")
@@ -99,35 +86,29 @@ def note_drift(drift: Drift | None) -> None:
         say(f"New words, counted at the next motiondb learn: {', '.join(drift.words)}.")
 
 
-def note_taken(
-    taken: Mapping[str, Taking],
-    suggested: Mapping[str, Taking],
-    unknown: Iterable[str],
-) -> None:
+def note_taken(takings: Iterable[motiondb.Taking], where: str = "") -> None:
+    """Print on standard error how words that no caption holds were replaced.
+
+    `where`: What held them, if not the question.
+    """
+    for taking in takings:
+        warn(f"{where}: {taking.sentence()}" if where else taking.sentence())
+
+
+def note_words(answer: motiondb.WordAnswer | motiondb.Generated) -> None:
     """Print on standard error how the words of a question that no caption holds were replaced."""
-    for taking in taken.values():
-        warn(taking.sentence())
-    for word in unknown:
-        if word in suggested:
-            warn(suggested[word].sentence())
+    near = (answer.suggested[word] for word in answer.unknown if word in answer.suggested)
+    note_taken([*answer.taken.values(), *near])
 
 
-def note_filter(db: MotionDB, where: str, exact: bool) -> None:
+def note_filter(db: motiondb.MotionDB, where: str, exact: bool) -> None:
     """Print on standard error the replacements of those words of a filter that occur nowhere."""
-    if not exact:
-        for taking in db.taken_in_filter(where).values():
-            warn(f"filter: {taking.sentence('there')}")
-
-
-def note_pattern(grammars: Grammars, name: str, like: str | None, exact: bool) -> None:
-    """Print on standard error replacements of those words of a pattern that no caption holds."""
-    if like is not None and not exact:
-        for taking in grammars.taken_in_pattern(name, like).values():
-            warn(taking.sentence())
+    for taking in () if exact else db.taken_in_filter(where).values():
+        warn(f"filter: {taking.sentence('there')}")
 
 
 def print_question(
-    understood: str, unknown: Iterable[str], not_used: Sequence[NotUsed], what: str
+    understood: str, unknown: Iterable[str], not_used: Sequence[motiondb.NotUsed], what: str
 ) -> None:
     """The interpretation of a question, and a line for every part that ``what`` does not use.
 
@@ -139,13 +120,6 @@ def print_question(
             say(f"{left.text!r} is not used in {what}: {left.reason}")
 
 
-def note_phrases(scenes: Scenes, grammar: MotionGrammar, exact: bool) -> None:
-    """Print on standard error the replacements of words in the phrases of a motion grammar."""
-    if not exact:
-        for taking in scenes.taken_words(grammar).values():
-            warn(f"{grammar.name}: {taking.sentence()}")
-
-
 def say_word(word: str, probability: float | None) -> str:
     """A word with its probability, or alone where no own caption has checked the probability.
 
@@ -155,7 +129,7 @@ def say_word(word: str, probability: float | None) -> str:
     return word if probability is None else f"{word} {probability:.2f}"
 
 
-def say_relation(relation: Relation) -> str:
+def say_relation(relation: motiondb.Relation) -> str:
     """A sentence on a capture that repeats another."""
     what = {"same": "is the same motion as", "mirror": "is a mirror image of", "cut": "is a cut of"}
     return (
@@ -164,7 +138,7 @@ def say_relation(relation: Relation) -> str:
     )
 
 
-def say_caption(caption: Caption) -> str:
+def say_caption(caption: motiondb.Caption) -> str:
     """A caption with its interval in seconds, where it has one."""
     if caption.start is None and caption.end is None:
         return caption.words
@@ -179,14 +153,12 @@ def note(text: str) -> None:
 
 
 @contextmanager
-def cluster(address: str | None) -> Iterator[Cluster | None]:
+def cluster(address: str | None) -> Iterator[motiondb.Cluster | None]:
     """Workers of a cluster, if there is an address; where they are, on standard error."""
     if address is None:
         yield None
         return
-    from motiondb import Cluster
-
-    with Cluster(address) as workers:
+    with motiondb.Cluster(address) as workers:
         if workers.warning:
             warn(f"warning: {workers.warning}")
         page = f"; progress of its work: {workers.dashboard}" if workers.dashboard else ""
@@ -194,7 +166,7 @@ def cluster(address: str | None) -> Iterator[Cluster | None]:
         yield workers
 
 
-def note_sources(sources: Sequence[WordSource]) -> None:
+def note_sources(sources: Sequence[motiondb.WordSource]) -> None:
     """Print on standard error from which captions words were learned, if a start was used."""
     alone: dict[str, list[str]] = {}
     for source in sources:
@@ -210,11 +182,9 @@ def note_sources(sources: Sequence[WordSource]) -> None:
 def as_json(shared: Shared | SharedOfClips, answer: object) -> bool:
     """Print an answer as JSON if that is asked for, and return whether it is."""
     if shared.json:
-        from motiondb import to_json
-
         encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
         plain = codecs.lookup(encoding).name != "utf-8"
-        text = json.dumps(to_json(answer), indent=2, ensure_ascii=plain)
+        text = json.dumps(motiondb.to_json(answer), indent=2, ensure_ascii=plain)
         say(*text.translate(_IN_JSON).split("\n"))
     return shared.json
 
@@ -224,11 +194,11 @@ def say_tsv(cells: Sequence[str]) -> None:
     print("\t".join(visible(cell) for cell in cells), flush=True)
 
 
-def print_csv(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+def print_csv(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     """Print CSV; control characters in cells are escapes."""
     writer = csv.writer(sys.stdout, lineterminator="\n")
     writer.writerow(columns)
-    writer.writerows([visible(cell) for cell in row] for row in rows)
+    writer.writerows([visible(str(cell)) for cell in row] for row in rows)
 
 
 _NUMBERS = (
@@ -237,18 +207,17 @@ _NUMBERS = (
 )  # Columns that are aligned at the right
 
 
-def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
+def print_table(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     """Print a table; it is 160 columns wide if the output is not a terminal.
 
     Rich lays out what must be folded: a millisecond a row, too slow for a whole catalogue.
     """
     at_right = [column.lstrip("-") in _NUMBERS for column in columns]
-    cells = [[visible(cell) for cell in row] for row in rows]
+    cells = [[visible(str(cell)) for cell in row] for row in rows]
     widths = [max(map(_width, column)) for column in zip(columns, *cells)]
     room = shutil.get_terminal_size().columns if sys.stdout.isatty() else 160
-    total = sum(widths) + 2 * (len(widths) - 1)
-    if max(total, _width(title)) > room:
-        _print_folded(title, columns, cells, at_right)
+    if sum(widths) + 2 * (len(widths) - 1) > room:
+        _print_folded(columns, cells, at_right)
         return
 
     def line(texts: Sequence[str]) -> str:
@@ -257,10 +226,8 @@ def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
             gap + text if right else text + gap for text, gap, right in zip(texts, gaps, at_right)
         )
 
-    head = [title.ljust(total), line(columns)] if title else [line(columns)]
-    if sys.stdout.isatty():
-        head[-1] = typer.style(head[-1], bold=True)
-    print(*head, *map(line, cells), sep="\n", flush=True)
+    head = typer.style(line(columns), bold=True) if sys.stdout.isatty() else line(columns)
+    print(head, *map(line, cells), sep="\n", flush=True)
 
 
 def _width(text: str) -> int:
@@ -272,14 +239,12 @@ def _width(text: str) -> int:
     return cell_len(text)
 
 
-def _print_folded(
-    title: str, columns: list[str], rows: list[list[str]], at_right: list[bool]
-) -> None:
+def _print_folded(columns: Sequence[str], rows: list[list[str]], at_right: list[bool]) -> None:
     """Print a table that is wider than the output, its cells in several lines."""
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title=title or None, title_justify="left", box=None, pad_edge=False)
+    table = Table(box=None, pad_edge=False)
     for column, right in zip(columns, at_right):
         table.add_column(column, justify="right" if right else "left", overflow="fold")
     for row in rows:
@@ -338,7 +303,7 @@ def _bars(enabled: bool) -> Iterator[Callable[[str, float, str], None]]:
             bar.update(task, completed=1.0)
 
 
-def print_sources(sources: Sequence[Source]) -> None:
+def print_sources(sources: Sequence[motiondb.Source]) -> None:
     """Print the captures from which a generated motion was made."""
     for source in sources:
         say(f"from {source.capture}, {source.frames} frames, licence {source.licence}")
@@ -363,7 +328,12 @@ def refuse(problems: Sequence[str]) -> None:
         raise typer.Exit(1)
 
 
-def write_html(path: Path, page: StandalonePage) -> None:
+def say_pictures(*paths: Path | None) -> None:
+    """Print the names of the pictures that were drawn."""
+    say(*(f"picture: {path}" for path in paths if path))
+
+
+def write_html(path: Path, page: motiondb.StandalonePage) -> None:
     """Write the page of --html, and say so on standard error."""
     page.write(path)
     warn(f"page: {path}")

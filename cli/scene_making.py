@@ -5,18 +5,17 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+import motiondb
+from motiondb import answers
 from motiondb.cli import options, printing
 
-if TYPE_CHECKING:
-    from motiondb import Scene, StoredScene
+app = options.Commands()
 
-DiagramFile = Annotated[
-    str, typer.Argument(metavar="DIAGRAM", help="A tactics file, or one like give-and-go.")
-]
+
 Folder = Annotated[Path, typer.Option("--out", "-o", help="The folder to write.")]
 Rounds = Annotated[
     int,
@@ -33,7 +32,6 @@ Minutes = Annotated[
         "--minutes",
         min=0.0001,
         max=10_000.0,
-        callback=options.finite,
         help="Stop sampling after this time, and print a note. [default: no limit]",
     ),
 ]
@@ -54,17 +52,10 @@ Place = Annotated[
 ]
 
 
-def register(group: typer.Typer) -> None:
-    """Add the commands to the group."""
-    for command in (make, update, report):
-        group.command(command.__name__)(command)
-    group.command("list")(list_scenes)
-    group.command("remove")(remove)
-
-
+@app.command()
 def make(
     shared: options.Shared,
-    file: DiagramFile,
+    file: options.DiagramFile,
     out: Folder,
     seed: options.Seed = 0,
     rounds: Rounds = 70,
@@ -77,10 +68,8 @@ def make(
     html: options.Html = None,
 ) -> None:
     """Make an animated scene from a tactics diagram, with a report of every rule's error."""
-    from motiondb import Scenes, SceneSettings
-
-    settings = SceneSettings(seed, chains, rounds, minutes, gaze=gaze, exact=exact)
-    Scenes.check_folder(out)
+    settings = motiondb.SceneSettings(seed, chains, rounds, minutes, gaze=gaze, exact=exact)
+    motiondb.Scenes.check_folder(out)
     began = time.monotonic()
     with (
         shared.database(writing=bool(name)) as base,
@@ -89,21 +78,21 @@ def make(
         text = base.scenes.read_diagram(file)
         if name:
             base.scenes.check_new(name, text, settings)
-        printing.note_phrases(base.scenes, text.grammar, exact)
+        taken = {} if exact else base.scenes.taken_words(text.grammar)
+        printing.note_taken(taken.values(), text.grammar.name)
         scene = base.scenes.make(file, settings, tell, name)
         base.scenes.write(scene, out, tell, drawn, kept=bool(name))
         if html:
-            from motiondb import StandalonePage
-
-            printing.write_html(html, StandalonePage.of_scene(scene, shared.db.name))
+            printing.write_html(html, motiondb.StandalonePage.of_scene(scene, shared.db.name))
     _print(shared, scene, out, time.monotonic() - began)
     _refuse_impossible(scene.record)
 
 
+@app.command()
 def update(
     shared: options.Shared,
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a scene.")],
-    file: DiagramFile,
+    file: options.DiagramFile,
     seed: Annotated[
         int | None,
         typer.Option("--seed", min=0, max=2**63 - 1, help="A seed other than the scene's."),
@@ -113,8 +102,6 @@ def update(
     drawn: Drawn = True,
 ) -> None:
     """Make the scene of a folder again for a changed diagram, starting from its present state."""
-    from motiondb import SceneSettings
-
     began = time.monotonic()
     with (
         shared.database(writing=bool(name)) as base,
@@ -124,7 +111,7 @@ def update(
         base.scenes.check_folder(folder)
         if name:
             base.scenes.check_name(name, base.scenes.read_diagram(file).diagram.player)
-        settings = replace(SceneSettings(**earlier.settings), minutes=minutes)
+        settings = replace(motiondb.SceneSettings(**earlier.settings), minutes=minutes)
         settings = settings if seed is None else replace(settings, seed=seed)
         earlier = replace(earlier, name=name) if name else earlier
         scene = base.scenes.update(earlier, file, settings, tell)
@@ -133,15 +120,13 @@ def update(
     _refuse_impossible(scene.record)
 
 
-def _print(shared: options.Shared, scene: Scene, folder: Path, seconds: float) -> None:
-    from motiondb import Scenes
-    from motiondb.answers.plain import extended
-    from motiondb.answers.scenes import WrittenScene
-
-    facts = Scenes.facts(scene.record)
+def _print(shared: options.Shared, scene: motiondb.Scene, folder: Path, seconds: float) -> None:
+    facts = motiondb.Scenes.facts(scene.record)
     work = {what: round(took, 3) for what, took in scene.made.seconds.items()}
     took = work | {"all": round(seconds, 3)}
-    if printing.as_json(shared, extended(WrittenScene, facts, folder=folder, took=took)):
+    if printing.as_json(
+        shared, answers.extended(answers.WrittenScene, facts, folder=folder, took=took)
+    ):
         return
     printing.say(
         f"{scene.record.name}: {facts.characters} characters, {facts.clips} clips,"
@@ -154,7 +139,7 @@ def _print(shared: options.Shared, scene: Scene, folder: Path, seconds: float) -
         f"rules kept: {facts.rules - facts.broken} of {facts.rules};"
         f" collisions: {touching or 'none'}"
     )
-    for line in Scenes.remarks(scene.record):
+    for line in motiondb.Scenes.remarks(scene.record):
         printing.say(line)
     if facts.too_fast:
         printing.say(f"  faster than people can move: {', '.join(facts.too_fast)}")
@@ -166,68 +151,57 @@ def _print(shared: options.Shared, scene: Scene, folder: Path, seconds: float) -
         )
 
 
-def _refuse_impossible(record: StoredScene) -> None:
+def _refuse_impossible(record: motiondb.StoredScene) -> None:
     """Exit with 1 if a scene has motion that people cannot do; its frames are in the output."""
     if record.report.get("impossible"):
         raise typer.Exit(1)
 
 
+@app.command()
 def report(shared: options.Shared, place: Place, png: options.Png = None) -> None:
     """Report how well a scene keeps each rule, collisions, and the sources of its motion."""
-    from motiondb import Scenes
-    from motiondb.answers.plain import extended
-    from motiondb.answers.scenes import DrawnScene
-
-    if Scenes.is_folder(place):
-        record = Scenes.read_folder(place)
+    if motiondb.Scenes.is_folder(place):
+        record = motiondb.Scenes.read_folder(place)
         if png:
-            Scenes.draw_folder(place, png)
+            motiondb.Scenes.draw_folder(place, png)
     else:
         with shared.database() as base:
             record = base.scenes.load(place)
             if png:
                 base.scenes.draw(place, png)
-    if not printing.as_json(shared, extended(DrawnScene, Scenes.facts(record), picture=png)):
-        printing.say(*Scenes.report(record).split("\n"))
+    if not printing.as_json(
+        shared, answers.extended(answers.DrawnScene, motiondb.Scenes.facts(record), picture=png)
+    ):
+        printing.say(*motiondb.Scenes.report(record).split("\n"))
     _refuse_impossible(record)
 
 
+@app.command("list")
 def list_scenes(shared: options.Shared) -> None:
     """List the scenes that are kept in the database."""
-    from motiondb import scene_row
-
     with shared.database() as base:
         facts = [base.scenes.facts(base.scenes.load(name)) for name in base.scenes.names()]
-    if printing.as_json(shared, map(scene_row, facts)):
+    if printing.as_json(shared, map(motiondb.scene_row, facts)):
         return
     if not facts:
         printing.say("no scenes; motiondb scene make DIAGRAM -o FOLDER --name NAME keeps one")
         return
     printing.print_table(
-        "",
         ["scene", "characters", "clips", "seconds", "error", "broken rules"],
         [
-            [
-                fact.scene,
-                str(fact.characters),
-                str(fact.clips),
-                f"{fact.seconds:.1f}",
-                f"{fact.error:.2f}",
-                str(fact.broken),
-            ]
-            for fact in facts
+            [f.scene, f.characters, f.clips, f"{f.seconds:.1f}", f"{f.error:.2f}", f.broken]
+            for f in facts
         ],
     )
 
 
+@app.command()
 def remove(
     shared: options.Shared,
     name: Annotated[str, typer.Argument(metavar="NAME", help="The name of a kept scene.")],
 ) -> None:
     """Remove a kept scene and its players' motions from the database; folders stay."""
-    from motiondb.answers.catalogue import Removed
-
     with shared.database(writing=True) as base:
         captures = base.scenes.remove(name)
-    if not printing.as_json(shared, Removed(name, captures)):
+    if not printing.as_json(shared, answers.Removed(name, captures)):
         printing.say(f"removed {name} with {', '.join(captures) or 'no captures'}")

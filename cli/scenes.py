@@ -5,14 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
+import motiondb
+from motiondb import answers
 from motiondb.cli import options, printing, scene_making
 
-if TYPE_CHECKING:
-    from motiondb import MotionGrammar, ShownAction, Tree
+app = options.Commands()
+group = options.Commands(
+    name="scene", help="Scenes from motion grammars and tactics diagrams.", no_args_is_help=True
+)
+grammars = options.Commands(name="grammar", help="Grammars of motion.", no_args_is_help=True)
+group.add_typer(grammars)
+app.add_typer(group)
 
 GrammarFile = Annotated[
     str, typer.Argument(metavar="GRAMMAR", help="A grammar file, or basketball or carrying.")
@@ -27,33 +34,16 @@ Goals = Annotated[
 ]
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands to the app."""
-    group = options.Commands(
-        help="Scenes from motion grammars and tactics diagrams.", no_args_is_help=True
-    )
-    grammars = options.Commands(help="Grammars of motion.", no_args_is_help=True)
-    grammars.command("check")(check_grammar)
-    group.add_typer(grammars, name="grammar")
-    group.command("validate")(validate)
-    group.command("suggest")(suggest)
-    group.command("draw")(draw)
-    scene_making.register(group)
-    app.add_typer(group, name="scene")
-
-
+@grammars.command("check")
 def check_grammar(
     shared: options.SharedOfClips, file: GrammarFile, exact: options.Exact = False
 ) -> None:
     """Check a grammar: form, LR(1) conflicts, useless symbols, and clips in a database."""
-    from motiondb import Scenes
-    from motiondb.answers.scenes import CheckedGrammar, StartSymbol
-
-    grammar = Scenes.read_grammar(file)
-    report = Scenes.check_grammar(grammar)
+    grammar = motiondb.Scenes.read_grammar(file)
+    report = motiondb.Scenes.check_grammar(grammar)
     clips = _clips(shared, grammar, exact)
     starts = [
-        StartSymbol(
+        answers.StartSymbol(
             start.symbol,
             start.team,
             start.empty,
@@ -63,7 +53,7 @@ def check_grammar(
         )
         for start in report.starts
     ]
-    checked = CheckedGrammar(
+    checked = answers.CheckedGrammar(
         report.name,
         report.nonterminals,
         report.terminals,
@@ -96,18 +86,16 @@ def check_grammar(
     _print_clips(clips, report.terminals)
 
 
+@group.command()
 def validate(
     shared: options.SharedOfClips, file: GrammarFile, actions: Actions, start: StartSymbol = ""
 ) -> None:
     """Show the tree of a string of actions, or the fault and what was expected (exit 1)."""
-    from motiondb import Scenes
-    from motiondb.answers.scenes import ValidatedActions
-
-    grammar = Scenes.read_grammar(file)
-    validation = Scenes.validate(grammar, actions, start)
+    grammar = motiondb.Scenes.read_grammar(file)
+    validation = motiondb.Scenes.validate(grammar, actions, start)
     clips = _clips(shared, grammar)
     named = [name for name in dict.fromkeys(actions.split()) if name in grammar.terminal]
-    answer = ValidatedActions(
+    answer = answers.ValidatedActions(
         validation.allowed,
         validation.start,
         _tree_facts(validation.tree) if validation.tree else None,
@@ -129,11 +117,11 @@ def validate(
         raise typer.Exit(1)
 
 
-def _tree_facts(tree: Tree) -> str | list[Any]:
+def _tree_facts(tree: motiondb.Tree) -> str | list[Any]:
     return tree.symbol if tree.is_leaf else [tree.symbol, [_tree_facts(c) for c in tree.children]]
 
 
-def _print_tree(tree: Tree) -> None:
+def _print_tree(tree: motiondb.Tree) -> None:
     """Print one symbol per line, indented by its depth."""
     waiting = [(tree, 0)]
     while waiting:
@@ -143,6 +131,7 @@ def _print_tree(tree: Tree) -> None:
         waiting.extend((child, depth + 1) for child in reversed(node.children))
 
 
+@group.command()
 def suggest(
     shared: options.SharedOfClips,
     file: GrammarFile,
@@ -154,34 +143,32 @@ def suggest(
 
     With --goal, show the shortest string that goes on from the actions and reaches the goals.
     """
-    from motiondb import Scenes
-    from motiondb.answers.scenes import ActionString, NextAction, NextActions
-
-    grammar = Scenes.read_grammar(file)
+    grammar = motiondb.Scenes.read_grammar(file)
     if goals:
-        string = Scenes.plan(grammar, actions, goals, start)
+        string = motiondb.Scenes.plan(grammar, actions, goals, start)
         clips, names = _clips(shared, grammar), list(dict.fromkeys(string))
-        if not printing.as_json(shared, ActionString(string, _number(clips, names))):
+        if not printing.as_json(shared, answers.ActionString(string, _number(clips, names))):
             printing.say(" ".join(string))
             _print_clips(clips, names)
         return
-    suggestion = Scenes.suggest(grammar, actions, start)
+    suggestion = motiondb.Scenes.suggest(grammar, actions, start)
     clips, names = _clips(shared, grammar), [name for name, _ in suggestion.actions]
-    following = [NextAction(name, chance) for name, chance in suggestion.actions]
-    if printing.as_json(shared, NextActions(following, suggestion.end, _number(clips, names))):
+    following = [answers.NextAction(name, chance) for name, chance in suggestion.actions]
+    if printing.as_json(
+        shared, answers.NextActions(following, suggestion.end, _number(clips, names))
+    ):
         return
     rows = [[one.action, f"{one.probability:.3f}"] for one in following]
     if suggestion.end:
         rows.append(["(the end)", f"{suggestion.end:.3f}"])
-    printing.print_table("", ["next", "probability"], rows)
+    printing.print_table(["next", "probability"], rows)
     _print_clips(clips, names)
 
 
+@group.command()
 def draw(
     shared: options.SharedOfClips,
-    file: Annotated[
-        str, typer.Argument(metavar="DIAGRAM", help="A tactics file, or one like give-and-go.")
-    ],
+    file: options.DiagramFile,
     out: Annotated[
         Path,
         typer.Option("--out", "-o", callback=options.output_name, help="Draw into this PNG."),
@@ -189,14 +176,11 @@ def draw(
     ],
 ) -> None:
     """Draw a tactics diagram, and list the actions that it requires of each player."""
-    from motiondb import Scenes
-    from motiondb.answers.scenes import DiagramPlayer, DrawnDiagram
-
-    text = Scenes.read_diagram(file)
+    text = motiondb.Scenes.read_diagram(file)
     clips, diagram = _clips(shared, text.grammar), text.diagram
-    Scenes.draw_diagram(text, out)
+    motiondb.Scenes.draw_diagram(text, out)
     players = [
-        DiagramPlayer(
+        answers.DiagramPlayer(
             player.name,
             player.team,
             text.expressions[player.name],
@@ -206,28 +190,31 @@ def draw(
         for player in diagram.players
     ]
     holder, counts = text.first_holder, _number(clips, text.actions)
-    drawn = DrawnDiagram(diagram.name, text.grammar.name, str(out), holder, players, counts)
+    drawn = answers.DrawnDiagram(diagram.name, text.grammar.name, str(out), holder, players, counts)
     if printing.as_json(shared, drawn):
         return
     ball = f"; {holder} has the ball at the start" if holder else ""
     printing.say(f"{diagram.name} drawn to {out}{ball}")
     printing.print_table(
-        "",
         ["player", "team", "expression", "shortest string"],
         [[p.name, p.team, p.expression, " ".join(p.shortest)] for p in players],
     )
     _print_clips(clips, text.actions)
 
 
-Clips = Mapping[str, Sequence["ShownAction"]] | None  # The clips of each action; None: no database
+# The clips of each action; None: no database
+Clips = Mapping[str, Sequence["motiondb.ShownAction"]] | None
 
 
-def _clips(shared: options.SharedOfClips, grammar: MotionGrammar, exact: bool = False) -> Clips:
+def _clips(
+    shared: options.SharedOfClips, grammar: motiondb.MotionGrammar, exact: bool = False
+) -> Clips:
     """Return the clips of a database for every terminal, or None if no database is given."""
     with shared.database() as base:
         if base is None:
             return None
-        printing.note_phrases(base.scenes, grammar, exact)
+        taken = {} if exact else base.scenes.taken_words(grammar)
+        printing.note_taken(taken.values(), grammar.name)
         return base.scenes.find_actions(grammar, exact)
 
 
@@ -243,3 +230,6 @@ def _print_clips(clips: Clips, names: Sequence[str]) -> None:
     without = [name for name in names if not clips[name]]
     if without:
         printing.say(f"no clips for {', '.join(without)}: caption captures that show them")
+
+
+group.include(scene_making.app)

@@ -4,27 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+import motiondb
 from motiondb.cli import options, printing
 
-if TYPE_CHECKING:
-    from motiondb import ExampleAnswer, ExplainedWord, Match, MotionDB, WordAnswer
+app = options.Commands()
 
 NOT_MEASURED = "-"  # Stands for a probability that was not measured
 Example = Annotated[str, typer.Argument(help="A file, or the name of a stored capture.")]
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands to the app."""
-    app.command()(search)
-    app.command()(like)
-    app.command()(describe)
-    app.command()(compare)
-
-
+@app.command()
 def search(
     shared: options.Shared,
     words: Annotated[str, typer.Argument(help='Actions to search for, such as "walk, turn left".')],
@@ -57,14 +50,10 @@ def search(
     so before the nearest ones.
     """
     if explain and by_symbols:
-        from motiondb import QueryError
-
-        raise QueryError(
+        raise motiondb.QueryError(
             "search: expected --explain or --by-symbols, found both. An answer by symbols comes "
             "from an alignment of sequences, so there is nothing more to explain."
         )
-    from motiondb import search_answer
-
     with shared.database() as base:
         answer = base.search(words, where, limit, by_symbols, exact=exact)
         printing.note_filter(base, where, exact)
@@ -74,13 +63,11 @@ def search(
         elif png and answer.matches:
             base.draw_matches(answer, png, words)
         if html:
-            from motiondb import StandalonePage
-
-            printing.write_html(html, StandalonePage.of_search(base, answer))
+            printing.write_html(html, motiondb.StandalonePage.of_search(base, answer))
         if export:
             _write_matches(base, answer, export, words)
     _note_words(answer, silent=explain and not shared.json)
-    if printing.as_json(shared, search_answer(answer, explain)):
+    if printing.as_json(shared, motiondb.search_answer(answer, explain)):
         return
     if answer.not_understood:
         printing.say(answer.not_understood)
@@ -95,7 +82,10 @@ def search(
 
 
 def _write_matches(
-    base: MotionDB, answer: WordAnswer | ExampleAnswer, folder: Path, question: str
+    base: motiondb.MotionDB,
+    answer: motiondb.WordAnswer | motiondb.ExampleAnswer,
+    folder: Path,
+    question: str,
 ) -> None:
     """Write the matches into a folder, and say so on standard error."""
     files = base.export_matches(answer, folder, question)
@@ -106,12 +96,12 @@ def _write_matches(
     )
 
 
-def _note_words(answer: WordAnswer, silent: bool) -> None:
+def _note_words(answer: motiondb.WordAnswer, silent: bool) -> None:
     """Print on standard error from which captions the words of an answer were learned.
 
     ``silent``: without the captions, which the explanation names.
     """
-    printing.note_taken(answer.taken, answer.suggested, answer.unknown)
+    printing.note_words(answer)
     for written in answer.written:
         printing.warn(written.sentence())
     if not silent:
@@ -119,6 +109,7 @@ def _note_words(answer: WordAnswer, silent: bool) -> None:
     printing.note(answer.unchecked)
 
 
+@app.command()
 def like(
     shared: options.Shared,
     example: Example,
@@ -145,8 +136,6 @@ def like(
     If captures of two or more performers have captions, every answer has a probability that it
     shows the same action, and a line says if none is good enough.
     """
-    from motiondb import like_answer
-
     with shared.database() as base:
         answer = base.like(example, start, end, where, limit, meaning, exact)
         printing.note_filter(base, where, exact)
@@ -155,19 +144,19 @@ def like(
             motion = base.motion(example, start, end)
             base.draw_matches(answer, png, f"like {example}", motion)
         if html:
-            from motiondb import StandalonePage
-
-            printing.write_html(html, StandalonePage.of_like(base, answer, example, start, end))
+            printing.write_html(
+                html, motiondb.StandalonePage.of_like(base, answer, example, start, end)
+            )
         if export:
             _write_matches(base, answer, export, f"like {example}")
     printing.note(answer.unchecked)
-    if printing.as_json(shared, like_answer(answer)):
+    if printing.as_json(shared, motiondb.like_answer(answer)):
         return
     _print_answer(answer, reasons=any(m.reason for m in answer))
 
 
 def _print_answer(
-    answer: WordAnswer | ExampleAnswer, reasons: bool, unscored: bool = False
+    answer: motiondb.WordAnswer | motiondb.ExampleAnswer, reasons: bool, unscored: bool = False
 ) -> None:
     """Print the matches, and whether any is good enough."""
     matches = answer.matches
@@ -177,14 +166,14 @@ def _print_answer(
         _print_matches(matches, reasons, unscored)
 
 
-def _print_matches(matches: Sequence[Match], reasons: bool, unscored: bool) -> None:
+def _print_matches(matches: Sequence[motiondb.Match], reasons: bool, unscored: bool) -> None:
     """Print a table; probabilities that were not measured are printed as "-", and explained.
 
     `unscored`: without scores, which are for less than what was asked.
     """
     has_interval = any(m.parts for m in matches)  # neither an example nor symbols have one
     rows = [
-        [str(m.rank), m.capture, f"{m.start:.2f}", f"{m.end:.2f}"]
+        [m.rank, m.capture, f"{m.start:.2f}", f"{m.end:.2f}"]
         + [f"{m.score:.3f}"] * (not unscored)
         + [_two_digits(m.probability)]
         + [_two_digits(m.interval_probability)] * has_interval
@@ -194,7 +183,7 @@ def _print_matches(matches: Sequence[Match], reasons: bool, unscored: bool) -> N
     ]
     columns = ["rank", "capture", "start", "end"] + ["score"] * (not unscored) + ["probability"]
     columns += ["interval"] * has_interval + ["words"] + ["found"] * reasons
-    printing.print_table("", columns, rows)
+    printing.print_table(columns, rows)
     if any(NOT_MEASURED in row for row in rows):
         printing.say(f"({NOT_MEASURED}: how often such an answer is right was not measured)")
 
@@ -203,6 +192,7 @@ def _two_digits(probability: float | None) -> str:
     return NOT_MEASURED if probability is None else f"{probability:.2f}"
 
 
+@app.command()
 def describe(
     shared: options.Shared,
     example: Annotated[
@@ -226,15 +216,15 @@ def describe(
 
     The words have times, and probabilities that captions have checked.
     """
-    from motiondb import QueryError, words_over_time
-
     if (example is None) == (not where.strip()):
-        raise QueryError(
+        raise motiondb.QueryError(
             "describe: expected a capture or --where, found "
             f"{'neither' if example is None else 'both'}."
         )
     if where.strip() and (start is not None or end is not None):
-        raise QueryError("describe: expected --from and --to with one capture, found --where.")
+        raise motiondb.QueryError(
+            "describe: expected --from and --to with one capture, found --where."
+        )
     with shared.database() as base:
         names = [info.name for info in base.captures(where)] if example is None else [example]
         answers = {name: base.describe(name, start, end) for name in names}
@@ -255,11 +245,9 @@ def describe(
         for d in answer
     ]
     if output:
-        from motiondb import write_table
-
-        write_table(output, ["file", "start", "end", "words", "probabilities"], cells)
+        motiondb.write_table(output, ["file", "start", "end", "words", "probabilities"], cells)
         printing.warn(f"{printing.number(len(answers), 'capture')} described in {output}")
-    timed = {name: words_over_time(answer) for name, answer in answers.items()}
+    timed = {name: motiondb.words_over_time(answer) for name, answer in answers.items()}
     if printing.as_json(shared, timed if example is None else timed[example]) or output:
         return
     rows = [
@@ -274,12 +262,13 @@ def describe(
     ]
     first = 1 if example is not None else 0
     columns = ["capture", "start", "end", "words"]
-    printing.print_table("", columns[first:], [row[first:] for row in rows])
+    printing.print_table(columns[first:], [row[first:] for row in rows])
 
 
+@app.command()
 def compare(
     shared: options.Shared,
-    first: Annotated[str, typer.Argument(help="A file, or the name of a stored capture.")],
+    first: Example,
     second: Annotated[str, typer.Argument(help="The other.")],
     png: options.Png = None,
 ) -> None:
@@ -299,11 +288,10 @@ def compare(
     printing.say(f"farthest apart: {farthest}")
     marks = [told.alignment[n * (len(told.alignment) - 1) // 8] for n in range(9)]
     printing.say("aligned (s): " + ", ".join(f"{a:.2f}={b:.2f}" for a, b in marks))
-    if png:
-        printing.say(f"picture: {png}")
+    printing.say_pictures(png)
 
 
-def _print_explanations(answer: WordAnswer) -> None:
+def _print_explanations(answer: motiondb.WordAnswer) -> None:
     """Print the log-odds of every match, then one line for each word."""
     for source in answer.sources:
         printing.say(source.sentence())
@@ -326,7 +314,7 @@ def _print_explanations(answer: WordAnswer) -> None:
                 printing.say(f"        {_word_line(word)}")
 
 
-def _word_line(word: ExplainedWord) -> str:
+def _word_line(word: motiondb.ExplainedWord) -> str:
     """The contribution of one word, and its parts."""
     rest = word.others
     others = f", others {rest:+.3f}" if abs(rest) >= 0.0005 else ""

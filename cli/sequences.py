@@ -4,32 +4,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
+import motiondb
+from motiondb import answers
 from motiondb.cli import options, printing
 
-if TYPE_CHECKING:
-    from motiondb import Edit, GrammarSequence, MotionDB
-    from motiondb.answers.grammars import OfferedEdits, WrittenSequence
-
-Save = Annotated[str | None, typer.Option("--save", help="Also save it as a capture of this name.")]
-TreesPng = Annotated[
-    Path | None,
-    typer.Option(
-        "--png", callback=options.picture_name, help="Draw the trees of the alternatives."
-    ),
-    options.WRITTEN,
-]
+app = options.Commands()
 
 
-def register(group: typer.Typer) -> None:
-    """Add the commands to the group."""
-    group.command("generate")(generate)
-    group.command("edit")(edit)
-
-
+@app.command()
 def generate(
     shared: options.Shared,
     name: options.GrammarName,
@@ -62,7 +48,7 @@ def generate(
         ),
     ] = None,
     exact: options.Exact = False,
-    save: Save = None,
+    save: options.SaveAs = None,
     png: options.Png = None,
     html: options.Html = None,
 ) -> None:
@@ -77,7 +63,8 @@ def generate(
         options.output_name(output)
         if save is not None:
             base.check_name_free(save)
-        printing.note_pattern(base.grammars, name, like, exact)
+        if like is not None and not exact:
+            printing.note_taken(base.grammars.taken_in_pattern(name, like).values())
         how: dict[str, object]
         if seconds is not None:
             made, how = base.grammars.chain(name, seconds, seed), {"seconds": seconds}
@@ -86,9 +73,7 @@ def generate(
             how = {"length": length} if like is None else {"like": like}
         facts = _hand_out(base, made, seed, (output, png), save, how)
         if html:
-            from motiondb import StandalonePage
-
-            printing.write_html(html, StandalonePage.of_sequence(base, made, seed))
+            printing.write_html(html, motiondb.StandalonePage.of_sequence(base, made, seed))
     if not printing.as_json(shared, facts):
         _say_made(facts)
         if length is not None and length != len(made.string):
@@ -97,6 +82,7 @@ def generate(
             )
 
 
+@app.command()
 def edit(
     shared: options.Shared,
     name: options.GrammarName,
@@ -134,19 +120,23 @@ def edit(
         str | None,
         typer.Option("--save", help="Also save the chosen one as a capture of this name."),
     ] = None,
-    png: TreesPng = None,
+    png: Annotated[
+        Path | None, options.picture("Draw the trees of the alternatives."), options.WRITTEN
+    ] = None,
     seed: options.Seed = 0,
 ) -> None:
     """Offer alternatives for a region of a sequence; the rest does not change.
 
     The same seed gives the same alternatives: list them first, then --choose one.
     """
-    from motiondb import QueryError
-
     if save is not None and choose is None:
-        raise QueryError("edit: expected a choice to keep, found --save alone. Add --choose N.")
+        raise motiondb.QueryError(
+            "edit: expected a choice to keep, found --save alone. Add --choose N."
+        )
     if choose is not None and output is None and save is None:
-        raise QueryError("edit: expected -o FILE or --save NAME with --choose, found neither.")
+        raise motiondb.QueryError(
+            "edit: expected -o FILE or --save NAME with --choose, found neither."
+        )
     if choose is not None:
         options.output_name(output)
     with shared.database(writing=save is not None) as base:
@@ -175,13 +165,13 @@ def edit(
 
 
 def _hand_out(
-    base: MotionDB,
-    made: GrammarSequence,
+    base: motiondb.MotionDB,
+    made: motiondb.GrammarSequence,
     seed: int,
     paths: tuple[Path | None, Path | None],
     save: str | None,
     how: dict[str, object],
-) -> WrittenSequence:
+) -> answers.WrittenSequence:
     """Write, draw and save a sequence, each if a path or a name is given; return its facts."""
     output, png = paths
     facts = _written(base, made, seed, output)
@@ -192,74 +182,71 @@ def _hand_out(
     return replace(facts, capture=save)
 
 
-def _offer(base: MotionDB, name: str, edited: Edit, seed: int, output: Path | None) -> OfferedEdits:
+def _offer(
+    base: motiondb.MotionDB, name: str, edited: motiondb.Edit, seed: int, output: Path | None
+) -> answers.OfferedEdits:
     """Play the alternatives; write them as NAME-1, NAME-2, ... if an output is named.
 
     An alternative that cannot be played because captures were removed is listed with the reason. If
     none can be played, the first reason is raised.
     """
-    from motiondb import QueryError
-    from motiondb.answers.grammars import Alternative, OfferedEdits, Unplayable
-    from motiondb.answers.plain import extended
-
-    rows: list[Alternative | Unplayable] = []
+    rows: list[answers.Alternative | answers.Unplayable] = []
     faults = []
     for number, other in enumerate(edited.alternatives):
         known: Any = {"region": other.string, "log_probability": other.log_probability}
         try:
             made = base.grammars.play(name, edited, number)
-        except QueryError as fault:
+        except motiondb.QueryError as fault:
             faults.append(fault)
             string = edited.tree(number).leaves()
-            rows.append(Unplayable(string=string, not_playable=str(fault), **known))
+            rows.append(answers.Unplayable(string=string, not_playable=str(fault), **known))
             continue
         file = output and options.numbered(output, number + 1)
-        rows.append(extended(Alternative, _written(base, made, seed, file), **known))
+        rows.append(
+            answers.extended(answers.Alternative, _written(base, made, seed, file), **known)
+        )
     if rows and len(faults) == len(rows):
         raise faults[0]
     string = edited.before.leaves()
-    return OfferedEdits(grammar=name, string=string, region=edited.region, alternatives=rows)
+    return answers.OfferedEdits(
+        grammar=name, string=string, region=edited.region, alternatives=rows
+    )
 
 
 def _written(
-    base: MotionDB, made: GrammarSequence, seed: int, output: Path | None
-) -> WrittenSequence:
+    base: motiondb.MotionDB, made: motiondb.GrammarSequence, seed: int, output: Path | None
+) -> answers.WrittenSequence:
     """Return the facts of the motion, which is written if a file is named."""
-    from motiondb.answers.grammars import WrittenSequence
-    from motiondb.answers.plain import extended
-
     if output:
         return base.grammars.write(made, output, seed)
-    return extended(WrittenSequence, base.grammars.facts(made, seed))
+    return answers.extended(answers.WrittenSequence, base.grammars.facts(made, seed))
 
 
-def _say_offer(offered: OfferedEdits) -> None:
-    from motiondb.answers.grammars import Unplayable
-
-    string, region = offered.string, offered.region
-    start, end = region.start, region.end
+def _say_offer(offered: answers.OfferedEdits) -> None:
+    string, edited = offered.string, offered.region
+    start, end = edited.start, edited.end
     marked = [*string[:start], "[", *string[start:end], "]", *string[end:]]
-    printing.say(f"{' '.join(marked)}   {region.symbol} derives {start} to {end - 1}")
+    printing.say(f"{' '.join(marked)}   {edited.symbol} derives {start} to {end - 1}")
     if not offered.alternatives:
-        more = ": try a wider region (--wider)" if region.path else ""
+        more = ": try a wider region (--wider)" if edited.path else ""
         printing.say(f"nothing else is possible there{more}")
         return
     rows = []
     for number, one in enumerate(offered.alternatives, start=1):
-        row = [str(number), " ".join(one.region) or "nothing", f"{one.log_probability:.2f}"]
-        if isinstance(one, Unplayable):
-            rows.append([*row, "", "", ""])
-        else:
-            rows.append([*row, f"{one.seconds:.2f}", f"{one.join_cost:.2f}", one.output or ""])
+        made = ["", "", ""]
+        if not isinstance(one, answers.Unplayable):
+            made = [f"{one.seconds:.2f}", f"{one.join_cost:.2f}", one.output or ""]
+        region = " ".join(one.region) or "nothing"
+        rows.append([number, region, f"{one.log_probability:.2f}", *made])
     columns = ["rank", "region", "log probability", "seconds", "join cost", "file"]
     used = len(columns) if any(row[-1] for row in rows) else len(columns) - 1
-    printing.print_table("", columns[:used], [row[:used] for row in rows])
+    printing.print_table(columns[:used], [row[:used] for row in rows])
     for number, one in enumerate(offered.alternatives, start=1):
-        if isinstance(one, Unplayable):
+        if isinstance(one, answers.Unplayable):
             printing.warn(f"note: {number} cannot be played: {one.not_playable}")
 
 
-def _say_made(facts: WrittenSequence) -> None:
+def _say_made(facts: answers.WrittenSequence) -> None:
     where = f" written to {facts.output}" if facts.output else ""
     kept = f", kept as {facts.capture}" if facts.capture else ""
     printing.say(f"{facts.seconds:.2f} s of motion{where}{kept} (seed {facts.seed})")

@@ -9,14 +9,13 @@ from typing import Annotated
 
 import typer
 
+import motiondb
 from motiondb.cli import options, printing
 
-
-def register(app: typer.Typer) -> None:
-    """Add the command to the app."""
-    app.command()(serve)
+app = options.Commands()
 
 
+@app.command()
 def serve(
     shared: options.Shared,
     host: Annotated[
@@ -64,10 +63,7 @@ def serve(
 
     The database is held only while a request is answered, so commands work beside it.
     """
-    from motiondb import PageSettings
-    from motiondb import serve as run
-
-    settings = PageSettings(
+    settings = motiondb.PageSettings(
         shared.db,
         host,
         port,
@@ -84,7 +80,7 @@ def serve(
             printing.say(f"The page is at {address}  (Ctrl-C ends it)")
 
     try:
-        run(settings, told, lambda text: printing.warn(f"note: {text}"), open_browser)
+        motiondb.serve(settings, told, lambda text: printing.warn(f"note: {text}"), open_browser)
     except SystemExit as ended:  # by a signal; a question may still be computed, for minutes
         sys.stdout.flush()
         sys.stderr.flush()

@@ -7,31 +7,26 @@ from typing import Annotated
 
 import typer
 
+import motiondb
+from motiondb import answers
 from motiondb.cli import options, printing
 
-
-def register(app: typer.Typer) -> None:
-    """Add the commands to the app."""
-    group = options.Commands(
-        help="The vocabulary, and the captions of captures.", invoke_without_command=True
-    )
-    group.callback()(words)
-    group.command("set")(set_words)
-    group.command("import")(import_words)
-    group.command("export")(export_words)
-    group.command("history")(show_history)
-    group.command("synonyms")(set_synonyms)
-    app.add_typer(group, name="words")
-    marks = options.Commands(
-        help="Events of captures: foot strikes, catches and releases of a ball.",
-        invoke_without_command=True,
-    )
-    marks.callback()(events)
-    marks.command("show")(show_events)
-    marks.command("import")(import_events)
-    app.add_typer(marks, name="events")
+app = options.Commands()
+speaking = options.Commands(
+    name="words",
+    help="The vocabulary, and the captions of captures.",
+    invoke_without_command=True,
+)
+marking = options.Commands(
+    name="events",
+    help="Events of captures: foot strikes, catches and releases of a ball.",
+    invoke_without_command=True,
+)
+app.add_typer(speaking)
+app.add_typer(marking)
 
 
+@speaking.callback()
 def words(context: typer.Context, shared: options.Shared) -> None:
     """List the words of the database with their most probable symbols."""
     if context.invoked_subcommand is not None:
@@ -41,31 +36,26 @@ def words(context: typer.Context, shared: options.Shared) -> None:
     if printing.as_json(shared, rows):
         return
     table = [
-        [
-            r.word,
-            str(r.count),
-            "  ".join(f"{s.symbol}: {s.probability:.2f}" for s in r.symbols),
-        ]
+        [r.word, r.count, "  ".join(f"{s.symbol}: {s.probability:.2f}" for s in r.symbols)]
         for r in rows
     ]
-    printing.print_table("", ["word", "count", "symbols t(word | symbol)"], table)
+    printing.print_table(["word", "count", "symbols t(word | symbol)"], table)
 
 
+@speaking.command("set")
 def set_words(
     shared: options.Shared,
-    name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
+    name: options.CaptureName,
     text: Annotated[str, typer.Argument(metavar="WORDS", help="Words that describe it.")],
     start: options.From = None,
     end: options.To = None,
     keep: Annotated[bool, typer.Option("--keep", help="Keep the present captions.")] = False,
 ) -> None:
     """Set the caption of a capture or of a part of it."""
-    from motiondb.answers.catalogue import CaptionsSet
-
     with shared.database(writing=True) as base:
         change = base.set_words(name, text, start, end, keep)
         captions = base.captions(name)
-    said = CaptionsSet(
+    said = answers.CaptionsSet(
         name, [c.words for c in captions], bool(change.counted), list(change.new_words)
     )
     if printing.as_json(shared, said):
@@ -77,6 +67,7 @@ def set_words(
         printing.say("  to be counted at the next motiondb learn")
 
 
+@speaking.command("import")
 def import_words(
     shared: options.Shared, sheet: Annotated[Path, typer.Argument(help="A sheet (TSV or CSV).")]
 ) -> None:
@@ -94,6 +85,7 @@ def import_words(
     printing.refuse(report.problems)
 
 
+@speaking.command("export")
 def export_words(
     shared: options.Shared,
     sheet: Annotated[
@@ -114,9 +106,10 @@ def export_words(
         printing.print_notes(report.notes)
 
 
+@speaking.command("history")
 def show_history(
     shared: options.Shared,
-    name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
+    name: options.CaptureName,
 ) -> None:
     """List the captions that a capture has had, oldest first, with the runs that set them."""
     with shared.database() as base:
@@ -124,12 +117,13 @@ def show_history(
     if printing.as_json(shared, versions):
         return
     rows = [
-        [str(v.run), v.kind, v.time, "; ".join(printing.say_caption(c) for c in v.words) or "-"]
+        [v.run, v.kind, v.time, "; ".join(printing.say_caption(c) for c in v.words) or "-"]
         for v in versions
     ]
-    printing.print_table("", ["run", "command", "time", "words"], rows)
+    printing.print_table(["run", "command", "time", "words"], rows)
 
 
+@speaking.command("synonyms")
 def set_synonyms(
     shared: options.Shared, file: Annotated[Path, typer.Argument(help="Lines `word = canonical`.")]
 ) -> None:
@@ -140,6 +134,7 @@ def set_synonyms(
         printing.say(f"{printing.number(len(table), 'synonym')} kept")
 
 
+@marking.callback()
 def events(context: typer.Context, shared: options.Shared) -> None:
     """List the kinds of events with their number, and the number of captures."""
     if context.invoked_subcommand is not None:
@@ -147,29 +142,29 @@ def events(context: typer.Context, shared: options.Shared) -> None:
     with shared.database() as base:
         rows = base.event_rows()
     if printing.as_json(shared, rows):
-        pass
-    elif rows:
-        table = [[row.event, str(row.count), str(row.captures)] for row in rows]
-        printing.print_table("", ["event", "count", "captures"], table)
-    else:
+        return
+    if not rows:
         printing.say("no events; add some with motiondb events import SHEET")
+        return
+    table = [[row.event, row.count, row.captures] for row in rows]
+    printing.print_table(["event", "count", "captures"], table)
 
 
+@marking.command("show")
 def show_events(
     shared: options.Shared,
-    name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
+    name: options.CaptureName,
 ) -> None:
     """List the events of one capture."""
-    from motiondb import shown_event
-
     with shared.database() as base:
-        rows = [shown_event(event) for event in base.events(name)]
+        rows = [motiondb.shown_event(event) for event in base.events(name)]
     if printing.as_json(shared, rows):
         return
-    table = [[f"{row.seconds:.3f}", str(row.frame), row.name, row.joint, row.other] for row in rows]
-    printing.print_table("", ["seconds", "frame", "event", "joint", "other"], table)
+    table = [[f"{row.seconds:.3f}", row.frame, row.name, row.joint, row.other] for row in rows]
+    printing.print_table(["seconds", "frame", "event", "joint", "other"], table)
 
 
+@marking.command("import")
 def import_events(
     shared: options.Shared,
     sheet: Annotated[Path, typer.Argument(help="A sheet of events (TSV or CSV).")],

@@ -1,5 +1,30 @@
 """The answers of the verbs as JSON shows them: one dataclass for each, its fields the keys.
 
 The commands print them with ``--json``, the page's routes answer with them, and the types of the
-page's TypeScript are made from them. Times are in seconds.
+page's TypeScript are made from them. Times are in seconds. ``motiondb.answers.NAME`` imports the
+module of a name when it is first used, so that the command line starts fast.
 """
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from motiondb.answers.catalogue import *  # noqa: F403
+    from motiondb.answers.grammars import *  # noqa: F403
+    from motiondb.answers.learning import *  # noqa: F403
+    from motiondb.answers.making import *  # noqa: F403
+    from motiondb.answers.plain import *  # noqa: F403
+    from motiondb.answers.questions import *  # noqa: F403
+    from motiondb.answers.scenes import *  # noqa: F403
+
+# Those that load least come first
+_MODULES = ("plain", "learning", "catalogue", "questions", "making", "grammars", "scenes")
+
+
+def __getattr__(name: str) -> object:
+    """Import the module that has a name."""
+    for each in () if name.startswith("_") or name in _MODULES else _MODULES:
+        module = import_module(f"{__name__}.{each}")
+        if hasattr(module, name):
+            return getattr(module, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
