@@ -6,31 +6,31 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from motiondb import store
-from motiondb.errors import QueryError
+from motiondb import answers, store
+from motiondb.errors import QueryError, suggestion
 from motiondb.records import Caption, CaptureInfo
-from motiondb.store import Store
+from motiondb.store import CAPTION, COLUMNS, Store
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
-    from motiondb.answers.catalogue import (
-        AddReport,
-        CaptionVersion,
-        FaultyFile,
-        MergeReport,
-        SameFile,
-        SheetWritten,
-        TagRow,
-        Undone,
-    )
     from motiondb.database.catalogue import cataloguing, sheets
     from motiondb.database.cluster import Cluster
     from motiondb.database.generated_files import Made
     from motiondb.database.learn import updating
     from motiondb.database.session import Session
 
+FOLDER = "/"  # How the name of a folder of captures ends
+ANY = "*"  # In a pattern of names: any letters
+
 
 class Archive:
     """What changes the captures of a database.
+
+    ``name`` is the name of a capture, and ``names`` several. ``where`` is a filter on columns and
+    tags of the catalogue, such as "performer=14"; a method with both takes the captures of either.
+    ``start`` and ``end`` are the part of a capture, in seconds. ``progress`` is called with the
+    name of the step, the number done, and the total number. QueryError is raised where there is no
+    such capture, a filter cannot be read, or a part lies outside its capture, and another
+    MotionDBError where a file cannot be read or written; nothing is changed then.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class Archive:
         progress: cataloguing.Progress | None = None,
         events: str | Path | None = None,
         workers: Cluster | None = None,
-    ) -> AddReport:
+    ) -> answers.AddReport:
         """Add captures: files, and all captures below folders.
 
         Broken files are left out and reported; a file whose content is there already changes
@@ -68,13 +68,11 @@ class Archive:
             Sheet of words and tags, TSV or CSV.
         settings : AddSettings, optional
             How files are read and named, and whether they replace captures.
-        progress : callable, optional
-            Called with the name of the step, the number done, and the total number.
         events : str or Path, optional
             Sheet of events, TSV or CSV.
-        workers : Workers, optional
-            Who reads and compares: a :class:`motiondb.Cluster`, to which the files' bytes are
-            sent. None: processes of this machine (``settings.jobs``).
+        workers : Cluster, optional
+            Who reads and compares; the files' bytes are sent to it. None: processes of this machine
+            (``settings.jobs``).
 
         Raises
         ------
@@ -103,8 +101,6 @@ class Archive:
 
         Parameters
         ----------
-        name : str
-            Name of the new capture.
         words : str
             Its caption.
         made : Generated
@@ -114,49 +110,24 @@ class Archive:
         """
         from motiondb.database.generated_files import keep_generated
 
-        with store.transaction(self.store):
-            run_id = store.start_run(self.store, "generate", {"words": words}, seed)
-            captions = [Caption(words)]
-            with store.noting_edits(self.store, run_id):
-                info = keep_generated(
-                    self.store, name, made.motion, made.provenance, captions, run_id
-                )
-            store.finish_run(self.store, run_id)
-        return info
+        opened, captions = self.store, [Caption(words)]
+        with (
+            store.running(opened, "generate", {"words": words}, seed) as run_id,
+            store.noting_edits(opened, run_id),
+        ):
+            return keep_generated(opened, name, made.motion, made.provenance, captions, run_id)
 
     def check_name_free(self, name: str) -> None:
-        """Refuse a name that a capture has already.
-
-        Raises
-        ------
-        QueryError
-            When the name is empty or taken.
-        """
+        """Refuse a name that is empty, or that a capture has already."""
         from motiondb.database.catalogue.cataloguing import check_name_free
 
         check_name_free(self.store, name)
 
     def remove(self, names: Iterable[str] = (), where: str = "") -> list[str]:
-        """Remove captures, all or none; their counts are removed from the learned model.
+        """Remove captures, all or none, and return their full names.
 
-        :meth:`undo` brings them back until the file is compacted.
-
-        Parameters
-        ----------
-        names : iterable of str
-            Names of captures.
-        where : str
-            Filter on the catalogue: also remove these.
-
-        Returns
-        -------
-        list of str
-            Full names of the captures removed.
-
-        Raises
-        ------
-        QueryError
-            When there is no capture of one of the names, or the filter cannot be read.
+        Their counts are removed from the learned model. :meth:`undo` brings them back until the
+        file is compacted.
         """
         from motiondb.database.learn import updating
 
@@ -182,7 +153,7 @@ class Archive:
         prefix: str = "",
         wait: float = 0.0,
         progress: cataloguing.Progress | None = None,
-    ) -> MergeReport:
+    ) -> answers.MergeReport:
         """Take over the captures of another database with their words, tags and provenance.
 
         A capture of the same content gets the words, tags and events that it lacks here. What is
@@ -196,8 +167,6 @@ class Archive:
             Put before the name of every new capture, such as "studio2/".
         wait : float
             Seconds to wait for another process that holds the other database.
-        progress : callable, optional
-            Called with the name of the step, the number done, and the total number.
 
         Raises
         ------
@@ -210,28 +179,13 @@ class Archive:
 
     @staticmethod
     def check_merge(other: str | Path, prefix: str = "", wait: float = 0.0) -> None:
-        """Refuse what :meth:`merge` would refuse, before a database is made for it.
-
-        Parameters
-        ----------
-        other : str or Path
-            The other database.
-        prefix : str
-            Put before the name of every new capture.
-        wait : float
-            Seconds to wait for another process that holds the other database.
-
-        Raises
-        ------
-        MotionDBError
-            When the other database cannot be opened, or no name can begin so.
-        """
+        """Refuse what :meth:`merge` would refuse, before a database is made for it."""
         from motiondb.database.catalogue import merging
 
         merging.check(Path(other), prefix, wait)
 
     def rename(self, old: str, new: str, captures: Iterable[str] | None = None) -> dict[str, str]:
-        """Give a capture another name, or several captures that fit a pattern.
+        """Give a capture another name, or several that fit a pattern; return old and new names.
 
         ``rename("walk_*", "ana/walk_*")`` puts a folder before all names that begin with "walk_".
 
@@ -246,21 +200,45 @@ class Archive:
         captures : iterable of str, optional
             Names of the captures among which the pattern looks. None means all captures.
 
-        Returns
-        -------
-        dict of str to str
-            Old name -> new name of every capture that was renamed.
-
         Raises
         ------
         QueryError
-            When there is no such capture, or a new name is not free or cannot be one.
+            Also when a new name is not free or cannot be one.
         """
-        from motiondb.database.catalogue import editing
+        from motiondb.database.learn import updating
 
-        return editing.rename(self.store, old, new, captures)
+        opened = self.store
+        with store.transaction(opened):
+            everyone = {info.name: info for info in store.load_captures(opened)}
+            if captures is not None:
+                chosen = [store.load_capture(opened, name).name for name in captures]
+                renamed = _names_by_pattern(chosen, old, new)
+            elif old.endswith(FOLDER):
+                renamed = _folder_names(everyone, old, new)
+            elif ANY in old and old not in everyone:
+                renamed = _names_by_pattern(everyone, old, new)
+            else:
+                renamed = {store.load_capture(opened, old).name: new}
+            for name in renamed.values():
+                store.check_new_name(name, "capture")
+                if ANY in name:
+                    raise QueryError(
+                        f"{name!r}: expected a name without {ANY!r}, found one. Nothing was "
+                        f"renamed. For a pattern, put one {ANY!r} into the old name too."
+                    )
+                if name in everyone and name not in renamed:
+                    raise QueryError(
+                        f"{name}: expected a name that is free, found a capture of that name. "
+                        f"Nothing was renamed. Give another name, or rename that one first."
+                    )
+            changed = {before: after for before, after in renamed.items() if before != after}
+            if changed:
+                numbers = {everyone[name].capture_id: new for name, new in changed.items()}
+                with updating.changing(opened, "rename", {"old": old, "new": new}, numbers):
+                    _rename(opened, numbers)
+        return changed
 
-    def undo(self, run: int | None = None) -> Undone:
+    def undo(self, run: int | None = None) -> answers.Undone:
         """Take back the latest change of captures that was not taken back, or that of a run.
 
         What can be undone: ``add``, ``remove``, ``rename``, ``merge``, changes of words, tags and
@@ -278,125 +256,160 @@ class Archive:
             When there is nothing to undo, the run cannot be undone, a later one has changed the
             same captures, or the trash was emptied.
         """
-        from motiondb.database.catalogue import editing
+        from motiondb.database.learn import updating
 
-        return editing.undo(self.store, run)
+        opened = self.store
+        with store.transaction(opened):
+            number = store.find_undoable(opened, run)
+            kind = next(r.kind for r in store.load_runs(opened) if r.run_id == number)
+            edits = store.load_edits(opened, number)
+            added, changed, removed = (
+                [e for e in edits if e.kind == kind] for kind in ("added", "changed", "removed")
+            )
+            names = {info.capture_id: info.name for info in store.load_captures(opened)}
+            there = [e.capture_id for e in (*added, *changed)]
+            if store.SYNONYMS in there:  # they change the words of every capture
+                names[store.SYNONYMS] = "synonyms"
+                there = [*names]
+            parameters = {"run": number, "kind": kind}
+            with updating.changing(opened, store.UNDO, parameters, there) as change:
+                for edit in added:
+                    store.remove_capture(opened, edit.capture_id)
+                renamed = [e for e in changed if names[e.capture_id] != e.name]
+                moving = {e.capture_id for e in (*renamed, *added)}
+                held = {name for capture, name in names.items() if capture not in moving}
+                for edit in renamed:
+                    if edit.name in held:
+                        raise QueryError(
+                            f"{edit.name}: expected the name to be free, found another capture. "
+                            "Rename or remove that one first."
+                        )
+                _rename(opened, {edit.capture_id: edit.name for edit in renamed})
+                for edit in removed:
+                    store.restore_capture(opened, edit.capture_id)
+                    change.added.append(edit.capture_id)
+                for edit in changed:
+                    _restore_parts(opened, edit)
+        return answers.Undone(
+            change.run_id,
+            number,
+            kind,
+            tuple(e.name for e in removed),
+            tuple(names[e.capture_id] for e in added),
+            tuple(e.name for e in changed),
+        )
 
     def set_tags(
         self, tags: Mapping[str, str], names: Iterable[str] = (), where: str = ""
     ) -> list[str]:
-        """Set tags of captures, such as the performer and the licence; others stay.
+        """Set tags, such as the performer and the licence; return the captures that have changed.
 
         Parameters
         ----------
         tags : mapping of str to str
-            Tag -> value; "" removes the tag.
-        names : iterable of str
-            Names of captures.
-        where : str
-            Filter on the catalogue: also these.
-
-        Returns
-        -------
-        list of str
-            Names of the captures whose tags have changed.
+            Tag -> value; "" removes the tag. Others stay.
 
         Raises
         ------
         QueryError
-            When there is no capture of one of the names, the filter cannot be read, or a tag has a
-            name that a column of sheets or of the catalogue has.
+            Also when a tag has a name that a column of sheets or of the catalogue has.
         """
-        from motiondb.database.catalogue import editing
+        from motiondb.files.sheets import tag_fault
 
         with store.transaction(self.store):
             infos = self._chosen(names, where)
-            return editing.set_tags(self.store, infos, tags)
+            for key in tags:
+                fault = tag_fault(key)
+                if key in (*COLUMNS, CAPTION):
+                    fault = "the name of a column of the catalogue"
+                if fault:
+                    raise QueryError(
+                        f"{key!r}: expected the name of a tag, found {fault}. Choose another name."
+                    )
+            given = {key: value.strip() for key, value in tags.items()}
+            for key, value in given.items():
+                if not value.isprintable():
+                    raise QueryError(
+                        f"{key}: expected a value of characters that can be printed, found "
+                        f"{value[:60]!r}."
+                    )
+            every = [(i, {k: v for k, v in {**i.tags, **given}.items() if v}) for i in infos]
+            changed = [(info, merged) for info, merged in every if merged != info.tags]
+            if changed:
+                parameters = {"tags": dict(given), "captures": len(changed)}
+                numbers = [info.capture_id for info, _ in changed]
+                with (
+                    store.running(self.store, "tags", parameters) as run_id,
+                    store.noting_edits(self.store, run_id, numbers),
+                ):
+                    for info, merged in changed:
+                        store.save_tags(self.store, info.capture_id, merged)
+        return [info.name for info, _ in changed]
 
     def add_words(self, words: str, names: Iterable[str] = (), where: str = "") -> list[str]:
-        """Add a caption to several captures by one run, and count it; others stay.
+        """Add a caption, and count it; return the captures that did not have it.
 
         Parameters
         ----------
         words : str
             What each of the captures shows as a whole.
-        names : iterable of str
-            Names of captures.
-        where : str
-            Filter on the catalogue: also these.
-
-        Returns
-        -------
-        list of str
-            Names of the captures that did not have the caption.
-
-        Raises
-        ------
-        QueryError
-            When there is no capture of one of the names, the filter cannot be read, or there is no
-            word.
         """
-        from motiondb.database.catalogue import editing
+        from motiondb.database.learn import updating
 
         caption = Caption(words)
         with store.transaction(self.store):
             infos = self._chosen(names, where)
             for info in infos:
                 _check_caption(info, caption)
-            return editing.add_words(self.store, infos, caption)
+            captions = store.load_captions(self.store)
+            lacking = [info for info in infos if caption not in captions.get(info.capture_id, ())]
+            if lacking:
+                numbers = [info.capture_id for info in lacking]
+                parameters = {"words": caption.words, "captures": len(numbers)}
+                with updating.changing(self.store, "words", parameters, numbers):
+                    for number in numbers:
+                        rows = [*captions.get(number, ()), caption]
+                        store.save_captions(self.store, number, rows)
+        return [info.name for info in lacking]
 
-    def tag_rows(self) -> list[TagRow]:
+    def tag_rows(self) -> list[answers.TagRow]:
         """Every tag with its number of captures and of different values, by name."""
-        from motiondb.answers.catalogue import TagRow
-
         with self.session.reading():
             values: dict[str, list[str]] = {}
             for info in store.load_captures(self.store):
                 for key, value in info.tags.items():
                     values.setdefault(key, []).append(value)
-        return [TagRow(key, len(of), len(set(of))) for key, of in sorted(values.items())]
+        return [answers.TagRow(key, len(of), len(set(of))) for key, of in sorted(values.items())]
 
-    def faulty_files(self) -> list[FaultyFile]:
+    def faulty_files(self) -> list[answers.FaultyFile]:
         """The files that could not be read when they were added, until they are without fault."""
-        from motiondb.answers.catalogue import FaultyFile
-
         with self.session.reading():
-            return [FaultyFile(*row) for row in store.load_faulty(self.store)]
+            return [answers.FaultyFile(*row) for row in store.load_faulty(self.store)]
 
-    def same_files(self) -> list[SameFile]:
+    def same_files(self) -> list[answers.SameFile]:
         """The files that were added although a capture of another name has their content."""
-        from motiondb.answers.catalogue import SameFile
-
         with self.session.reading():
-            return [SameFile(*row) for row in store.load_same_files(self.store)]
+            return [answers.SameFile(*row) for row in store.load_same_files(self.store)]
 
-    def caption_history(self, name: str) -> list[CaptionVersion]:
-        """The captions that a capture has had, oldest first, with the runs that set them.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture.
-        """
-        from motiondb.database.catalogue import editing
-
+    def caption_history(self, name: str) -> list[answers.CaptionVersion]:
+        """The captions that a capture has had, oldest first, with the runs that set them."""
         with self.session.reading():
-            return editing.caption_history(self.store, name)
+            info = store.load_capture(self.store, name)
+            runs = {run.run_id: run for run in store.load_runs(self.store)}
+            now = store.load_captions(self.store, info.capture_id).get(info.capture_id, ())
+            edits = store.load_edits(self.store)
+        return [
+            answers.CaptionVersion(number, runs[number].kind, runs[number].started, words)
+            for number, words in _versions(edits, info.capture_id, info.run_id, now)
+        ]
 
-    def export_words(self, path: str | Path, where: str = "") -> SheetWritten:
+    def export_words(self, path: str | Path, where: str = "") -> answers.SheetWritten:
         """Write captions and tags as a sheet that ``import_words`` reads again without loss.
 
         Parameters
         ----------
         path : str or Path
             The sheet: CSV for the ending .csv, else TSV.
-        where : str
-            Filter on the catalogue.
-
-        Raises
-        ------
-        MotionDBError
-            When the filter cannot be read, or the file cannot be written.
         """
         from motiondb.database.catalogue import sheets
 
@@ -404,25 +417,13 @@ class Archive:
             return sheets.export_words(self.store, path, where)
 
     def import_words(self, sheet: str | Path) -> sheets.ImportReport:
-        """Replace words and tags by those of a sheet; captures without words in it keep theirs.
-
-        Parameters
-        ----------
-        sheet : str or Path
-            TSV or CSV.
-        """
+        """Replace words and tags by those of a sheet; captures without words in it keep theirs."""
         from motiondb.database.catalogue import sheets
 
         return sheets.import_words(self.store, sheet)
 
     def import_events(self, sheet: str | Path) -> sheets.EventReport:
-        """Replace the events of the captures that a sheet names.
-
-        Parameters
-        ----------
-        sheet : str or Path
-            TSV or CSV.
-        """
+        """Replace the events of the captures that a sheet (TSV or CSV) names."""
         from motiondb.database.catalogue import sheets
 
         return sheets.import_events(self.store, sheet)
@@ -441,40 +442,15 @@ class Archive:
 
         Parameters
         ----------
-        name : str
-            Name of the capture.
         words : str
             What it shows.
-        start : float, optional
-            Start of the part of the capture, seconds.
-        end : float, optional
-            End of the part of the capture, seconds.
         keep : bool
             Add to the captions that are there instead of replacing them.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture, no word, or the part lies outside the capture.
         """
         return self._save_captions(name, [Caption(words, start, end)], keep)
 
     def set_captions(self, name: str, captions: Iterable[Caption]) -> updating.Change:
-        """Replace all captions of a capture, and count them.
-
-        Parameters
-        ----------
-        name : str
-            Name of the capture.
-        captions : iterable of Caption
-            Its captions; none removes those that are there.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture, a caption has no word, or its interval lies outside the
-            capture.
-        """
+        """Replace all captions of a capture, and count them; none removes those that are there."""
         return self._save_captions(name, list(captions), keep=False)
 
     def _save_captions(self, name: str, new: list[Caption], keep: bool) -> updating.Change:
@@ -499,11 +475,6 @@ class Archive:
         ----------
         path : str or Path
             Lines ``word = canonical``.
-
-        Raises
-        ------
-        MotionDBError
-            When the file cannot be read.
         """
         from motiondb.database.learn import updating
         from motiondb.files.safe_files import read_user_text
@@ -528,3 +499,80 @@ def _check_caption(info: CaptureInfo, caption: Caption) -> None:
         raise QueryError(f"{info.name}: {outside(info.duration, caption.start, caption.end)}")
     if not caption.words.strip():
         raise QueryError(f"{info.name}: expected words, found none. Say what it shows.")
+
+
+def _folder_names(everyone: Mapping[str, CaptureInfo], old: str, new: str) -> dict[str, str]:
+    """The captures of a folder with their names in another one."""
+    if new and not new.endswith(FOLDER):
+        raise QueryError(
+            f"{new!r}: expected a folder, as {old!r} is one, found no {FOLDER!r} at its end. "
+            f"Give {new + FOLDER!r}."
+        )
+    names = [name for name in everyone if name.startswith(old)]
+    if not names:
+        folders = {n[: n.rindex(FOLDER) + 1] for n in everyone if FOLDER in n}
+        raise QueryError(
+            f"{old!r}: expected a folder of captures, found none whose name begins so."
+            f"{suggestion(old, folders)}"
+        )
+    return {name: new + name.removeprefix(old) for name in names}
+
+
+def _names_by_pattern(names: Iterable[str], old: str, new: str) -> dict[str, str]:
+    """The names that fit a pattern, with what the other pattern makes of them."""
+    for pattern in (old, new):
+        if pattern.count(ANY) != 1:
+            raise QueryError(
+                f"{pattern!r}: expected a pattern with one {ANY!r}, which stands for any letters,"
+                f" found {pattern.count(ANY)}. Nothing was renamed."
+            )
+    (before, after), (head, tail) = old.split(ANY), new.split(ANY)
+    least = len(before) + len(after)
+    fitting = [
+        name
+        for name in names
+        if name.startswith(before) and name.endswith(after) and len(name) >= least
+    ]
+    if not fitting:
+        raise QueryError(f"{old!r}: expected a pattern of names, found no capture that fits.")
+    return {name: head + name[len(before) : len(name) - len(after)] + tail for name in fitting}
+
+
+def _rename(opened: Store, names: Mapping[int, str]) -> None:
+    """Rename captures by their numbers; a new name may be the old one of another."""
+    for number in names:
+        store.rename_capture(opened, number, f"//{number}")
+    for number, name in names.items():
+        store.rename_capture(opened, number, name)
+
+
+def _restore_parts(opened: Store, edit: store.Edit) -> None:
+    """Save tags, captions and events as they were before an edit."""
+    if edit.capture_id == store.SYNONYMS:
+        store.save_synonyms(opened, edit.tags or {})
+    elif edit.tags is not None:
+        store.save_tags(opened, edit.capture_id, edit.tags)
+    if edit.captions is not None:
+        store.save_captions(opened, edit.capture_id, edit.captions)
+    if edit.events is not None:
+        store.save_events(opened, edit.capture_id, edit.events)
+
+
+def _versions(
+    edits: list[store.Edit], capture: int, added: int, last: tuple[Caption, ...]
+) -> list[tuple[int, tuple[Caption, ...]]]:
+    """The runs that set the captions of a capture, with these; first those of what it replaced."""
+    own = [e for e in edits if e.capture_id == capture]
+    changes = [
+        e for e in own if e.captions is not None and e.kind == "changed" and e.run_id > added
+    ]
+    words = [*(edit.captions or () for edit in changes), last]
+    versions = list(zip([added, *(edit.run_id for edit in changes)], words))
+    names = {e.name for e in own if e.kind == "added" and e.run_id == added}
+    replaced = [e for e in edits if e.kind == "removed" and e.run_id == added and e.name in names]
+    for old in replaced:
+        since = [e.run_id for e in edits if e.capture_id == old.capture_id and e.kind == "added"]
+        begun = max((run for run in since if run < added), default=0)
+        if begun:
+            versions = _versions(edits, old.capture_id, begun, old.captions or ()) + versions
+    return versions

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import math
+import re
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
@@ -9,61 +12,56 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from motiondb import store
+import numpy as np
+
+from motiondb import answers, store
 from motiondb.database.archive import Archive
 from motiondb.database.arguments import Example, check_example
 from motiondb.database.catalogue import browsing
+from motiondb.errors import QueryError
 from motiondb.records import (
+    MOTION_FPS,
     Caption,
     CaptureInfo,
     Clip,
     DuplicateGroup,
     Event,
     Float32Array,
+    Match,
     Motion,
     Relation,
 )
 from motiondb.store import Provenance
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
-    from motiondb.answers.catalogue import (
-        CaptureFacts,
-        DatabaseInfo,
-        EventRow,
-        Exported,
-        MatchFile,
-        ShownActivity,
-        ShownSegment,
-    )
-    from motiondb.answers.questions import Comparison
     from motiondb.database.catalogue import exporting
     from motiondb.database.tables import Tables
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
     from motiondb.search.takings import Taking
 
+_UNUSUAL = re.compile(r"[^\w.-]+")  # Characters that names of files of matches do not have
+
 
 class Captures(Archive):
-    """The captures of a database."""
+    """The captures of a database; :class:`Archive` says what the arguments are.
+
+    ``example`` is a file, the name of a stored capture, or a motion. ``answer`` is what ``search``
+    or ``like`` gives. ``path`` of a picture is the file, which is returned. CaptureError is raised
+    where a file cannot be read.
+    """
 
     def captures(self, where: str = "", exact: bool = False, sort: str = "") -> list[CaptureInfo]:
         """The catalogue.
 
         Parameters
         ----------
-        where : str
-            Filter on columns and tags, such as "performer=14".
         exact : bool
-            Whether words in it that are in no caption and no tag match nothing; otherwise such a
-            word may be replaced by a known one (``taken_in_filter``).
+            Whether words of ``where`` that are in no caption and no tag match nothing; otherwise
+            such a word may be replaced by a known one (:meth:`taken_in_filter`).
         sort : str
             Column or tag to sort by, such as "duration"; "-duration": the longest first. "": in
             order of number.
-
-        Raises
-        ------
-        QueryError
-            When the filter cannot be read or names an unknown column, or there is none to sort by.
         """
         with self.session.reading():
             if exact or not where.strip():
@@ -76,13 +74,7 @@ class Captures(Archive):
             return browsing.sort_captures(self.session, infos, sort) if sort else infos
 
     def taken_in_filter(self, where: str) -> Mapping[str, Taking]:
-        """The known words that replace words of a filter that are in no caption and no tag.
-
-        Parameters
-        ----------
-        where : str
-            The filter.
-        """
+        """The known words that replace words of a filter that are in no caption and no tag."""
         if not where.strip():
             return {}
         from motiondb.database.catalogue import filter_words
@@ -97,38 +89,20 @@ class Captures(Archive):
 
         Parameters
         ----------
-        where : str
-            Filter on columns and tags, such as "performer=14".
         sort : str
             Column to sort by, such as "duration", or "tag.NAME"; "-duration": the longest first.
         offset : int
             Number of the first row, from 0.
         limit : int
             Largest number of rows.
-
-        Raises
-        ------
-        QueryError
-            When the filter cannot be read, or there is no such column to sort by.
         """
         return browsing.browse(self.session, where, sort, offset, limit)
 
     def facets(self, where: str = "") -> tuple[browsing.Facet, ...]:
-        """How many captures have each value of columns and tags.
-
-        Parameters
-        ----------
-        where : str
-            Filter on columns and tags.
-
-        Raises
-        ------
-        QueryError
-            When the filter cannot be read.
-        """
+        """How many captures have each value of columns and tags."""
         return browsing.facets(self.session, where)
 
-    def info(self) -> DatabaseInfo:
+    def info(self) -> answers.DatabaseInfo:
         """What is in the database: numbers of captures, grammars, symbols and words."""
         with self.session.reading():
             return browsing.database_info(self.session)
@@ -143,25 +117,13 @@ class Captures(Archive):
             return browsing.rows_by_name(self.session).get(name)
 
     def relations(self, name: str | None = None) -> list[Relation]:
-        """Copies, mirror images and cuts.
-
-        Parameters
-        ----------
-        name : str, optional
-            One capture; None: all.
-        """
+        """Copies, mirror images and cuts; of one capture, or of all."""
         with self.session.reading():
             full = store.load_capture(self.store, name).name if name else None
             return store.load_relations(self.store, full)
 
     def duplicates(self, where: str = "") -> tuple[DuplicateGroup, ...]:
-        """Groups of captures that repeat one another, in each the one to keep first.
-
-        Parameters
-        ----------
-        where : str
-            Filter on the catalogue; groups with at least one such capture are returned.
-        """
+        """Groups of captures that repeat one another, with at least one that matches."""
         from motiondb.search.copies import group_duplicates
 
         with self.session.reading():
@@ -176,24 +138,7 @@ class Captures(Archive):
         start: float | None = None,
         end: float | None = None,
     ) -> Motion:
-        """A motion on the canonical body, at 30 frames a second.
-
-        Parameters
-        ----------
-        example : str, Path, Clip or Motion
-            A file, the name of a stored capture, or a motion.
-        start : float, optional
-            Start of the part of the motion, seconds.
-        end : float, optional
-            End of the part of the motion, seconds.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture, or the part lies outside it.
-        CaptureError
-            When a file cannot be read.
-        """
+        """A motion, or a part of it, on the canonical body, at 30 frames a second."""
         from motiondb.body.features import FEATURE_STEP
         from motiondb.body.retarget import to_motion
         from motiondb.database.catalogue.parts import cut_motion
@@ -229,12 +174,6 @@ class Captures(Archive):
 
         Parameters
         ----------
-        example : str, Path, Clip or Motion
-            A file, the name of a stored capture, or a motion.
-        start : float, optional
-            Start of the part of the motion, seconds.
-        end : float, optional
-            End of the part of the motion, seconds.
         whitened : bool
             Whether to rotate and scale them as the database has learned, so that the columns are
             uncorrelated and have variance 1 over all captures.
@@ -246,8 +185,8 @@ class Captures(Archive):
 
         Raises
         ------
-        MotionDBError
-            As for :meth:`motion`; NotLearnedError when they should be whitened before ``learn``.
+        NotLearnedError
+            When they should be whitened before ``learn``.
         """
         from motiondb.body.features import recognition_features
 
@@ -256,13 +195,7 @@ class Captures(Archive):
             return self.session.learned.feature_space.project(features) if whitened else features
 
     def clip(self, name: str) -> Clip:
-        """A stored capture on its own skeleton and at its own rate, as it was read when added.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture.
-        """
+        """A stored capture on its own skeleton and at its own rate, as it was read when added."""
         from motiondb.database.catalogue.file_reading import read_stored
 
         with self.session.reading():
@@ -279,39 +212,23 @@ class Captures(Archive):
         end: float | None = None,
         canonical: bool = False,
         changes: exporting.MotionChanges | None = None,
-    ) -> Exported:
+    ) -> answers.Exported:
         """Write a capture to a file; in its original format, the bytes are those that were added.
+
+        A part of a capture, and a changed motion, are always written as a new file.
 
         Parameters
         ----------
-        name : str
-            Name of the capture.
         path : str or Path
             The ending says the format: .bvh, .fbx, .glb, .gltf, .usd, .usda or .usdc, or the
             ending of the added file; .npz, .csv and .parquet hold positions, velocities and
             contacts of the feet (see :mod:`motiondb.files.arrays`). With the added AMC, its
             skeleton is written beside it (.asf).
-        start : float, optional
-            Start of the part of the capture, seconds. A part of a capture is always written as a
-            new file.
-        end : float, optional
-            End of the part of the capture, seconds.
         canonical : bool
             Write the motion on the canonical body at 30 frames a second.
         changes : MotionChanges, optional
-            How the motion is changed before. A changed motion is always written as a new file.
-
-        Returns
-        -------
-        Exported
-            The names of the files, and what was done.
-
-        Raises
-        ------
-        MotionDBError
-            When there is no such capture, or the file cannot be written.
+            How the motion is changed before.
         """
-        from motiondb.answers.catalogue import Exported
         from motiondb.database.catalogue import exporting
         from motiondb.database.catalogue.parts import cut_clip, cut_motion
 
@@ -336,7 +253,7 @@ class Captures(Archive):
             made = exporting.write_changed(clip, path, asked, owner)
         unit = exporting.unit_in(path, made.clip)
         clip = made.clip
-        return Exported(
+        return answers.Exported(
             info.name, path, clip.fps, clip.n_frames, unit, False, made.said, None, made.fit
         )
 
@@ -359,35 +276,67 @@ class Captures(Archive):
 
     def export_matches(
         self, answer: WordAnswer | ExampleAnswer, folder: str | Path, question: str = ""
-    ) -> list[MatchFile]:
+    ) -> list[answers.MatchFile]:
         """Write the intervals of an answer as BVH, each with its origin and licence beside it.
 
         Parameters
         ----------
-        answer : WordAnswer or ExampleAnswer
-            The answer of ``search`` or ``like``.
         folder : str or Path
             The folder, which is made if there is none.
         question : str
             What was asked, for the files beside.
-
-        Raises
-        ------
-        MotionDBError
-            When a file cannot be written.
         """
-        from motiondb.database.match_files import write_matches
+        from motiondb.files.own_files import check_overwriting, provenance_path
 
+        folder = Path(folder)
+        try:
+            folder.mkdir(exist_ok=True)
+        except OSError as error:
+            raise QueryError(
+                f"{folder}: expected a folder that can be made, found: {error.strerror}. Name "
+                "another."
+            ) from None
+        paths = [folder / f"{_file_name(match)}.bvh" for match in answer.matches]
+        for path in paths:  # before any is written
+            check_overwriting(path)
+            check_overwriting(provenance_path(path))
         with self.session.reading():
-            return write_matches(self.store, answer.matches, Path(folder), question, self.export)
+            return [self._write_match(*each, question) for each in zip(answer.matches, paths)]
+
+    def _write_match(self, match: Match, path: Path, question: str) -> answers.MatchFile:
+        """Write one match and its origin."""
+        from motiondb.database.catalogue.parts import write_bytes
+        from motiondb.files.own_files import WRITER, digest_of, provenance_path
+
+        info = store.load_capture(self.store, match.capture)
+        sources = store.load_provenance(self.store, info.capture_id).sources
+        licence = info.tags.get("licence", "unknown")
+        self.export(match.capture, path, match.start, match.end)
+        origin = {
+            "written_by": WRITER,
+            "sha256": digest_of(path),
+            "question": question,
+            "rank": match.rank,
+            "capture": match.capture,
+            "start": match.start,
+            "end": match.end,
+            "place": match.place,
+            "score": match.score,
+            "probability": match.probability,
+            "kind": info.kind,
+            "licence": licence,
+            "performer": info.tags.get("performer", "unknown"),
+            "file": info.path,
+            "file_sha256": info.sha256,
+            "made_of": [vars(source) for source in sources],
+        }
+        beside = provenance_path(path)
+        write_bytes(beside, json.dumps(answers.to_json(origin), indent=1).encode())
+        return answers.MatchFile(match.rank, match.capture, path, beside, licence)
 
     def compare(
-        self,
-        first: Example,
-        second: Example,
-        png: str | Path | None = None,
-        parts: tuple[tuple[float | None, float | None], ...] = ((None, None), (None, None)),
-    ) -> Comparison:
+        self, first: Example, second: Example, png: str | Path | None = None
+    ) -> answers.Comparison:
         """Align two motions by dynamic time warping, and measure how far they are apart.
 
         Poses are compared on the standard body, relative to the pelvis and the heading.
@@ -395,29 +344,42 @@ class Captures(Archive):
         Parameters
         ----------
         first : str, Path, Clip or Motion
-            A file, the name of a stored capture, or a motion.
-        second : str, Path or Motion
-            The same.
+            An example.
+        second : str, Path, Clip or Motion
+            Another.
         png : str or Path, optional
             Draw the distances of all poses with the alignment into this file.
-        parts : pair of pairs of float or None
-            Start and end of the part of either that is compared, seconds.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture, or a part lies outside it.
         """
-        from motiondb.database.comparing import compare
+        from motiondb import pictures
+        from motiondb.body.body import JOINTS
+        from motiondb.search.alignment import MOST_POSES, align
+        from motiondb.search.copies import copy_poses, mirror_poses
 
-        both = (first, second)
-        motions = [self.motion(each, *part) for each, part in zip(both, parts)]
-        names = [str(each) if isinstance(each, str | Path) else "motion" for each in both]
-        starts = [part[0] or 0.0 for part in parts]
-        return compare(
-            (names[0], names[1]),
-            (motions[0], motions[1]),
-            (starts[0], starts[1]),
+        names = [str(e) if isinstance(e, str | Path) else "motion" for e in (first, second)]
+        motions = self.motion(first), self.motion(second)
+        step = math.ceil(max(motion.n_frames for motion in motions) / MOST_POSES)
+        poses, others = (copy_poses(motion)[::step] for motion in motions)
+        found, mirrored = align(poses, others), align(mirror_poses(poses), others)
+        times = found.path.T * (step / MOTION_FPS)
+        if png is not None:
+            spans = [(0.0, motion.n_frames / MOTION_FPS) for motion in motions]
+            figure = pictures.comparison_figure(
+                (names[0], names[1]), found.costs, (times[0], times[1]), (spans[0], spans[1])
+            )
+            pictures.save_png(figure, png)
+        order = np.argsort(-found.joint_distances)
+        return answers.Comparison(
+            names[0],
+            names[1],
+            round(float(found.distances.mean()), 4),
+            round(float(mirrored.distances.mean()), 4),
+            round(motions[0].duration, 3),
+            round(motions[1].duration, 3),
+            tuple(
+                answers.JointDistance(JOINTS[n], round(float(found.joint_distances[n]), 4))
+                for n in order
+            ),
+            tuple((round(float(a), 3), round(float(b), 3)) for a, b in zip(*times)),
             None if png is None else Path(png),
         )
 
@@ -432,19 +394,8 @@ class Captures(Archive):
 
         Parameters
         ----------
-        answer : WordAnswer or ExampleAnswer
-            The answer of ``search`` or ``like``.
-        path : str or Path
-            The picture.
-        title : str
-            Title of the picture.
         example : Motion, optional
             The example, which is drawn above the matches.
-
-        Raises
-        ------
-        MotionDBError
-            When the answer has no matches, or the picture cannot be written.
         """
         from motiondb.database import searching
 
@@ -453,32 +404,14 @@ class Captures(Archive):
     def draw_reasons(self, answer: WordAnswer, path: str | Path, title: str = "") -> Path:
         """Draw the best match over a timeline of contributions for each word, as PNG.
 
-        Parameters
-        ----------
-        answer : WordAnswer
-            The answer of ``search``, but not one by symbols.
-        path : str or Path
-            The picture.
-        title : str
-            Title of the picture.
-
-        Raises
-        ------
-        QueryError
-            When the answer has no reasons.
+        QueryError is raised for an answer without reasons, such as one by symbols.
         """
         from motiondb.database import searching
 
         return searching.draw_reasons(self.session, answer, path, title)
 
     def captions(self, name: str) -> tuple[Caption, ...]:
-        """The captions of a capture.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture.
-        """
+        """The captions of a capture."""
         with self.session.reading():
             number = store.load_capture(self.store, name).capture_id
             return store.load_captions(self.store, number).get(number, ())
@@ -489,13 +422,7 @@ class Captures(Archive):
             return dict(store.load_captions(self.store))
 
     def events(self, name: str) -> tuple[Event, ...]:
-        """Instants of a capture, by frames of its motion (30 a second).
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture.
-        """
+        """Instants of a capture, by frames of its motion (30 a second)."""
         with self.session.reading():
             number = store.load_capture(self.store, name).capture_id
             return store.load_events(self.store, number).get(number, ())
@@ -505,36 +432,24 @@ class Captures(Archive):
         with self.session.reading():
             return dict(store.load_events(self.store))
 
-    def event_rows(self) -> list[EventRow]:
+    def event_rows(self) -> list[answers.EventRow]:
         """The kinds of events, each with its number of events and of captures, by name."""
-        from motiondb.answers.catalogue import EventRow
-
         known = self.all_events().values()
         events = Counter(event.name for of_one in known for event in of_one)
         captures = Counter(name for of_one in known for name in {e.name for e in of_one})
-        return [EventRow(name, count, captures[name]) for name, count in sorted(events.items())]
+        return [
+            answers.EventRow(name, count, captures[name]) for name, count in sorted(events.items())
+        ]
 
-    def segments(self, name: str) -> list[ShownSegment]:
-        """Symbols of a capture with their times (seconds); empty if it is not learned.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture.
-        """
+    def segments(self, name: str) -> list[answers.ShownSegment]:
+        """Symbols of a capture with their times (seconds); empty if it is not learned."""
         from motiondb.database import showing
 
         with self.session.reading():
             return showing.searched_segments(self.session, name)
 
-    def activities(self, name: str) -> list[ShownActivity]:
-        """The successive activities of a capture; empty if there is only one.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture.
-        """
+    def activities(self, name: str) -> list[answers.ShownActivity]:
+        """The successive activities of a capture; empty if there is only one."""
         from motiondb.database import showing
 
         with self.session.reading():
@@ -542,25 +457,13 @@ class Captures(Archive):
             return showing.capture_activities(self.session, info.capture_id)
 
     def provenance(self, name: str) -> Provenance:
-        """Origin of every frame of a generated capture; without sources for a captured one.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture.
-        """
+        """Origin of every frame of a generated capture; without sources for a captured one."""
         with self.session.reading():
             info = store.load_capture(self.store, name)
             return store.load_provenance(self.store, info.capture_id)
 
-    def show(self, name: str) -> CaptureFacts:
-        """Facts of one capture, for print or JSON; times in seconds.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture.
-        """
+    def show(self, name: str) -> answers.CaptureFacts:
+        """Facts of one capture, for print or JSON; times in seconds."""
         from motiondb.database import showing
 
         with self.session.reading():
@@ -576,21 +479,15 @@ class Captures(Archive):
     def animate(
         self, name: str, path: str | Path, start: float | None = None, end: float | None = None
     ) -> Path:
-        """Draw a capture as an animated GIF of a stick figure in real time.
-
-        Parameters
-        ----------
-        name : str
-            Name of the capture.
-        path : str or Path
-            The GIF.
-        start : float, optional
-            Start of the part of the capture, seconds.
-        end : float, optional
-            End of the part of the capture, seconds.
-        """
+        """Draw a capture, or a part of it, as an animated GIF of a stick figure in real time."""
         from motiondb import pictures
 
         with self.session.reading():
             name = store.load_capture(self.store, name).name
             return pictures.draw_animation(self.motion(name, start, end), path)
+
+
+def _file_name(match: Match) -> str:
+    """The name of a file: rank, capture and interval."""
+    plain = _UNUSUAL.sub("-", match.capture.replace("/", "-"))[:100]
+    return f"{match.rank:03d}_{plain}_{match.start:.2f}-{match.end:.2f}"

@@ -12,9 +12,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from motiondb import pictures, store
-from motiondb.answers.making import Source
-from motiondb.answers.plain import to_json
+from motiondb import answers, pictures, store
 from motiondb.body.retarget import to_clip
 from motiondb.database.catalogue.exporting import (
     MotionChanges,
@@ -26,7 +24,7 @@ from motiondb.database.catalogue.exporting import (
 from motiondb.database.catalogue.parts import write_bytes
 from motiondb.files import to_bvh
 from motiondb.files.own_files import WRITER, check_overwriting, digest_of, provenance_path
-from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Motion
+from motiondb.records import MOTION_FPS, BoolArray, Caption, CaptureInfo, Motion
 
 
 class Made(Protocol):
@@ -55,7 +53,7 @@ def write_with_provenance(
     asked = changes or MotionChanges()
     check_joint_map(asked, uses_names=False)
     check_changes(asked, path)
-    told = to_json(facts).items()
+    told = answers.to_json(facts).items()
     kept = {k: v for k, v in told if k != "question" and (k != "words_from" or v)}
     beside = provenance_path(path)
     check_overwriting(beside)
@@ -76,10 +74,10 @@ def draw_generated(made: Made, title: str, path: str | Path) -> Path:
     return pictures.save_png(pictures.strip_figure(made.motion, title, [timeline]), path)
 
 
-def sources_of(provenance: store.Provenance) -> tuple[Source, ...]:
+def sources_of(provenance: store.Provenance) -> tuple[answers.Source, ...]:
     """The captures that frames come from, with licence, digest and number of frames."""
     return tuple(
-        Source(
+        answers.Source(
             s.name, s.licence or "unknown", s.sha256, int((provenance.source_numbers == n).sum())
         )
         for n, s in enumerate(provenance.sources)
@@ -142,13 +140,29 @@ def _step(edit: str) -> float:
 def source_spans(made: Made) -> list[tuple[float, float, str, str]]:
     """Spans (seconds) of the sources, for a timeline."""
     numbers = made.provenance.source_numbers
-    cuts = [0, *(np.flatnonzero(np.diff(numbers)) + 1).tolist(), len(numbers)]
     names = [s.name for s in made.provenance.sources]
     spans = []
-    for a, b in pairwise(cuts):
+    for a, b in runs_between(np.diff(numbers) != 0):
         name = names[numbers[a]] if numbers[a] >= 0 else "model"
         spans.append((a / MOTION_FPS, b / MOTION_FPS, name, name))
     return spans
+
+
+def runs_between(breaks: BoolArray) -> list[tuple[int, int]]:
+    """Runs [start, end) of frames; `breaks` (frames - 1,) says where another one begins."""
+    return list(pairwise([0, *(np.flatnonzero(breaks) + 1).tolist(), len(breaks) + 1]))
+
+
+def leaves_out(provenance: store.Provenance) -> BoolArray:
+    """Whether a capture ends or frames of it are left out between two frames: (frames - 1,)."""
+    changed = np.diff(provenance.source_numbers) != 0
+    return np.asarray(changed | (np.abs(np.diff(provenance.source_frames)) > _LEFT_OUT))
+
+
+def edits_in(provenance: store.Provenance, start: int, end: int) -> list[str]:
+    """What was done to frames [start, end), each once."""
+    said = (part for edit in provenance.edits[start:end] for part in edit.split(", "))
+    return sorted({"blend" if part.startswith("blend") else part for part in said if part})
 
 
 _LEFT_OUT = 2.0
@@ -172,13 +186,9 @@ def stretches(provenance: store.Provenance) -> tuple[Stretch, ...]:
     numbers, frames = provenance.source_numbers, provenance.source_frames
     if not len(numbers):
         return ()
-    breaks = (np.diff(numbers) != 0) | (np.abs(np.diff(frames)) > _LEFT_OUT)
-    bounds = [0, *(np.flatnonzero(breaks) + 1).tolist(), len(numbers)]
     runs = []
-    for start, end in pairwise(bounds):
+    for start, end in runs_between(leaves_out(provenance)):
         source = provenance.sources[number] if (number := int(numbers[start])) >= 0 else None
-        said = (part for edit in provenance.edits[start:end] for part in edit.split(", "))
-        edits = sorted({"blend" if part.startswith("blend") else part for part in said if part})
         runs.append(
             Stretch(
                 round(start / MOTION_FPS, 3),
@@ -186,7 +196,7 @@ def stretches(provenance: store.Provenance) -> tuple[Stretch, ...]:
                 source.name if source else "",
                 round(float(frames[start]) / MOTION_FPS, 3) if source else 0.0,
                 (source.licence if source else "") or "unknown",
-                tuple(edits),
+                tuple(edits_in(provenance, start, end)),
             )
         )
     return tuple(runs)

@@ -9,11 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from motiondb import store
-from motiondb.answers.catalogue import WordProbability
-from motiondb.answers.making import ActionVerdict, DecodedAction, GeneratedAnswer, WrittenMotion
-from motiondb.answers.plain import extended
-from motiondb.answers.questions import understood_question
+from motiondb import answers, store
 from motiondb.database.arguments import check_text
 from motiondb.database.catalogue.exporting import MotionChanges, change_sequence
 from motiondb.database.generated_files import (
@@ -87,84 +83,57 @@ class ActionPlace:
 
 @dataclass(frozen=True, eq=False)
 class Generated:
-    """A motion that was made from a sentence, and how.
-
-    Attributes
-    ----------
-    motion : Motion
-        On the canonical body, at 30 frames a second.
-    symbols : tuple of int
-        Symbols of the excerpts, or those that were decoded.
-    positions : tuple of int
-        Per symbol the number of its action.
-    actions : tuple of tuple of str
-        Known words of every action.
-    decodings : tuple of Decoding
-        Per action; none for stitched motion.
-    recognised : tuple of int
-        Symbols recognised in the motion.
-    provenance : Provenance
-        Origin and licence of every frame.
-    question : KnownQuestion
-        The parsed sentence.
-    smoothness : Smoothness
-        How smooth the motion is, beside the captures that its frames come from.
-    shown : tuple of JudgedAction
-        For each requested action, whether the motion shows it, according to a judge that is
-        independent of the generation.
-    decided : tuple of str
-        What the sentence leaves open, and how it was decided.
-    spans : tuple of (int, int)
-        First frame and last frame + 1 of every action that was made.
-    not_used : tuple of NotUsed
-        What of the sentence the motion takes no account of.
-    words : str
-        The sentence.
-    seed : int
-        The seed.
-    method : str
-        One of ``METHODS``.
-    taken : dict
-        Word that is in no caption -> the known words that replace it; the most probable was used.
-    suggested : dict
-        Word that is in no caption and was not replaced -> suggested known words.
-    sources : tuple of WordSource
-        The captions from which the words were learned, if the database learned with a start.
-    took_all_places : bool
-        Whether no further variant follows because the places that show the sentence about as
-        clearly were all tried.
-    missing : tuple of str
-        Words that name an action of the sentence and are not understood.
-    changed : tuple of str
-        How the motion was changed after it was made; everything else is about the changed motion.
-    places : tuple of (int, int)
-        For each action of stitched motion the number of its place, from 0, and the number of places
-        that show it about as clearly; -1 for an excerpt that is none of them, or that was picked.
-    """
+    """A motion that was made from a sentence, and how."""
 
     motion: Motion
+    """On the canonical body, at 30 frames a second."""
     symbols: tuple[int, ...]
+    """Symbols of the excerpts, or those that were decoded."""
     positions: tuple[int, ...]
+    """Per symbol the number of its action."""
     actions: tuple[tuple[str, ...], ...]
+    """Known words of every action."""
     decodings: tuple[decoding.Decoding, ...]
+    """Per action; none for stitched motion."""
     recognised: tuple[int, ...]
+    """Symbols recognised in the motion."""
     provenance: store.Provenance
+    """Origin and licence of every frame."""
     question: KnownQuestion
+    """The parsed sentence."""
     smoothness: Smoothness
+    """How smooth the motion is, beside the captures that its frames come from."""
     shown: tuple[JudgedAction, ...] = ()
+    """For each requested action, whether the motion shows it, according to a judge that is
+    independent of the generation."""
     decided: tuple[str, ...] = ()
+    """What the sentence leaves open, and how it was decided."""
     spans: tuple[tuple[int, int], ...] = ()
+    """First frame and last frame + 1 of every action that was made."""
     not_used: tuple[NotUsed, ...] = ()
+    """What of the sentence the motion takes no account of."""
     words: str = ""
+    """The sentence."""
     seed: int = 0
+    """The seed."""
     method: str = "stitched"
+    """One of ``METHODS``."""
     taken: Mapping[str, Taking] = field(default_factory=dict)
+    """Word that is in no caption -> the known words that replace it; the most probable was used."""
     suggested: Mapping[str, Taking] = field(default_factory=dict)
+    """Word that is in no caption and was not replaced -> suggested known words."""
     sources: tuple[WordSource, ...] = ()
+    """The captions from which the words were learned, if the database learned with a start."""
     took_all_places: bool = False
+    """Whether no further variant follows because the places that show the sentence about as clearly
+    were all tried."""
     missing: tuple[str, ...] = ()
+    """Words that name an action of the sentence and are not understood."""
     changed: tuple[str, ...] = ()
+    """How the motion was changed after it was made; everything else is about the changed motion."""
     places: tuple[tuple[int, int], ...] = ()
+    """For each action of stitched motion the number of its place, from 0, and the number of places
+    that show it about as clearly; -1 for an excerpt that is none of them, or that was picked."""
 
     @property
     def unknown(self) -> Mapping[str, tuple[str, ...]]:
@@ -186,9 +155,9 @@ class Generated:
             said.append(f"{verdict}: {listed}" if of else "")
         return "; ".join(filter(None, said))
 
-    def facts(self) -> GeneratedAnswer:
+    def facts(self) -> answers.GeneratedAnswer:
         """The request, its decoding and the sources, for JSON; times in seconds."""
-        return GeneratedAnswer(
+        return answers.GeneratedAnswer(
             words=self.words,
             seed=self.seed,
             method=self.method,
@@ -201,48 +170,34 @@ class Generated:
             symbols=self.symbols,
             recognised=self.recognised,
             decodings=tuple(
-                DecodedAction(d.symbols, d.log_probability, d.nodes_expanded, d.certificate)
+                answers.DecodedAction(d.symbols, d.log_probability, d.nodes_expanded, d.certificate)
                 for d in self.decodings
             ),
             sources=sources_of(self.provenance),
             smoothness=self.smoothness,
             words_from=self.sources,
-            question=understood_question(self.question, self.not_used),
+            question=answers.understood_question(self.question, self.not_used),
         )
 
-    def write(self, path: str | Path, changes: MotionChanges | None = None) -> WrittenMotion:
+    def write(
+        self, path: str | Path, changes: MotionChanges | None = None
+    ) -> answers.WrittenMotion:
         """Write the motion, and beside it ``FILE.provenance.json`` with the origin of its frames.
 
         Parameters
         ----------
         path : str or Path
-            The ending says the format: .bvh, .fbx, .glb, .gltf, .usd, .usda or .usdc.
+            The ending says the format: .bvh, .glb, .gltf, .fbx, .usd, .usda or .usdc.
         changes : MotionChanges, optional
             How the file differs: its unit, frame rate and rig. What makes another motion (loop, in
             place, mirror) is not judged here; ask :meth:`MotionDB.generate_variants` for it.
-
-        Returns
-        -------
-        WrittenMotion
-            The facts (:meth:`facts`), with the names of both files.
-
-        Raises
-        ------
-        MotionDBError
-            When the ending is another one, or a file cannot be written.
         """
         facts = self.facts()
         written = write_with_provenance(self, facts, Path(path), changes, self.changed)
-        return extended(WrittenMotion, facts, **written)
+        return answers.extended(answers.WrittenMotion, facts, **written)
 
     def draw(self, path: str | Path) -> Path:
-        """Draw a strip of stick figures over the sources of the frames, as PNG.
-
-        Raises
-        ------
-        MotionDBError
-            When the file cannot be written.
-        """
+        """Draw a strip of stick figures over the sources of the frames, as PNG."""
         return draw_generated(self, self.words, path)
 
 
@@ -471,15 +426,15 @@ def _with_notation(one: JudgedAction, takings: Mapping[str, Taking]) -> JudgedAc
     return replace(one, words=words, shown=None, probability=None, reason=why)
 
 
-def _verdict(one: JudgedAction) -> ActionVerdict:
+def _verdict(one: JudgedAction) -> answers.ActionVerdict:
     """One action for JSON; times in seconds."""
-    return ActionVerdict(
+    return answers.ActionVerdict(
         one.words,
         round(one.start / MOTION_FPS, 3),
         round(one.end / MOTION_FPS, 3),
         one.shown,
         one.probability,
         one.reason,
-        tuple(WordProbability(word, p) for word, p in one.described),
+        tuple(answers.WordProbability(word, p) for word, p in one.described),
         one.done,
     )

@@ -9,9 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from motiondb import store
-from motiondb.answers.making import JoinedAnswer, JoinedPart, WrittenJoin
-from motiondb.answers.plain import extended
+from motiondb import answers, store
 from motiondb.database.catalogue.exporting import MotionChanges, change_sequence
 from motiondb.database.catalogue.parts import outside
 from motiondb.database.generated_files import draw_generated, sources_of, write_with_provenance
@@ -27,38 +25,29 @@ _PART = re.compile(r"(.+):(\d*\.?\d*)-(\d*\.?\d*)")
 
 @dataclass(frozen=True, eq=False)
 class Joined:
-    """A motion of parts of captures.
-
-    Attributes
-    ----------
-    motion : Motion
-        On the canonical body, at 30 frames a second.
-    provenance : Provenance
-        Origin and licence of every frame.
-    parts : tuple of JoinedPart
-        The parts, in order, as far as they are in the motion.
-    seams : tuple of Seam
-        How far the parts were apart where they meet, as far as they meet in the motion.
-    changed : tuple of str
-        How the motion was changed after the parts were joined.
-    """
+    """A motion of parts of captures."""
 
     motion: Motion
+    """On the canonical body, at 30 frames a second."""
     provenance: store.Provenance
-    parts: tuple[JoinedPart, ...]
+    """Origin and licence of every frame."""
+    parts: tuple[answers.JoinedPart, ...]
+    """The parts, in order, as far as they are in the motion."""
     seams: tuple[Seam, ...]
+    """How far the parts were apart where they meet, as far as they meet in the motion."""
     changed: tuple[str, ...] = ()
+    """How the motion was changed after the parts were joined."""
 
-    def facts(self) -> JoinedAnswer:
+    def facts(self) -> answers.JoinedAnswer:
         """The parts, the seams and the sources, for JSON; times in seconds."""
-        return JoinedAnswer(
+        return answers.JoinedAnswer(
             seconds=round(self.motion.n_frames / MOTION_FPS, 3),
             parts=self.parts,
             seams=self.seams,
             sources=sources_of(self.provenance),
         )
 
-    def write(self, path: str | Path, changes: MotionChanges | None = None) -> WrittenJoin:
+    def write(self, path: str | Path, changes: MotionChanges | None = None) -> answers.WrittenJoin:
         """Write the motion, and beside it ``FILE.provenance.json`` with the origin of its frames.
 
         Parameters
@@ -67,34 +56,13 @@ class Joined:
             The ending says the format, such as .bvh or .glb.
         changes : MotionChanges, optional
             How the file differs: its unit, frame rate and rig.
-
-        Returns
-        -------
-        WrittenJoin
-            The facts (:meth:`facts`), with the names of both files.
-
-        Raises
-        ------
-        MotionDBError
-            When the ending is another one, or a file cannot be written.
         """
         facts = self.facts()
         written = write_with_provenance(self, facts, Path(path), changes, self.changed)
-        return extended(WrittenJoin, facts, **written)
+        return answers.extended(answers.WrittenJoin, facts, **written)
 
     def draw(self, path: str | Path) -> Path:
-        """Draw a strip of stick figures over the sources of the frames, as PNG.
-
-        Parameters
-        ----------
-        path : str or Path
-            The picture.
-
-        Raises
-        ------
-        MotionDBError
-            When the file cannot be written.
-        """
+        """Draw a strip of stick figures over the sources of the frames, as PNG."""
         return draw_generated(self, " + ".join(part.capture for part in self.parts), path)
 
 
@@ -139,7 +107,7 @@ def join_parts(
             if not 0 <= first < behind:
                 raise QueryError(f"{info.name}: {outside(count / MOTION_FPS, start, end)}")
             pieces.append(Piece(place, first, behind))
-            parts.append(JoinedPart(info.name, first / MOTION_FPS, behind / MOTION_FPS))
+            parts.append(answers.JoinedPart(info.name, first / MOTION_FPS, behind / MOTION_FPS))
         joined = join(motions, pieces)
         ids = np.array(list(numbers))
         made, seams, said = joined.made, list(joined.seams), tuple[str, ...]()
@@ -154,16 +122,18 @@ def join_parts(
 
 
 def _within(
-    parts: Sequence[JoinedPart], seams: Sequence[Seam], first: int, made: SequenceMotion
-) -> tuple[list[JoinedPart], list[Seam]]:
+    parts: Sequence[answers.JoinedPart], seams: Sequence[Seam], first: int, made: SequenceMotion
+) -> tuple[list[answers.JoinedPart], list[Seam]]:
     """Return the parts and seams that a motion still has which begins at a frame of the whole."""
-    kept: list[JoinedPart] = []
+    kept: list[answers.JoinedPart] = []
     behind = 0  # Frame of the whole at which a part ends
     for part, count in zip(parts, made.lengths, strict=True):
         start, end = round(part.start * MOTION_FPS), round(part.end * MOTION_FPS)
         if count:
             begin = start + max(first - behind, 0)
-            kept.append(JoinedPart(part.capture, begin / MOTION_FPS, (begin + count) / MOTION_FPS))
+            kept.append(
+                answers.JoinedPart(part.capture, begin / MOTION_FPS, (begin + count) / MOTION_FPS)
+            )
         behind += end - start
     places = [round(seam.seconds * MOTION_FPS) - first for seam in seams]
     return kept, [

@@ -16,43 +16,29 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class LearnedGrammar:
-    """The result of ``grammar learn``.
-
-    Attributes
-    ----------
-    name : str
-        Name of the grammar.
-    sources : tuple of GrammarSource
-        The takes, numbered as in ``terminals.takes``.
-    terminals : Terminals
-        Segments of the takes and their terminals.
-    symbols : array (terminals,)
-        The motion symbol from which each terminal was made, -1 where it was made from none.
-    grammar : Grammar
-        The rules, with their probabilities.
-    sentences : array (sentences, 2)
-        Segments [first, end) of each sentence. The sentences tile the segments, and no sentence
-        spans two takes.
-    parses : tuple of tuple of int
-        For each sentence the numbers of the rules of its tree, in preorder (``derive_by``).
-    bits : mapping of str to float
-        Name of each part of the description -> its length, bits.
-    run_id : int
-        The run that learned the grammar; set when it is saved.
-    grammar_id : int
-        Number of the grammar in the store; set when it is saved.
-    """
+    """The result of ``grammar learn``."""
 
     name: str
+    """Name of the grammar."""
     sources: tuple[GrammarSource, ...]
+    """The takes, numbered as in ``terminals.takes``."""
     terminals: Terminals
+    """Segments of the takes and their terminals."""
     symbols: IntArray
+    """The motion symbol from which each terminal was made, -1 where it was made from none."""
     grammar: Grammar
+    """The rules, with their probabilities."""
     sentences: IntArray
+    """Segments [first, end) of each sentence. The sentences tile the segments, and no sentence
+    spans two takes."""
     parses: tuple[tuple[int, ...], ...]
+    """For each sentence the numbers of the rules of its tree, in preorder (``derive_by``)."""
     bits: Mapping[str, float] = field(default_factory=dict)
+    """Name of each part of the description -> its length, bits."""
     run_id: int = 0
+    """The run that learned the grammar; set when it is saved."""
     grammar_id: int = 0
+    """Number of the grammar in the store; set when it is saved."""
 
     def string(self, first: int, end: int) -> tuple[str, ...]:
         """Return the names of the terminals of segments [first, end)."""
@@ -62,6 +48,11 @@ class LearnedGrammar:
     def strings(self) -> tuple[tuple[str, ...], ...]:
         """The sentences as strings of terminals."""
         return tuple(self.string(int(a), int(b)) for a, b in self.sentences)
+
+    @property
+    def tints(self) -> dict[str, int]:
+        """The tint number of each terminal, which is the same in all pictures of a grammar."""
+        return {name: k for k, name in enumerate(self.terminals.names)}
 
     @property
     def stored(self) -> StoredGrammar:

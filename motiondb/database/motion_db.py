@@ -9,15 +9,13 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-from motiondb import store
+from motiondb import answers, store
 from motiondb.database.arguments import Example, check_whole, seeds_from
 from motiondb.database.captures import Captures
 from motiondb.database.session import Session
 from motiondb.workers import HERE
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
-    from motiondb.answers.catalogue import SymbolRow, SymbolSegment, WordRow
-    from motiondb.answers.learning import Evaluation, StartAnswer
     from motiondb.database.catalogue.exporting import MotionChanges
     from motiondb.database.cluster import Cluster
     from motiondb.database.generating import ActionPlace, Generated
@@ -43,6 +41,12 @@ class MotionDB(Captures):
 
     Units and frames: metres, seconds, radians; right-handed world frame, y up; rotations as unit
     quaternions w, x, y, z; motions on the canonical body at 30 frames a second.
+
+    :class:`Archive` and :class:`Captures` say what ``where``, ``start``, ``end``, ``example`` and
+    ``path`` are. ``progress`` of learning is called with the step and the share of it that is done.
+    ``exact`` leaves out words that no caption holds; otherwise a word that may be taken as a known
+    one is replaced. NotLearnedError is raised where the database has not learned, or learned no
+    words and the question needs them.
 
     Parameters
     ----------
@@ -133,16 +137,14 @@ class MotionDB(Captures):
         ----------
         settings : LearnSettings, optional
             What decides the result; the same settings and captures give the same result.
-        progress : callable, optional
-            Called with the step and the share of it that is done.
         start : str, Path or Knowledge, optional
             Knowledge of another database to start from: "cmu" is shipped, a path names a file of
             :meth:`export_knowledge`. Its symbols and words are taken over, and own captions count
             more the more there are. None: the start that the database used before, if any;
             "none": nothing.
         where : str
-            Filter on the catalogue: learn from these captures alone. The others are not searched;
-            :meth:`evaluate` measures the answers about them.
+            Learn from these captures alone. The others are not searched; :meth:`evaluate` measures
+            the answers about them.
         workers : Cluster, optional
             Who computes features, symbols and scores; the result is the same. None: threads of
             this process.
@@ -150,9 +152,8 @@ class MotionDB(Captures):
         Raises
         ------
         MotionDBError
-            When no captures match, or they have fewer segments than the requested symbols.
-        KnowledgeError
-            When there is no such knowledge.
+            When no captures match, or they have fewer segments than the requested symbols;
+            KnowledgeError when there is no such knowledge.
         """
         from motiondb.database.learn import learn_run
         from motiondb.learn.recognition import LearnSettings
@@ -166,7 +167,7 @@ class MotionDB(Captures):
         where: str = "",
         progress: Progress | None = None,
         workers: Cluster | None = None,
-    ) -> Evaluation:
+    ) -> answers.Evaluation:
         """Measure the answers about captures that the database has not learned from.
 
         Their captions judge, and are no evidence. Words, captions and examples are asked for among
@@ -176,16 +177,12 @@ class MotionDB(Captures):
         Parameters
         ----------
         where : str
-            Filter on the catalogue: these captures. Learn from the others before (:meth:`learn`).
-        progress : callable, optional
-            Called with the step and the share of it that is done.
+            These captures. Learn from the others before (:meth:`learn`).
         workers : Cluster, optional
             Who answers the questions; the scores are the same. None: this process.
 
         Raises
         ------
-        NotLearnedError
-            When the database has not learned, or learned no words.
         QueryError
             When it has learned from one of the captures, or fewer than two have captions.
         """
@@ -199,34 +196,39 @@ class MotionDB(Captures):
 
     @property
     def learned(self) -> Learned:
-        """The learned model, with the catalogue of the same revision.
-
-        Raises
-        ------
-        NotLearnedError
-            When the database has not learned.
-        """
+        """The learned model, with the catalogue of the same revision."""
         return self.session.learned
 
     @property
     def searchable(self) -> Learned:
-        """The learned model, with the generated captures in addition to those learned from.
-
-        Raises
-        ------
-        NotLearnedError
-            When the database has not learned.
-        """
+        """The learned model, with the generated captures in addition to those learned from."""
         return self.session.searchable
 
     def drift(self) -> Drift | None:
         """How far captures and words have changed since the database learned.
 
-        None if it has not learned, or an earlier version learned that kept no baseline.
+        None if it has not learned.
         """
-        from motiondb.database.learn import drifting
+        opened = self.store
+        with self.session.reading():
+            if not store.is_learned(opened):
+                return None
+            from motiondb.learn import drift
+            from motiondb.learn.codec import from_values
 
-        return drifting.measure_drift(self.store)
+            values = store.load_parameters(opened, "drift_baseline", "lemmas")
+            baseline = from_values(drift.DriftBaseline, values, "drift_baseline")
+            lemmas = from_values(dict[str, str], values, "lemmas")
+            captured = {i.capture_id for i in store.load_captures(opened) if i.kind == "captured"}
+            captions = [
+                caption
+                for capture, rows in store.load_captions(opened).items()
+                if capture in captured
+                for caption in rows
+            ]
+            vocabulary = store.load_association(opened).words
+            words = drift.count_word_use(captions, vocabulary, store.load_synonyms(opened), lemmas)
+            return drift.measure_drift(store.load_segments(opened, scores=False), baseline, words)
 
     def export_knowledge(self, path: str | Path, name: str = "", credit: str = "") -> Knowledge:
         """Write the learned model, without motion and captions, as a start for other databases.
@@ -242,8 +244,6 @@ class MotionDB(Captures):
 
         Raises
         ------
-        NotLearnedError
-            When the database has not learned, or learned no words.
         KnowledgeError
             When it learned with a start itself, or the file cannot be written.
         """
@@ -253,19 +253,13 @@ class MotionDB(Captures):
             return start.export(self.store, self.learned, path, name, credit)
 
     def start_knowledge(self) -> Knowledge:
-        """The knowledge that the database started from.
-
-        Raises
-        ------
-        NotLearnedError
-            When the database has not learned, or learned without a start.
-        """
+        """The knowledge that the database started from; NotLearnedError if it did not."""
         from motiondb.database.learn import start
 
         with self.session.reading():
             return start.start_knowledge(self.learned)
 
-    def start_facts(self) -> StartAnswer | None:
+    def start_facts(self) -> answers.StartAnswer | None:
         """The origin of the knowledge that the database started from; None if it did not."""
         from motiondb.database.learn import start
 
@@ -287,23 +281,17 @@ class MotionDB(Captures):
         ----------
         words : str
             The question, such as "walk, turn left".
-        where : str
-            Filter on the catalogue, such as "performer=14".
         limit : int
             Largest number of matches.
         by_symbols : bool
             Decode the words to symbols and align these with the captures, as in paper A.
         written : bool
             Whether captions count as evidence, in addition to the motion.
-        exact : bool
-            Whether words that no caption holds are left out rather than taken as known ones.
 
         Raises
         ------
-        NotLearnedError
-            When the database has not learned, or learned no words.
         QueryError
-            When no word is known or taken as a known one, or the filter cannot be read.
+            Also when no word is known or taken as a known one.
         """
         from motiondb.database import searching
 
@@ -323,14 +311,6 @@ class MotionDB(Captures):
 
         Parameters
         ----------
-        example : str, Path, Clip or Motion
-            A file, the name of a stored capture, or a motion.
-        start : float, optional
-            Start of the part of the example, seconds.
-        end : float, optional
-            End of the part of the example, seconds.
-        where : str
-            Filter on the catalogue.
         limit : int
             Largest number of matches.
         meaning : bool, optional
@@ -339,13 +319,6 @@ class MotionDB(Captures):
         exact : bool
             Whether unknown words of the filter match nothing, instead of being replaced by known
             words.
-
-        Raises
-        ------
-        NotLearnedError
-            When the database has not learned, or ``meaning`` is True and it learned no words.
-        QueryError
-            When there is no such capture, or the filter cannot be read.
         """
         from motiondb.database import searching
         from motiondb.search.by_example import search_motion
@@ -364,37 +337,14 @@ class MotionDB(Captures):
         start: float | None = None,
         end: float | None = None,
     ) -> tuple[Description, ...]:
-        """The words of a motion over time, with probabilities.
-
-        Parameters
-        ----------
-        example : str, Path, Clip or Motion
-            A file, the name of a stored capture, or a motion.
-        start : float, optional
-            Start of the part of the example, seconds.
-        end : float, optional
-            End of the part of the example, seconds.
-
-        Raises
-        ------
-        NotLearnedError
-            When the database has not learned, or learned no words.
-        QueryError
-            When there is no such capture.
-        """
+        """The words of a motion over time, with probabilities."""
         from motiondb.search.described import describe
 
         with self.session.reading():
             return describe(self.learned, self.motion(example, start, end))
 
     def word_sources(self, words: Iterable[str]) -> tuple[WordSource, ...]:
-        """The captions from which some words were learned; empty without a start.
-
-        Parameters
-        ----------
-        words : iterable of str
-            Learned words; others are left out.
-        """
+        """The captions from which some learned words were learned; empty without a start."""
         from motiondb.search.chances import word_sources
 
         return word_sources(self.learned, words)
@@ -404,11 +354,6 @@ class MotionDB(Captures):
 
         Only a database that learned with a start has such words: those of the start that own
         captions do not hold, or all of them before there are enough own captions.
-
-        Parameters
-        ----------
-        words : iterable of str
-            Words that were learned; others are left out.
         """
         from motiondb.search.asked_words import learned_words
         from motiondb.search.chances import why_unchecked
@@ -420,31 +365,22 @@ class MotionDB(Captures):
         """The words that were learned; word numbers count from 0 in this order."""
         return self.learned.association.words
 
-    def word_rows(self) -> list[WordRow]:
+    def word_rows(self) -> list[answers.WordRow]:
         """Every word with its captions and its most probable symbols, commonest word first."""
         from motiondb.database import showing
 
         return showing.word_rows(self.learned)
 
-    def symbol_rows(self, n_words: int = 3) -> list[SymbolRow]:
-        """Every symbol: cluster, segments, captures, mean length (seconds), most probable words.
-
-        Parameters
-        ----------
-        n_words : int
-            Words per symbol.
-        """
+    def symbol_rows(self, n_words: int = 3) -> list[answers.SymbolRow]:
+        """Every symbol: cluster, segments, captures, mean length (seconds), most probable words."""
         from motiondb.database import showing
 
         return showing.symbol_rows(self.learned, n_words)
 
-    def symbol_segments(self, symbol: int) -> list[SymbolSegment]:
+    def symbol_segments(self, symbol: int) -> list[answers.SymbolSegment]:
         """Segments of a symbol, those that it fits best first; times in seconds.
 
-        Raises
-        ------
-        QueryError
-            When there is no such symbol.
+        QueryError is raised where there is no such symbol.
         """
         from motiondb.database import showing
 
@@ -477,9 +413,6 @@ class MotionDB(Captures):
             The same seed gives the same motion, another seed another one if there is a choice.
         method : str
             "stitched" (excerpts of captures) or "trajectory" (most probable smooth trajectory).
-        exact : bool
-            Whether words that no caption holds are left out; otherwise a word that may be taken as
-            a known one is replaced by the likeliest.
         anyway : bool
             Whether to generate the nearest motion if nothing in the database shows an action.
         places : sequence of ActionPlace
@@ -488,8 +421,6 @@ class MotionDB(Captures):
 
         Raises
         ------
-        NotLearnedError
-            When the database has not learned, or learned no words.
         QueryError
             For an unknown method, no known word, an action that nothing in the database shows, or
             places that are not one for each action, or lie outside their captures.
@@ -513,32 +444,16 @@ class MotionDB(Captures):
         """Make several motions from one sentence: those of the seed and of the following seeds.
 
         Stitched motions that are made from the same places of captures as an earlier one are left
-        out. If there are fewer different ones than asked for, fewer are returned.
+        out. If there are fewer different ones than asked for, fewer are returned. The other
+        arguments are as for :meth:`generate`.
 
         Parameters
         ----------
-        words : str
-            The sentence.
         number : int
-            Most motions.
-        seed : int
-            The same seed gives the same motions.
-        method : str
-            As for :meth:`generate`; "trajectory" has one motion only.
-        exact : bool
-            As for :meth:`generate`.
-        anyway : bool
-            As for :meth:`generate`.
+            Most motions; "trajectory" has one only.
         changes : MotionChanges, optional
             Whether the motions are looped, put in place or mirrored before they are judged. The
             other changes are those of files (:meth:`Generated.write`).
-
-        Raises
-        ------
-        NotLearnedError
-            When the database has not learned, or learned no words.
-        QueryError
-            As for :meth:`generate`, and for more motions than the method has.
         """
         from motiondb.database import generating
 
@@ -554,11 +469,6 @@ class MotionDB(Captures):
             Each ``CAPTURE:FROM-TO`` in seconds, such as "walk:0.5-2", or the name of a capture.
         changes : MotionChanges, optional
             Whether the motion is looped, put in place or mirrored.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture, or a part lies outside it.
         """
         from motiondb.database import joining
 
@@ -573,17 +483,8 @@ class MotionDB(Captures):
     def backup(self, path: str | Path) -> Path:
         """Copy one state of the database into a new file, and check the copy.
 
-        Others may use the database meanwhile. The copy has no unused space.
-
-        Parameters
-        ----------
-        path : str or Path
-            The copy; there must be no file of this name.
-
-        Raises
-        ------
-        StoreError
-            When there is such a file, it cannot be written, or the copy has faults.
+        Others may use the database meanwhile. The copy has no unused space. StoreError is raised if
+        there is such a file, it cannot be written, or the copy has faults.
         """
         from motiondb.database.check_process import check_file
 

@@ -9,17 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from motiondb import pictures, store
-from motiondb.answers.catalogue import (
-    CaptureFacts,
-    ShownActivity,
-    ShownSegment,
-    SymbolProbability,
-    SymbolRow,
-    SymbolSegment,
-    WordProbability,
-    WordRow,
-)
+from motiondb import answers, pictures, store
 from motiondb.body.features import FEATURE_STEP, recognition_features
 from motiondb.database.learned_grammar import load_learned_grammar
 from motiondb.errors import QueryError
@@ -37,7 +27,7 @@ LIKELY = 0.2  # Probability from which on a word is named
 LEAST_SHOWN = 0.01  # Smallest t(word | symbol) for which a symbol is listed with a word
 
 
-def describe_capture(session: Session, name: str) -> CaptureFacts:
+def describe_capture(session: Session, name: str) -> answers.CaptureFacts:
     """Facts of one capture, for print or JSON; times in seconds."""
     info = store.load_capture(session.store, name)
     number = info.capture_id
@@ -51,7 +41,7 @@ def describe_capture(session: Session, name: str) -> CaptureFacts:
             learned = load_learned_grammar(session.store, derivation.grammar)
             string = derive_by(learned.grammar, derivation.rules).leaves()
             made |= {"grammar": derivation.grammar, "string": " ".join(string)}
-    return CaptureFacts(
+    return answers.CaptureFacts(
         capture=info.name,
         kind=info.kind,
         format=info.format,
@@ -80,16 +70,16 @@ def describe_capture(session: Session, name: str) -> CaptureFacts:
     )
 
 
-def capture_segments(session: Session, capture_id: int) -> list[ShownSegment]:
+def capture_segments(session: Session, capture_id: int) -> list[answers.ShownSegment]:
     """Symbols of a capture with their times (seconds) and log-likelihoods (nats per frame)."""
     table = store.load_segments(session.store, scores=False)
     rows = np.flatnonzero(table.capture_ids == capture_id)
     return [_segment(table, int(row)) for row in rows]
 
 
-def _segment(table: SegmentTable, row: int) -> ShownSegment:
+def _segment(table: SegmentTable, row: int) -> answers.ShownSegment:
     """Symbol, times (seconds) and log-likelihood (nats per frame) of a segment."""
-    return ShownSegment(
+    return answers.ShownSegment(
         int(table.symbols[row]),
         round(float(table.starts[row]) / MOTION_FPS, 3),
         round(float(table.ends[row]) / MOTION_FPS, 3),
@@ -98,7 +88,7 @@ def _segment(table: SegmentTable, row: int) -> ShownSegment:
     )
 
 
-def searched_segments(session: Session, name: str) -> list[ShownSegment]:
+def searched_segments(session: Session, name: str) -> list[answers.ShownSegment]:
     """Symbols of a capture, also of a generated one, from what is in memory."""
     opened = session.store
     if not store.is_learned(opened):
@@ -115,7 +105,7 @@ def searched_segments(session: Session, name: str) -> list[ShownSegment]:
     return [_segment(table, row) for row in range(rows.start, rows.stop)]
 
 
-def symbol_segments(learned: Learned, symbol: int) -> list[SymbolSegment]:
+def symbol_segments(learned: Learned, symbol: int) -> list[answers.SymbolSegment]:
     """Segments of a symbol with their captures, those that it fits best first."""
     if not 0 <= symbol < learned.symbols.n_symbols:
         raise QueryError(
@@ -125,7 +115,7 @@ def symbol_segments(learned: Learned, symbol: int) -> list[SymbolSegment]:
     rows = np.flatnonzero(table.symbols == symbol)
     best = rows[np.argsort(-table.log_likelihoods[rows], kind="stable")]
     return [
-        SymbolSegment(
+        answers.SymbolSegment(
             **vars(_segment(table, int(row))),
             capture=learned.captures[int(table.capture_ids[row])].name,
         )
@@ -133,7 +123,7 @@ def symbol_segments(learned: Learned, symbol: int) -> list[SymbolSegment]:
     ]
 
 
-def capture_activities(session: Session, capture_id: int) -> list[ShownActivity]:
+def capture_activities(session: Session, capture_id: int) -> list[answers.ShownActivity]:
     """The successive activities of a capture; equal numbers are the same activity.
 
     Found in the capture alone, without labels (:mod:`motiondb.symbols.activities`); where
@@ -149,7 +139,7 @@ def capture_activities(session: Session, capture_id: int) -> list[ShownActivity]
     for start, end, activity in runs:
         low, high = start * FEATURE_STEP, min(end * FEATURE_STEP, motion.n_frames)
         rows.append(
-            ShownActivity(
+            answers.ShownActivity(
                 int(activity),
                 round(low / MOTION_FPS, 3),
                 round(high / MOTION_FPS, 3),
@@ -215,7 +205,7 @@ def _recognised(words: Sequence[tuple[str, float | None]]) -> list[str]:
     return [word for word, p in words if p is not None and p > LIKELY]
 
 
-def word_rows(learned: Learned) -> list[WordRow]:
+def word_rows(learned: Learned) -> list[answers.WordRow]:
     """Every word with its captions and its most probable symbols, commonest word first."""
     association = learned.association
     t = association.translation[1:]
@@ -224,16 +214,16 @@ def word_rows(learned: Learned) -> list[WordRow]:
         column = t[:, number]
         best = [int(s) for s in (-column).argsort(kind="stable")[:4] if column[s] > LEAST_SHOWN]
         rows.append(
-            WordRow(
+            answers.WordRow(
                 as_said(association.words[number]),
                 int(association.counts[number]),
-                tuple(SymbolProbability(s, float(column[s])) for s in best),
+                tuple(answers.SymbolProbability(s, float(column[s])) for s in best),
             )
         )
     return rows
 
 
-def symbol_rows(learned: Learned, n_words: int = 3) -> list[SymbolRow]:
+def symbol_rows(learned: Learned, n_words: int = 3) -> list[answers.SymbolRow]:
     """Every symbol: cluster, segments, captures, mean length (seconds), most probable words."""
     table, association = learned.segments, learned.association
     rows = []
@@ -243,13 +233,13 @@ def symbol_rows(learned: Learned, n_words: int = 3) -> list[SymbolRow]:
         t = association.translation[s + 1]
         order = [w for w in np.argsort(-t, kind="stable")[:n_words] if t[w] > 0]
         rows.append(
-            SymbolRow(
+            answers.SymbolRow(
                 s,
                 int(learned.clusters[s]),
                 int(mine.sum()),
                 len(np.unique(table.capture_ids[mine])),
                 round(float(lengths.mean()), 2) if mine.any() else 0.0,
-                tuple(WordProbability(association.words[w], float(t[w])) for w in order),
+                tuple(answers.WordProbability(association.words[w], float(t[w])) for w in order),
             )
         )
     return rows

@@ -25,6 +25,8 @@ class Tables:
     """Arrow tables of a database; they need the library pyarrow (``motiondb[arrow]``).
 
     ``to_pandas()`` of a table gives a data frame, ``polars.from_arrow(table)`` one of polars.
+    Without pyarrow a MotionDBError is raised, and a NotLearnedError for what is learned where
+    nothing was.
 
     Parameters
     ----------
@@ -44,11 +46,6 @@ class Tables:
         ----------
         where : str
             Filter on the catalogue.
-
-        Raises
-        ------
-        MotionDBError
-            When pyarrow is not installed, or the filter cannot be read.
         """
         with self._session.reading():
             infos = store.load_captures(self._session.store, where)
@@ -60,13 +57,7 @@ class Tables:
         return _table(columns)
 
     def captions(self) -> pa.Table:
-        """Captions with their captures: capture, words, start and end (seconds, or null).
-
-        Raises
-        ------
-        MotionDBError
-            When pyarrow is not installed.
-        """
+        """Captions with their captures: capture, words, start and end (seconds, or null)."""
         with self._session.reading():
             names = {i.capture_id: i.name for i in store.load_captures(self._session.store)}
             captions = store.load_captions(self._session.store)
@@ -83,13 +74,6 @@ class Tables:
 
         ``log_likelihood`` is that of the symbol and ``background`` that of the background model,
         both in nats per frame.
-
-        Raises
-        ------
-        MotionDBError
-            When pyarrow is not installed.
-        NotLearnedError
-            When the database has not learned.
         """
         learned = self._session.learned
         table = learned.segments
@@ -106,15 +90,7 @@ class Tables:
         )
 
     def symbols(self) -> pa.Table:
-        """Motion symbols: symbol, cluster, coordinates in the symbol space, number of segments.
-
-        Raises
-        ------
-        MotionDBError
-            When pyarrow is not installed.
-        NotLearnedError
-            When the database has not learned.
-        """
+        """Motion symbols: symbol, cluster, coordinates in the symbol space, number of segments."""
         learned = self._session.learned
         n = learned.symbols.n_symbols
         return _table(
@@ -127,15 +103,7 @@ class Tables:
         )
 
     def words(self) -> pa.Table:
-        """t(word | symbol): word, symbol, probability; the symbol -1 is NULL. Zeros are left out.
-
-        Raises
-        ------
-        MotionDBError
-            When pyarrow is not installed.
-        NotLearnedError
-            When the database has not learned.
-        """
+        """t(word | symbol): word, symbol, probability. Symbol -1 is NULL; zeros are left out."""
         association = self._session.learned.association
         translation = np.asarray(association.translation)
         rows, columns = np.nonzero(translation)
@@ -154,11 +122,6 @@ class Tables:
         ----------
         answer : WordAnswer, ExampleAnswer, or iterable of Match
             The answer, or matches.
-
-        Raises
-        ------
-        MotionDBError
-            When pyarrow is not installed, or a text is given.
         """
         found: Any = answer
         if not hasattr(found, "matches") and isinstance(found, str):

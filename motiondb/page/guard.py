@@ -13,9 +13,10 @@ import ipaddress
 import socket
 from collections.abc import Awaitable, Callable, MutableMapping
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
+from starlette.requests import Request
 from starlette.responses import Response
 
 from motiondb.page.errors import PageError, answer_of
@@ -71,10 +72,11 @@ class Guard:
         try:
             check_host(headers.get("host", ""), self._settings)
             check_origin(scope, headers)
-            if given := _token_in_address(scope, self._settings):
-                await _keep_token(given)(scope, receive, guarded)
+            request = Request(scope)
+            if _is_first_visit(request, self._settings):
+                await _keep_token(self._settings.token)(scope, receive, guarded)
                 return
-            check_token(headers, self._settings)
+            check_token(request, self._settings)
             check_content(scope, headers)
             most = self._limit(scope)
             if int(headers.get("content-length") or 0) > most:
@@ -180,32 +182,30 @@ def urlsplit_or_none(origin: str) -> str | None:
     return parts.netloc.lower() if parts.scheme in ("http", "https") else None
 
 
-def check_token(headers: Headers, settings: PageSettings) -> None:
+def check_token(request: Request, settings: PageSettings) -> None:
     """Refuse a request without the token, if the page requires one."""
-    if not settings.token:
-        return
-    given = headers.get("authorization", "").removeprefix("Bearer ")
-    cookies = dict(
-        part.strip().partition("=")[::2] for part in headers.get("cookie", "").split(";")
-    )
-    for candidate in (given, cookies.get(COOKIE, "")):
-        if hmac.compare_digest(candidate.encode("utf-8", "replace"), settings.token.encode()):
-            return
-    raise PageError(
-        "token: expected the token that motiondb serve printed, found none or another one. Open"
-        " the whole address that it printed.",
-        401,
-        "TokenError",
-    )
+    given = request.headers.get("authorization", "").removeprefix("Bearer ")
+    if settings.token and not any(
+        _is_token(each, settings) for each in (given, request.cookies.get(COOKIE, ""))
+    ):
+        raise PageError(
+            "token: expected the token that motiondb serve printed, found none or another one. Open"
+            " the whole address that it printed.",
+            401,
+            "TokenError",
+        )
 
 
-def _token_in_address(scope: Scope, settings: PageSettings) -> str:
-    """Return the token of a first visit, ``/?token=T``; "" for any other request."""
-    if not settings.token or scope["path"] != "/" or scope["method"] != "GET":
-        return ""
-    given = parse_qs(scope["query_string"].decode("latin-1")).get("token", [""])[0]
-    matches = hmac.compare_digest(given.encode("utf-8", "replace"), settings.token.encode())
-    return given if matches else ""
+def _is_token(given: str, settings: PageSettings) -> bool:
+    """Whether a text is the token, compared in a time that does not tell how much of it is."""
+    return hmac.compare_digest(given.encode("utf-8", "replace"), settings.token.encode())
+
+
+def _is_first_visit(request: Request, settings: PageSettings) -> bool:
+    """Whether a request is ``/?token=T`` with the token."""
+    if not settings.token or request.scope["path"] != "/" or request.method != "GET":
+        return False
+    return _is_token(request.query_params.get("token", ""), settings)
 
 
 def _keep_token(token: str) -> Response:

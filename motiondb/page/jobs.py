@@ -22,13 +22,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, Final, Literal
 
-from motiondb.answers.catalogue import AddResult
-from motiondb.answers.grammars import GrammarLearned
-from motiondb.answers.learning import LearnResult
-from motiondb.answers.plain import fields_of
-from motiondb.answers.scenes import SceneMade
+from motiondb import answers
 from motiondb.page.errors import PageError, unknown
-from motiondb.page.progress import WholeProgress
 
 MOST_JOBS = 100  # Largest number of jobs that are remembered
 MOST_POINTS = 2000  # Largest number of points of an error curve that are remembered
@@ -43,12 +38,35 @@ FAILED: Final = "failed"
 CANCELLED: Final = "cancelled"
 _ENDED = (DONE, FAILED, CANCELLED)
 _RESULTS: dict[str, Callable[..., Any]] = {
-    "add": AddResult,
-    "learn": LearnResult,
-    "grammar": GrammarLearned,
-    "scene": SceneMade,
-    "scene-update": SceneMade,
+    "add": answers.AddResult,
+    "learn": answers.LearnResult,
+    "grammar": answers.GrammarLearned,
+    "scene": answers.SceneMade,
+    "scene-update": answers.SceneMade,
 }
+# Step of a kind of job -> its share of the time, measured on the sample data and on real captures
+_STEPS: dict[str, dict[str, float]] = {
+    "add": {"reading captures": 0.6, "saving captures": 0.4},
+    "learn": {
+        "features": 0.14,
+        "symbols compete": 0.14,
+        "cutting anew": 0.04,
+        "cutting": 0.1,
+        "scoring": 0.02,
+        "symbol space": 0.04,
+        "words": 0.5,
+        "saving": 0.02,
+    },
+    "grammar": {
+        "describe poses": 0.03,
+        "search terminals": 0.55,
+        "tune cuts": 0.12,
+        "find sentences": 0.25,
+        "parses": 0.05,
+    },
+}
+_BY_TURNS = ("add",)  # Kinds whose steps go on by turns, batch after batch
+LEAST_SECONDS, LEAST_SHARE = 3.0, 0.08  # Before this, the time that is left is not told
 _PATIENCE = 5.0  # Seconds after which a worker that was asked to end is killed
 
 
@@ -76,8 +94,44 @@ class JobReply(JobStep):
     seconds: float  # Duration so far
     message: str | None  # Why it failed
     error_kind: str | None
-    result: AddResult | LearnResult | GrammarLearned | SceneMade | None
+    result: (
+        answers.AddResult | answers.LearnResult | answers.GrammarLearned | answers.SceneMade | None
+    )
     curve: list[tuple[float, float]]  # Share and error of a scene so far
+
+
+class WholeProgress:
+    """The share of a whole job that is done; it never falls."""
+
+    def __init__(self, kind: str) -> None:
+        self._steps, self._by_turns = _STEPS.get(kind, {}), kind in _BY_TURNS
+        self._done: dict[str, float] = {}
+        self.share: float | None = 0.0 if self._steps else None
+
+    def tell(self, step: str, share: float) -> None:
+        """Record the share of a step that is done."""
+        if self.share is None or step not in self._steps:
+            return
+        self._done[step] = max(self._done.get(step, 0.0), share)
+        if not self._by_turns:  # what stands before it is over, also what this job left out
+            for earlier in list(self._steps)[: list(self._steps).index(step)]:
+                self._done[earlier] = 1.0
+        done = sum(self._steps[name] * part for name, part in self._done.items())
+        self.share = max(self.share, min(done / sum(self._steps.values()), 1.0))
+
+    def left(self, seconds: float) -> float | None:
+        """Return the seconds that are left if it goes on as fast; None where it is too early.
+
+        `seconds`: What it has taken so far.
+
+        >>> progress = WholeProgress("add")
+        >>> progress.tell("reading captures", 0.5)
+        >>> progress.share, progress.left(6.0), progress.left(1.0)
+        (0.3, 14.0, None)
+        """
+        if self.share is None or seconds < LEAST_SECONDS or self.share < LEAST_SHARE:
+            return None
+        return round(seconds * (1.0 - self.share) / self.share, 1)
 
 
 class Job:
@@ -97,6 +151,7 @@ class Job:
         self.curve: list[tuple[float, float]] = []
         self.started, self.ended = time.time(), 0.0
         self.version = 0
+        self._lock = threading.Lock()  # several threads may end it
 
     @property
     def is_over(self) -> bool:
@@ -111,7 +166,7 @@ class Job:
             kind=self.kind,
             title=self.title,
             state=self.state,
-            **fields_of(self.step()),
+            **answers.fields_of(self.step()),
             started=round(self.started, 3),
             seconds=round(seconds, 3),
             message=self.message,
@@ -146,12 +201,21 @@ class Job:
         self.preview = ref
         self.version += 1
 
+    def begin(self) -> bool:
+        """Record that the work begins; False if the job is over, as one that was cancelled is."""
+        with self._lock:
+            if not self.is_over:
+                self.state = RUNNING
+                self.version += 1
+            return not self.is_over
+
     def end(self, state: State, message: str | None = None, kind: str | None = None) -> None:
         """Record the final state; a later call changes nothing."""
-        if not self.is_over:
-            self.state, self.message, self.error_kind = state, message, kind
-            self.ended = time.time()
-            self.version += 1
+        with self._lock:
+            if not self.is_over:
+                self.state, self.message, self.error_kind = state, message, kind
+                self.ended = time.time()
+                self.version += 1
 
 
 class Worker:
@@ -181,8 +245,8 @@ class Worker:
         stdin, stdout = self._process.stdin, self._process.stdout
         assert stdin is not None
         assert stdout is not None
-        job.state = RUNNING
-        job.version += 1
+        if not job.begin():
+            return
         with suppress(OSError, ValueError):
             stdin.write(json.dumps({"kind": job.kind, "parameters": dict(parameters)}) + "\n")
             stdin.flush()

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 from motiondb.body.features import FEATURE_STEP
 from motiondb.database import MotionDB
+from motiondb.database.catalogue.browsing import BrowsedCapture
 from motiondb.database.catalogue.parts import cut_motion
-from motiondb.errors import QueryError
 from motiondb.page.errors import PageError, unknown
 from motiondb.page.jobs import FIRST_FILE, MOTION_FILE
 from motiondb.page.motion import Track, part_of, read_tracks, scene_tracks
@@ -46,11 +46,12 @@ def read_ref(text: str) -> Ref:
     return Ref(kind, name)
 
 
-def find_capture(db: MotionDB, name: str) -> str:
-    """Return the name of a stored capture."""
-    if db.browsed(name) is None:
+def find_row(db: MotionDB, name: str) -> BrowsedCapture:
+    """Return the row of a stored capture."""
+    row = db.browsed(name)
+    if row is None:
         raise unknown("capture", name, "It may have been removed or renamed.")
-    return name
+    return row
 
 
 def find_kept(db: MotionDB, name: str) -> StoredScene:
@@ -65,7 +66,7 @@ def load_motion(
 ) -> Motion:
     """Return the motion of a ref, or the part of it from start to end (seconds)."""
     if ref.kind == "capture":
-        return db.motion(find_capture(db, ref.name), start, end)
+        return db.motion(find_row(db, ref.name).info.name, start, end)
     if ref.kind == "upload":
         upload_id, _, file = ref.name.partition("/")
         return db.motion(page.uploads.path(upload_id, file or "/"), start, end)
@@ -85,13 +86,7 @@ def load_scene(
         tracks = read_tracks(made)
     else:
         record = find_kept(db, ref.name)
-        gone = [player.name for player in record.players if player.capture_id == -1]
-        if gone:
-            raise QueryError(
-                f"{ref.name}: expected the motions of its players, found that the captures of"
-                f" {', '.join(gone)} were removed. Make the scene again."
-            )
-        motions = {player.name: db.motion(f"{ref.name}/{player.name}") for player in record.players}
+        motions = db.scenes.motions(record)
         teams = {player.name: player.team for player in record.players}
         tracks = scene_tracks(motions, teams, record.ball, str(ref))
     return [_part(track, start, end, fps) for track in tracks]

@@ -11,30 +11,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from motiondb.answers.catalogue import (
-    ListedCapture,
-    ShownActivity,
-    ShownEvent,
-    ShownSegment,
-    listed_capture,
-    shown_event,
-)
-from motiondb.answers.grammars import SequenceAnswer
-from motiondb.answers.making import GeneratedAnswer, Source
-from motiondb.answers.plain import fields_of
-from motiondb.answers.questions import (
-    ExplainedMatch,
-    LikeAnswer,
-    SearchAnswer,
-    WordsOfQuestion,
-    WordsOverTime,
-    known_words,
-    like_answer,
-    search_answer,
-    understood_question,
-    words_over_time,
-)
-from motiondb.answers.scenes import SceneAnswer
+from motiondb import answers
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.browsing import BrowsedCapture
 from motiondb.database.generated_files import Stretch, sources_of, stretches
@@ -45,8 +22,8 @@ from motiondb.database.grammars.grammar_facts import (
     root_path,
     tree_nodes,
 )
-from motiondb.database.scenes.scene_facts import action_captions
 from motiondb.database.scenes.scene_folder import report_facts
+from motiondb.database.scenes.scene_records import action_captions
 from motiondb.language.vocabulary import as_said
 from motiondb.page.diagrams import DiagramShape, diagram_shape
 from motiondb.page.state import Block
@@ -63,7 +40,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class WordedSegment(ShownSegment):
+class WordedSegment(answers.ShownSegment):
     """An interval with its motion symbol, and the word that is most often said of the symbol."""
 
     word: str | None = None
@@ -79,7 +56,7 @@ class Timeline:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ShownMatch(ExplainedMatch):
+class ShownMatch(answers.ExplainedMatch):
     """A match with its take."""
 
     ref: str
@@ -91,7 +68,7 @@ class ShownMatch(ExplainedMatch):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SearchReply(SearchAnswer):
+class SearchReply(answers.SearchAnswer):
     """An answer to words."""
 
     matches: tuple[ShownMatch, ...]
@@ -100,7 +77,7 @@ class SearchReply(SearchAnswer):
 
 
 @dataclass(frozen=True, kw_only=True)
-class LikeReply(LikeAnswer):
+class LikeReply(answers.LikeAnswer):
     """An answer to an example."""
 
     ref: str
@@ -122,7 +99,7 @@ def worded_segments(db: MotionDB, capture: str) -> tuple[WordedSegment, ...]:
     }
     return tuple(
         WordedSegment(
-            **fields_of(each),
+            **answers.fields_of(each),
             word=words[each.symbol].word if each.symbol in words else None,
             word_probability=words[each.symbol].probability if each.symbol in words else None,
         )
@@ -132,7 +109,7 @@ def worded_segments(db: MotionDB, capture: str) -> tuple[WordedSegment, ...]:
 
 def search_reply(db: MotionDB, answer: WordAnswer, took: float | None = None) -> SearchReply:
     """Return the answer to words; every match has its reasons."""
-    return SearchReply(**_with_takes(db, search_answer(answer)), took=took)
+    return SearchReply(**_with_takes(db, answers.search_answer(answer)), took=took)
 
 
 def like_reply(
@@ -144,21 +121,21 @@ def like_reply(
     took: float | None = None,
 ) -> LikeReply:
     """Return the answer to an example."""
-    facts = _with_takes(db, like_answer(answer))
+    facts = _with_takes(db, answers.like_answer(answer))
     return LikeReply(**facts, ref=ref, start=start, end=end, took=took)
 
 
-def _with_takes(db: MotionDB, answer: LikeAnswer) -> dict[str, Any]:
+def _with_takes(db: MotionDB, answer: answers.LikeAnswer) -> dict[str, Any]:
     """Return the fields of an answer, its matches with their takes."""
     matches = tuple(_with_take(db, match) for match in answer.matches)
-    return fields_of(answer) | {"matches": matches, "not_yet_learned": len(db.unlearned())}
+    return answers.fields_of(answer) | {"matches": matches, "not_yet_learned": len(db.unlearned())}
 
 
 def _with_take(db: MotionDB, match: Match) -> ShownMatch:
     row = db.browsed(match.capture)
     assert row is not None  # both come from one revision
     return ShownMatch(
-        **{"explain": None} | fields_of(match),
+        **{"explain": None} | answers.fields_of(match),
         ref=f"capture:{match.capture}",
         duration=round(row.info.duration, 3),
         performer=row.info.tags.get("performer"),
@@ -184,18 +161,18 @@ class CaptureRow:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class CaptureDetails(ListedCapture):
+class CaptureDetails(answers.ListedCapture):
     """Everything about one capture; the last three fields are about generated ones."""
 
     ref: str
     learned: bool
     copies: int
     relations: tuple[Relation, ...]
-    events: tuple[ShownEvent, ...]
+    events: tuple[answers.ShownEvent, ...]
     segments: tuple[WordedSegment, ...]
-    activities: tuple[ShownActivity, ...]
-    recognised: tuple[WordsOverTime, ...]
-    sources: tuple[Source, ...] = ()
+    activities: tuple[answers.ShownActivity, ...]
+    recognised: tuple[answers.WordsOverTime, ...]
+    sources: tuple[answers.Source, ...] = ()
     stretches: tuple[Stretch, ...] = ()
     grammar: str | None = None
     string: tuple[str, ...] | None = None
@@ -216,11 +193,11 @@ def capture_row(row: BrowsedCapture) -> CaptureRow:
     )
 
 
-def described_words(db: MotionDB, name: str) -> tuple[WordsOverTime, ...]:
+def described_words(db: MotionDB, name: str) -> tuple[answers.WordsOverTime, ...]:
     """Return the likely words of a capture over time; kept until the database changes."""
     if not (db.is_learned() and db.learned.has_words):
         return ()
-    return db.session.kept(("described", name), lambda: words_over_time(db.describe(name)))
+    return db.session.kept(("described", name), lambda: answers.words_over_time(db.describe(name)))
 
 
 def capture_details(db: MotionDB, row: BrowsedCapture, described: bool = True) -> CaptureDetails:
@@ -236,12 +213,12 @@ def capture_details(db: MotionDB, row: BrowsedCapture, described: bool = True) -
         if shown.string is not None:
             made |= {"grammar": shown.grammar, "string": tuple(shown.string.split())}
     return CaptureDetails(
-        **fields_of(listed_capture(row.info, row.captions)),
+        **answers.fields_of(answers.listed_capture(row.info, row.captions)),
         ref=f"capture:{name}",
         learned=row.learned,
         copies=row.copies,
         relations=tuple(db.relations(name)),
-        events=tuple(map(shown_event, db.events(name))),
+        events=tuple(map(answers.shown_event, db.events(name))),
         segments=worded_segments(db, name),
         activities=tuple(db.activities(name)) if described else (),
         recognised=described_words(db, name) if described else (),
@@ -257,19 +234,19 @@ class ShownBlock(Block):
 
 
 @dataclass(frozen=True, kw_only=True)
-class MadeReply(GeneratedAnswer):
+class MadeReply(answers.GeneratedAnswer):
     """A generated motion; `saved` is the capture that holds it."""
 
     id: str
     ref: str
-    recognised_words: tuple[WordsOverTime, ...]
+    recognised_words: tuple[answers.WordsOverTime, ...]
     stretches: tuple[Stretch, ...]
     blocks: tuple[ShownBlock, ...]
     saved: str | None
 
 
 @dataclass(frozen=True, kw_only=True)
-class GenerateReply(WordsOfQuestion):
+class GenerateReply(answers.WordsOfQuestion):
     """Motions of one sentence."""
 
     variants: tuple[MadeReply, ...]
@@ -286,7 +263,9 @@ def _blocks_of(made: Generated, asked: Sequence[Block]) -> tuple[ShownBlock, ...
             phrases = [" ".join(words) for words in made.actions]
         asked = [Block(phrase) for phrase in phrases]
     return tuple(
-        ShownBlock(**fields_of(block) | {"place": place if place >= 0 else None}, places=number)
+        ShownBlock(
+            **answers.fields_of(block) | {"place": place if place >= 0 else None}, places=number
+        )
         for block, (place, number) in zip(asked, made.places)
     )
 
@@ -296,10 +275,10 @@ def made_reply(
 ) -> MadeReply:
     """Return a generated motion; `blocks` are those that it was asked for with."""
     return MadeReply(
-        **fields_of(made.facts()),
+        **answers.fields_of(made.facts()),
         id=made_id,
         ref=f"made:{made_id}",
-        recognised_words=words_over_time(db.describe(made.motion)),
+        recognised_words=answers.words_over_time(db.describe(made.motion)),
         stretches=stretches(made.provenance),
         blocks=_blocks_of(made, blocks),
         saved=saved or None,
@@ -309,9 +288,9 @@ def made_reply(
 def generate_reply(made: Generated, variants: Sequence[MadeReply]) -> GenerateReply:
     """Return motions of one sentence; the words are those of one of them."""
     return GenerateReply(
-        question=understood_question(made.question, made.not_used),
-        taken=known_words(made.taken),
-        suggested=known_words(made.suggested),
+        question=answers.understood_question(made.question, made.not_used),
+        taken=answers.known_words(made.taken),
+        suggested=answers.known_words(made.suggested),
         unknown={as_said(word): near for word, near in made.unknown.items()},
         missing=made.missing,
         sentences=(
@@ -347,7 +326,7 @@ class RootPath:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SequenceReply(SequenceAnswer):
+class SequenceReply(answers.SequenceAnswer):
     """A sequence; `parent` is the one of which it is an edit, `saved` the capture that holds it."""
 
     id: str
@@ -374,11 +353,11 @@ def sequence_reply(
     words = {name: tuple(w for w, _ in one.words) for name, one in zip(names, meanings)}
     path = root_path(sequence).round(3).tolist()
     return SequenceReply(
-        **fields_of(db.grammars.facts(sequence, seed)),
+        **answers.fields_of(db.grammars.facts(sequence, seed)),
         id=sequence_id,
         ref=f"sequence:{sequence_id}",
         strip=tuple(
-            WordedTerminal(**fields_of(each), words=words.get(each.terminal, ()), at=at)
+            WordedTerminal(**answers.fields_of(each), words=words.get(each.terminal, ()), at=at)
             for at, each in enumerate(db.grammars.strip(sequence))
         ),
         path=RootPath(MOTION_FPS / PATH_STEP, [(x, z) for x, z in path]),
@@ -396,7 +375,7 @@ class SceneReply:
     name: str
     text: str
     board: DiagramShape
-    report: SceneAnswer
+    report: answers.SceneAnswer
     actions: dict[str, tuple[Caption, ...]]
     curve: list[tuple[float, float]] = field(default_factory=list)  # Share done, error
     took: dict[str, float] = field(default_factory=dict)  # Seconds of each part of the work

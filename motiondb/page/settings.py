@@ -41,50 +41,34 @@ class UploadLimits:
 
 @dataclass(frozen=True)
 class PageSettings:
-    """How the page is served.
-
-    Attributes
-    ----------
-    database : Path
-        The database file.
-    host : str
-        Address to listen on.
-    port : int
-        Port to listen on; 0 for a free one.
-    read_only : bool
-        Whether the page refuses all changes, of the database and of boards.
-    token : str
-        Token that a browser must present; "" for none, which is allowed for loopback addresses
-        only.
-    folders : tuple of Path
-        Folders on this computer from which captures may be added.
-    boards : Path or None
-        Folder of the user's tactics diagrams; None: ``boards`` beside the database.
-    wait : float
-        Seconds to wait for a process that holds the database.
-    limits : UploadLimits
-        Limits of uploads.
-    allowed_hosts : tuple of str
-        Further names by which browsers may reach the server.
-    warm : bool
-        Whether to load the data that questions need before the first question.
-    always_token : bool
-        Whether a token is made and required at loopback addresses, too: other users of this
-        computer can reach them.
-    """
+    """How the page is served."""
 
     database: Path
+    """The database file."""
     host: str = "127.0.0.1"
+    """Address to listen on."""
     port: int = 8765
+    """Port to listen on; 0 for a free one."""
     read_only: bool = False
+    """Whether the page refuses all changes, of the database and of boards."""
     token: str = ""
+    """Token that a browser must present; "" for none, which is allowed for loopback addresses
+    only."""
     folders: tuple[Path, ...] = ()
+    """Folders on this computer from which captures may be added."""
     boards: Path | None = None
+    """Folder of the user's tactics diagrams; None: ``boards`` beside the database."""
     wait: float = 5.0
+    """Seconds to wait for a process that holds the database."""
     limits: UploadLimits = UploadLimits()
+    """Limits of uploads."""
     allowed_hosts: tuple[str, ...] = ()
+    """Further names by which browsers may reach the server."""
     warm: bool = True
+    """Whether to load the data that questions need before the first question."""
     always_token: bool = False
+    """Whether a token is made and required at loopback addresses, too: other users of this computer
+    can reach them."""
 
     @property
     def is_local(self) -> bool:

@@ -52,27 +52,18 @@ EXAMPLE = "example"  # Key of the motion of an example that is no stored capture
 
 @dataclass(frozen=True, eq=False)
 class StandalonePage:
-    """The contents of the file.
-
-    Attributes
-    ----------
-    kind : str
-        "search", "like", "generate", "capture", "sequence" or "scene".
-    title : str
-        Title of the page.
-    database : str
-        Name of the database file.
-    answer : dataclass
-        The reply that the route of this kind gives.
-    motions : dict of str to bytes
-        Containers by ref.
-    """
+    """The contents of the file."""
 
     kind: str
+    """"search", "like", "generate", "capture", "sequence" or "scene"."""
     title: str
+    """Title of the page."""
     database: str
+    """Name of the database file."""
     answer: object
+    """The reply that the route of this kind gives."""
     motions: Mapping[str, bytes]
+    """Containers by ref."""
 
     def write(self, path: str | Path) -> Path:
         """Write the file, whole or not at all.

@@ -6,10 +6,13 @@ import re
 import secrets
 import threading
 from collections import OrderedDict, deque
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Generic, TypeVar
 
+from motiondb.database import MotionDB
 from motiondb.database.generating import Generated
 from motiondb.database.grammars.grammar_sequences import GrammarSequence
 from motiondb.page.errors import PageError, unknown
@@ -128,6 +131,19 @@ class Page:
         self.editing = threading.Lock()
         self.closing = threading.Event()
         self.watch = Watch(self.held, settings.warm)
+
+    @contextmanager
+    def reading(self) -> Iterator[MotionDB]:
+        """Yield the database in one state, even if others save changes."""
+        with self.held.use() as db, db.session.reading():
+            yield db
+
+    @contextmanager
+    def changing(self) -> Iterator[MotionDB]:
+        """Yield the database for a change, one at a time; refuse it if the page is read-only."""
+        self.check_writable()
+        with self.held.use() as db, self.editing:
+            yield db
 
     def check_writable(self) -> None:
         """Refuse a change if the page was started read-only."""

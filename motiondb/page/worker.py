@@ -24,11 +24,7 @@ from pathlib import Path
 from queue import Queue
 from typing import TYPE_CHECKING, Any, TextIO
 
-from motiondb.answers.catalogue import AddResult
-from motiondb.answers.grammars import GrammarLearned
-from motiondb.answers.learning import LearnResult, learned_summary
-from motiondb.answers.plain import fields_of, to_json
-from motiondb.answers.scenes import SceneMade
+from motiondb import answers
 from motiondb.database import MotionDB
 from motiondb.errors import MotionDBError
 from motiondb.page.jobs import FACTS_FILE, FIRST_FILE, MOTION_FILE
@@ -67,7 +63,7 @@ class Events:
 
     def write(self, event: dict[str, Any]) -> None:
         """Write an event."""
-        text = json.dumps(to_json(event), ensure_ascii=False)
+        text = json.dumps(answers.to_json(event), ensure_ascii=False)
         # names of files may hold lone surrogates, which the answers of the server cannot
         self._out.write(text.encode("utf-8", "replace").decode() + "\n")
         self._out.flush()
@@ -116,7 +112,7 @@ class Workshop:
             self._opened[read_only] = MotionDB(self._path, read_only=read_only, wait=self._wait)
         return self._opened[read_only]
 
-    def _add(self, parameters: Parameters, progress: Events) -> AddResult:
+    def _add(self, parameters: Parameters, progress: Events) -> answers.AddResult:
         from motiondb.database.catalogue.file_reading import AddSettings
         from motiondb.files import unit_from_name
 
@@ -140,7 +136,7 @@ class Workshop:
             lambda what, done, total: progress.progress(what, done / max(total, 1e-9)),
         )
         names = [info.name for info in self.database.captures() if info.name not in before]
-        return AddResult(
+        return answers.AddResult(
             added=len(report.added),
             known=len(report.known),
             captures=names,
@@ -151,16 +147,16 @@ class Workshop:
             seconds=round(report.seconds, 2),
         )
 
-    def _learn(self, parameters: Parameters, progress: Events) -> LearnResult:
+    def _learn(self, parameters: Parameters, progress: Events) -> answers.LearnResult:
         from motiondb.learn.recognition import LearnSettings
 
         settings = LearnSettings(n_symbols=parameters["symbols"], seed=parameters["seed"])
         learned = self.database.learn(settings, progress.progress, parameters["start"])
         first = self.database.start_facts()
-        size = fields_of(learned_summary(learned))
-        return LearnResult(**size, start=first.name if first else None)
+        size = answers.fields_of(answers.learned_summary(learned))
+        return answers.LearnResult(**size, start=first.name if first else None)
 
-    def _learn_grammar(self, parameters: Parameters, progress: Events) -> GrammarLearned:
+    def _learn_grammar(self, parameters: Parameters, progress: Events) -> answers.GrammarLearned:
         from motiondb.database.grammars.grammar_learning import GrammarSettings
 
         settings = GrammarSettings(**parameters["settings"])
@@ -170,9 +166,9 @@ class Workshop:
             settings,
             lambda what, done, total: progress.progress(what, done / max(total, 1e-9)),
         )
-        return GrammarLearned(grammar=learned.name, no_longer_editable=list(lost))
+        return answers.GrammarLearned(grammar=learned.name, no_longer_editable=list(lost))
 
-    def _make_scene(self, parameters: Parameters, progress: Events) -> SceneMade:
+    def _make_scene(self, parameters: Parameters, progress: Events) -> answers.SceneMade:
         from motiondb.database.scenes.scene_making import SceneSettings
 
         settings = SceneSettings(**parameters["settings"])
@@ -180,7 +176,7 @@ class Workshop:
         scene = self.reading.scenes.make(parameters["diagram"], settings, course.tell)
         return self._finished(scene, parameters, course)
 
-    def _update_scene(self, parameters: Parameters, progress: Events) -> SceneMade:
+    def _update_scene(self, parameters: Parameters, progress: Events) -> answers.SceneMade:
         from motiondb.database.scenes.scene_making import SceneSettings
         from motiondb.database.scenes.scene_texts import read_scene_text
 
@@ -204,7 +200,7 @@ class Workshop:
             return self.reading.scenes.load(earlier["name"])
         return self._scene(earlier["name"], Path(earlier["folder"])).record
 
-    def _finished(self, scene: Scene, parameters: Parameters, course: _Course) -> SceneMade:
+    def _finished(self, scene: Scene, parameters: Parameters, course: _Course) -> answers.SceneMade:
         """Write the files of a scene for the server; the motions first, to be played early."""
         folder, name = Path(parameters["folder"]), parameters["scene"]
         folder.mkdir(mode=0o700, exist_ok=True)
@@ -213,11 +209,11 @@ class Workshop:
         ref = f"scene:{name}"
         data = pack_scene(scene.made.polished, scene.made.text.diagram, ref)
         (folder / MOTION_FILE).write_bytes(data)
-        facts = to_json(made_scene_reply(ref, scene, course.points))
+        facts = answers.to_json(made_scene_reply(ref, scene, course.points))
         (folder / FACTS_FILE).write_text(json.dumps(facts), encoding="utf-8")
         (folder / SCENE_FILE).write_bytes(pickle.dumps(scene))
         self._remember(name, scene)
-        return SceneMade(scene=name, ref=ref)
+        return answers.SceneMade(scene=name, ref=ref)
 
     def _scene(self, name: str, folder: Path) -> Scene:
         """Return a scene that this process or an earlier process of this server made."""

@@ -64,6 +64,7 @@ from motiondb.store.catalogue.runs import (
     copy_run,
     finish_run,
     load_runs,
+    running,
     save_runs,
     start_run,
 )

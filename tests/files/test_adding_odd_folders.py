@@ -16,7 +16,7 @@ from pebble.pool.process import PoolManager
 import motiondb
 from motiondb.answers.catalogue import AddReport
 from motiondb.database.catalogue import file_reading
-from motiondb.database.catalogue.file_reading import AddSettings, read_all
+from motiondb.database.catalogue.file_reading import AddSettings, FileToRead, read_all
 from motiondb.errors import MotionDBError
 
 FAST = BVH.replace(" 90 0 ", " 90 0 ", 1)
@@ -132,7 +132,7 @@ def test_files_are_read_here_where_no_process_can_start(
     monkeypatch.setattr(WorkerManager, "create_channels", refuse)
     monkeypatch.setattr(resource_tracker, "ensure_running", missing)
     path = folder / "good.bvh"
-    jobs = [(f"take{n}", path, None, folder, AddSettings()) for n in range(6)]
+    jobs = [FileToRead(f"take{n}", path, None, folder, AddSettings()) for n in range(6)]
     readings = [reading for (reading,) in read_all(jobs, 2)]
     assert [(reading.name, reading.problem) for reading in readings] == [
         (f"take{n}", "") for n in range(6)
@@ -212,7 +212,11 @@ def test_a_reader_process_that_dies_costs_only_its_file(folder: Path) -> None:
     for number in range(7):
         path = folder / f"take{number}.bvh"
         path.write_text(BVH)
-        jobs.append((path.stem, Deadly(path) if number == 3 else path, None, folder, AddSettings()))
+        jobs.append(
+            FileToRead(
+                path.stem, Deadly(path) if number == 3 else path, None, folder, AddSettings()
+            )
+        )
     readings = [reading for (reading,) in read_all(jobs, 2)]
     assert [reading.name for reading in readings] == [f"take{n}" for n in range(7)]
     assert [bool(reading.problem) for reading in readings] == [n == 3 for n in range(7)]
@@ -242,10 +246,10 @@ def test_a_reader_process_that_is_ended_once_costs_no_file(
 ) -> None:
     path = folder / "good.bvh"
     jobs = [
-        (f"take{n}", DeadlyOnce(path) if n == 3 else path, None, folder, AddSettings())
+        FileToRead(f"take{n}", DeadlyOnce(path) if n == 3 else path, None, folder, AddSettings())
         for n in range(5)
     ]
-    monkeypatch.setattr(file_reading, "_read_one", here)
+    monkeypatch.setattr(file_reading, "_read", here)
     assert [reading.problem for (reading,) in read_all(jobs, 2)] == [""] * 5
     assert (folder / "good.bvh.begun").exists()
 
@@ -261,9 +265,9 @@ def test_after_an_idle_process_has_died_files_are_read_in_others(
 
     starts = PoolManager.start
     monkeypatch.setattr(PoolManager, "start", start)
-    monkeypatch.setattr(file_reading, "_read_one", here)
+    monkeypatch.setattr(file_reading, "_read", here)
     path = folder / "good.bvh"
-    jobs = [(f"take{n}", path, None, folder, AddSettings()) for n in range(9)]
+    jobs = [FileToRead(f"take{n}", path, None, folder, AddSettings()) for n in range(9)]
     readings = read_all(jobs, 2)
     first = next(readings)
     (manager,) = managers

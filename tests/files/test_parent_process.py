@@ -20,7 +20,7 @@ HOLDS_PYTHON = "__import__('ctypes').PyDLL(None).sleep(600)"
 READS = """
 import sys
 from pathlib import Path
-from motiondb.database.catalogue.file_reading import AddSettings, read_all
+from motiondb.database.catalogue.file_reading import AddSettings, FileToRead, read_all
 
 class Slow(type(Path())):
     def __reduce__(self):  # a path whose reading waits
@@ -30,7 +30,8 @@ class Slow(type(Path())):
         return eval, (f"type('Slow', ({base},), {methods})({str(self)!r})",)
 
 folder = Path(sys.argv[1])
-jobs = [(f"take{n}", Slow(folder / f"take{n}"), None, folder, AddSettings()) for n in range(6)]
+paths = [Slow(folder / f"take{n}") for n in range(6)]
+jobs = [FileToRead(path.name, path, None, folder, AddSettings()) for path in paths]
 print(list(read_all(jobs, 2)))
 """
 STARTS = """

@@ -65,7 +65,7 @@ def test_one_capture_has_what_the_class_knows(client: TestClient, learned_file: 
 def test_what_is_not_there_is_named(client: TestClient) -> None:
     message = refused(client, "/api/capture", 404, name="ana/walk")
     assert message == (
-        "capture: expected an existing one, found 'ana/walk'. It may have been removed."
+        "capture: expected an existing one, found 'ana/walk'. It may have been removed or renamed."
     )
 
 

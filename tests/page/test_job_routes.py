@@ -114,6 +114,15 @@ def test_a_job_whose_process_dies_does_not_say_that_nothing_was_saved(tmp_path: 
     )
 
 
+def test_a_job_that_is_cancelled_before_it_begins_stays_so(tmp_path: Path) -> None:
+    """Its worker was stopped, which must not be told as a failure."""
+    job, worker = Job("learn", "learn"), Worker(tmp_path / "m.duckdb", False, tmp_path)
+    job.end("cancelled", "cancelled")
+    worker.stop()
+    worker.run(job, {})
+    assert (job.state, job.message) == ("cancelled", "cancelled")
+
+
 def test_learning_starts_from_shipped_knowledge_and_from_no_file(
     learned_copy: Path, serve: Serve
 ) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motiondb.page.progress import WholeProgress
+from motiondb.page.jobs import WholeProgress
 
 STEPS = [
     "features",

@@ -14,7 +14,13 @@ from typing import TYPE_CHECKING
 from motiondb import files, store
 from motiondb.answers.catalogue import AddReport
 from motiondb.database.catalogue import copy_search
-from motiondb.database.catalogue.file_reading import AddSettings, ReadFile, Readings, read_all
+from motiondb.database.catalogue.file_reading import (
+    AddSettings,
+    FileToRead,
+    ReadFile,
+    Readings,
+    read_all,
+)
 from motiondb.database.catalogue.sheets import Sheets, captions_within, sheet_notes
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
@@ -60,7 +66,7 @@ def add_captures(
         if names[name] != path
     ]
     jobs = [
-        (name, path, sheets.entry(name), paths[path], settings)
+        FileToRead(name, path, sheets.entry(name), paths[path], settings)
         for name, path in sorted(names.items())
     ]
     store.check_writable(opened)

@@ -41,38 +41,26 @@ FIXED_UNITS = MappingProxyType(
 
 @dataclass(frozen=True)
 class MotionChanges:
-    """How a motion is changed before it is written.
-
-    Attributes
-    ----------
-    unit : float or None
-        Metres per length unit of the file; None: that of the capture.
-    fps : float or None
-        Frames per second of the file; None: those of the capture. Rotations are interpolated along
-        the shortest arc.
-    loop : bool
-        Whether a cycle is cut out and closed, so that its first frame follows its last.
-    in_place : bool
-        Whether the travel over the ground is taken out.
-    mirror : bool
-        Whether left and right are exchanged.
-    onto : Path or None
-        File with a rig (.bvh, .fbx, .glb or .gltf), onto whose joints and proportions the motion on
-        the canonical body is put.
-    joint_map : mapping of str to str
-        Role -> joint name, for a rig, or a capture, that no convention fits.
-    is_cycle : bool
-        Whether the first frame follows the last already, as after ``loop``.
-    """
+    """How a motion is changed before it is written."""
 
     unit: float | None = None
+    """Metres per length unit of the file; None: that of the capture."""
     fps: float | None = None
+    """Frames per second of the file; None: those of the capture. Rotations are interpolated along
+    the shortest arc."""
     loop: bool = False
+    """Whether a cycle is cut out and closed, so that its first frame follows its last."""
     in_place: bool = False
+    """Whether the travel over the ground is taken out."""
     mirror: bool = False
+    """Whether left and right are exchanged."""
     onto: Path | None = None
+    """File with a rig (.bvh, .fbx, .glb or .gltf), onto whose joints and proportions the motion on
+    the canonical body is put."""
     joint_map: Mapping[str, str] = field(default_factory=dict)
+    """Role -> joint name, for a rig, or a capture, that no convention fits."""
     is_cycle: bool = False
+    """Whether the first frame follows the last already, as after ``loop``."""
 
     @property
     def of_motion(self) -> MotionChanges:
@@ -145,11 +133,12 @@ def formats_here() -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Changed:
-    """A clip after changes."""
+    """A clip after changes, as it stands in a file."""
 
     clip: Clip
     said: tuple[str, ...]  # A sentence for everything that was done
-    first: int  # Frame of the clip before at which it begins
+    first: int = 0  # Frame of the clip before at which it begins
+    fit: Fit | None = None  # How well a rig follows it
 
 
 def changed(clip: Clip, asked: MotionChanges) -> Changed:
@@ -252,20 +241,11 @@ def unit_in(path: Path, clip: Clip) -> str:
     return unit_name(FIXED_UNITS.get(path.suffix.lower(), clip.unit))
 
 
-@dataclass(frozen=True, eq=False)
-class Written:
-    """A motion that was written."""
-
-    clip: Clip  # As it stands in the file
-    said: tuple[str, ...]  # What was done
-    fit: Fit | None = None  # How well a rig follows it
-
-
-def write_changed(clip: Clip, path: Path, asked: MotionChanges, owner: str = "") -> Written:
+def write_changed(clip: Clip, path: Path, asked: MotionChanges, owner: str = "") -> Changed:
     """Write a clip with changes; a file that has a place for it says whose it is."""
     check_changes(asked, path)
     done = changed(clip, asked)
-    return Written(done.clip, (*done.said, *_write(done.clip, path, asked, owner)))
+    return replace(done, said=(*done.said, *_write(done.clip, path, asked, owner)))
 
 
 def _write(clip: Clip, path: Path, asked: MotionChanges, owner: str) -> tuple[str, ...]:
@@ -286,7 +266,7 @@ def owner_of(info: CaptureInfo) -> str:
     return f"{info.name}, licence {info.tags.get('licence', 'not known')}"
 
 
-def write_motion(motion: Motion, path: Path, asked: MotionChanges, owner: str = "") -> Written:
+def write_motion(motion: Motion, path: Path, asked: MotionChanges, owner: str = "") -> Changed:
     """Write a motion of the canonical body, or of a rig, with changes."""
     if asked.onto is None:
         return write_changed(retarget.to_clip(motion), path, asked, owner)
@@ -298,7 +278,8 @@ def write_motion(motion: Motion, path: Path, asked: MotionChanges, owner: str = 
     own = path.suffix.lower() in GLTF or _keeps_frames(asked.onto, rig)
     clip = clip if own else at_rest(clip, fitted.rig)
     missing = _write(clip, path, asked, owner)
-    return Written(clip, (*_say_fit(asked.onto, fitted.fit), *done.said, *missing), fitted.fit)
+    said = (*_say_fit(asked.onto, fitted.fit), *done.said, *missing)
+    return Changed(clip, said, fit=fitted.fit)
 
 
 def _keeps_frames(source: Path, rig: Clip) -> bool:

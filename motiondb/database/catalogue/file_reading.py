@@ -57,48 +57,34 @@ body hold a few arrays of the same size."""
 
 @dataclass(frozen=True)
 class AddSettings:
-    """How files are read.
-
-    Attributes
-    ----------
-    unit : float or None
-        Metres per length unit; None: the unit in each file, or estimated from the size of the body.
-    fps : float or None
-        Frames per second, instead of the rates in the files.
-    skip_bad_frames : bool
-        Leave out bad frames instead of refusing their file.
-    joint_map : mapping of str to str
-        Role -> joint name, for skeletons that no convention fits.
-    jobs : int
-        Processes that read files.
-    limits : ReadLimits
-        Limits for reading one file.
-    keep_implausible : bool
-        Keep captures that move faster than people can.
-    outside_skeletons : bool
-        Allow a sheet to name skeletons outside the added folder.
-    within : Path or None
-        Folder that links must not lead out of; None: they may lead anywhere.
-    prefix : str
-        Put before the name of every capture, such as "studio2/".
-    replace : bool
-        Replace captures of the same names; captions, tags and events that no sheet gives are kept.
-    originals : bool
-        Keep the files as they are, so that they can be exported bit for bit.
-    """
+    """How files are read."""
 
     unit: float | None = None
+    """Metres per length unit; None: the unit in each file, or estimated from the size of the
+    body."""
     fps: float | None = None
+    """Frames per second, instead of the rates in the files."""
     skip_bad_frames: bool = False
+    """Leave out bad frames instead of refusing their file."""
     joint_map: Mapping[str, str] = field(default_factory=dict)
+    """Role -> joint name, for skeletons that no convention fits."""
     jobs: int = 2
+    """Processes that read files."""
     limits: capture.ReadLimits = field(default_factory=capture.ReadLimits)
+    """Limits for reading one file."""
     keep_implausible: bool = False
+    """Keep captures that move faster than people can."""
     outside_skeletons: bool = False
+    """Allow a sheet to name skeletons outside the added folder."""
     within: Path | None = None
+    """Folder that links must not lead out of; None: they may lead anywhere."""
     prefix: str = ""
+    """Put before the name of every capture, such as "studio2/"."""
     replace: bool = False
+    """Replace captures of the same names; captions, tags and events that no sheet gives are
+    kept."""
     originals: bool = True
+    """Keep the files as they are, so that they can be exported bit for bit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,11 +109,25 @@ class ReadFile:
 
 
 Readings = tuple[ReadFile, ...]  # Of one file: more than one where it holds several takes
-_Job = tuple[str, Path, SheetEntry | None, Path, AddSettings]
+
+
+@dataclass(frozen=True)
+class FileToRead:
+    """A file to read, and how."""
+
+    name: str  # Of its capture
+    path: Path
+    entry: SheetEntry | None  # What a sheet says of it
+    folder: Path  # The folder that is added
+    settings: AddSettings
+
+    def seconds(self, n_bytes: int) -> float:
+        """Seconds that reading so many bytes may take."""
+        return self.settings.limits.seconds_for(n_bytes)
 
 
 def read_all(
-    jobs: Sequence[_Job], n_jobs: int, workers: Cluster | None = None
+    jobs: Sequence[FileToRead], n_jobs: int, workers: Cluster | None = None
 ) -> Iterator[Readings]:
     """Read files, in other processes if there are more than a few; readings in order of the jobs.
 
@@ -141,10 +141,10 @@ def read_all(
         yield from _read_by(workers, jobs)
         return
     if len(jobs) <= _FEW or n_jobs == 1:
-        yield from (_read_one(*job) for job in jobs)
+        yield from map(_read, jobs)
         return
     n_jobs = min(n_jobs, len(jobs), os.cpu_count() or 1)
-    folder, running = _working_folder(), deque[tuple[_Job, Future[Readings] | None]]()
+    folder, running = _working_folder(), deque[tuple[FileToRead, Future[Readings] | None]]()
     with _pool_of(n_jobs) as pool:
         for job in jobs:
             try:
@@ -186,17 +186,16 @@ def _context() -> LokyContext:
     return context
 
 
-def _submit(pool: ProcessPool, folder: str, job: _Job) -> Future[Readings]:
+def _submit(pool: ProcessPool, folder: str, job: FileToRead) -> Future[Readings]:
     """Hand out a file; the first starts the processes."""
-    path, limits = job[1], job[-1].limits
-    n_bytes = path.stat().st_size if path.is_file() else 0
-    seconds = min(_GRACE * limits.seconds_for(n_bytes), threading.TIMEOUT_MAX)
+    n_bytes = _size(job.path)
+    seconds = min(_GRACE * job.seconds(n_bytes), threading.TIMEOUT_MAX)
     packed = pickle.dumps(job)  # a process that dies from it has then said that it has begun
     with _interrupts_wait():
         return pool.schedule(_read_beside, args=(folder, packed, n_bytes), timeout=seconds)
 
 
-def _result(folder: str, job: _Job, future: Future[Readings] | None) -> Readings:
+def _result(folder: str, job: FileToRead, future: Future[Readings] | None) -> Readings:
     """The result for a file that was handed out; it is read again if its process ended.
 
     A process may end without fault of the file: the system ends one where memory is short, and the
@@ -212,7 +211,7 @@ def _result(folder: str, job: _Job, future: Future[Readings] | None) -> Readings
         return _refused(job)
 
 
-def _read_alone(folder: str, job: _Job) -> Readings:
+def _read_alone(folder: str, job: FileToRead) -> Readings:
     """Read a file in a process of its own, or in this one if the system lets none start."""
     from pebble import ProcessExpired
 
@@ -220,20 +219,19 @@ def _read_alone(folder: str, job: _Job) -> Readings:
         try:
             future = _submit(pool, folder, job)
         except (OSError, RuntimeError):
-            return _read_one(*job)
+            return _read(job)
         try:
             return future.result()
         except (BrokenProcessPool, ProcessExpired, TimeoutError):
             return _refused(job)
 
 
-def _refused(job: _Job) -> Readings:
+def _refused(job: FileToRead) -> Readings:
     """The result for a file that ends its process, or takes too long."""
-    name, path = job[0], job[1]
     refused = ReadFile(
-        name,
-        str(path),
-        problem=f"{path}: expected a file that can be read, found one that ends the process "
+        job.name,
+        str(job.path),
+        problem=f"{job.path}: expected a file that can be read, found one that ends the process "
         "that reads it (too much memory or time, or a damaged file). Export it again, cut the "
         "capture, or allow more with --memory-limit or --time-limit.",
     )
@@ -264,73 +262,19 @@ def _interrupts_wait() -> Iterator[None]:
 def _read_beside(folder: str, packed: bytes, n_bytes: int) -> Readings:
     """Read in another process; ``folder`` is the working directory of the one that asks."""
     os.chdir(folder)
-    job: _Job = pickle.loads(packed)
-    capture.cap_memory(_PROCESS_MEMORY * max(job[-1].limits.memory, _PROCESS_MEMORY * n_bytes))
-    return _read_one(*job)
+    job: FileToRead = pickle.loads(packed)
+    limits = job.settings.limits
+    capture.cap_memory(_PROCESS_MEMORY * max(limits.memory, _PROCESS_MEMORY * n_bytes))
+    return _read(job)
 
 
-def _read_by(workers: Cluster, jobs: Sequence[_Job]) -> Iterator[Readings]:
+def _read_by(workers: Cluster, jobs: Sequence[FileToRead]) -> Iterator[Readings]:
     """Load files here, and have workers read them; readings in order of the jobs."""
     from motiondb.database.cluster import Bounds
 
-    pieces = (_loaded_job(job) for job in jobs)
+    pieces = ((job, _load(job)) for job in jobs)
     bounds = Bounds(_longest, lambda piece: _refused(piece[0]))
     return workers.map(_read_loaded, pieces, bounds=bounds)
-
-
-def _longest(piece: _Piece) -> float:
-    """Seconds after which a worker that reads a file is started anew."""
-    job, loaded = piece
-    n_bytes = len(loaded.data) if isinstance(loaded, _Loaded) else 0
-    return _GRACE * job[-1].limits.seconds_for(n_bytes)
-
-
-def _loaded_job(job: _Job) -> _Piece:
-    """A job with its files, or with the reading that says why they cannot be loaded."""
-    name, path, entry, folder, settings = job
-    try:
-        with capture.guarded(path):
-            return job, _load(path, entry, folder, settings)
-    except MotionDBError as error:
-        return job, (_with_problem(name, path, error),)
-
-
-def _read_loaded(piece: _Piece) -> Readings:
-    """Read a file that was loaded; an error becomes the problem of the reading."""
-    (name, path, _, _, settings), loaded = piece
-    if not isinstance(loaded, _Loaded):
-        return loaded
-    try:
-        with capture.guarded(path, settings.limits.seconds_for(len(loaded.data))):
-            return _solve_takes(name, path, loaded, settings)
-    except MotionDBError as error:
-        return (_with_problem(name, path, error),)
-
-
-def _read_one(
-    name: str, path: Path, entry: SheetEntry | None, folder: Path, settings: AddSettings
-) -> Readings:
-    """Read a file; an error becomes the problem of the reading."""
-    try:
-        n_bytes = path.stat().st_size if path.is_file() else 0
-        with capture.guarded(path, settings.limits.seconds_for(n_bytes)):
-            return _read_captures(name, path, entry, folder, settings)
-    except MotionDBError as error:
-        return (_with_problem(name, path, error),)
-
-
-def _with_problem(name: str, path: Path, error: MotionDBError) -> ReadFile:
-    """Return the reading of what cannot be saved."""
-    message = str(error)
-    problem = message if str(path) in message else f"{path}: {message}"
-    return ReadFile(name, str(path), problem=problem)
-
-
-def _read_captures(
-    name: str, path: Path, entry: SheetEntry | None, folder: Path, settings: AddSettings
-) -> Readings:
-    """Read a file and its skeleton, and solve the canonical body for each of its takes."""
-    return _solve_takes(name, path, _load(path, entry, folder, settings), settings)
 
 
 @dataclass(frozen=True, eq=False)
@@ -344,39 +288,82 @@ class _Loaded:
     skeleton_data: bytes | None
 
 
-def _load(path: Path, entry: SheetEntry | None, folder: Path, settings: AddSettings) -> _Loaded:
-    """Load a file and its skeleton."""
-    options = capture.ReadOptions(
-        fps=entry.fps if entry and entry.fps else settings.fps,
-        unit=settings.unit,
-        skip_bad_frames=settings.skip_bad_frames,
-        limits=settings.limits,
-        within=settings.within,
-    )
-    kind = capture.capture_format(path)
-    data = capture.read_file(path, options)
-    asf = _skeleton(path, entry, folder, settings)
-    return _Loaded(options, kind, data, asf, capture.read_file(asf, options) if asf else None)
+_Piece = tuple[FileToRead, _Loaded | Readings]
+"""A file that was loaded; or the reading that says why it cannot be."""
 
 
-_Piece = tuple[_Job, _Loaded | Readings]
-"""A file to read by a worker; or the reading that says why it cannot be loaded."""
+def _longest(piece: _Piece) -> float:
+    """Seconds after which a worker that reads a file is started anew."""
+    job, loaded = piece
+    return _GRACE * job.seconds(len(loaded.data) if isinstance(loaded, _Loaded) else 0)
 
 
-def _solve_takes(name: str, path: Path, loaded: _Loaded, settings: AddSettings) -> Readings:
+def _read(job: FileToRead) -> Readings:
+    """Read a file and its skeleton, and solve the canonical body for each of its takes."""
+    return _read_loaded((job, _load(job)))
+
+
+def _size(path: Path) -> int:
+    return path.stat().st_size if path.is_file() else 0
+
+
+def _load(job: FileToRead) -> _Loaded | Readings:
+    """Load a file and its skeleton; an error becomes the problem of the reading."""
+    settings, entry, path = job.settings, job.entry, job.path
+    try:
+        with capture.guarded(path, job.seconds(_size(path))):
+            options = capture.ReadOptions(
+                fps=entry.fps if entry and entry.fps else settings.fps,
+                unit=settings.unit,
+                skip_bad_frames=settings.skip_bad_frames,
+                limits=settings.limits,
+                within=settings.within,
+            )
+            kind = capture.capture_format(path)
+            data = capture.read_file(path, options)
+            asf = capture.skeleton_path(path)
+            if path.suffix.lower() == ".amc" and entry and entry.skeleton:
+                outside = settings.outside_skeletons
+                asf = capture.named_skeleton(path, entry.skeleton, job.folder, outside)
+            skeleton_data = capture.read_file(asf, options) if asf else None
+            return _Loaded(options, kind, data, asf, skeleton_data)
+    except MotionDBError as error:
+        return (_with_problem(job.name, path, error),)
+
+
+def _read_loaded(piece: _Piece) -> Readings:
+    """Read a file that was loaded; an error becomes the problem of the reading."""
+    job, loaded = piece
+    if not isinstance(loaded, _Loaded):
+        return loaded
+    try:
+        with capture.guarded(job.path, job.seconds(len(loaded.data))):
+            return _solve_takes(job, loaded)
+    except MotionDBError as error:
+        return (_with_problem(job.name, job.path, error),)
+
+
+def _with_problem(name: str, path: Path, error: MotionDBError) -> ReadFile:
+    """Return the reading of what cannot be saved."""
+    message = str(error)
+    problem = message if str(path) in message else f"{path}: {message}"
+    return ReadFile(name, str(path), problem=problem)
+
+
+def _solve_takes(job: FileToRead, loaded: _Loaded) -> Readings:
     """Solve the canonical body for each take of a file."""
-    options, kind, data = loaded.options, loaded.kind, loaded.data
-    asf, skeleton_data = loaded.asf, loaded.skeleton_data
+    path, data, kind, asf = job.path, loaded.data, loaded.kind, loaded.asf
+    skeleton_data, options = loaded.skeleton_data, loaded.options
     skeleton = capture.AsfFile(skeleton_data, asf) if skeleton_data is not None else None
     clips = capture.read_takes_bytes(data, kind, path=path, skeleton=skeleton, options=options)
     readings = []
     for take, clip in clips.items():
-        of = f"{name}#{take}" if take else name
+        of = f"{job.name}#{take}" if take else job.name
         pack = partial(
             store.pack_source, path.name, data, kind, asf.name if asf else None, skeleton_data, take
         )
         try:
-            readings.append(_solved(of, path, clip, settings, pack))
+            readings.append(_solved(of, path, clip, job.settings, pack))
         except MotionDBError as error:
             if len(clips) == 1:
                 raise
@@ -394,15 +381,6 @@ def _solved(
     notes = clip.notes + motion.notes
     source = pack() if settings.originals else store.leave_out(pack())
     return ReadFile(name, str(path), source, motion, clip.fps, clip.n_frames, notes)
-
-
-def _skeleton(
-    path: Path, entry: SheetEntry | None, folder: Path, settings: AddSettings
-) -> Path | None:
-    """Return the ASF of an AMC: the one that the sheet names, or the one with a fitting name."""
-    if path.suffix.lower() == ".amc" and entry and entry.skeleton:
-        return capture.named_skeleton(path, entry.skeleton, folder, settings.outside_skeletons)
-    return capture.skeleton_path(path)
 
 
 def read_joint_map(path: Path) -> dict[str, str]:

@@ -193,11 +193,13 @@ def import_events(opened: store.Store, path: str | Path) -> EventReport:
         infos = _captures_by_name(opened)
         problems = sheet.unknown(infos)
         named = [infos[name] for name in sheet.entries if name in infos]
-        run_id = store.start_run(opened, "events", {"sheet": str(path)})
-        with store.noting_edits(opened, run_id, [info.capture_id for info in named]):
+        numbers = [info.capture_id for info in named]
+        with (
+            store.running(opened, "events", {"sheet": str(path)}) as run_id,
+            store.noting_edits(opened, run_id, numbers),
+        ):
             for info in named:
                 events = sheet.within(info.name, info.motion_frames, problems)
                 store.save_events(opened, info.capture_id, events)
                 captures, count = captures + 1, count + len(events)
-        store.finish_run(opened, run_id)
     return EventReport(captures, count, tuple(problems), sheet.notes)

@@ -105,11 +105,9 @@ def undo_edit(database: store.Store, name: str) -> str:
         }
         of_before = runs[before["run"]]
         undone = {UNDONE: {"what": edit["what"], "run": learned.run_id}}
-        number = store.start_run(
-            database, "grammar undo", of_before.parameters | undone, of_before.seed
-        )
-        _replace(database, earlier, number, carried | kept)
-        store.finish_run(database, number)
+        parameters = of_before.parameters | undone
+        with store.running(database, "grammar undo", parameters, of_before.seed) as number:
+            _replace(database, earlier, number, carried | kept)
         return str(edit["what"])
 
 
@@ -233,9 +231,8 @@ def _save(
     }
     of_learning = {key: value for key, value in run.parameters.items() if key not in (EDIT, UNDONE)}
     parameters = of_learning | {EDIT: {"what": what, "before": before}}
-    number = store.start_run(database, "grammar edit", parameters, run.seed)
-    _replace(database, edited, number, kept)
-    store.finish_run(database, number)
+    with store.running(database, "grammar edit", parameters, run.seed) as number:
+        _replace(database, edited, number, kept)
     return [info.name for info in store.load_captures(database) if info.sha256 in lost]
 
 

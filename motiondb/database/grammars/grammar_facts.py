@@ -15,18 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb import store
-from motiondb.answers.grammars import (
-    GrammarAnswer,
-    GrammarRow,
-    LearnedTake,
-    Medoid,
-    SequenceAnswer,
-    TerminalRow,
-    TerminalSpan,
-    TerminalSymbol,
-)
-from motiondb.answers.questions import DescribedWord
+from motiondb import answers, store
 from motiondb.database.arguments import seeded
 from motiondb.database.generated_files import sources_of
 from motiondb.database.grammars.grammar_editing import EDIT, UNDONE
@@ -55,20 +44,20 @@ LIMIT = 10_000  # Largest language whose strings are counted
 PATH_STEP = 3  # Frames from one point of a path to the next: ten points a second
 
 
-def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> GrammarAnswer:
+def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> answers.GrammarAnswer:
     """Return the facts of a grammar."""
     learned = material.learned
     runs = {run.run_id: run for run in store.load_runs(material.database)}
     run = runs[learned.run_id]
     grammar = learned.grammar
     lengths = [len(string) for string in learned.strings]
-    return GrammarAnswer(
+    return answers.GrammarAnswer(
         grammar=learned.name,
         run=learned.run_id,
         seed=run.seed,
         settings={k: v for k, v in run.parameters.items() if k not in _NOT_SETTINGS},
         captures=tuple(
-            LearnedTake(
+            answers.LearnedTake(
                 source.name,
                 source.sha256,
                 round(source.n_frames / MOTION_FPS, 3),
@@ -91,11 +80,11 @@ def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> GrammarAns
     )
 
 
-def grammar_row(size: store.GrammarSize) -> GrammarRow:
+def grammar_row(size: store.GrammarSize) -> answers.GrammarRow:
     """Return the size of a grammar, for JSON."""
     counts = vars(size) | {"bits": size.bits | {"sum": sum(size.bits.values())}}
     run = counts.pop("run_id")
-    return GrammarRow(counts.pop("name"), run, **counts, seconds=round(size.seconds, 3))
+    return answers.GrammarRow(counts.pop("name"), run, **counts, seconds=round(size.seconds, 3))
 
 
 def derives_new(grammar: context_free.Grammar, sentences: Sequence[tuple[str, ...]]) -> bool:
@@ -112,7 +101,9 @@ def derives_new(grammar: context_free.Grammar, sentences: Sequence[tuple[str, ..
     return language is None or not language <= known
 
 
-def terminal_rows(learned: LearnedGrammar, meanings: Sequence[Meaning]) -> tuple[TerminalRow, ...]:
+def terminal_rows(
+    learned: LearnedGrammar, meanings: Sequence[Meaning]
+) -> tuple[answers.TerminalRow, ...]:
     """Return the facts of each terminal."""
     terminals = learned.terminals
     rows = []
@@ -121,13 +112,13 @@ def terminal_rows(learned: LearnedGrammar, meanings: Sequence[Meaning]) -> tuple
         medoid = int(terminals.medoids[k])
         length = float((terminals.ends - terminals.starts)[members].mean()) / MOTION_FPS
         rows.append(
-            TerminalRow(
+            answers.TerminalRow(
                 name,
                 int(members.sum()),
                 round(length, 3),
-                tuple(DescribedWord(w, p) for w, p in meaning.words),
-                tuple(TerminalSymbol(s, p) for s, p in meaning.symbols),
-                Medoid(
+                tuple(answers.DescribedWord(w, p) for w, p in meaning.words),
+                tuple(answers.TerminalSymbol(s, p) for s, p in meaning.symbols),
+                answers.Medoid(
                     learned.sources[int(terminals.takes[medoid])].name,
                     round(float(terminals.starts[medoid]) / MOTION_FPS, 3),
                     round(float(terminals.ends[medoid]) / MOTION_FPS, 3),
@@ -137,14 +128,14 @@ def terminal_rows(learned: LearnedGrammar, meanings: Sequence[Meaning]) -> tuple
     return tuple(rows)
 
 
-def sequence_facts(sequence: GrammarSequence, seed: int) -> SequenceAnswer:
+def sequence_facts(sequence: GrammarSequence, seed: int) -> answers.SequenceAnswer:
     """Return how a sequence was generated, for JSON.
 
     String, tree, costs of the joins, foot slip (m/s), the time of each terminal (seconds) and the
     sources of the frames.
     """
     made = sequence.made
-    return SequenceAnswer(
+    return answers.SequenceAnswer(
         grammar=sequence.grammar,
         seed=seed,
         string=sequence.string,
@@ -155,7 +146,7 @@ def sequence_facts(sequence: GrammarSequence, seed: int) -> SequenceAnswer:
         foot_slip=float(made.slip),
         foot_slip_of_sources=float(made.source_slip),
         spans=tuple(
-            TerminalSpan(terminal, float(a) / MOTION_FPS, float(b) / MOTION_FPS)
+            answers.TerminalSpan(terminal, float(a) / MOTION_FPS, float(b) / MOTION_FPS)
             for terminal, (a, b) in zip(sequence.string, made.spans)
         ),
         sources=sources_of(sequence.provenance),

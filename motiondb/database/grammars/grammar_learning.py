@@ -46,37 +46,25 @@ MAX_NAME = 80  # Most characters of a grammar's name, so that it fits into file 
 
 @dataclass(frozen=True)
 class GrammarSettings:
-    """Settings that decide what is learned.
-
-    Attributes
-    ----------
-    n_terminals : int, optional
-        Number of terminals. None takes a number by the total duration of the captures.
-    from_symbols : bool
-        Whether the motion symbols of the database are the terminals.
-    sentences : str
-        "auto" (found by description length), "captures" (each capture is a sentence) or "captions"
-        (a sentence begins where a timed caption begins).
-    seed : int
-        Seed of all random steps.
-    search : TerminalSettings
-        Settings of the search for terminals.
-    shortest : int
-        Fewest terminals of a sentence that is found.
-    longest : int
-        Most terminals of a sentence that is found.
-    evaluations : int
-        Number of partitions into sentences that are tried; fewer for long strings.
-    """
+    """Settings that decide what is learned."""
 
     n_terminals: int | None = None
+    """Number of terminals. None takes a number by the total duration of the captures."""
     from_symbols: bool = False
+    """Whether the motion symbols of the database are the terminals."""
     sentences: str = "auto"
+    """"auto" (found by description length), "captures" (each capture is a sentence) or "captions"
+    (a sentence begins where a timed caption begins)."""
     seed: int = 0
+    """Seed of all random steps."""
     search: TerminalSettings = field(default_factory=TerminalSettings)
+    """Settings of the search for terminals."""
     shortest: int = partition.SHORTEST
+    """Fewest terminals of a sentence that is found."""
     longest: int = partition.LONGEST
+    """Most terminals of a sentence that is found."""
     evaluations: int = partition.EVALUATIONS
+    """Number of partitions into sentences that are tried; fewer for long strings."""
 
 
 def learn_grammar(
@@ -104,10 +92,8 @@ def learn_grammar(
     tell("parses", 0.0, 1.0)
     learned = _record(name, infos, result)
     parameters = {"name": name, "captures": [info.name for info in infos], **asdict(settings)}
-    with store.transaction(database):
-        run_id = store.start_run(database, "grammar", parameters, settings.seed)
+    with store.running(database, "grammar", parameters, settings.seed) as run_id:
         lost = store.save_grammar(database, learned.stored, run_id)
-        store.finish_run(database, run_id)
     tell("parses", 1.0, 1.0)
     return load_learned_grammar(database, name), lost
 
@@ -172,6 +158,11 @@ def _check(name: str, settings: GrammarSettings) -> None:
             f"{name!r}: expected a name of 1 to {MAX_NAME} letters, found another. Choose one."
         )
     store.check_new_name(name, "grammar")
+    if settings.from_symbols and settings.n_terminals is not None:
+        raise QueryError(
+            "terminals: expected no number beside --from-symbols, where every motion symbol is a"
+            f" terminal, found {settings.n_terminals}. Leave one of them out."
+        )
     if settings.sentences not in SENTENCES:
         raise QueryError(
             f"sentences: expected one of {', '.join(SENTENCES)}, found {settings.sentences!r}."

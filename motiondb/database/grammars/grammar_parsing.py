@@ -36,38 +36,26 @@ reported as unlike."""
 
 @dataclass(frozen=True, eq=False)
 class ParsedMotion:
-    """A motion as a string of terminals, with its sentences or the parse error.
-
-    Attributes
-    ----------
-    string : tuple of str
-        The terminals.
-    starts : tuple of float
-        Start of each terminal, in seconds.
-    ends : tuple of float
-        End of each terminal, in seconds.
-    stored : bool
-        Whether the grammar was learned from the motion. The string and the sentences are then those
-        that are stored.
-    trees : tuple of Tree
-        The derivation of each sentence. Empty if the string does not parse.
-    fault : ParseError or None
-        Why the string does not parse.
-    distances : tuple of float
-        Distance of each segment from the medoid of its terminal, in metres. Empty if ``stored``.
-    reach : float or None
-        Distance in metres beyond which a segment is unlike all terminals. None if ``stored``, or if
-        the terminals have too few members to estimate it.
-    """
+    """A motion as a string of terminals, with its sentences or the parse error."""
 
     string: tuple[str, ...]
+    """The terminals."""
     starts: tuple[float, ...]
+    """Start of each terminal, in seconds."""
     ends: tuple[float, ...]
+    """End of each terminal, in seconds."""
     stored: bool
+    """Whether the grammar was learned from the motion. The string and the sentences are then those
+    that are stored."""
     trees: tuple[context_free.Tree, ...] = ()
+    """The derivation of each sentence. Empty if the string does not parse."""
     fault: ParseError | None = None
+    """Why the string does not parse."""
     distances: tuple[float, ...] = ()
+    """Distance of each segment from the medoid of its terminal, in metres. Empty if ``stored``."""
     reach: float | None = None
+    """Distance in metres beyond which a segment is unlike all terminals. None if ``stored``, or if
+    the terminals have too few members to estimate it."""
 
     def facts(self) -> ParseAnswer:
         """The string with its sentences or its fault, for JSON."""

@@ -42,27 +42,18 @@ LONGEST_CHAIN = 600.0  # Longest chain of sentences, in seconds; it bounds the t
 
 @dataclass(frozen=True, eq=False)
 class GrammarSequence:
-    """Sentences of a grammar as motion.
-
-    Attributes
-    ----------
-    grammar : str
-        Name of the grammar.
-    trees : tuple of Tree
-        The derivations of the sentences in order; one unless the sequence is a chain.
-    choice : Choice
-        The segment that plays each terminal, and the total cost of their joins.
-    made : Synthesis
-        The motion with the sources of its frames.
-    provenance : Provenance
-        Source of each frame, with the licence of its capture.
-    """
+    """Sentences of a grammar as motion."""
 
     grammar: str
+    """Name of the grammar."""
     trees: tuple[context_free.Tree, ...]
+    """The derivations of the sentences in order; one unless the sequence is a chain."""
     choice: synthesis.Choice
+    """The segment that plays each terminal, and the total cost of their joins."""
     made: synthesis.Synthesis
+    """The motion with the sources of its frames."""
     provenance: store.Provenance
+    """Source of each frame, with the licence of its capture."""
 
     @property
     def tree(self) -> context_free.Tree:
@@ -173,14 +164,12 @@ def keep(
     _check_name(name)
     check_name_free(database, name)
     parameters = {"grammar": learned.name, "string": " ".join(sequence.string), **how}
-    with store.transaction(database):
-        run_id = store.start_run(database, "grammar generate", parameters, seed)
+    with store.running(database, "grammar generate", parameters, seed) as run_id:
         info = keep_generated(database, name, sequence.motion, sequence.provenance, (), run_id)
         if len(sequence.trees) == 1:  # a chain is no sentence of the grammar
             choices = context_free.choices_of(sequence.tree)
             derivation = store.Derivation(learned.name, choices, sequence.choice.clips)
             store.save_derivation(database, info.capture_id, learned.grammar_id, derivation, run_id)
-        store.finish_run(database, run_id)
     return info
 
 
@@ -233,44 +222,20 @@ def terminals_of(grammar: context_free.Grammar, text: str | Sequence[str]) -> tu
 
 @dataclass(frozen=True, eq=False)
 class Edit:
-    """A region of a sequence with its alternatives.
-
-    Attributes
-    ----------
-    before : Tree
-        The derivation that is edited.
-    clips : tuple of int
-        The segment that plays each terminal, as row numbers of the grammar's segments. Empty if the
-        edited string has no motion.
-    region : Region
-        The nonterminal and the positions that it covers.
-    alternatives : tuple of Alternative
-        Other derivations of the region, most probable first.
-    """
+    """A region of a sequence with its alternatives."""
 
     before: context_free.Tree
+    """The derivation that is edited."""
     clips: tuple[int, ...]
+    """The segment that plays each terminal, as row numbers of the grammar's segments. Empty if the
+    edited string has no motion."""
     region: edit.Region
+    """The nonterminal and the positions that it covers."""
     alternatives: tuple[edit.Alternative, ...]
+    """Other derivations of the region, most probable first."""
 
     def tree(self, number: int) -> context_free.Tree:
-        """Return the derivation with an alternative in the region.
-
-        Parameters
-        ----------
-        number : int
-            Number of the alternative, from 0.
-
-        Returns
-        -------
-        Tree
-            The derivation of the whole sequence.
-
-        Raises
-        ------
-        QueryError
-            When there is no such alternative.
-        """
+        """Return the derivation with an alternative, from 0, in the region."""
         if not 0 <= number < len(self.alternatives):
             raise QueryError(
                 f"alternative {number + 1}: expected 1 to {len(self.alternatives)}, found another"
@@ -279,17 +244,10 @@ class Edit:
         return edit.replace_region(self.before, self.region, self.alternatives[number].tree)
 
     def pinned(self, number: int) -> dict[int, int]:
-        """Return the segments outside the region.
+        """Return the segments outside the region: position in the string -> segment that plays it.
 
-        Parameters
-        ----------
-        number : int
-            Number of the alternative, from 0. Its length shifts the positions after the region.
-
-        Returns
-        -------
-        dict of int to int
-            Position in the string with the alternative -> segment that plays it.
+        The positions are those in the string with an alternative (from 0), whose length shifts
+        those after the region.
         """
         shift = len(self.alternatives[number].string) - (self.region.end - self.region.start)
         return {

@@ -9,18 +9,18 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from motiondb import store
-from motiondb.answers.grammars import GrammarAnswer, SequenceAnswer, WrittenSequence
-from motiondb.answers.plain import extended
+import numpy as np
+
+from motiondb import answers, pictures, store
 from motiondb.database.arguments import seeded
 from motiondb.database.captures import Captures
-from motiondb.database.generated_files import write_with_provenance
+from motiondb.database.catalogue.parts import cut_motion
+from motiondb.database.generated_files import source_spans, write_with_provenance
 from motiondb.database.grammars import (
     grammar_editing,
     grammar_facts,
     grammar_learning,
     grammar_parsing,
-    grammar_pictures,
     grammar_sequences,
     grammar_words,
 )
@@ -35,21 +35,29 @@ from motiondb.database.grammars.grammar_sequences import (
 from motiondb.database.learned_grammar import LearnedGrammar
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg import prefix
+from motiondb.grammar.cfg.context_free import derive_by
+from motiondb.grammar.cfg.loops import with_loops, with_loops_around
 from motiondb.grammar.derivation.complete import Completions
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.derivation.plan import Plan, plan
-from motiondb.records import CaptureInfo, Motion
+from motiondb.records import MOTION_FPS, CaptureInfo, Motion
 from motiondb.search.takings import Taking
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session
 
+SHOWN_TREES = 12  # Most trees in a picture of the sentences
+
 
 class Grammars:
     """The grammars of a database, available as ``db.grammars``.
 
-    ``name`` is the name of a grammar; a QueryError is raised if there is no such grammar. ``path``
-    of a picture is a file with the ending .png; the method returns it.
+    ``name`` is the name of a grammar; a QueryError is raised if there is no such grammar. Strings
+    of terminals are texts with spaces between them, or sequences of terminals; a QueryError is
+    raised for a name that is not a terminal, and a ParseError for a string that the grammar does
+    not derive. The same ``seed`` gives the same result. ``exact`` refuses words that no caption
+    holds, which are otherwise taken as known ones. ``path`` of a picture is a file with the ending
+    .png; the method returns it.
 
     Parameters
     ----------
@@ -123,11 +131,8 @@ class Grammars:
 
     def remove(self, name: str) -> list[str]:
         """Remove a grammar; return the names of generated captures that can no longer be edited."""
-        with store.transaction(self._session.store):
-            run_id = store.start_run(self._session.store, "grammar remove", {"name": name})
-            lost = store.remove_grammar(self._session.store, name)
-            store.finish_run(self._session.store, run_id)
-        return lost
+        with store.running(self._session.store, "grammar remove", {"name": name}):
+            return store.remove_grammar(self._session.store, name)
 
     def edit_rules(self, name: str, text: str) -> list[str]:
         """Replace the rules of a grammar by edited ones.
@@ -137,8 +142,6 @@ class Grammars:
 
         Parameters
         ----------
-        name : str
-            Name of the grammar.
         text : str
             All rules, as in ``show(name).text``.
 
@@ -161,8 +164,6 @@ class Grammars:
 
         Parameters
         ----------
-        name : str
-            Name of the grammar.
         terminal : str
             Present name of the terminal.
         to : str
@@ -173,11 +174,6 @@ class Grammars:
         -------
         list of str
             As for :meth:`edit_rules`; no name, as the strings stay the same.
-
-        Raises
-        ------
-        QueryError
-            When there is no such terminal, or the new name is not valid or taken.
         """
         database = self._session.store
         return grammar_editing.rename_terminal(database, self.load(name).name, terminal, to)
@@ -187,16 +183,7 @@ class Grammars:
 
         Sequences that could no longer be edited can be edited again, but not those that were
         removed in between: these come back (``MotionDB.undo``) as captures without derivation.
-
-        Parameters
-        ----------
-        name : str
-            Name of the grammar.
-
-        Raises
-        ------
-        QueryError
-            When the grammar was not edited since it was learned.
+        QueryError is raised if the grammar was not edited since it was learned.
         """
         return grammar_editing.undo_edit(self._session.store, self.load(name).name)
 
@@ -212,29 +199,97 @@ class Grammars:
             learned = self._session.learned if store.is_learned(self._session.store) else None
         return grammar_words.terminal_meanings(learned, material.learned, material.numbers)
 
-    def show(self, name: str) -> GrammarAnswer:
+    def show(self, name: str) -> answers.GrammarAnswer:
         """Return the facts of a grammar, for printing or JSON; times in seconds."""
         return grammar_facts.grammar_facts(self.material(name), self.meanings(name))
 
     def draw_trees(self, name: str, path: str | Path) -> Path:
-        """Draw the derivation trees of the grammar's sentences as PNG."""
-        return grammar_pictures.draw_sentences(self.material(name), path)
+        """Draw the trees of the sentences: each different one once, the most frequent first."""
+        learned = self.load(name)
+        counts: dict[tuple[int, ...], list[int]] = {}
+        for number, rules in enumerate(learned.parses, start=1):
+            counts.setdefault(rules, []).append(number)
+        order = sorted(counts.items(), key=lambda pair: (-len(pair[1]), pair[1][0]))
+        trees = [
+            pictures.TreePicture(_caption(numbers), with_loops(derive_by(learned.grammar, rules)))
+            for rules, numbers in order[:SHOWN_TREES]
+        ]
+        n, kinds = len(learned.sentences), len(order)
+        title = f"{learned.name}: {n} sentence{'s' * (n != 1)}, "
+        title += f"{kinds} different tree{'s' * (kinds != 1)}"
+        if len(order) > SHOWN_TREES:
+            title += f", {SHOWN_TREES} of them here"
+        return pictures.save_png(pictures.trees_figure(trees, title, learned.tints), path)
 
     def draw_strings(self, name: str, path: str | Path) -> Path:
-        """Draw the terminals with figures and words, and the captures as strings, as PNG."""
-        return grammar_pictures.draw_strings(self.material(name), self.meanings(name), path)
+        """Draw the terminals with figures and words, and the captures as strings, as PNG.
+
+        A terminal is left out above the strings if the capture of its medoid was removed.
+        """
+        material, meanings = self.material(name), self.meanings(name)
+        learned, terminals = material.learned, material.learned.terminals
+        starts, ends = terminals.starts / MOTION_FPS, terminals.ends / MOTION_FPS
+        cards, bars = [], []
+        for k, (terminal, meaning) in enumerate(zip(terminals.names, meanings)):
+            clip = int(terminals.medoids[k])
+            motion = material.motions.get(int(terminals.takes[clip]))
+            if motion is not None:
+                count = int((terminals.labels == k).sum())
+                text = f"{meaning.text}  {count}x" if meaning.text else f"{count}x"
+                part = cut_motion(motion, starts[clip], ends[clip])
+                cards.append(pictures.TerminalCard(terminal, text, k, part))
+        for take, source in enumerate(learned.sources):
+            rows = np.flatnonzero(terminals.takes == take)
+            spans = [
+                (starts[r], ends[r], terminals.names[terminals.labels[r]], int(terminals.labels[r]))
+                for r in rows
+            ]
+            sentences = [
+                (starts[a], ends[b - 1], str(number), 11 if number % 2 else 6)
+                for number, (a, b) in enumerate(learned.sentences.tolist(), start=1)
+                if rows[0] <= a <= rows[-1]
+            ]
+            lines = [
+                pictures.Timeline("terminals", spans),
+                pictures.Timeline("sentences", sentences),
+            ]
+            bars.append(pictures.StringBar(source.name, source.n_frames / MOTION_FPS, lines))
+        return pictures.save_png(pictures.strings_figure(cards, bars, learned.name), path)
 
     def draw_parse(self, name: str, parsed: ParsedMotion, path: str | Path) -> Path:
-        """Draw the trees of a parsed motion as PNG."""
-        return grammar_pictures.draw_parse(self.material(name), parsed.trees, path)
+        """Draw the trees of a parsed motion, at least one, as PNG."""
+        learned = self.load(name)
+        trees = [
+            pictures.TreePicture(f"sentence {n}", with_loops(tree))
+            for n, tree in enumerate(parsed.trees, start=1)
+        ]
+        return pictures.save_png(pictures.trees_figure(trees, learned.name, learned.tints), path)
 
     def draw_edit(self, name: str, edited: Edit, path: str | Path) -> Path:
-        """Draw a sequence and the alternatives of its region as trees, as PNG."""
-        return grammar_pictures.draw_edit(self.material(name), edited, path)
+        """Draw a sequence and the alternatives of its region, which is marked, as trees."""
+        learned, region = self.load(name), edited.region
+        numbers = range(len(edited.alternatives))
+        drawn = {"as it is": edited.before, **{str(n + 1): edited.tree(n) for n in numbers}}
+        trees = [
+            pictures.TreePicture(caption, *with_loops_around(tree, region.path))
+            for caption, tree in drawn.items()
+        ]
+        title = f"{learned.name}: what {region.symbol} may derive"
+        return pictures.save_png(pictures.trees_figure(trees, title, learned.tints), path)
 
     def draw_sequence(self, sequence: GrammarSequence, path: str | Path) -> Path:
         """Draw a sequence as a strip of figures over its terminals and sources, as PNG."""
-        return grammar_pictures.draw_sequence(self.material(sequence.grammar), sequence, path)
+        tints = self.load(sequence.grammar).tints
+        spans = [
+            (a / MOTION_FPS, b / MOTION_FPS, terminal, tints[terminal])
+            for terminal, (a, b) in zip(sequence.string, sequence.made.spans)
+        ]
+        lines = [
+            pictures.Timeline("terminals", spans),
+            pictures.Timeline("sources", source_spans(sequence)),
+        ]
+        title = f"{sequence.grammar}: {' '.join(sequence.string)}"
+        return pictures.save_png(pictures.strip_figure(sequence.motion, title, lines), path)
 
     def parse(self, name: str, example: str | Path | Motion) -> ParsedMotion:
         """Return the sentences of a motion, stored or newly parsed.
@@ -246,15 +301,13 @@ class Grammars:
 
         Parameters
         ----------
-        name : str
-            Name of the grammar.
         example : str, Path or Motion
             Name of a capture, a motion file, or a motion.
 
         Raises
         ------
         QueryError
-            When there is no such grammar or capture, or the motion is too short for a terminal.
+            Also when the motion is too short for a terminal.
         """
         with self._session.reading():
             material = self.material(name)
@@ -268,22 +321,7 @@ class Grammars:
     def suggest(
         self, name: str, beginning: str | Sequence[str] = ""
     ) -> tuple[tuple[str | None, float], ...]:
-        """Return the terminals that may come next, with their probabilities; None is the end.
-
-        Parameters
-        ----------
-        name : str
-            Name of the grammar.
-        beginning : str or sequence of str
-            Terminals separated by spaces, or a sequence of terminals.
-
-        Raises
-        ------
-        QueryError
-            When there is no such grammar, or a name is not a terminal of it.
-        ParseError
-            When no sentence begins with these terminals.
-        """
+        """Return the terminals that may come next, with their probabilities; None is the end."""
         grammar = self.load(name).grammar
         return prefix.suggest(grammar, terminals_of(grammar, beginning))
 
@@ -294,23 +332,10 @@ class Grammars:
 
         Parameters
         ----------
-        name : str
-            Name of the grammar.
-        beginning : str or sequence of str
-            Terminals separated by spaces, or a sequence of terminals.
         goal : str
-            The terminal to reach.
+            The terminal to reach; GrammarError if no sentence leads there.
         shortest : bool
             Whether to return the shortest continuation instead.
-
-        Raises
-        ------
-        QueryError
-            When there is no such grammar, or a name is not a terminal of it.
-        ParseError
-            When no sentence begins with these terminals.
-        GrammarError
-            When no sentence leads from there to the goal.
         """
         grammar = self.load(name).grammar
         before, (wanted,) = terminals_of(grammar, beginning), terminals_of(grammar, [goal])
@@ -321,20 +346,16 @@ class Grammars:
 
         Parameters
         ----------
-        name : str
-            Name of the grammar.
         like : str
             Terminals and words, ``?`` for any one terminal, ``...`` for any number of them; or a
             sentence in words, which may follow each other with anything between.
         n : int
             How many sentences.
-        exact : bool
-            Whether words that no caption holds are refused rather than taken as known ones.
 
         Raises
         ------
         QueryError
-            When there is no such grammar, or the pattern is not valid.
+            When the pattern is not valid.
         GrammarError
             When no sentence matches; with the first place of the pattern that none reaches.
         """
@@ -348,30 +369,22 @@ class Grammars:
         like: str | None = None,
         exact: bool = False,
     ) -> GrammarSequence:
-        """Return a new sentence as motion; the same seed gives the same motion.
+        """Return a new sentence as motion.
 
         Parameters
         ----------
-        name : str
-            Name of the grammar.
-        seed : int
-            Seed of the derivation.
         length : int, optional
             Wanted number of terminals. If no sentence has this length, the nearest possible one is
             used.
         like : str, optional
             A pattern that the sentence must match, see :meth:`complete`. The sentence is drawn from
             those that match, by their probabilities in the grammar.
-        exact : bool
-            As in :meth:`complete`.
 
         Raises
         ------
         QueryError
-            When there is no such grammar, the length is below 1 or given beside a pattern, the
-            pattern is not valid, or all captures that show one of the terminals were removed.
-        GrammarError
-            When no sentence matches the pattern.
+            Also when the length is below 1 or given beside a pattern, or all captures that show one
+            of the terminals were removed.
         """
         if like is not None:
             return grammar_words.generate_completion(
@@ -397,8 +410,6 @@ class Grammars:
 
         Parameters
         ----------
-        name : str
-            Name of the grammar.
         sequence : str, sequence of str or GrammarSequence
             The name of a saved sequence, a string of terminals, or a generated sequence.
         at : int
@@ -408,16 +419,11 @@ class Grammars:
             narrowed.
         n : int
             Most alternatives.
-        seed : int
-            Seed of the search for alternatives.
 
         Raises
         ------
         QueryError
-            When the capture does not exist, the sequence belongs to another grammar, a name is not
-            a terminal, or the region lies outside the sequence.
-        ParseError
-            When the grammar does not derive the string.
+            Also when the sequence belongs to another grammar, or the region lies outside it.
         """
         return grammar_sequences.offer(self.material(name), sequence, at, levels, n, seed)
 
@@ -429,44 +435,24 @@ class Grammars:
         """Compare a grammar with the finite state machine of its sentences."""
         return grammar_facts.compare(self.load(name), seed)
 
-    def facts(self, sequence: GrammarSequence, seed: int = 0) -> SequenceAnswer:
-        """Return how a sequence was generated, for JSON: string, tree, joins and sources.
-
-        Parameters
-        ----------
-        sequence : GrammarSequence
-            The sequence.
-        seed : int
-            The seed that the facts name.
-        """
+    def facts(self, sequence: GrammarSequence, seed: int = 0) -> answers.SequenceAnswer:
+        """Return how a sequence was generated, for JSON: string, tree, joins and sources."""
         return grammar_facts.sequence_facts(sequence, seed)
 
-    def write(self, sequence: GrammarSequence, path: str | Path, seed: int = 0) -> WrittenSequence:
+    def write(
+        self, sequence: GrammarSequence, path: str | Path, seed: int = 0
+    ) -> answers.WrittenSequence:
         """Write a sequence, and the origin of its frames to ``FILE.provenance.json``.
 
         Parameters
         ----------
-        sequence : GrammarSequence
-            The sequence.
         path : str or Path
             The file; its ending gives the format: .bvh, .glb or .gltf.
-        seed : int
-            The seed that the facts name.
-
-        Returns
-        -------
-        WrittenSequence
-            The facts, with the names of both files.
-
-        Raises
-        ------
-        MotionDBError
-            When the ending is another one, or a file cannot be written.
         """
         facts = self.facts(sequence, seed)
         files = write_with_provenance(sequence, facts, Path(path))
-        return extended(
-            WrittenSequence, facts, output=files["output"], provenance=files["provenance"]
+        return answers.extended(
+            answers.WrittenSequence, facts, output=files["output"], provenance=files["provenance"]
         )
 
     def save(
@@ -481,32 +467,17 @@ class Grammars:
         Parameters
         ----------
         name : str
-            Name of the new capture.
-        sequence : GrammarSequence
-            The sequence.
+            Name of the new capture; QueryError if it is not valid or taken.
         seed : int
             The seed from which the sequence was generated.
         how : mapping of str to object, optional
             Further parameters that are saved with the run.
-
-        Raises
-        ------
-        QueryError
-            When the name is not valid, or a capture of this name exists.
         """
         material = self.material(sequence.grammar)
         return grammar_sequences.keep(material, sequence, name, seed, how or {})
 
     def taken_in_pattern(self, name: str, like: str) -> dict[str, Taking]:
-        """Return what the words of a pattern are taken as that no caption holds.
-
-        Parameters
-        ----------
-        name : str
-            Name of the grammar.
-        like : str
-            The pattern, see ``complete``.
-        """
+        """Return what the words of a pattern are taken as that no caption holds."""
         return grammar_words.taken_words(self._session, self.material(name), like)
 
     def strip(self, sequence: GrammarSequence) -> tuple[grammar_facts.StripTerminal, ...]:
@@ -532,36 +503,30 @@ class Grammars:
 
         Parameters
         ----------
-        name : str
-            Name of the grammar.
         seconds : float
             Wanted duration. The number of sentences is the one whose mean duration is nearest.
-        seed : int
-            Seed of the derivations; the same seed gives the same motion.
 
         Raises
         ------
         QueryError
-            When there is no such grammar, the duration is not above 0 or too long, or all captures
-            that show one of the terminals were removed.
+            When the duration is not above 0 or too long, or all captures that show one of the
+            terminals were removed.
         """
         return grammar_sequences.chain(self.material(name), seconds, seed)
 
     def open(self, name: str) -> GrammarSequence:
         """Return a saved sequence, assembled again from its segments.
 
-        Parameters
-        ----------
-        name : str
-            Name of the capture.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture, it has no derivation by a grammar of the database, or a
-            capture that plays one of its terminals was removed.
+        QueryError is raised if no capture has this name, it has no derivation by a grammar of the
+        database, or a capture that plays one of its terminals was removed.
         """
         with self._session.reading():
             _, derivation = grammar_sequences.load_sequence(self._session.store, name)
             material = self.material(derivation.grammar)
             return grammar_sequences.play_saved(material, name)
+
+
+def _caption(numbers: Sequence[int]) -> str:
+    """The caption of a tree from the numbers of its sentences."""
+    shown = ", ".join(map(str, numbers[:6])) + (", ..." if len(numbers) > 6 else "")
+    return f"sentence{'s' if len(numbers) > 1 else ''} {shown}"

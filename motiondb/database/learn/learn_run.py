@@ -78,10 +78,9 @@ def _save(
     if model.started is not None:
         origin = model.started.knowledge.origin
         parameters["start"] = {"name": origin.name, "sha256": origin.digest}
-    run_id = store.start_run(opened, "learn", parameters, settings.seed)
-    model = replace(model, run_id=run_id)
-    store.save_learning(opened, to_stored(model))
-    store.finish_run(opened, run_id)
+    with store.running(opened, "learn", parameters, settings.seed) as run_id:
+        model = replace(model, run_id=run_id)
+        store.save_learning(opened, to_stored(model))
     return model
 
 

@@ -9,9 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from motiondb import store
-from motiondb.answers.learning import StartAnswer, knowledge_answer
-from motiondb.answers.plain import extended
+from motiondb import answers, store
 from motiondb.errors import KnowledgeError, NotLearnedError, QueryError, suggestion
 from motiondb.files.knowledge_file import (
     from_bytes,
@@ -25,8 +23,6 @@ from motiondb.learn.knowledge import Knowledge, Started
 from motiondb.learn.knowledge_making import make_knowledge
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import LearnSettings
-from motiondb.search.asked_words import learned_words
-from motiondb.search.chances import why_unchecked
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session
@@ -136,10 +132,13 @@ def start_knowledge(learned: Learned) -> Knowledge:
     return learned.started.knowledge
 
 
-def start_facts(session: Session) -> StartAnswer | None:
+def start_facts(session: Session) -> answers.StartAnswer | None:
     """The origin of the start of a database and its share in the database; None without a start."""
     if not store.is_learned(session.store) or not store.has_parameter(session.store, "started"):
         return None  # nothing else need be loaded
+    from motiondb.search.asked_words import learned_words
+    from motiondb.search.chances import why_unchecked
+
     learned = session.learned
     started = learned.started
     if started is None:
@@ -147,9 +146,9 @@ def start_facts(session: Session) -> StartAnswer | None:
     counts = learned.counted.counts
     captioned = {w for w, n in zip(learned.association.words, counts.said.tolist()) if n > 0}
     alone, own = set(started.names) - captioned, captioned - set(started.names)
-    return extended(
-        StartAnswer,
-        knowledge_answer(started.knowledge),
+    return answers.extended(
+        answers.StartAnswer,
+        answers.knowledge_answer(started.knowledge),
         weight=round(start_weight(counts.moments.n), 4),
         own_captions=int(counts.moments.n),
         unchecked=why_unchecked(learned_words(learned), ()),

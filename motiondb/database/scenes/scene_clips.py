@@ -18,7 +18,7 @@ import numpy as np
 from motiondb import store
 from motiondb.database.loading import nearby_table
 from motiondb.errors import SceneError
-from motiondb.records import MOTION_FPS, Event, Motion
+from motiondb.records import MOTION_FPS, Motion
 from motiondb.scene.clips.caption_actions import THROW, FoundActions, ShownAction
 from motiondb.scene.clips.caption_actions import find_actions as actions_of_captions
 from motiondb.scene.clips.clip_cutting import (
@@ -58,9 +58,6 @@ class SceneClips:
     motions: Mapping[str, Motion]
 
 
-_Events = Mapping[int, tuple[Event, ...]]
-
-
 def scene_clips(
     session: Session,
     grammar: MotionGrammar,
@@ -75,14 +72,14 @@ def scene_clips(
     chosen = settings or VariantSettings()
     return session.kept(
         ("scene clips", grammar, chosen, exact),
-        lambda: _make(session, grammar, store.load_events(session.store), (chosen, exact)),
+        lambda: _make(session, grammar, chosen, exact),
     )
 
 
 def _make(
-    session: Session, grammar: MotionGrammar, events: _Events, how: tuple[VariantSettings, bool]
+    session: Session, grammar: MotionGrammar, settings: VariantSettings, exact: bool
 ) -> SceneClips:
-    settings, exact = how
+    events = store.load_events(session.store)
     infos = {
         info.name: info for info in store.load_captures(session.store) if info.kind == "captured"
     }

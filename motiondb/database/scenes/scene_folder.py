@@ -18,22 +18,18 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from motiondb import files, pictures, store
+from motiondb import answers, files, pictures, store
 from motiondb.answers import plain
-from motiondb.answers.making import Source
-from motiondb.answers.scenes import MeasuredRule, SceneAnswer
 from motiondb.body import body, retarget
 from motiondb.database.catalogue.parts import write_bytes
-from motiondb.database.generated_files import sources_of
+from motiondb.database.generated_files import edits_in, leaves_out, runs_between, sources_of
 from motiondb.database.scenes.scene_making import MadeScene, SceneProgress
-from motiondb.database.scenes.scene_records import from_json, to_json
+from motiondb.database.scenes.scene_records import from_json, to_json, waiting
 from motiondb.database.scenes.scene_texts import GRAMMAR, TACTICS
 from motiondb.errors import MotionDBError, SceneError
 from motiondb.files.gltf_writer import Character
@@ -57,7 +53,7 @@ from motiondb.scene.report.report_records import (
 _Span = tuple[int, int]
 
 
-def report_facts(record: store.StoredScene) -> SceneAnswer:
+def report_facts(record: store.StoredScene) -> answers.SceneAnswer:
     """Return everything that is known of a scene, for JSON.
 
     Every rule has the frames [``start``, ``end``) in which it was evaluated and their number
@@ -74,7 +70,7 @@ def report_facts(record: store.StoredScene) -> SceneAnswer:
     del rest["rule_frames"]
     for key, shape in _PARTS.items():
         rest[key] = tuple(shape(**row) for row in rest[key])
-    return SceneAnswer(
+    return answers.SceneAnswer(
         scene=record.name,
         characters=len(record.players),
         clips=sum(len(player.clips) for player in record.players),
@@ -100,7 +96,7 @@ _PARTS: dict[str, type] = {
     "planted_feet": JumpReport,
     "near_limbs": LimbReport,
     "guards": GuardReport,
-    "sources": Source,
+    "sources": answers.Source,
 }  # What the lists of a stored report hold
 
 
@@ -110,9 +106,9 @@ def _spans(record: store.StoredScene) -> list[tuple[store.SceneRule, _Span]]:
     return [(rule, (start, end)) for rule, (start, end) in zip(record.rules, frames, strict=True)]
 
 
-def _measured(rule: store.SceneRule, span: _Span) -> MeasuredRule:
+def _measured(rule: store.SceneRule, span: _Span) -> answers.MeasuredRule:
     start, end = span
-    return MeasuredRule(
+    return answers.MeasuredRule(
         rule.player,
         rule.action,
         rule.clip,
@@ -152,7 +148,7 @@ def report_text(record: store.StoredScene) -> str:
     return "\n".join(lines)
 
 
-def cut_short_lines(facts: SceneAnswer) -> list[str]:
+def cut_short_lines(facts: answers.SceneAnswer) -> list[str]:
     """Return a line if a limit of time ended the sampling, else no line."""
     if not facts.cut_short:
         return []
@@ -185,7 +181,7 @@ def _rule_row(rule: store.SceneRule, span: _Span, n_frames: int) -> list[str]:
     ]
 
 
-def _contact_lines(facts: SceneAnswer) -> list[str]:
+def _contact_lines(facts: answers.SceneAnswer) -> list[str]:
     if not facts.collisions:
         return ["collisions: none"]
     return ["collisions:"] + [
@@ -203,7 +199,7 @@ _IMPOSSIBLE = {
 }
 
 
-def impossible_lines(facts: SceneAnswer) -> list[str]:
+def impossible_lines(facts: answers.SceneAnswer) -> list[str]:
     """Return the impossible motion of a scene, one line each."""
     if not facts.impossible:
         return ["impossible motion: none"]
@@ -221,7 +217,7 @@ def _frames(motion: ImpossibleMotion) -> str:
     return f"frames {start} to {last}, most at {motion.frame}"
 
 
-def _limb_lines(facts: SceneAnswer) -> list[str]:
+def _limb_lines(facts: answers.SceneAnswer) -> list[str]:
     pairs = facts.near_limbs
     return ["limbs of two players within 5 cm:"] * bool(pairs) + [
         f"  {' and '.join(p.players)}, {p.n_frames} frames,"
@@ -230,7 +226,7 @@ def _limb_lines(facts: SceneAnswer) -> list[str]:
     ]
 
 
-def _guard_lines(facts: SceneAnswer) -> list[str]:
+def _guard_lines(facts: answers.SceneAnswer) -> list[str]:
     guards = facts.guards
     return ["distance of guards over all frames (rules use those of guarding):"] * bool(guards) + [
         f"  {g.player} from {g.target}: outside {g.near:g} to {_metres(g.far)} m in"
@@ -245,7 +241,7 @@ def _metres(far: float | None) -> str:
     return "inf" if far is None else f"{far:g}"
 
 
-def _feet_lines(facts: SceneAnswer) -> list[str]:
+def _feet_lines(facts: answers.SceneAnswer) -> list[str]:
     lines = ["feet on the ground slide (in the captures), m/s:"]
     lines += [f"  {name:6} {slip:.3f} ({there:.3f})" for name, (slip, there) in facts.feet.items()]
     jumps, paces = facts.planted_feet, facts.paces
@@ -261,12 +257,12 @@ def _feet_lines(facts: SceneAnswer) -> list[str]:
     return lines + ([] if gap is None else [f"ball to palm while held: {gap:.2f} m at most"])
 
 
-def source_list(provenances: Sequence[store.Provenance]) -> tuple[Source, ...]:
+def source_list(provenances: Sequence[store.Provenance]) -> tuple[answers.Source, ...]:
     """Return the captures that a scene's frames come from, each once, with licence and frames."""
     frames: Counter[tuple[str, str, str]] = Counter()
     for source in (source for one in provenances for source in sources_of(one)):
         frames[source.capture, source.licence, source.sha256] += source.frames
-    return tuple(Source(*key, count) for key, count in sorted(frames.items()) if count)
+    return tuple(answers.Source(*key, count) for key, count in sorted(frames.items()) if count)
 
 
 def _table(columns: list[str], rows: list[list[str]]) -> list[str]:
@@ -279,7 +275,6 @@ def _table(columns: list[str], rows: list[list[str]]) -> list[str]:
 
 
 RECORD = "scene.json"  # Name of the file with the record of a scene
-_LEFT_OUT = 2.0  # Frames of a capture between two frames of a scene, above which some were left out
 
 
 def fill_scene_folder(
@@ -371,9 +366,7 @@ def action_runs(
     actions = made.state.players[_number(made, name)].tree.leaves()
     numbers = np.asarray(clips)
     waits = waiting(provenance.edits)
-    changed = (np.diff(numbers) != 0) | (np.diff(provenance.source_numbers) != 0)
-    changed |= (waits[1:] != waits[:-1]) | (np.abs(np.diff(provenance.source_frames)) > _LEFT_OUT)
-    bounds = [0, *(np.flatnonzero(changed) + 1).tolist(), len(numbers)]
+    changed = (np.diff(numbers) != 0) | (waits[1:] != waits[:-1]) | leaves_out(provenance)
     return [
         {
             "start": start,
@@ -382,23 +375,10 @@ def action_runs(
             "capture": provenance.sources[int(provenance.source_numbers[start])].name,
             "source_start": round(float(provenance.source_frames[start]), 2),
             "source_end": round(float(provenance.source_frames[end - 1]), 2),
-            "edits": sorted(
-                {
-                    "blend" if part.startswith("blend") else part
-                    for edit in provenance.edits[start:end]
-                    for part in edit.split(", ")
-                    if part
-                }
-            ),
+            "edits": edits_in(provenance, start, end),
         }
-        for start, end in pairwise(bounds)
-        if end > start
+        for start, end in runs_between(changed)
     ]
-
-
-def waiting(edits: Sequence[str]) -> NDArray[np.bool_]:
-    """Return the frames in which a player waits, by their edits: array (frames,)."""
-    return np.array(["waits" in edit.split(", ") for edit in edits], dtype=bool)
 
 
 def check_scene_folder(folder: Path) -> None:

@@ -16,8 +16,7 @@ import math
 import os
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -56,35 +55,24 @@ FirstMotion = Callable[[PolishedScene], None]
 
 @dataclass(frozen=True)
 class SceneSettings:
-    """Settings of a scene.
-
-    Attributes
-    ----------
-    seed : int
-        The same seed gives the same scene, unless ``minutes`` cut the sampling short (see
-        :attr:`MadeScene.cut_short`).
-    chains : int
-        Number of Markov chains; the best scene of all is kept.
-    rounds : int
-        Most rounds of sampling in a try; each has a fixed number of steps.
-    minutes : float or None
-        Limit of time for sampling, without compiling; None for no limit.
-    tries : int
-        Most tries, if faults remain.
-    gaze : bool
-        Whether heads follow the ball.
-    exact : bool
-        Whether words of the grammar that no caption holds match nothing rather than being taken as
-        words that captions hold.
-    """
+    """Settings of a scene."""
 
     seed: int = 0
+    """The same seed gives the same scene, unless ``minutes`` cut the sampling short (see
+    :attr:`MadeScene.cut_short`)."""
     chains: int = 4
+    """Number of Markov chains; the best scene of all is kept."""
     rounds: int = SamplerSettings().rounds
+    """Most rounds of sampling in a try; each has a fixed number of steps."""
     minutes: float | None = None
+    """Limit of time for sampling, without compiling; None for no limit."""
     tries: int = 3
+    """Most tries, if faults remain."""
     gaze: bool = True
+    """Whether heads follow the ball."""
     exact: bool = False
+    """Whether words of the grammar that no caption holds match nothing rather than being taken as
+    words that captions hold."""
 
     def __post_init__(self) -> None:
         if not 1 <= self.chains <= _MOST_CHAINS:
@@ -152,7 +140,6 @@ def make(
 
     `start`: The diagram and state of an earlier scene to continue from; None to begin anew.
     """
-    seeds = seeded(settings.seed).spawn(settings.tries)
     sampler = _sampler(settings, start is not None)
     most, prices = sampler.most_actions, sampler.prices
     play = make_play(text.diagram, text.grammar, clips.library, most, prices)
@@ -160,11 +147,10 @@ def make(
     warm_up(play, sampler, np.random.default_rng(0))
     progress("compiling", 1.0, math.nan)
     until = math.inf if settings.minutes is None else time.monotonic() + 60.0 * settings.minutes
+    making = _Making(text, clips, settings, progress, play, sampler, start, until)
     best: MadeScene | None = None
-    seconds = {"sampling": 0.0, "polishing": 0.0}
-    for number, rng in enumerate(seeds):
-        how = _How(play, sampler, start, rng, until, number, seconds, shown)
-        made = _attempt(text, clips, settings, progress, how)
+    for number, rng in enumerate(seeded(settings.seed).spawn(settings.tries)):
+        made = making.attempt(number, rng, shown if number == 0 else None)
         if best is None or _badness(made) < _badness(best):
             best = made
         cut_short = made.cut_short
@@ -186,66 +172,63 @@ def _sampler(settings: SceneSettings, warm: bool) -> SamplerSettings:
     return SamplerSettings(settings.chains, rounds=settings.rounds, threads=threads)
 
 
-class _How(NamedTuple):
-    """How to make one try; ``until`` is a time of :func:`time.monotonic`."""
+@dataclass(frozen=True, eq=False)
+class _Making:
+    """What all tries to make a scene share."""
 
+    text: SceneText
+    clips: SceneClips
+    settings: SceneSettings
+    progress: SceneProgress
     play: Play
     sampler: SamplerSettings
     start: Start | None
-    rng: np.random.Generator
-    until: float
-    number: int
-    seconds: dict[str, float]
-    shown: FirstMotion | None
+    until: float  # A time of :func:`time.monotonic`
+    seconds: dict[str, float] = field(default_factory=lambda: {"sampling": 0.0, "polishing": 0.0})
 
+    def attempt(
+        self, number: int, rng: np.random.Generator, shown: FirstMotion | None
+    ) -> MadeScene:
+        """Sample a scene once, polish it and measure it."""
+        text, clips, start, progress = self.text, self.clips, self.start, self.progress
+        what = "sampling" if number == 0 else f"sampling, try {number + 1}"
+        rounds, cut_short = self.sampler.rounds, False
 
-def _attempt(
-    text: SceneText,
-    clips: SceneClips,
-    settings: SceneSettings,
-    progress: SceneProgress,
-    how: _How,
-) -> MadeScene:
-    """Sample a scene once, polish it and measure it."""
-    play, sampler, start, rng, until, number, seconds, shown = how
-    what = "sampling" if number == 0 else f"sampling, try {number + 1}"
+        def heard(done: int, error: float) -> bool:
+            nonlocal cut_short
+            progress(what, done / rounds, error)
+            cut_short = done < rounds and time.monotonic() > self.until
+            return cut_short
 
-    cut_short = False
-
-    def heard(done: int, error: float) -> bool:
-        nonlocal cut_short
-        progress(what, done / sampler.rounds, error)
-        cut_short = done < sampler.rounds and time.monotonic() > until
-        return cut_short
-
-    began = time.monotonic()
-    progress(what, 0.0, math.nan)
-    first = warm_start(start[1], start[0], play, rng) if start else None
-    state, trace = sample(play, sampler, rng, first, heard)
-    seconds["sampling"] += time.monotonic() - began
-    began = time.monotonic()
-    progress("polishing", 0.0, trace.final)
-    spans = [player.spans for player in state.players]
-    table = bind(text.diagram, text.grammar, list(state.trees), spans)
-    polished = polish(state, clips.library, clips.motions, table, settings.gaze, start is not None)
-    if shown is not None and number == 0:
-        shown(polished)
-    report = report_scene(state, clips.library, clips.motions, table, polished)
-    seconds["polishing"] += time.monotonic() - began
-    return MadeScene(
-        text,
-        settings,
-        clips,
-        state,
-        table,
-        polished,
-        report,
-        trace,
-        trace.final,
-        number + 1,
-        seconds,
-        cut_short,
-    )
+        began = time.monotonic()
+        progress(what, 0.0, math.nan)
+        first = warm_start(start[1], start[0], self.play, rng) if start else None
+        state, trace = sample(self.play, self.sampler, rng, first, heard)
+        self.seconds["sampling"] += time.monotonic() - began
+        began = time.monotonic()
+        progress("polishing", 0.0, trace.final)
+        spans = [player.spans for player in state.players]
+        table = bind(text.diagram, text.grammar, list(state.trees), spans)
+        gaze, is_update = self.settings.gaze, start is not None
+        polished = polish(state, clips.library, clips.motions, table, gaze, is_update)
+        if shown is not None:
+            shown(polished)
+        report = report_scene(state, clips.library, clips.motions, table, polished)
+        self.seconds["polishing"] += time.monotonic() - began
+        return MadeScene(
+            text,
+            self.settings,
+            clips,
+            state,
+            table,
+            polished,
+            report,
+            trace,
+            trace.final,
+            number + 1,
+            self.seconds,
+            cut_short,
+        )
 
 
 def _badness(made: MadeScene) -> tuple[int, float]:

@@ -8,29 +8,35 @@ library no longer has it, it is replaced by the most similar entry of the same a
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
+from itertools import groupby, pairwise
+from typing import Any, TypeVar, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
-from motiondb import store
+from motiondb import answers, store
 from motiondb.answers import plain
-from motiondb.answers.scenes import SceneDetails
 from motiondb.database.scenes.scene_making import MadeScene, SceneSettings
 from motiondb.database.scenes.scene_texts import SceneText
 from motiondb.errors import SceneError
 from motiondb.files.json_text import JSONError, parse_json, to_record
 from motiondb.grammar.cfg.context_free import choices_of, derive_by
+from motiondb.records import MOTION_FPS, Caption
 from motiondb.scene.clips.clips import ClipLibrary, ClipSource
 from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
+from motiondb.scene.polish.placed import Placed
+
+Record = TypeVar("Record")
 
 FORMAT = "motiondb scene 1"  # Marks the files of records
 
 
 def scene_record(
-    made: MadeScene, name: str, digests: Mapping[str, str], details: SceneDetails
+    made: MadeScene, name: str, digests: Mapping[str, str], details: answers.SceneDetails
 ) -> store.StoredScene:
     """Return the record of a made scene."""
     frames = [[rule.start, rule.end] for rule in made.report.rules]
@@ -175,3 +181,59 @@ def from_json(text: str, where: str) -> store.StoredScene:
             f"{where}: expected a scene as motiondb scene make writes it, found something else"
             f" ({error}). Make it again."
         ) from None
+
+
+def action_captions(placed: Placed, actions: tuple[str, ...]) -> list[Caption]:
+    """Return the actions of a player as captions with times; consecutive equal actions are joined.
+
+    Waiting has no caption.
+    """
+    clips, waits = np.asarray(placed.clips).tolist(), waiting(placed.edits).tolist()
+    words = [
+        "" if wait else actions[clip].replace("_", " ")
+        for clip, wait in zip(clips, waits, strict=True)
+    ]
+    bounds = [0]
+    for _, run in groupby(words):
+        bounds.append(bounds[-1] + len(list(run)))
+    return [
+        Caption(words[start], start / MOTION_FPS, end / MOTION_FPS)
+        for start, end in pairwise(bounds)
+        if words[start]
+    ]
+
+
+def scene_details(made: MadeScene, sources: tuple[answers.Source, ...]) -> answers.SceneDetails:
+    """Return what a report says beside the values of rules, with rounded numbers."""
+    report = made.report
+    cut_at = dict(zip(("try", "rounds", "of"), made.cut_at)) if made.cut_short else None
+    return answers.SceneDetails(
+        collisions=tuple(map(_rounded, report.collisions)),
+        collisions_before=len(report.collisions_before),
+        feet={f.player: (round(f.slip, 4), round(f.source_slip, 4)) for f in report.feet},
+        paces=tuple(_rounded(pace, 3) for pace in report.paces),
+        impossible=tuple(map(_rounded, report.impossible)),
+        planted_feet=tuple(map(_rounded, report.jumps)),
+        near_limbs=tuple(map(_rounded, report.limbs)),
+        guards=tuple(map(_rounded, report.guards)),
+        bone_error=round(report.bone_error, 6),
+        ball_gap=None if np.isnan(report.ball_gap) else round(report.ball_gap, 4),
+        too_fast=made.too_fast,
+        settled=bool(made.polished.settled),
+        tries=made.tries,
+        cut_short=made.cut_short,
+        cut_at=cut_at,
+        sources=sources,
+    )
+
+
+def _rounded(record: Record, digits: int = 4) -> Record:
+    """Return a record with its floats rounded."""
+    values = vars(record).items()
+    rounded = {name: round(value, digits) for name, value in values if isinstance(value, float)}
+    return replace(cast(Any, record), **rounded)
+
+
+def waiting(edits: Sequence[str]) -> NDArray[np.bool_]:
+    """Return the frames in which a player waits, by their edits: array (frames,)."""
+    return np.array(["waits" in edit.split(", ") for edit in edits], dtype=bool)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import resources
@@ -12,7 +12,6 @@ from pathlib import Path
 
 from motiondb.errors import SceneError, suggestion
 from motiondb.files.safe_files import is_file, read_bounded_text
-from motiondb.scene.clips.caption_actions import ShownAction
 from motiondb.scene.language.expressions import expressions
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.motion_grammar import MotionGrammar
@@ -83,24 +82,16 @@ def text_of(name: str | Path, ending: str) -> tuple[str, str]:
 
 @dataclass(frozen=True, eq=False)
 class SceneText:
-    """A diagram and its grammar, with the texts that they were read from.
-
-    Attributes
-    ----------
-    diagram : Diagram
-        The tactics diagram.
-    grammar : MotionGrammar
-        The motion grammar that it is played by.
-    diagram_text : str
-        The text of the diagram.
-    grammar_text : str
-        The text of the grammar.
-    """
+    """A diagram and its grammar, with the texts that they were read from."""
 
     diagram: Diagram
+    """The tactics diagram."""
     grammar: MotionGrammar
+    """The motion grammar that it is played by."""
     diagram_text: str
+    """The text of the diagram."""
     grammar_text: str
+    """The text of the grammar."""
 
     @property
     def first_holder(self) -> str:
@@ -233,8 +224,3 @@ def element_faults(board: Board) -> tuple[str, ...]:
     for fault in board.faults:
         told.setdefault(fault.line, fault.message)
     return tuple(told.get(element.line, "") for element in board.diagram.elements)
-
-
-def count_clips(clips: Mapping[str, Sequence[ShownAction]], names: Sequence[str]) -> dict[str, int]:
-    """Return the number of clips for each of some actions."""
-    return {name: len(clips.get(name, ())) for name in names}

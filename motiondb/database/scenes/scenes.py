@@ -22,7 +22,6 @@ from motiondb.database.generated_files import keep_generated
 from motiondb.database.learn import updating
 from motiondb.database.scenes import scene_folder, scene_texts
 from motiondb.database.scenes.scene_clips import find_actions, scene_clips
-from motiondb.database.scenes.scene_facts import action_captions, scene_details
 from motiondb.database.scenes.scene_folder import (
     fill_scene_folder,
     source_list,
@@ -35,10 +34,17 @@ from motiondb.database.scenes.scene_making import (
     SceneSettings,
     make,
 )
-from motiondb.database.scenes.scene_records import record_state, record_text, scene_record
+from motiondb.database.scenes.scene_records import (
+    action_captions,
+    record_state,
+    record_text,
+    scene_details,
+    scene_record,
+)
 from motiondb.database.scenes.scene_texts import SceneText, read_scene_text
 from motiondb.errors import QueryError, suggestion
 from motiondb.files.safe_files import is_folder
+from motiondb.records import Motion
 from motiondb.scene.clips.caption_actions import ShownAction
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics_file import read_diagram
@@ -52,17 +58,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A made scene.
-
-    Attributes
-    ----------
-    made : MadeScene
-        The scene, and how it was made.
-    record : store.StoredScene
-        Its record.
-    provenance : dict of str to store.Provenance
-        Origin of every frame of each player.
-    """
+    """A made scene: how it was made, its record, and the origin of every frame of each player."""
 
     made: MadeScene
     record: store.StoredScene
@@ -86,9 +82,11 @@ class Scenes:
     """The scenes of a database; reached as ``db.scenes``.
 
     Verbs on motion grammars, diagrams and folders need no database: ``Scenes.validate(...)``. There
-    ``grammar`` is a file, the name of a shipped grammar, or a MotionGrammar. Actions are given as
-    names separated by spaces, or as a sequence of names. A SceneError is raised if a file has a
-    fault.
+    ``grammar`` is a file, the name of a shipped grammar, or a MotionGrammar, and ``diagram`` a
+    tactics file or the name of a shipped one. Actions are given as names separated by spaces, or as
+    a sequence of names; ``start`` is the start symbol, by default any that fits. ``progress`` is
+    called with the step, the fraction that is done, and the error. A SceneError is raised if a file
+    has a fault, and a QueryError if no kept scene has a name.
     """
 
     def __init__(self, session: Session) -> None:
@@ -101,23 +99,19 @@ class Scenes:
         progress: SceneProgress = _quiet,
         name: str = "",
     ) -> Scene:
-        """Make a scene of a diagram: a tactics file, or the name of a shipped one. Nothing is kept.
+        """Make a scene of a diagram. Nothing is kept.
 
         Parameters
         ----------
-        diagram : str | Path
-            The file or name.
         settings : SceneSettings or None
             Settings of the scene.
-        progress : SceneProgress
-            Called with the progress.
         name : str
             Name of the scene; by default the title of the diagram.
 
         Raises
         ------
         SceneError
-            The diagram or its grammar has a fault, or an action has no clips.
+            Also when an action has no clips.
         """
         text = read_scene_text(diagram)
         progress("loading", 0.0, np.nan)
@@ -141,20 +135,11 @@ class Scenes:
         ----------
         earlier : store.StoredScene
             The record of the earlier scene.
-        diagram : str | Path
-            The changed diagram's file or name.
         settings : SceneSettings or None
             Settings of the scene; by default the earlier ones.
-        progress : SceneProgress
-            Called with the progress.
         shown : FirstMotion or None
             Called with the motions of the first try, before its report is made. It is not called
             where the motion grammar changed, because the scene is then made anew.
-
-        Raises
-        ------
-        SceneError
-            As for :meth:`make`.
         """
         old, new = record_text(earlier), read_scene_text(diagram)
         settings = settings or SceneSettings(**earlier.settings)
@@ -199,23 +184,10 @@ class Scenes:
 
         Parameters
         ----------
-        scene : Scene
-            The scene.
-        folder : str | Path
-            Its folder.
-        progress : SceneProgress
-            Called with the progress of drawing.
         drawn : bool
             Whether pictures are made.
         kept : bool
-            Whether to keep the scene in the database too.
-
-        Raises
-        ------
-        MotionDBError
-            The folder cannot be written.
-        QueryError
-            As for :meth:`keep`.
+            Whether to keep the scene in the database too, as :meth:`keep` does.
         """
         with whole_folder(Path(folder)) as part:
             fill_scene_folder(scene.made, scene.record, scene.provenance, part, progress, drawn)
@@ -225,12 +197,8 @@ class Scenes:
     def keep(self, scene: Scene) -> store.StoredScene:
         """Keep a scene under its name, with its players' motions as captures; all or nothing.
 
-        A scene of the same name is replaced, with its captures.
-
-        Raises
-        ------
-        QueryError
-            A player's capture would have the name of another capture.
+        A scene of the same name is replaced, with its captures. QueryError is raised if a player's
+        capture would have the name of another capture.
         """
         database, name = self._session.store, scene.record.name
         made = scene.made
@@ -240,37 +208,25 @@ class Scenes:
         with store.transaction(database):
             if name in store.load_scene_names(database):
                 self.remove(name)
-            run_id = store.start_run(database, "scene make", parameters, made.settings.seed)
-            kept = []
-            for who, placed in zip(scene.record.players, made.polished.players, strict=True):
-                capture = f"{name}/{who.name}"
-                check_name_free(database, capture)
-                motion = replace(placed.motion, leg_length=body.LEG_LENGTH)
-                captions = action_captions(placed, tuple(clip.terminal for clip in who.clips))
-                origin = scene.provenance[who.name]
-                info = keep_generated(database, capture, motion, origin, captions, run_id)
-                kept.append(replace(who, capture_id=info.capture_id))
-            record = replace(scene.record, players=tuple(kept), run_id=run_id)
-            store.save_scene(database, record, run_id)
-            store.finish_run(database, run_id)
+            with store.running(database, "scene make", parameters, made.settings.seed) as run_id:
+                kept = []
+                for who, placed in zip(scene.record.players, made.polished.players, strict=True):
+                    capture = f"{name}/{who.name}"
+                    check_name_free(database, capture)
+                    motion = replace(placed.motion, leg_length=body.LEG_LENGTH)
+                    captions = action_captions(placed, tuple(clip.terminal for clip in who.clips))
+                    origin = scene.provenance[who.name]
+                    info = keep_generated(database, capture, motion, origin, captions, run_id)
+                    kept.append(replace(who, capture_id=info.capture_id))
+                record = replace(scene.record, players=tuple(kept), run_id=run_id)
+                store.save_scene(database, record, run_id)
         return record
 
     def check_new(self, name: str, text: SceneText, settings: SceneSettings) -> None:
         """Refuse, before a scene is made, a name under which it could not be kept.
 
-        Parameters
-        ----------
-        name : str
-            The name.
-        text : SceneText
-            Its diagram.
-        settings : SceneSettings
-            Settings of the scene.
-
-        Raises
-        ------
-        QueryError
-            As for :meth:`check_name`, or this very scene is kept under another name.
+        QueryError is raised as for :meth:`check_name`, or if this very scene is kept under another
+        name.
         """
         self.check_name(name, text.diagram.player)
         database = self._session.store
@@ -293,10 +249,7 @@ class Scenes:
     def check_name(self, name: str, players: Iterable[str]) -> None:
         """Refuse a name under which a scene with these players cannot be kept.
 
-        Raises
-        ------
-        QueryError
-            The name is empty, or a capture has the name of a player's.
+        QueryError is raised for an empty name, or where a capture has the name of a player's.
         """
         if not name.strip():
             raise QueryError("name: expected a name for the scene, found nothing. Give one.")
@@ -311,26 +264,12 @@ class Scenes:
     def find_actions(
         self, grammar: str | Path | MotionGrammar, exact: bool = False
     ) -> dict[str, tuple[ShownAction, ...]]:
-        """Parts of captures whose captions show the terminals of a grammar.
-
-        Parameters
-        ----------
-        grammar : str, Path or MotionGrammar
-            A motion grammar.
-        exact : bool
-            Whether words that no caption holds match nothing rather than being taken as known ones.
-        """
+        """Parts of captures whose captions show the terminals of a grammar."""
         with self._session.reading():
             return dict(find_actions(self._session, self.read_grammar(grammar), exact).parts)
 
     def taken_words(self, grammar: str | Path | MotionGrammar) -> dict[str, Taking]:
-        """What words of a grammar's phrases are taken as that no caption holds.
-
-        Parameters
-        ----------
-        grammar : str, Path or MotionGrammar
-            A motion grammar.
-        """
+        """What words of a grammar's phrases are taken as that no caption holds."""
         with self._session.reading():
             return dict(find_actions(self._session, self.read_grammar(grammar)).takings)
 
@@ -339,25 +278,11 @@ class Scenes:
         return store.load_scene_names(self._session.store)
 
     def load(self, name: str) -> store.StoredScene:
-        """Return a kept scene.
-
-        Raises
-        ------
-        QueryError
-            No kept scene has this name.
-        """
+        """Return a kept scene."""
         return store.load_scene(self._session.store, name)
 
     def find(self, place: str | Path) -> store.StoredScene:
-        """Return the scene of a folder, or the kept one of this name.
-
-        Raises
-        ------
-        QueryError
-            There is neither.
-        SceneError
-            The folder's record has a fault.
-        """
+        """Return the scene of a folder, or the kept one of this name."""
         if self.is_folder(place):
             return self.read_folder(place)
         names = self.names()
@@ -372,13 +297,7 @@ class Scenes:
         return self.load(str(place))
 
     def remove(self, name: str) -> list[str]:
-        """Remove a kept scene with its players' captures, and return the names of these.
-
-        Raises
-        ------
-        QueryError
-            No kept scene has this name.
-        """
+        """Remove a kept scene with its players' captures, and return the names of these."""
         database = self._session.store
         with store.transaction(database):  # others may remove captures meanwhile
             captures = store.load_scene_captures(database, name)
@@ -389,26 +308,21 @@ class Scenes:
                     store.remove_capture(database, number)
         return captures
 
-    def draw(self, name: str, png: Path) -> Path:
-        """Draw the paths of a kept scene's characters over its diagram.
-
-        Raises
-        ------
-        QueryError
-            There is no such scene, or captures of its players were removed.
-        """
-        record = self.load(name)
+    def motions(self, record: store.StoredScene) -> dict[str, Motion]:
+        """Return the motions of a kept scene's players; QueryError if captures were removed."""
         gone = [player.name for player in record.players if player.capture_id == -1]
         if gone:
             raise QueryError(
-                f"{name}: expected the motions of its players, found that the captures of"
+                f"{record.name}: expected the motions of its players, found that the captures of"
                 f" {', '.join(gone)} were removed. Make the scene again."
             )
-        motions = {
-            player.name: store.load_motion(self._session.store, player.capture_id)
-            for player in record.players
-        }
-        diagram = read_diagram(record.diagram, name)
+        opened = self._session.store
+        return {p.name: store.load_motion(opened, p.capture_id) for p in record.players}
+
+    def draw(self, name: str, png: Path) -> Path:
+        """Draw the paths of a kept scene's characters over its diagram."""
+        record = self.load(name)
+        diagram, motions = read_diagram(record.diagram, name), self.motions(record)
         return pictures.save_png(pictures.scene_paths_figure(diagram, motions, record.ball), png)
 
     @staticmethod
@@ -418,57 +332,21 @@ class Scenes:
 
     @classmethod
     def check_grammar(cls, grammar: str | Path | MotionGrammar) -> services.GrammarReport:
-        """Report conflicts, useless and empty symbols of a grammar.
-
-        Parameters
-        ----------
-        grammar : str, Path or MotionGrammar
-            The grammar.
-        """
+        """Report conflicts, useless and empty symbols of a grammar."""
         return services.check(cls.read_grammar(grammar))
 
     @classmethod
     def validate(
         cls, grammar: str | Path | MotionGrammar, actions: str | Sequence[str], start: str = ""
     ) -> services.Validation:
-        """Parse a string of actions: its tree, or the place and reason of the failure.
-
-        Parameters
-        ----------
-        grammar : str, Path or MotionGrammar
-            The grammar.
-        actions : str or sequence of str
-            The actions in their order.
-        start : str
-            The start symbol; by default any that fits.
-
-        Raises
-        ------
-        SceneError
-            There is no such start symbol, or there are too many actions.
-        """
+        """Parse a string of actions: its tree, or the place and reason of the failure."""
         return services.validate(cls.read_grammar(grammar), _names(actions), start)
 
     @classmethod
     def suggest(
         cls, grammar: str | Path | MotionGrammar, actions: str | Sequence[str], start: str = ""
     ) -> services.Suggestions:
-        """Return the actions that may come next, with the probabilities of the grammar's rules.
-
-        Parameters
-        ----------
-        grammar : str, Path or MotionGrammar
-            The grammar.
-        actions : str or sequence of str
-            The actions so far.
-        start : str
-            The start symbol; by default any that fits.
-
-        Raises
-        ------
-        SceneError
-            No string of the grammar begins with these actions.
-        """
+        """Return the actions that may come next, with the probabilities of the grammar's rules."""
         return services.suggest(cls.read_grammar(grammar), _names(actions), start)
 
     @classmethod
@@ -483,60 +361,28 @@ class Scenes:
 
         Parameters
         ----------
-        grammar : str, Path or MotionGrammar
-            The grammar.
-        actions : str or sequence of str
-            The actions so far.
         goals : sequence of str or collection of str
             Actions to reach, in this order; any member of a collection will do.
-        start : str
-            The start symbol; by default the first of the grammar.
 
         Returns
         -------
         tuple of str
             The whole string, which begins with ``actions``.
-
-        Raises
-        ------
-        SceneError
-            The grammar has no such string, or a goal is not one of its actions.
         """
         wanted = [(goal,) if isinstance(goal, str) else tuple(goal) for goal in goals]
         return services.plan(cls.read_grammar(grammar), _names(actions), wanted, start).leaves()
 
     @staticmethod
     def read_diagram(diagram: str | Path) -> SceneText:
-        """Read a tactics diagram from a file, or the shipped one of this name, with its grammar.
+        """Read a tactics diagram with its grammar, which must allow what is drawn.
 
-        Parameters
-        ----------
-        diagram : str or Path
-            The file or name. A grammar beside the file is preferred to a shipped one.
-
-        Raises
-        ------
-        SceneError
-            Either has a fault, or the grammar does not allow what is drawn.
+        A grammar beside the file is preferred to a shipped one.
         """
         return read_scene_text(diagram)
 
     @classmethod
     def draw_diagram(cls, diagram: str | Path | SceneText, path: str | Path) -> Path:
-        """Draw a tactics diagram as PNG.
-
-        Parameters
-        ----------
-        diagram : str, Path or SceneText
-            The diagram.
-        path : str or Path
-            The picture.
-
-        Raises
-        ------
-        MotionDBError
-            The diagram has a fault, or the picture cannot be written.
-        """
+        """Draw a tactics diagram as PNG."""
         text = diagram if isinstance(diagram, SceneText) else cls.read_diagram(diagram)
         return pictures.save_png(pictures.tactics_figure(text.diagram), path)
 
@@ -547,35 +393,17 @@ class Scenes:
 
     @staticmethod
     def check_folder(folder: str | Path) -> None:
-        """Refuse a folder that cannot hold a scene.
-
-        Raises
-        ------
-        MotionDBError
-            It cannot be written, or holds something else.
-        """
+        """Refuse a folder that cannot be written, or holds something else than a scene."""
         scene_folder.check_scene_folder(Path(folder))
 
     @staticmethod
     def read_folder(folder: str | Path) -> store.StoredScene:
-        """Return the scene of a folder.
-
-        Raises
-        ------
-        SceneError
-            The folder holds no scene, or its record has a fault.
-        """
+        """Return the scene of a folder."""
         return scene_folder.read_scene_folder(Path(folder))
 
     @staticmethod
     def draw_folder(folder: str | Path, path: str | Path) -> Path:
-        """Draw the paths of the characters of a folder's scene over its diagram, as PNG.
-
-        Raises
-        ------
-        MotionDBError
-            The folder holds no scene, or the picture cannot be written.
-        """
+        """Draw the paths of the characters of a folder's scene over its diagram, as PNG."""
         return scene_folder.draw_folder(Path(folder), Path(path))
 
     @staticmethod

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice, pairwise
 from typing import Annotated
 
 from fastapi import APIRouter, Query
 
-from motiondb.answers.catalogue import SymbolRow, SymbolSegment
-from motiondb.answers.plain import fields_of
-from motiondb.answers.questions import WordsOverTime, words_over_time
+from motiondb import answers
+from motiondb.database import MotionDB
+from motiondb.errors import QueryError
+from motiondb.language.question.heads import verbs_in
 from motiondb.page.errors import ERRORS
-from motiondb.page.examples import ExamplesReply, examples_of
 from motiondb.page.refs import load_motion, read_ref
 from motiondb.page.replies import (
     LikeReply,
@@ -24,6 +25,28 @@ from motiondb.page.replies import (
 )
 from motiondb.page.routes.parameters import LONGEST_TEXT, End, Limit, RefText, Start, Where
 from motiondb.page.state import Page
+from motiondb.search.placing import LIKELY
+
+OFFERED, MOST_ASKED = 5, 14  # Questions that are offered, and most that are tried for it
+MOST_WORDS = 8  # Words that are offered where no question is proven
+MOST_CAPTIONS = 40  # Captions whose own order of actions is tried
+
+
+@dataclass(frozen=True)
+class ProvenQuestion:
+    """A question, and its first answer with the probability that it is right."""
+
+    question: str
+    capture: str
+    probability: float
+
+
+@dataclass(frozen=True)
+class ExamplesReply:
+    """Questions that find something, and the commonest actions in the captions."""
+
+    examples: tuple[ProvenQuestion, ...]
+    words: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -32,18 +55,18 @@ class DescribeReply:
 
     ref: str
     duration: float
-    words: tuple[WordsOverTime, ...]
+    words: tuple[answers.WordsOverTime, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlayableSegment(SymbolSegment):
+class PlayableSegment(answers.SymbolSegment):
     """A segment of a symbol that can be played."""
 
     ref: str
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlacedSymbol(SymbolRow):
+class PlacedSymbol(answers.SymbolRow):
     """A motion symbol with its coordinates and its most typical segment."""
 
     at: list[float]
@@ -93,14 +116,14 @@ def router(page: Page) -> APIRouter:
     ) -> SearchReply:
         """Intervals that match a question in words, best first, each with its reasons."""
         began = time.perf_counter()
-        with page.held.use() as db, db.session.reading():
+        with page.reading() as db:
             answer = db.search(q, where, limit, by_symbols, exact=exact)
             return search_reply(db, answer, round(time.perf_counter() - began, 4))
 
     @routes.get("/api/examples")
     def examples() -> ExamplesReply:
         """Questions that find something in this database, each with its first answer."""
-        with page.held.use() as db, db.session.reading():
+        with page.reading() as db:
             return examples_of(db)
 
     @routes.get("/api/like")
@@ -114,7 +137,7 @@ def router(page: Page) -> APIRouter:
     ) -> LikeReply:
         """Intervals that move like a capture, an uploaded file, or a generated motion."""
         began = time.perf_counter()
-        with page.held.use() as db, db.session.reading():
+        with page.reading() as db:
             example = load_motion(page, db, read_ref(ref), start, end)
             answer = db.like(example, None, None, where, limit, meaning)
             took = round(time.perf_counter() - began, 4)
@@ -123,13 +146,13 @@ def router(page: Page) -> APIRouter:
     @routes.get("/api/describe")
     def describe(ref: RefText, start: Start = None, end: End = None) -> DescribeReply:
         """The words of a motion over time, from the beginning of the part."""
-        with page.held.use() as db, db.session.reading():
+        with page.reading() as db:
             asked = read_ref(ref)
             motion = load_motion(page, db, asked, start, end)
             if asked.kind == "capture" and start is None and end is None:
                 words = described_words(db, asked.name)
             else:
-                words = words_over_time(db.describe(motion))
+                words = answers.words_over_time(db.describe(motion))
         return DescribeReply(ref, round(motion.duration, 3), words)
 
     @routes.get("/api/symbols")
@@ -145,7 +168,7 @@ def router(page: Page) -> APIRouter:
             )
         ]
         placed = [
-            PlacedSymbol(**fields_of(row), at=at.tolist(), typical=next(iter(first), None))
+            PlacedSymbol(**answers.fields_of(row), at=at.tolist(), typical=next(iter(first), None))
             for row, at, first in zip(rows, space.coordinates, typical)
         ]
         stress = [float(value) for value in space.stress]
@@ -165,5 +188,72 @@ def router(page: Page) -> APIRouter:
     return routes
 
 
-def _playable(segments: Sequence[SymbolSegment]) -> list[PlayableSegment]:
-    return [PlayableSegment(**fields_of(one), ref=f"capture:{one.capture}") for one in segments]
+def _playable(segments: Sequence[answers.SymbolSegment]) -> list[PlayableSegment]:
+    return [
+        PlayableSegment(**answers.fields_of(one), ref=f"capture:{one.capture}") for one in segments
+    ]
+
+
+def examples_of(db: MotionDB) -> ExamplesReply:
+    """Return questions that find something in a database; computed once a revision.
+
+    Each was asked: its first answer is more likely right than wrong. Where the captions have not
+    checked the words, no answer has a probability; then only words are offered.
+    """
+    return db.session.kept("page examples", lambda: _find(db))
+
+
+def _find(db: MotionDB) -> ExamplesReply:
+    words = _action_words(db)
+    proven: list[ProvenQuestion] = []
+    shown: set[str] = set()
+    for question in islice(_candidates(db, words), MOST_ASKED):
+        if len(proven) == OFFERED:
+            break
+        found = _prove(db, question)
+        if found is not None and found.capture not in shown:
+            proven.append(found)
+            shown.add(found.capture)
+    return ExamplesReply(tuple(proven), tuple(words[:MOST_WORDS]))
+
+
+def _action_words(db: MotionDB) -> list[str]:
+    """Return the words that name actions, those in most captions first."""
+    counted = [row.word for row in db.word_rows() if row.count > 0]
+    return [word for word in counted if verbs_in(word) == {word}]
+
+
+def _candidates(db: MotionDB, words: list[str]) -> Iterator[str]:
+    """Yield questions: orders of actions that captions tell and single actions, by turns."""
+    singles, orders = iter(words), _told_orders(db, set(words))
+    for _ in range(MOST_ASKED):
+        yield from islice(singles, 1)
+        yield from islice(orders, 1)
+    yield from (f"{a} or {b}" for a, b in pairwise(words))
+
+
+def _told_orders(db: MotionDB, words: set[str]) -> Iterator[str]:
+    """Yield two actions that a caption of a whole capture tells one after the other."""
+    told: dict[str, None] = {}
+    for row in db.browse(limit=10**6).rows:
+        for caption in row.captions:
+            pieces = [piece.strip() for piece in caption.words.lower().split(",")]
+            named = [min(verbs_in(p) & words, default="") for p in pieces]
+            told.update((f"{a}, {b}", None) for a, b in pairwise(named) if a and b and a != b)
+        if len(told) > MOST_CAPTIONS:
+            break
+    yield from told
+
+
+def _prove(db: MotionDB, question: str) -> ProvenQuestion | None:
+    """Return a question whose first answer is more likely right than wrong, else None."""
+    try:
+        answer = db.search(question, limit=1)
+    except QueryError:
+        return None
+    if not answer.matches or not answer.matches_anything:
+        return None
+    first = answer.matches[0]
+    if first.probability is None or first.probability < LIKELY:
+        return None
+    return ProvenQuestion(question, first.capture, first.probability)

@@ -13,6 +13,7 @@ from typing import Annotated
 from fastapi import APIRouter
 from pydantic import Field
 
+from motiondb.answers.catalogue import Removed
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import write_bytes
 from motiondb.database.scenes.scene_texts import (
@@ -20,7 +21,6 @@ from motiondb.database.scenes.scene_texts import (
     LONGEST_TEXT,
     TACTICS,
     BoardFault,
-    count_clips,
     element_faults,
     read_board,
     read_grammar,
@@ -114,13 +114,6 @@ class BoardKinds:
     teams: tuple[str, ...]
     grammars: tuple[str, ...]
     grounds: list[Ground]
-
-
-@dataclass(frozen=True)
-class BoardRemoved:
-    """A diagram that was deleted."""
-
-    removed: str
 
 
 def ground_of(name: str) -> Ground:
@@ -265,12 +258,12 @@ def router(page: Page) -> APIRouter:
         with page.held.use() as db:
             return _reply(db, text, body.name)
 
-    @routes.delete("/api/board")
-    def remove(name: Name) -> BoardRemoved:
+    @routes.delete("/api/board", response_model_exclude_none=True)
+    def remove(name: Name) -> Removed:
         """Delete a diagram of the user."""
         page.check_writable()
         remove_board(folder, name)
-        return BoardRemoved(name)
+        return Removed(name)
 
     return routes
 
@@ -280,7 +273,8 @@ def _reply(db: MotionDB, text: str, name: str = "", is_shipped: bool = False) ->
     board = read_board(text)
     clips: dict[str, int] = {}
     if board.grammar is not None and board.actions:
-        clips = count_clips(db.scenes.find_actions(board.grammar), board.actions)
+        found = db.scenes.find_actions(board.grammar)
+        clips = {action: len(found.get(action, ())) for action in board.actions}
     about = {fault.player: fault.message for fault in board.faults if fault.player}
     by_line = {fault.line: fault.message for fault in board.faults}
     return BoardReply(

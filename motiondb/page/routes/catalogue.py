@@ -9,16 +9,16 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 
-from motiondb.answers.catalogue import DatabaseInfo, WordRow
-from motiondb.answers.plain import fields_of
+from motiondb import answers
 from motiondb.database import MotionDB
-from motiondb.database.catalogue.browsing import BrowsedCapture, Facet
+from motiondb.database.catalogue.browsing import Facet
 from motiondb.database.catalogue.exporting import formats_here
 from motiondb.database.learn.start import shipped_starts
 from motiondb.files.folder import CAPTURE_ENDINGS
 from motiondb.learn.drift import Drift
-from motiondb.page.errors import ERRORS, PageError, unknown
+from motiondb.page.errors import ERRORS, PageError
 from motiondb.page.held import info_and_drift
+from motiondb.page.refs import find_row
 from motiondb.page.replies import CaptureDetails, CaptureRow, capture_details, capture_row
 from motiondb.page.routes.changes import remove_captures, undo_last
 from motiondb.page.routes.parameters import LONGEST_TEXT, Body, Name, Seconds, Text, Where
@@ -84,7 +84,7 @@ class ShippedStart:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Status(DatabaseInfo):
+class Status(answers.DatabaseInfo):
     """The contents of the database, and what the page may do."""
 
     version: str
@@ -137,13 +137,6 @@ class FacetsReply:
 
 
 @dataclass(frozen=True)
-class CapturesRemoved:
-    """Captures that were removed."""
-
-    removed: list[str]
-
-
-@dataclass(frozen=True)
 class DuplicatesReply:
     """All groups of captures that repeat one another."""
 
@@ -154,7 +147,7 @@ class DuplicatesReply:
 class VocabularyReply:
     """The learned words, most frequent first."""
 
-    words: list[WordRow]
+    words: list[answers.WordRow]
 
 
 @dataclass(frozen=True)
@@ -206,7 +199,7 @@ def router(page: Page) -> APIRouter:
         find: Annotated[str, Query(max_length=LONGEST_TEXT)] = "",
     ) -> CapturePage:
         """Rows of the catalogue: filtered, sorted, and one page at a time; `find`: a name."""
-        with page.held.use() as db, db.session.reading():
+        with page.reading() as db:
             browsed = db.browse(where, sort, offset, limit)
             rows = [capture_row(row) for row in browsed.rows]
             every = db.browse(where, sort, limit=browsed.total).rows if find else ()
@@ -224,15 +217,14 @@ def router(page: Page) -> APIRouter:
     @routes.get("/api/capture")
     def capture(name: Name, described: bool = True) -> CaptureDetails:
         """Everything about one capture; without `described`, no activities and no likely words."""
-        with page.held.use() as db, db.session.reading():
+        with page.reading() as db:
             return capture_details(db, find_row(db, name), described)
 
-    @routes.delete("/api/capture")
-    def remove(name: Name) -> CapturesRemoved:
+    @routes.delete("/api/capture", response_model_exclude_none=True)
+    def remove(name: Name) -> answers.Removed:
         """Remove a capture from the database."""
-        page.check_writable()
-        with page.held.use() as db, page.editing:
-            return CapturesRemoved(list(remove_captures(page, db, [name]).changed))
+        with page.changing() as db:
+            return answers.Removed(list(remove_captures(page, db, [name]).changed))
 
     @routes.get("/api/duplicates")
     def duplicates() -> DuplicatesReply:
@@ -256,20 +248,18 @@ def _word_routes(routes: APIRouter, page: Page) -> None:
     @routes.post("/api/words")
     def set_words(body: WordsBody) -> WordsEdited:
         """Write the caption of a capture, or of a part of it."""
-        page.check_writable()
         timed = body.start is not None or body.end is not None
         keep = timed if body.keep is None else body.keep
         new = Caption(body.words, body.start, body.end)
-        with page.held.use() as db, page.editing:
+        with page.changing() as db:
             before = db.captions(find_row(db, body.capture).info.name)
             return _change(page, db, body.capture, (*before, new) if keep else (new,))
 
     @routes.put("/api/captions")
     def set_captions(body: CaptionsBody) -> WordsEdited:
         """Replace all captions of a capture; an empty list removes them."""
-        page.check_writable()
         captions = _captions(body.words)
-        with page.held.use() as db, page.editing:
+        with page.changing() as db:
             find_row(db, body.capture)
             if body.before is not None:
                 _check_same(db, body.capture, _captions(body.before))
@@ -284,19 +274,10 @@ def _word_routes(routes: APIRouter, page: Page) -> None:
     @routes.post("/api/undo")
     def undo() -> WordsUndone:
         """Undo the latest edit that this page made."""
-        page.check_writable()
-        with page.held.use() as db, page.editing:
+        with page.changing() as db:
             last = undo_last(page, db)
             first, left = last.captures[0], len(page.edits)
             return WordsUndone(first, db.captions(first), left, last.what, len(last.captures))
-
-
-def find_row(db: MotionDB, name: str) -> BrowsedCapture:
-    """Return the row of a capture."""
-    row = db.browsed(name)
-    if row is None:
-        raise unknown("capture", name, "It may have been removed.")
-    return row
 
 
 def _captions(bodies: Sequence[CaptionBody]) -> tuple[Caption, ...]:
@@ -361,7 +342,7 @@ def _status(page: Page, db: MotionDB) -> Status:
     info, drift = info_and_drift(db)
     limits, folders = page.settings.limits, page.settings.folders
     return Status(
-        **fields_of(info) | {"database": without_surrogates(page.settings.database.name)},
+        **answers.fields_of(info) | {"database": without_surrogates(page.settings.database.name)},
         version=VERSION,
         read_only=page.settings.read_only,
         revision=db.revision(),

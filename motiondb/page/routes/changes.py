@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -12,7 +11,8 @@ from pydantic import Field
 
 from motiondb.database import MotionDB
 from motiondb.errors import QueryError
-from motiondb.page.errors import ERRORS, PageError, unknown
+from motiondb.page.errors import ERRORS, PageError
+from motiondb.page.refs import find_row
 from motiondb.page.routes.parameters import Body, Text
 from motiondb.page.state import Edit, Page
 from motiondb.store import transaction
@@ -65,28 +65,28 @@ def router(page: Page) -> APIRouter:
     @routes.post("/api/captures/tags")
     def set_tags(body: CaptureTagsBody) -> CapturesChanged:
         """Set tags, such as performer and licence, of several captures."""
-        with _changing(page) as db, page.editing:
+        with page.changing() as db:
             names = _known(db, body.captures)
             return _noted(page, db, "tags", lambda: db.set_tags(body.tags, names))
 
     @routes.post("/api/captures/words")
     def add_words(body: CaptureWordsBody) -> CapturesChanged:
         """Add a caption to each of several captures."""
-        with _changing(page) as db, page.editing:
+        with page.changing() as db:
             names = _known(db, body.captures)
             return _noted(page, db, "words", lambda: db.add_words(body.words, names))
 
     @routes.post("/api/captures/rename")
     def rename(body: RenameBody) -> CapturesChanged:
         """Rename a capture, or all below a folder, or several by a pattern."""
-        with _changing(page) as db, page.editing:
+        with page.changing() as db:
             names = None if body.captures is None else _known(db, body.captures)
             return _noted(page, db, "name", lambda: db.rename(body.old, body.new, names))
 
     @routes.post("/api/captures/remove")
     def remove(body: CapturesBody) -> CapturesChanged:
         """Remove several captures; undo brings them back."""
-        with _changing(page) as db, page.editing:
+        with page.changing() as db:
             return remove_captures(page, db, body.captures)
 
     return routes
@@ -116,18 +116,9 @@ def undo_last(page: Page, db: MotionDB) -> Edit:
     return last
 
 
-def _changing(page: Page) -> AbstractContextManager[MotionDB]:
-    """Return the database for a change; refused where the page is read-only."""
-    page.check_writable()
-    return page.held.use()
-
-
 def _known(db: MotionDB, names: Sequence[str]) -> list[str]:
     """Return the names, each once; refused where there is no such capture."""
-    for name in names:
-        if db.browsed(name) is None:
-            raise unknown("capture", name, "It may have been removed.")
-    return list(dict.fromkeys(names))
+    return [find_row(db, name).info.name for name in dict.fromkeys(names)]
 
 
 def _noted(

@@ -23,7 +23,7 @@ from motiondb.database.catalogue.exporting import MotionChanges, write_motion
 from motiondb.files.limits import MAX_FPS, MIN_FPS
 from motiondb.files.rigs import JointProposal, propose_joints
 from motiondb.page.errors import ERRORS, PageError
-from motiondb.page.refs import Ref, find_capture, find_kept, load_motion, load_scene, read_ref
+from motiondb.page.refs import Ref, find_kept, find_row, load_motion, read_ref
 from motiondb.page.routes.parameters import Body, End, Part, RefText, Start, Text
 from motiondb.page.state import Page
 from motiondb.page.uploads import UploadReply
@@ -158,7 +158,7 @@ def download(page: Page, asked: DownloadBody) -> Response:
                 output = str(target / "scene")
                 said = {"scene": ref.name, "folder": str(made), "output": output}
                 page.jobs.ask_scene_worker("scene-files", "write the scene", said)
-        with page.held.use() as db, db.session.reading():
+        with page.reading() as db:
             for part, _, target in targets:
                 if not any(target.iterdir()):
                     _write(page, db, part, target, asked, changes)
@@ -215,8 +215,8 @@ def _write(
     path = folder / f"{_stem(ref, part)}.{ending}"
     whole = part.start is None and part.end is None
     if ref.kind == "capture":
-        name = find_capture(db, ref.name)
-        db.export(name, path, part.start, part.end, asked.canonical, changes)
+        find_row(db, ref.name)
+        db.export(ref.name, path, part.start, part.end, asked.canonical, changes)
     elif ref.kind == "made" and whole:
         page.made.get(ref.name).generated.write(path, changes)
     elif ref.kind == "sequence" and whole and not changes.are_any and ending in _SCENE_FORMATS:
@@ -224,10 +224,9 @@ def _write(
         db.grammars.write(kept.sequence, path, kept.seed)
     elif ref.kind == "kept":
         record = find_kept(db, ref.name)
-        load_scene(page, db, ref, None, None, 30.0)  # raises if a capture of the scene was removed
-        for player in record.players:
-            name = f"{ref.name}/{player.name}"
-            db.export(name, folder / f"{_plain(player.name)}.{ending}", canonical=True)
+        for player in db.scenes.motions(record):  # raises if a capture of the scene was removed
+            name = f"{ref.name}/{player}"
+            db.export(name, folder / f"{_plain(player)}.{ending}", canonical=True)
     else:
         write_motion(load_motion(page, db, ref, part.start, part.end), path, changes)
 
@@ -238,8 +237,7 @@ def _write_source(db: MotionDB, ref: Ref, part: Part, folder: Path) -> None:
             f"{ref}: expected a whole stored capture for its source file, found something else."
             " Choose BVH or glTF."
         )
-    row = db.browsed(find_capture(db, ref.name))
-    assert row is not None
+    row = find_row(db, ref.name)
     ending = Path(row.info.path).suffix.lower() or f".{row.info.format}"
     db.export(ref.name, folder / f"{_plain(ref.name)}.{_plain(ending)}")
 

@@ -8,16 +8,7 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Query
 from pydantic import Field
 
-from motiondb.answers.grammars import (
-    AlternativesAnswer,
-    GrammarAnswer,
-    GrammarEdited,
-    GrammarRow,
-    NextTerminal,
-    ParseAnswer,
-    Unplayable,
-)
-from motiondb.answers.plain import fields_of
+from motiondb import answers
 from motiondb.database import MotionDB
 from motiondb.database.grammars.grammar_facts import ComparedGrammar, derives_new, grammar_row
 from motiondb.database.grammars.grammar_facts import compare as compare_grammar
@@ -26,8 +17,8 @@ from motiondb.errors import QueryError
 from motiondb.grammar.derivation.edit import region_at
 from motiondb.page.errors import ERRORS, PageError, unknown
 from motiondb.page.jobs import JobReply
+from motiondb.page.refs import find_row
 from motiondb.page.replies import Positions, SequenceReply, sequence_reply
-from motiondb.page.routes.catalogue import find_row
 from motiondb.page.routes.parameters import (
     LONGEST_TEXT,
     Body,
@@ -84,7 +75,7 @@ class AlternativesBody(Body):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ListedGrammar(GrammarRow):
+class ListedGrammar(answers.GrammarRow):
     """A grammar in a list."""
 
     derives_new: bool  # Whether it derives new sentences
@@ -98,7 +89,7 @@ class GrammarsReply:
 
 
 @dataclass(frozen=True, kw_only=True)
-class GrammarReply(GrammarAnswer):
+class GrammarReply(answers.GrammarAnswer):
     """Everything about a grammar."""
 
     sequences: list[str]  # Names of the captures that hold its sequences
@@ -136,7 +127,7 @@ class ParseBody(Body):
 class SuggestReply:
     """The terminals that may come next."""
 
-    next: list[NextTerminal]
+    next: list[answers.NextTerminal]
 
 
 @dataclass(frozen=True)
@@ -144,14 +135,6 @@ class CompareReply:
     """A grammar beside the finite state machine of its sentences."""
 
     grammars: tuple[ComparedGrammar, ...]
-
-
-@dataclass(frozen=True)
-class GrammarRemoved:
-    """A grammar that was removed, and sequences that can no longer be edited."""
-
-    removed: str
-    no_longer_editable: list[str]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -163,12 +146,12 @@ class PlayableAlternative(SequenceReply):
 
 
 @dataclass(frozen=True, kw_only=True)
-class AlternativesReply(AlternativesAnswer):
+class AlternativesReply(answers.AlternativesAnswer):
     """Other derivations of a region."""
 
     can_widen: bool
     can_narrow: bool
-    alternatives: list[PlayableAlternative | Unplayable]
+    alternatives: list[PlayableAlternative | answers.Unplayable]
 
 
 def router(page: Page) -> APIRouter:
@@ -187,27 +170,24 @@ def router(page: Page) -> APIRouter:
     @routes.get("/api/grammar")
     def grammar(name: Name) -> GrammarReply:
         """Everything about a grammar, with its saved sequences."""
-        with page.held.use() as db, db.session.reading():
+        with page.reading() as db:
             check_grammar(db, name)
-            facts = fields_of(db.grammars.show(name))
+            facts = answers.fields_of(db.grammars.show(name))
             return GrammarReply(
                 **facts, sequences=list(db.grammars.saved(name)), edits=db.grammars.edits(name)
             )
 
-    @routes.delete("/api/grammar")
-    def remove(name: Name) -> GrammarRemoved:
+    @routes.delete("/api/grammar", response_model_exclude_none=True)
+    def remove(name: Name) -> answers.Removed:
         """Remove a grammar."""
-        page.check_writable()
-        with page.held.use() as db:
+        with page.changing() as db:
             check_grammar(db, name)
-            return GrammarRemoved(name, db.grammars.remove(name))
+            return answers.Removed(name, no_longer_editable=db.grammars.remove(name))
 
     @routes.post("/api/grammars", status_code=202)
     def learn(body: LearnBody) -> JobReply:
         """Learn a grammar from captures, as a job."""
         page.check_writable()
-        if body.from_symbols and body.terminals is not None:
-            raise PageError("terminals: expected no number beside from_symbols, found one.")
         same = {"from_symbols", "sentences", "seed", "shortest", "longest"}
         settings = body.model_dump(include=same) | {"n_terminals": body.terminals}
         parameters = {"captures": body.captures, "name": body.name, "settings": settings}
@@ -224,38 +204,37 @@ def _edit_routes(routes: APIRouter, page: Page) -> None:
     """Add the routes that edit a grammar by hand."""
 
     @routes.put("/api/grammar/rules")
-    def rules(body: RulesBody) -> GrammarEdited:
+    def rules(body: RulesBody) -> answers.GrammarEdited:
         """Replace the rules of a grammar."""
-        page.check_writable()
-        with page.held.use() as db, page.editing:
+        with page.changing() as db:
             check_version(db, body)
-            return GrammarEdited(body.grammar, db.grammars.edit_rules(body.grammar, body.text))
+            return answers.GrammarEdited(
+                body.grammar, db.grammars.edit_rules(body.grammar, body.text)
+            )
 
     @routes.put("/api/grammar/terminal")
-    def terminal(body: TerminalBody) -> GrammarEdited:
+    def terminal(body: TerminalBody) -> answers.GrammarEdited:
         """Give a terminal another name."""
-        page.check_writable()
-        with page.held.use() as db, page.editing:
+        with page.changing() as db:
             check_version(db, body)
             lost = db.grammars.rename_terminal(body.grammar, body.terminal, body.to.strip())
-            return GrammarEdited(body.grammar, lost)
+            return answers.GrammarEdited(body.grammar, lost)
 
     @routes.post("/api/grammar/undo")
-    def undo(body: EditBody) -> GrammarEdited:
+    def undo(body: EditBody) -> answers.GrammarEdited:
         """Take the last edit of a grammar back."""
-        page.check_writable()
-        with page.held.use() as db, page.editing:
+        with page.changing() as db:
             check_version(db, body)
-            return GrammarEdited(body.grammar, [], db.grammars.undo_edit(body.grammar))
+            return answers.GrammarEdited(body.grammar, [], db.grammars.undo_edit(body.grammar))
 
 
 def _question_routes(routes: APIRouter, page: Page) -> None:
     """Add the routes that ask a grammar."""
 
     @routes.post("/api/grammar/parse")
-    def parse(body: ParseBody) -> ParseAnswer:
+    def parse(body: ParseBody) -> answers.ParseAnswer:
         """A stored capture as a string of terminals, with its sentences or the fault."""
-        with page.held.use() as db, db.session.reading():
+        with page.reading() as db:
             check_grammar(db, body.grammar)
             name = find_row(db, body.capture).info.name
             return db.grammars.parse(body.grammar, name).facts()
@@ -263,15 +242,15 @@ def _question_routes(routes: APIRouter, page: Page) -> None:
     @routes.get("/api/grammar/suggest")
     def suggest(name: Name, beginning: Beginning = "") -> SuggestReply:
         """The terminals that may come after a beginning."""
-        with page.held.use() as db, db.session.reading():
+        with page.reading() as db:
             check_grammar(db, name)
             found = db.grammars.suggest(name, beginning)
-        return SuggestReply([NextTerminal(t, t is None, p) for t, p in found])
+        return SuggestReply([answers.NextTerminal(t, t is None, p) for t, p in found])
 
     @routes.get("/api/grammar/compare")
     def compare(name: Name) -> CompareReply:
         """The grammar beside the finite state machine of its sentences."""
-        with page.held.use() as db, db.session.reading():
+        with page.reading() as db:
             check_grammar(db, name)
             learned = db.grammars.load(name)
         return CompareReply(compare_grammar(learned))
@@ -291,7 +270,7 @@ def _sequence_routes(routes: APIRouter, page: Page) -> None:
     @routes.post("/api/sequences/open")
     def open_saved(body: OpenBody) -> SequenceReply:
         """A saved sequence, ready to be edited."""
-        with page.held.use() as db, db.session.reading():
+        with page.reading() as db:
             name = find_row(db, body.capture).info.name
             return _put(page, db, MadeSequence(db.grammars.open(name), 0))
 
@@ -308,7 +287,7 @@ def _sequence_routes(routes: APIRouter, page: Page) -> None:
         """Other derivations of a region, each as a whole sequence."""
         kept = page.sequences.get(body.id)
         _keep_line(page, kept)
-        with page.held.use() as db, db.session.reading():
+        with page.reading() as db:
             _check_rules(db, kept)
             edited = db.grammars.edit(
                 kept.sequence.grammar,
@@ -345,7 +324,7 @@ def _sequence_routes(routes: APIRouter, page: Page) -> None:
 def _row(db: MotionDB, size: GrammarSize) -> ListedGrammar:
     learned = db.grammars.load(size.name)
     new = derives_new(learned.grammar, learned.strings)
-    return ListedGrammar(**fields_of(grammar_row(size)), derives_new=new)
+    return ListedGrammar(**answers.fields_of(grammar_row(size)), derives_new=new)
 
 
 def _keep_line(page: Page, made: MadeSequence | None) -> None:
@@ -398,7 +377,7 @@ def _reply(db: MotionDB, sequence_id: str, made: MadeSequence) -> SequenceReply:
 
 def _alternative(
     page: Page, db: MotionDB, body: AlternativesBody, edited: Edit, number: int
-) -> PlayableAlternative | Unplayable:
+) -> PlayableAlternative | answers.Unplayable:
     """Return an alternative as a sequence, or the reason why it cannot be played."""
     alternative = edited.alternatives[number]
     region, log_probability = tuple(alternative.string), float(alternative.log_probability)
@@ -407,12 +386,12 @@ def _alternative(
         made = db.grammars.play(grammar, edited, number)
     except QueryError as error:
         string = tuple(edited.tree(number).leaves())
-        return Unplayable(
+        return answers.Unplayable(
             string=string, region=region, log_probability=log_probability, not_playable=str(error)
         )
     start = edited.region.start
     how: dict[str, object] = {"edited": body.id, "at": body.at, "choose": number + 1}
     how |= {"wider": body.wider, "narrower": body.narrower, "number": body.number}
     kept = MadeSequence(made, body.seed, body.id, (start, start + len(region)), how)
-    reply = fields_of(_put(page, db, kept))
+    reply = answers.fields_of(_put(page, db, kept))
     return PlayableAlternative(**reply, region=region, log_probability=log_probability)

@@ -58,7 +58,7 @@ def router(page: Page) -> APIRouter:
             made = made_scene(page, read_ref(ref))
             if made is not None:  # as the job wrote it, without opening the database
                 return Response(made, media_type=MEDIA_TYPE)
-        with page.held.use() as db, db.session.reading():
+        with page.reading() as db:
             data = tracks_of(page, db, Part(ref=ref, start=start, end=end), fps)
         return _binary(data)
 
@@ -66,7 +66,7 @@ def router(page: Page) -> APIRouter:
     def motions(body: MotionsBody) -> Response:
         """Several motions in one container, in the order asked for."""
         tracks: list[Track] = []
-        with page.held.use() as db, db.session.reading():
+        with page.reading() as db:
             for part in body.items:
                 tracks += tracks_of(page, db, part, body.fps)
         return _binary(tracks)
@@ -79,7 +79,7 @@ def router(page: Page) -> APIRouter:
         ],
     ) -> Response:
         """Thumbnails of stored captures, facing forward; unknown captures have no frames."""
-        with page.held.use() as db, db.session.reading():
+        with page.reading() as db:
             return _binary([_thumb(db, each) for each in name])
 
     return routes

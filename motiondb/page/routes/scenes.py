@@ -11,8 +11,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter
 from pydantic import Field, TypeAdapter, ValidationError
 
-from motiondb.answers.plain import fields_of
-from motiondb.answers.scenes import SceneAnswer, SceneRow, scene_row
+from motiondb import answers
 from motiondb.database.scenes.scene_folder import report_facts
 from motiondb.database.scenes.scene_texts import TACTICS, read_board
 from motiondb.page.errors import ERRORS, PageError
@@ -54,7 +53,7 @@ class KeepBody(Body):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ListedScene(SceneRow):
+class ListedScene(answers.SceneRow):
     """A scene in a list, with its ref."""
 
     ref: str
@@ -72,14 +71,6 @@ class SceneKept:
     """The ref of a scene that is kept."""
 
     ref: str
-
-
-@dataclass(frozen=True)
-class SceneRemoved:
-    """A kept scene that was removed, with its captures."""
-
-    removed: str
-    captures: list[str]
 
 
 def router(page: Page) -> APIRouter:
@@ -146,7 +137,7 @@ def _scene_routes(routes: APIRouter, page: Page) -> None:
             return _read(page, kept_ref.name)
         if kept_ref.kind != "kept":
             raise _no_scene(kept_ref)
-        with page.held.use() as db, db.session.reading():
+        with page.reading() as db:
             return kept_scene_reply(db, find_kept(db, kept_ref.name))
 
     @routes.post("/api/scenes/keep")
@@ -163,8 +154,8 @@ def _scene_routes(routes: APIRouter, page: Page) -> None:
         }
         return SceneKept(**page.jobs.ask_scene_worker("scene-keep", "keep the scene", parameters))
 
-    @routes.delete("/api/scene")
-    def remove(ref: RefText) -> SceneRemoved:
+    @routes.delete("/api/scene", response_model_exclude_none=True)
+    def remove(ref: RefText) -> answers.Removed:
         """Remove a kept scene with its players' captures."""
         page.check_writable()
         kept_ref = read_ref(ref)
@@ -172,7 +163,7 @@ def _scene_routes(routes: APIRouter, page: Page) -> None:
             raise _no_scene(kept_ref)
         with page.held.use() as db:
             find_kept(db, kept_ref.name)
-            return SceneRemoved(kept_ref.name, list(db.scenes.remove(kept_ref.name)))
+            return answers.Removed(kept_ref.name, db.scenes.remove(kept_ref.name))
 
 
 def _no_scene(ref: Ref) -> PageError:
@@ -184,8 +175,8 @@ def _read(page: Page, name: str) -> SceneReply:
     return _REPLY.validate_json((page.scene_folder(name) / FACTS_FILE).read_bytes())
 
 
-def _listed(ref: str, report: SceneAnswer) -> ListedScene:
-    return ListedScene(**fields_of(scene_row(report)), ref=ref)
+def _listed(ref: str, report: answers.SceneAnswer) -> ListedScene:
+    return ListedScene(**answers.fields_of(answers.scene_row(report)), ref=ref)
 
 
 def _title(text: str) -> str:

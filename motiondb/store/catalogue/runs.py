@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from datetime import UTC, datetime
 
 from motiondb.records import Run
@@ -40,6 +41,17 @@ def finish_run(store: Store, run_id: int) -> None:
         connection.execute(
             "UPDATE run SET finished = ? WHERE run_id = ? AND finished IS NULL", [_now(), run_id]
         )
+
+
+@contextmanager
+def running(
+    store: Store, kind: str, parameters: Mapping[str, object] | None = None, seed: int | None = None
+) -> Iterator[int]:
+    """A transaction of one run, whose number is given; its end is recorded with what it saved."""
+    with transaction(store):
+        run_id = start_run(store, kind, parameters, seed)
+        yield run_id
+        finish_run(store, run_id)
 
 
 def save_runs(store: Store, runs: Iterable[Run]) -> None:

@@ -23,8 +23,13 @@ from motiondb import files as capture
 from motiondb import store
 from motiondb.body import kinematics, retarget
 from motiondb.database.scenes import scene_folder, scene_making, scene_records
-from motiondb.database.scenes.scene_facts import action_captions
-from motiondb.database.scenes.scene_records import from_json, record_state, record_text, to_json
+from motiondb.database.scenes.scene_records import (
+    action_captions,
+    from_json,
+    record_state,
+    record_text,
+    to_json,
+)
 from motiondb.database.scenes.scenes import Scene, SceneSettings
 from motiondb.errors import MotionDBError, QueryError, SceneError
 from motiondb.grammar.cfg.context_free import Tree
@@ -216,7 +221,7 @@ def test_time_that_ends_any_try_counts(
 
     clock = SimpleNamespace(monotonic=lambda: 100.0 * (len(done) >= late))
     monkeypatch.setattr(scene_making, "time", clock)
-    monkeypatch.setattr(scene_making, "_attempt", attempt)
+    monkeypatch.setattr(scene_making._Making, "attempt", attempt)
     settings = SceneSettings(minutes=1.0, tries=len(tries))
     actual = scene_making.make(scene.text, scene.clips, settings, lambda *_: None)
     assert actual.cut_short == cut_short

@@ -114,10 +114,6 @@ export interface BoardKinds {
   grounds: Ground[];
 }
 
-export interface BoardRemoved {
-  removed: string;
-}
-
 export interface BoardReply {
   name: string;
   shipped: boolean;
@@ -223,10 +219,6 @@ export interface CapturesBody {
 export interface CapturesChanged {
   changed: string[];
   undo: number;
-}
-
-export interface CapturesRemoved {
-  removed: string[];
 }
 
 export interface Collision {
@@ -450,11 +442,6 @@ export interface GrammarEdited {
 export interface GrammarLearned {
   kind: "grammar";
   grammar: string;
-  no_longer_editable: string[];
-}
-
-export interface GrammarRemoved {
-  removed: string;
   no_longer_editable: string[];
 }
 
@@ -879,6 +866,12 @@ export interface Relation {
   distance: number;
 }
 
+export interface Removed {
+  removed: string | string[];
+  captures: string[] | null;
+  no_longer_editable: string[] | null;
+}
+
 export interface RenameBody {
   old: string;
   new: string;
@@ -963,11 +956,6 @@ export interface SceneMade {
   kind: "scene";
   scene: string;
   ref: string;
-}
-
-export interface SceneRemoved {
-  removed: string;
-  captures: string[];
 }
 
 export interface SceneReply {
