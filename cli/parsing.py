@@ -118,7 +118,20 @@ def suggest(
     """List the terminals that the grammar allows next, or sentences that complete a pattern."""
     with shared.database() as base:
         if like is not None:
-            _say_like(shared, base.grammars, name, (beginning, goal), (like, number, exact))
+            if beginning or goal:
+                raise motiondb.QueryError(
+                    f"--like: expected no STRING and no --goal with it, found"
+                    f" {f'{beginning} {goal}'.strip()!r}. Write them into the pattern."
+                )
+            taken = {} if exact else base.grammars.taken_in_pattern(name, like)
+            printing.note_taken(taken.values())
+            found = base.grammars.complete(name, like, number, exact)
+            sentences = [
+                answers.CompletedSentence(s.string, s.probability) for s in found.sentences
+            ]
+            said = answers.CompletionsAnswer(found.probability, found.proven, sentences)
+            if not printing.as_json(shared, said):
+                _say_completed(said, name)
             return
         if goal:
             _say_way(shared, base.grammars.plan(name, beginning, goal), goal)
@@ -145,29 +158,8 @@ def _say_way(shared: options.Shared, way: motiondb.Plan, goal: str) -> None:
     printing.say(f"tree:  {way.tree}")
 
 
-def _say_like(
-    shared: options.Shared,
-    grammars: motiondb.Grammars,
-    name: str,
-    others: tuple[str, str],
-    asked: tuple[str, int, bool],
-) -> None:
-    """Print the most probable sentences that match a pattern; ``others`` must not be given."""
-    if any(others):
-        raise motiondb.QueryError(
-            f"--like: expected no STRING and no --goal with it, found"
-            f" {' '.join(others).strip()!r}. Write them into the pattern."
-        )
-    like, _, exact = asked
-    printing.note_taken(() if exact else grammars.taken_in_pattern(name, like).values())
-    completed = grammars.complete(name, *asked)
-    sentences = [
-        answers.CompletedSentence(one.string, one.probability) for one in completed.sentences
-    ]
-    if printing.as_json(
-        shared, answers.CompletionsAnswer(completed.probability, completed.proven, sentences)
-    ):
-        return
-    rows = [[" ".join(one.string), f"{one.probability:.3f}"] for one in sentences]
+def _say_completed(completed: answers.CompletionsAnswer, name: str) -> None:
+    """Print the most probable sentences that match a pattern."""
+    rows = [[" ".join(one.string), f"{one.probability:.3f}"] for one in completed.sentences]
     printing.print_table(["sentence", "probability"], rows)
     printing.say(f"{completed.probability:.2%} of the sentences of {name} match")

@@ -71,7 +71,7 @@ def generate(
         else:
             made = base.grammars.generate(name, seed, length, like, exact)
             how = {"length": length} if like is None else {"like": like}
-        facts = _hand_out(base, made, seed, (output, png), save, how)
+        facts = _hand_out(base, made, seed, output, png, save, how)
         if html:
             printing.write_html(html, motiondb.StandalonePage.of_sequence(base, made, seed))
     if not printing.as_json(shared, facts):
@@ -159,7 +159,7 @@ def edit(
             "choose": choose,
         }
         made = base.grammars.play(name, edited, choose - 1)
-        facts = _hand_out(base, made, seed, (output, None), save, how)
+        facts = _hand_out(base, made, seed, output, None, save, how)
     if not printing.as_json(shared, facts):
         _say_made(facts)
 
@@ -168,12 +168,12 @@ def _hand_out(
     base: motiondb.MotionDB,
     made: motiondb.GrammarSequence,
     seed: int,
-    paths: tuple[Path | None, Path | None],
+    output: Path | None,
+    png: Path | None,
     save: str | None,
     how: dict[str, object],
 ) -> answers.WrittenSequence:
     """Write, draw and save a sequence, each if a path or a name is given; return its facts."""
-    output, png = paths
     facts = _written(base, made, seed, output)
     if png:
         base.grammars.draw_sequence(made, png)
