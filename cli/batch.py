@@ -163,32 +163,31 @@ def _read(file: Path) -> Iterator[_Question]:
         yield one
 
 
-def _is_number(column: str, text: str) -> bool:
-    """Whether the cell of a column is empty or a number."""
-    try:
-        return not text or (int if column == "limit" else float)(text) is not None
-    except ValueError:
-        return False
+NUMBERS = {
+    "limit": (int, "a whole number"),
+    "start": (float, "a number of seconds"),
+    "end": (float, "a number of seconds"),
+}  # Columns that hold numbers
 
 
 def _to_question(number: int, cells: dict[str, str]) -> _Question:
     """A row of a table of questions."""
     words, like = cells.get("question", ""), cells.get("like", "")
+    one = _Question(number, words or like, bool(like), where=cells.get("where", ""))
     if bool(words) == bool(like):
-        fault = "expected a question or a capture in the column like, found "
-        return _Question(number, words, fault=fault + ("both." if words else "neither."))
-    try:
-        times = [float(cells[c]) if cells.get(c) else None for c in ("start", "end")]
-        limit = int(cells["limit"]) if cells.get("limit") else None
-    except ValueError:
-        wrong = next(c for c in ("limit", "start", "end") if not _is_number(c, cells.get(c, "")))
-        kind = "a whole number" if wrong == "limit" else "a number of seconds"
-        fault = f"expected {kind} in the column {wrong}, found {cells[wrong]!r}."
-        return _Question(number, words or like, bool(like), fault=fault)
-    if words and any(time is not None for time in times):
+        found = "both." if words else "neither."
+        fault = f"expected a question or a capture in the column like, found {found}"
+        return replace(one, is_example=False, fault=fault)
+    for column, (kind, said) in NUMBERS.items():
+        try:
+            value = kind(cells[column]) if cells.get(column) else None
+        except ValueError:
+            fault = f"expected {said} in the column {column}, found {cells[column]!r}."
+            return replace(one, fault=fault)
+        one = replace(one, **{column: value})
+    if words and (one.start is not None or one.end is not None):
         fault = "expected start and end for an example only, found them with a question."
-        return _Question(number, words, fault=fault)
-    if limit is not None and limit < 1:
-        return _Question(number, words or like, bool(like), fault="expected a limit of at least 1.")
-    start, end = times
-    return _Question(number, words or like, bool(like), start, end, cells.get("where", ""), limit)
+        return replace(one, fault=fault)
+    if one.limit is not None and one.limit < 1:
+        return replace(one, fault="expected a limit of at least 1.")
+    return one

@@ -321,10 +321,12 @@ def _load(job: FileToRead) -> _Loaded | Readings:
             )
             kind = capture.capture_format(path)
             data = capture.read_file(path, options)
-            asf = capture.skeleton_path(path)
-            if path.suffix.lower() == ".amc" and entry and entry.skeleton:
-                outside = settings.outside_skeletons
-                asf = capture.named_skeleton(path, entry.skeleton, job.folder, outside)
+            named = entry.skeleton if entry and path.suffix.lower() == ".amc" else None
+            asf = (
+                capture.named_skeleton(path, named, job.folder, settings.outside_skeletons)
+                if named
+                else capture.skeleton_path(path)
+            )
             skeleton_data = capture.read_file(asf, options) if asf else None
             return _Loaded(options, kind, data, asf, skeleton_data)
     except MotionDBError as error:
