@@ -1,5 +1,5 @@
 -- The store of motiondb: one DuckDB file. A new database is made by this file. The files
--- 000N_WHAT.sql beside it, from 0002 on, bring a database of version N - 1 to version N.
+-- 000N_WHAT.sql beside it, from 0005 on, bring a database of version N - 1 to version N.
 --
 -- Rules
 -- * Full constraints stand in the first CREATE: DuckDB cannot add them later.

@@ -39,7 +39,6 @@ from motiondb.store.catalogue.sources import Source, unpack_source
 from motiondb.store.catalogue.where import COLUMNS
 from motiondb.store.connection.faults import is_damage
 from motiondb.store.connection.handle import Store
-from motiondb.store.connection.migrations import FRAME_SCHEMAS, FRAMES, poses_of_frames
 from motiondb.store.connection.opening import connect
 from motiondb.store.connection.transactions import transaction
 from motiondb.store.grammars import (
@@ -129,12 +128,10 @@ def salvage_captures(store: Store) -> Iterator[SalvagedCapture]:
     if any(name not in columns for name in _VITAL):
         yield from _files_alone(store)
         return
-    # an older file is read as it is: damaged, it could not be migrated
-    is_older = ("main",) in _rows(store, FRAME_SCHEMAS)
     for at in sorted(columns["capture_id"], key=columns["capture_id"].__getitem__):
         row = {name: columns.get(name, {}).get(at, default) for name, default in _DEFAULTS.items()}
         row |= {name: columns[name][at] for name in _VITAL}
-        yield _salvage(store, row, lost_columns, is_older)
+        yield _salvage(store, row, lost_columns)
 
 
 def _attempt(lost: list[str], what: str, read: Callable[[], T]) -> T | None:
@@ -150,12 +147,10 @@ def _rows(store: Store, query: str, *parameters: object) -> list[tuple[Any, ...]
     return store.connection.execute(query, parameters).fetchall()
 
 
-def _salvage(
-    store: Store, row: dict[str, Any], lost_columns: Sequence[str], is_older: bool
-) -> SalvagedCapture:
+def _salvage(store: Store, row: dict[str, Any], lost_columns: Sequence[str]) -> SalvagedCapture:
     number, lost = row["capture_id"], list[str]()
     source = _attempt(lost, "file", lambda: _read_source(store, "sha256", row["sha256"]))
-    motion = _attempt(lost, "motion", lambda: _read_motion(store, row, lost_columns, is_older))
+    motion = _attempt(lost, "motion", lambda: _read_motion(store, row, lost_columns))
     captions = _attempt(lost, "words", lambda: load_captions(store, number))
     events = _attempt(lost, "events", lambda: load_events(store, number))
     query = "SELECT key, value FROM capture_tag WHERE capture_id = ? ORDER BY key"
@@ -190,15 +185,8 @@ def _read_source(store: Store, key: str, value: object) -> Source:
     return unpack_source(store.path, Source(*row))
 
 
-def _read_motion(
-    store: Store, row: dict[str, Any], lost_columns: Sequence[str], is_older: bool
-) -> Motion:
-    """The motion of a capture; `is_older`: whether it is a row a frame."""
-    if is_older:
-        query = FRAMES.format("main")
-        poses = poses_of_frames(store.connection.arrays(query, [row["capture_id"]]))
-    else:
-        poses = load_poses(store, row["capture_id"])
+def _read_motion(store: Store, row: dict[str, Any], lost_columns: Sequence[str]) -> Motion:
+    poses = load_poses(store, row["capture_id"])
     whole = len(poses) if "motion_frames" in lost_columns else row["motion_frames"]
     if len(poses) != whole or not len(poses):
         raise ValueError("frames are missing")

@@ -39,12 +39,7 @@ from motiondb.files.safe_files import (
 )
 from motiondb.files.text import cut
 from motiondb.store.connection import migrations
-from motiondb.store.connection.faults import (
-    OtherModeError,
-    damage_sentence,
-    first_sentence,
-    is_damage,
-)
+from motiondb.store.connection.faults import OtherModeError, first_sentence, is_damage
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.turns import announced, somebody_waits
 
@@ -111,9 +106,6 @@ def _connect_current(
     except duckdb.Error as error:
         connection.close()
         raise StoreError(_unreadable(path, error)) from error
-    except ValueError as error:  # what a migration found
-        connection.close()
-        raise StoreError(damage_sentence(path, str(error))) from error
     except BaseException:
         connection.close()
         raise
