@@ -33,8 +33,6 @@ PAGE = Path(__file__).parents[2] / "docs" / "measured" / "quality.md"
 NOTES = Path(__file__).with_name("errors_notes.md")
 N_DRAWN = 2
 """Captures drawn for each kind of failure."""
-N_FIGURES = 9
-"""Stick figures in a row."""
 _FAILED = re.compile(
     r"^- \*\*(?P<word>[^*]+)\*\*, (?P<ap>[\d.]+), fold (?P<fold>\d+): first (?P<first>.*?)\. "
     r"True: (?P<true>.*)\.$",
@@ -124,11 +122,8 @@ def _show(failure: Failure, captures: dict[str, Capture], notes: dict[str, Notes
 
 def _strip(capture: Capture, title: str) -> FloatArray:
     """A capture's strip as an image, array (rows, columns, 4)."""
-    seconds = capture.motion.n_frames / 30.0
     said = capture.captions[0] if capture.captions else "nothing written"
-    figure = strip_figure(
-        capture.motion, f"{title} ({said})", n_figures=N_FIGURES, seconds_per_row=seconds + 0.1
-    )
+    figure = strip_figure(capture.motion, f"{title} ({said})")
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=72)
     buffer.seek(0)

@@ -49,10 +49,6 @@ def animation_images(motion: Motion, height: int = 320) -> list[Image]:
     """Frames of an animation, 20 a second, with one palette."""
     view = view_motion(motion)
     frames = shown_frames(view.n_frames, _MAX_SECONDS, "Choose an interval with --from and --to.")
-    if height < 64:
-        raise MotionDBError(
-            f"animation: expected at least 64 pixels, found {height}. Ask for more."
-        )
     metres = max(view.top, 1.6) + 0.35
     width = round(height * max(1.0, 1.1 * view.width / metres))
     pictures = [_draw_frame(view, int(frame), (width, height), metres) for frame in frames]

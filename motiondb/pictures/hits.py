@@ -1,4 +1,4 @@
-"""Rows of stick figures: the answers of a search, or motions to compare."""
+"""Rows of stick figures: the answers of a search."""
 
 from __future__ import annotations
 
@@ -19,59 +19,33 @@ if TYPE_CHECKING:
 _WIDTH, _LEFT, _RIGHT = 11.0, 2.9, 0.2
 """Width of the figure and of its margins in inches. Chosen by eye."""
 _ROW, _TITLE, _FOOT = 1.35, 0.5, 0.1  # Inches
+_FIGURES = 7  # In a row
 
 
 def hits_figure(
     hits: Sequence[tuple[Match, Motion]],
     title: str = "",
     query: tuple[str, Motion] | None = None,
-    n_figures: int = 7,
 ) -> Figure:
-    """Draw the answer of a search, one row a hit.
-
-    The first axes are those of the example, if there is one.
-    """
+    """Draw the answer of a search, one row a hit, all at one scale; first the example, if any."""
     if not hits:
         raise MotionDBError("hits: expected at least 1 hit, found 0. Search for something else.")
-    rows = [] if query is None else [(f"{query[0]}\nexample", query[1])]
-    rows += [(hit_label(match), cut_motion(motion, match)) for match, motion in hits]
-    starts = [0.0] * (len(rows) - len(hits)) + [max(0.0, match.start) for match, _ in hits]
-    return comparison_figure(rows, title, n_figures, starts)
-
-
-def comparison_figure(
-    rows: Sequence[tuple[str, Motion]],
-    title: str = "",
-    n_figures: int = 7,
-    starts: Sequence[float] = (),
-) -> Figure:
-    """Draw labelled motions as a figure, one row each, all at one scale."""
-    if not rows:
-        raise MotionDBError("comparison: expected at least 1 motion, found 0. Name one.")
-    if n_figures < 1:
-        raise MotionDBError(
-            f"comparison: expected at least 1 figure in a row, found {n_figures}. Ask for more."
-        )
-    views = [view_motion(motion) for _, motion in rows]
+    rows = [] if query is None else [(f"{query[0]}\nexample", query[1], 0.0)]
+    rows += [(hit_label(m), cut_motion(motion, m), max(0.0, m.start)) for m, motion in hits]
+    views = [view_motion(motion) for _, motion, _ in rows]
     high = max(1.5, *(view.top for view in views)) + 0.2
     first = _TITLE if title else 0.15
     height = first + len(rows) * _ROW + _FOOT
     with style.drawing():
         figure = style.new_page(_WIDTH, height, title, (0.2, 0.26))
-        for number, ((label, _), view) in enumerate(zip(rows, views)):
+        for number, ((label, _, start), view) in enumerate(zip(rows, views)):
             place = (height - first - (number + 1) * _ROW, height, high)
-            start = starts[number] if starts else 0.0
-            _draw_row(figure, label, view, place, n_figures, start)
+            _draw_row(figure, label, view, place, start)
     return figure
 
 
 def _draw_row(
-    figure: Figure,
-    label: str,
-    view: View,
-    place: tuple[float, float, float],
-    n_figures: int,
-    start: float,
+    figure: Figure, label: str, view: View, place: tuple[float, float, float], start: float
 ) -> None:
     """Draw a row; ``place``: lower edge and page height in inches, height of the row in metres."""
     low, height, metres_high = place
@@ -83,7 +57,7 @@ def _draw_row(
     axes.set_ylim(-0.3, metres_high - 0.3)
     axes.set_axis_off()
     axes.axhline(0.0, color=style.GROUND, lw=0.8, zorder=0)
-    n_figures = min(n_figures, view.n_frames)
+    n_figures = min(_FIGURES, view.n_frames)
     frames = np.linspace(0, view.n_frames - 1, n_figures).round().astype(int)
     for number, frame in enumerate(frames):
         x = (number + 0.5) * metres_wide / n_figures
@@ -105,7 +79,8 @@ def hit_label(match: Match) -> str:
     run, jog
     """
     times = f"{match.start:.1f} – {match.end:.1f} s,  score {match.score:.3g}"
-    words = _shorten(", ".join(match.words) or match.reason, 42)
+    words = ", ".join(match.words) or match.reason
+    words = words if len(words) <= 42 else f"{words[:41]}…"
     return f"{match.rank}  {match.capture}\n{times}\n{words}".rstrip()
 
 
@@ -124,7 +99,3 @@ def cut_motion(motion: Motion, match: Match) -> Motion:
         local_rotations=motion.local_rotations[start:end],
         root_positions=motion.root_positions[start:end],
     )
-
-
-def _shorten(text: str, length: int) -> str:
-    return text if len(text) <= length else text[: length - 1] + "…"

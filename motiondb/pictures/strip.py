@@ -8,13 +8,12 @@ labelled intervals as bars, in lanes where they overlap.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from motiondb.errors import MotionDBError
 from motiondb.pictures import style
 from motiondb.pictures.stick import View, draw_figure, view_motion
 from motiondb.records import MOTION_FPS, Motion
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
 
 _WIDTH, _LEFT, _RIGHT = 12.0, 0.75, 0.25
 """Width of the figure and of its margins in inches."""
+_INNER = _WIDTH - _LEFT - _RIGHT  # Width of a row's axes, inches
 _FIGURES, _LANE, _AXIS, _GAP, _TITLE = 1.55, 0.21, 0.34, 0.12, 0.45  # Inches
 _SECONDS_PER_ROW = 12.0  # Seconds in a row, unless there would be too many rows
 _MAX_ROWS = 10  # Rows on a page
@@ -36,7 +36,8 @@ class _Layout:
 
     seconds: float
     duration: float
-    n_figures: int
+    n_figures: int  # In a row
+    metres_wide: float  # Of a row, at the scale of the figures
     metres_high: float
     rows: tuple[tuple[Timeline, ...], ...]
 
@@ -49,78 +50,35 @@ class _Layout:
         ]
         return tuple(accumulate([_TITLE, *heights]))
 
-    @property
-    def height(self) -> float:
-        """Height of the page, inches."""
-        return self.tops[-1]
 
-    @property
-    def inner(self) -> float:
-        """Width of a row's axes, inches."""
-        return _WIDTH - _LEFT - _RIGHT
-
-    @property
-    def metres_wide(self) -> float:
-        """Width of a row in metres at the scale of the figures."""
-        return self.metres_high * self.inner / _FIGURES
-
-
-def strip_figure(
-    motion: Motion,
-    title: str = "",
-    timelines: Sequence[Timeline] = (),
-    n_figures: int | None = None,
-    seconds_per_row: float | None = None,
-) -> Figure:
+def strip_figure(motion: Motion, title: str = "", timelines: Sequence[Timeline] = ()) -> Figure:
     """Draw a strip of stick figures with timelines below.
-
-    `n_figures`: Figures in a row. None: as many as fit without overlap, from 3 to 24.
-
-    `seconds_per_row`: Seconds in a row. None: 12 s, or more where that would give over 10 rows;
-    whole seconds if there are several rows.
 
     The axes of a row are those of the figures, then one for each timeline, then that of time.
     """
     view = view_motion(motion)
-    layout = _layout(view, timelines, n_figures, seconds_per_row)
+    layout = _layout(view, timelines)
     with style.drawing():
-        figure = style.new_page(_WIDTH, layout.height, title, (_LEFT, 0.24))
+        figure = style.new_page(_WIDTH, layout.tops[-1], title, (_LEFT, 0.24))
         for row in range(len(layout.rows)):
             _draw_row(figure, view, layout, row)
     return figure
 
 
-def _layout(
-    view: View,
-    timelines: Sequence[Timeline],
-    n_figures: int | None,
-    seconds_per_row: float | None,
-) -> _Layout:
+def _layout(view: View, timelines: Sequence[Timeline]) -> _Layout:
     duration = view.n_frames / MOTION_FPS
-    if n_figures is not None and n_figures < 1:
-        raise MotionDBError(
-            f"strip: expected at least 1 figure in a row, found {n_figures}. Ask for more."
-        )
-    if seconds_per_row is not None and not seconds_per_row > 0.0:
-        raise MotionDBError(
-            f"strip: expected a row of more than 0 s, found {seconds_per_row}. Ask for more."
-        )
-    wanted = seconds_per_row or max(_SECONDS_PER_ROW, duration / _MAX_ROWS)
+    wanted = max(_SECONDS_PER_ROW, duration / _MAX_ROWS)
     n_rows = max(1, int(np.ceil(duration / wanted - 1e-9)))
-    if n_rows == 1:
-        seconds = duration
-    else:
-        seconds = seconds_per_row or float(np.ceil(duration / n_rows))
-    starts = [row * seconds for row in range(n_rows)]
+    seconds = duration if n_rows == 1 else float(np.ceil(duration / n_rows))
     rows = tuple(
-        tuple(cut_timeline(timeline, start, start + seconds) for timeline in timelines)
-        for start in starts
+        tuple(cut_timeline(timeline, row * seconds, (row + 1) * seconds) for timeline in timelines)
+        for row in range(n_rows)
     )
-    layout = _Layout(seconds, duration, n_figures or 1, max(view.top, 1.5) + 0.2, rows)
-    if n_figures is None:
-        room = int(np.clip(layout.metres_wide / (0.95 * view.width), 3, 24))
-        layout = replace(layout, n_figures=min(room, max(1, round(seconds * MOTION_FPS))))
-    return layout
+    high = max(view.top, 1.5) + 0.2
+    wide = high * _INNER / _FIGURES
+    room = int(np.clip(wide / (0.95 * view.width), 3, 24))
+    n_figures = min(room, max(1, round(seconds * MOTION_FPS)))
+    return _Layout(seconds, duration, n_figures, wide, high, rows)
 
 
 def _draw_row(figure: Figure, view: View, layout: _Layout, row: int) -> None:
@@ -128,12 +86,12 @@ def _draw_row(figure: Figure, view: View, layout: _Layout, row: int) -> None:
     start = row * layout.seconds
     end = start + layout.seconds
     stop = min(end, layout.duration)
-    low = layout.height - layout.tops[row]
+    low = layout.tops[-1] - layout.tops[row]
 
     def add_axes(name: str, high: float) -> Axes:
         nonlocal low
         low -= high
-        return style.add_axes(figure, _LEFT, low, layout.inner, high, f"{name} {row}")
+        return style.add_axes(figure, _LEFT, low, _INNER, high, f"{name} {row}")
 
     axes = add_axes("figures", _FIGURES)
     axes.set_xlim(0.0, layout.metres_wide)
@@ -148,7 +106,7 @@ def _draw_row(figure: Figure, view: View, layout: _Layout, row: int) -> None:
             draw_figure(axes, view, frame, part * layout.metres_wide)
     for timeline in layout.rows[row]:
         axes = add_axes(timeline.name, _LANE * n_lanes(timeline))
-        draw_timeline(axes, timeline, start, end, layout.seconds / layout.inner)
+        draw_timeline(axes, timeline, start, end, layout.seconds / _INNER)
     _draw_ruler(add_axes("time", 0.04), start, end, stop)
 
 

@@ -19,12 +19,12 @@ def figures(axes) -> int:
 def test_a_row_for_the_example_and_for_every_hit() -> None:
     motion = hand_made.swing(90)
     far = Match(2, "16/16_02", 2.9, 9.9, 0.5, (), "moves like it")
-    figure = hits_figure([(HIT, motion), (far, motion)], "walk", ("query.bvh", motion), n_figures=5)
+    figure = hits_figure([(HIT, motion), (far, motion)], "walk", ("query.bvh", motion))
     assert [axes.get_label() for axes in figure.axes] == ["query.bvh", "1  16/16_01", "2  16/16_02"]
-    assert [figures(axes) for axes in figure.axes] == [5, 5, 3]
+    assert [figures(axes) for axes in figure.axes] == [7, 7, 3]
     # frames 30 to 59 of the capture, told in its own seconds
     times = [text.get_text() for text in figure.axes[1].texts]
-    assert times == ["1.0 s", "1.2 s", "1.5 s", "1.7 s", "2.0 s"]
+    assert times == ["1.0 s", "1.2 s", "1.3 s", "1.5 s", "1.6 s", "1.8 s", "2.0 s"]
     shown = [text.get_text() for text in figure.texts]
     assert shown[0] == "walk"
     assert "1.0 – 2.0 s,  score 0.912\nwalk, swing" in shown

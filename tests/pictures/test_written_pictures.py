@@ -19,7 +19,7 @@ from motiondb.errors import MotionDBError
 from motiondb.grammar.cfg.context_free import derive_by, read_grammar
 from motiondb.pictures import stick, style
 from motiondb.pictures.animation import animation_images
-from motiondb.pictures.hits import comparison_figure, cut_motion, hits_figure
+from motiondb.pictures.hits import cut_motion, hits_figure
 from motiondb.pictures.space import space_figure
 from motiondb.records import Match
 
@@ -71,12 +71,6 @@ REFUSED: dict[str, Draw] = {
     "/no; make it first.": (
         lambda p: pictures.save_png(pictures.strip_figure(rest(2)), p / "no" / "a.png")
     ),
-    "strip: expected at least 1 figure in a row, found 0. Ask for more.": (
-        lambda _: pictures.strip_figure(rest(2), n_figures=0)
-    ),
-    "strip: expected a row of more than 0 s, found 0.0. Ask for more.": (
-        lambda _: pictures.strip_figure(rest(2), seconds_per_row=0.0)
-    ),
     "expected at least one tree to draw, found none": lambda _: pictures.trees_figure([]),
     "expected terminals or strings to draw, found none": (
         lambda _: pictures.strings_figure([], [])
@@ -85,17 +79,12 @@ REFUSED: dict[str, Draw] = {
         lambda _: cut_motion(swing(90), Match(1, "a", 3.0, 4.0, 0.0))
     ),
     "hits: expected at least 1 hit, found 0. Search for something else.": lambda _: hits_figure([]),
-    "comparison: expected at least 1 motion, found 0": lambda _: comparison_figure([]),
-    "comparison: expected at least 1 figure in a row, found 0": (
-        lambda _: comparison_figure([("a", rest(3))], n_figures=0)
-    ),
     "expected a name that ends in .gif, found '.mp4'. Animations are written as GIF.": (
         lambda p: pictures.draw_animation(rest(3), p / "a.mp4")
     ),
     "animation: expected at most 60 s, found 61.0 s. Choose an interval with --from and --to.": (
         lambda _: animation_images(rest(1830))
     ),
-    "expected at least 64 pixels, found 10": lambda _: animation_images(rest(3), 10),
     "picture: expected a motion of at least 1 frame, found 0. Choose a longer interval.": (
         lambda _: stick.view_motion(rest(0))
     ),
