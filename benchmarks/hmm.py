@@ -24,6 +24,7 @@ from hmmlearn.hmm import GaussianHMM
 
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
 from motiondb.symbols import hmm
+from motiondb.symbols.network import segment_by_symbols
 from motiondb.symbols.space import divergence
 
 
@@ -50,7 +51,11 @@ def make_workload(n_segments: int, n_symbols: int, n_states: int, n_dims: int) -
     )
     assignment = np.arange(n_segments) % n_symbols
     lengths = rng.integers(15, 46, n_segments)
-    parts = [hmm.sample(truth, int(s), rng, length=int(n))[0] for s, n in zip(assignment, lengths)]
+    states = [np.arange(n) * n_states // n for n in lengths]
+    parts = [
+        rng.normal(truth.means[s, part], np.sqrt(truth.covars[s, part]))
+        for s, part in zip(assignment, states)
+    ]
     ends = np.cumsum(lengths)
     starts, frames = ends - lengths, np.concatenate(parts)
     first = hmm.initialise(frames, starts, ends, assignment, truth.n_states, np.full(n_dims, 0.01))
@@ -166,16 +171,14 @@ def measure(arguments: argparse.Namespace) -> dict[str, dict[str, float]]:
         variance_floor=1e-9,
     )[0]
     cut.self_loops[:, -1] = 0.8
-    hmm.segment_by_symbols(cut, long_take[:50], switch_cost=20.0, minimum_duration=8)
+    segment_by_symbols(cut, long_take[:50], switch_cost=20.0, minimum_duration=8)
     return {
         "score": compare_scores(load, arguments.share, arguments.repeats),
         "fit": compare_fits(load, arguments.repeats),
         "segment_by_symbols": {
             "frames": len(long_take),
             "motiondb_s": timed(
-                lambda: hmm.segment_by_symbols(
-                    cut, long_take, switch_cost=20.0, minimum_duration=8
-                ),
+                lambda: segment_by_symbols(cut, long_take, switch_cost=20.0, minimum_duration=8),
                 arguments.repeats,
             ),
         },

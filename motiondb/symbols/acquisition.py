@@ -32,6 +32,7 @@ from motiondb.errors import MotionDBError
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
 from motiondb.symbols import hmm
 from motiondb.symbols.hmm_jobs import CUT_SECONDS
+from motiondb.symbols.network import segment_by_symbols
 from motiondb.symbols.settings import AcquisitionSettings, RecutSettings
 from motiondb.workers import HERE, Workers, runs
 
@@ -66,12 +67,7 @@ def acquire(
     progress: Progress | None = None,
     workers: Workers = HERE,
 ) -> Acquired:
-    """Learn motion symbols from segments that tile the captures.
-
-    Shapes: `frames` (frames, dimensions); `bounds` (captures + 1,); `starts`, `ends` (segments,).
-
-    `progress`: Called with the name of the step and the share of it that is done, 0 to 1.
-    """
+    """Learn symbols from segments that tile captures; `progress`: step, and share done."""
     settings = settings or AcquisitionSettings()
     tell = progress or (lambda _what, _share: None)
     descriptors = describe_segments(frames, starts, ends)
@@ -200,11 +196,7 @@ def _kill(arena: _Arena, state: _State) -> MotionSymbols | None:
 
 
 def _thin(arena: _Arena, state: _State) -> MotionSymbols | None:
-    """Remove the least useful twentieth of the symbols and refit the others.
-
-    Where two symbols share the segments of one movement, each seems useful, because neither is
-    fitted to the segments of the other. A twentieth was chosen by hand.
-    """
+    """Remove the least useful twentieth (by hand): two symbols of one movement seem useful."""
     price = prices(state.symbols, len(arena.frames))
     least = max(1, state.symbols.n_symbols // 20)
     left = _without(state, deaths(state.scores, price, least)[0])
@@ -221,10 +213,7 @@ def _without(state: _State, dead: IntArray) -> MotionSymbols | None:
 
 
 def _create(arena: _Arena, state: _State) -> MotionSymbols | None:
-    """New symbols for the tenth of the segments of least likelihood per frame.
-
-    One symbol for every six of these segments at most; both shares were chosen by hand.
-    """
+    """One new symbol for six of the segments of least likelihood (a tenth); by hand."""
     room = arena.settings.max_symbols - state.symbols.n_symbols
     per_frame = state.scores.max(axis=1) / (arena.ends - arena.starts)
     worst = np.flatnonzero(per_frame < np.quantile(per_frame, 0.1))
@@ -253,10 +242,7 @@ def recut(
     settings: RecutSettings,
     workers: Workers = HERE,
 ) -> Cutting:
-    """Segment every capture by the symbols: the path of largest likelihood less switch costs.
-
-    Shapes: `frames` (frames, dimensions); `bounds` (captures + 1,).
-    """
+    """Segment every capture by the symbols: the path of largest likelihood less switch costs."""
     work = int(bounds[-1] - bounds[0]) * symbols.means.size
     pieces = runs(list(pairwise(bounds.tolist())), workers.n_pieces(CUT_SECONDS * work))
     cost, shortest = settings.switch_cost, settings.shortest
@@ -274,13 +260,10 @@ def _cut_captures(
     switch_cost: float,
     shortest: int,
 ) -> IntArray:
-    """First frame, one past the last, and symbol of every segment of some captures: array (3, n).
-
-    `captures`: Their first frames, and one past their last.
-    """
+    """Start, end and symbol of every segment of captures (first, end): array (3, n)."""
     parts = [_NO_PATH]
     for low, high in captures:
-        path = hmm.segment_by_symbols(
+        path = segment_by_symbols(
             symbols, frames[low:high], switch_cost=switch_cost, minimum_duration=shortest
         )
         moved = [(low + a, low + b, s) for a, b, s in path]
@@ -368,10 +351,7 @@ def deaths(
 
 
 def describe_segments(frames: Float32Array, starts: IntArray, ends: IntArray) -> FloatArray:
-    """Mean features of every third of a segment: array (segments, 3 * dimensions).
-
-    Shapes: `frames` (frames, dimensions); `starts`, `ends` (segments,).
-    """
+    """Mean features of every third of a segment: array (segments, 3 * dimensions)."""
     sums = np.concatenate([np.zeros((1, frames.shape[1])), np.cumsum(frames, axis=0, dtype=float)])
     parts = []
     for third in range(3):
@@ -383,10 +363,7 @@ def describe_segments(frames: Float32Array, starts: IntArray, ends: IntArray) ->
 
 
 def seed_groups(descriptors: FloatArray, n_groups: int, rng: np.random.Generator) -> IntArray:
-    """First groups by k-means (k-means++ start): array (segments,), no group empty.
-
-    Shapes: `descriptors` (segments, values).
-    """
+    """First groups of descriptors by k-means: array (segments,), no group empty."""
     from sklearn.cluster import KMeans
     from threadpoolctl import threadpool_limits
 
@@ -401,9 +378,7 @@ def seed_groups(descriptors: FloatArray, n_groups: int, rng: np.random.Generator
 
 
 def n_distinct(descriptors: FloatArray) -> int:
-    """Number of descriptors that differ by more than rounding errors.
-
-    Shapes: `descriptors` (segments, values).
+    """Number of descriptors (segments, values) that differ by more than rounding errors.
 
     >>> n_distinct(np.array([[1.0, 2.0], [1.0, 2.0 + 1e-9], [1.0, 3.0]]))
     2

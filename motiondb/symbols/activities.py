@@ -40,7 +40,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from motiondb.errors import MotionDBError
 from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.symbols.segmentation import context
 
@@ -54,12 +53,7 @@ def surprise(
     n_parts: int,
     floor: float,
 ) -> FloatArray:
-    """Negative log-likelihood of every frame under a mixture fitted to some: array (frames,), nats.
-
-    Shapes: `values` (frames, dimensions); `inside` (frames,).
-
-    `floor`: Share of the take's variance that is added to the variance of every component.
-    """
+    """-log density (frames,), nats, under a mixture of some frames with a floor of variance."""
     fitted = np.ascontiguousarray(values[inside])
     centres = fitted[far_apart(fitted, min(n_parts, len(fitted)), rng)]
     least = floor * values.var(axis=0) + 1e-9
@@ -67,10 +61,7 @@ def surprise(
 
 
 def far_apart(values: FloatArray, n: int, rng: np.random.Generator) -> list[int]:
-    """Numbers of n frames that are far from one another, drawn as k-means++ does.
-
-    Shapes: `values` (frames, dimensions).
-    """
+    """Numbers of n frames that are far from one another, drawn as k-means++ does."""
     chosen = [int(rng.integers(len(values)))]
     distance = np.sum((values - values[chosen[0]]) ** 2, axis=1)
     while len(chosen) < n:
@@ -185,11 +176,6 @@ def find_activities(
 ) -> list[tuple[int, int, int]]:
     """Group one capture into activities; `features` (frames, 130)."""
     settings = settings or ActivitySettings()
-    if n_activities is not None and n_activities < 1:
-        raise MotionDBError(
-            f"activities: expected a number of at least 1, found {n_activities}. "
-            "Ask for more, or leave the number to motiondb."
-        )
     n_frames = len(features)
     if n_frames == 0:
         return []
@@ -210,12 +196,7 @@ def find_activities(
 
 
 def view(features: FloatArray, window: int, spread_weight: float, n_axes: int) -> FloatArray:
-    """Context of every frame on the take's principal axes: array (frames, at most n_axes).
-
-    The result is centred and scaled so that the mean squared distance from the mean is 1.
-
-    Shapes: `features` (frames, columns).
-    """
+    """Context of every frame on principal axes (frames, n_axes), with a mean square of 1."""
     values = context(features - features.mean(axis=0), window)
     values[:, features.shape[1] :] *= spread_weight
     values -= values.mean(axis=0)
@@ -338,11 +319,7 @@ def _segmental_kmeans(
 
 @njit(cache=True)
 def _best_runs(costs: FloatArray, switch: float, shortest: int) -> tuple[IntArray, float]:
-    """Labels of least total cost with runs of at least ``shortest`` frames, and that cost.
-
-    ``costs`` is an array (frames, labels) of at least ``shortest`` frames. Every run after the
-    first costs ``switch``.
-    """
+    """Labels of least cost (frames, labels) in runs of at least ``shortest``, and that cost."""
     n_frames, n_labels = costs.shape
     sums = np.zeros((n_frames + 1, n_labels))
     for t in range(n_frames):

@@ -40,11 +40,7 @@ class FeatureSpace:
 def fit_feature_space(
     captures: Sequence[Float32Array], n_dimensions: int = N_DIMENSIONS
 ) -> FeatureSpace:
-    """Whitened principal axes of all frames of all captures, largest first, signs fixed.
-
-    Every frame has the same weight, but a capture counts as 60 seconds at most, so that one very
-    long take does not determine the axes.
-    """
+    """Whitened principal axes, largest first; a capture counts as 60 seconds at most."""
     weights = [min(len(c), _MOST_FRAMES) / max(len(c), 1) for c in captures]
     total = sum(w * len(c) for w, c in zip(weights, captures))
     if total < 2:

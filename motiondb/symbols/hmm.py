@@ -1,4 +1,4 @@
-"""Left-to-right Gaussian HMMs, all symbols at once: score, fit, align, sample.
+"""Left-to-right Gaussian HMMs, all symbols at once: score, fit, align.
 
 A symbol starts in state 0. It stays in state k with probability a_k and moves to state k + 1 with
 probability 1 - a_k; from the last state that move leaves the symbol. There are no other moves. A
@@ -36,7 +36,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from motiondb.errors import MotionDBError
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
 from motiondb.symbols import hmm_kernels as kernels
 from motiondb.symbols.hmm_jobs import (
@@ -48,7 +47,6 @@ from motiondb.symbols.hmm_jobs import (
     shares,
 )
 from motiondb.symbols.hmm_kernels import check_symbols, log_density_blocks, log_symbols
-from motiondb.symbols.network import segment_by_symbols
 from motiondb.workers import HERE, Workers, runs
 
 SELF_LOOP_BOUNDS = (0.01, 0.999)
@@ -63,14 +61,7 @@ def initialise(
     n_states: IntArray,
     variance_floor: ArrayLike,
 ) -> MotionSymbols:
-    """First symbols: every segment is cut into equal parts, one a state.
-
-    A segment of fewer frames than states fills the first states with one frame each. A state
-    without frames takes the mean and variance of its symbol's frames, or of all frames.
-
-    Shapes: `frames` (frames, dimensions); `starts`, `ends`, `assignment` (segments,); `n_states`
-    (symbols,); `variance_floor` (dimensions,) or float.
-    """
+    """First symbols: segments cut into equal parts, one a state; unvisited ones take the mean."""
     n_states = np.asarray(n_states, dtype=np.int64)
     n_symbols, n_padded = len(n_states), int(n_states.max())
     floor = np.broadcast_to(np.asarray(variance_floor, dtype=np.float64), (frames.shape[1],))
@@ -241,18 +232,6 @@ def _flatten(starts: IntArray, ends: IntArray) -> tuple[IntArray, IntArray]:
     return np.arange(len(number)) - before[number] + starts[number], number
 
 
-__all__ = [
-    "SELF_LOOP_BOUNDS",
-    "fit",
-    "initialise",
-    "sample",
-    "score",
-    "segment_by_symbols",
-    "viterbi",
-    "viterbi_all",
-]
-
-
 def score(
     symbols: MotionSymbols,
     frames: FloatArray | Float32Array,
@@ -262,12 +241,7 @@ def score(
     exit: bool = False,
     workers: Workers = HERE,
 ) -> Float32Array:
-    """Log-likelihood of every segment under every symbol.
-
-    Shapes: `frames` (frames, dimensions); `starts`, `ends` (segments,); result (segments, symbols).
-
-    `exit`: Whether the path must leave the symbol at the segment's end (see the module).
-    """
+    """Log-likelihood of every segment under every symbol: (segments, symbols)."""
     check_symbols(symbols)
     frames, starts, ends = check_segments(symbols, frames, starts, ends)
     scores = np.empty((len(starts), symbols.n_symbols), dtype=np.float32)
@@ -300,89 +274,13 @@ def _score_blocks(
 def viterbi(
     symbols: MotionSymbols, s: int, frames: FloatArray | Float32Array, *, exit: bool = False
 ) -> IntArray:
-    """Most probable state of every frame of one segment under symbol s: array (frames,).
-
-    Shapes: `frames` (frames, dimensions).
+    """Most probable state of every frame (frames, dimensions) of a segment under symbol s.
 
     `exit`: Whether the path must end in the last state. A segment of fewer frames than states
     cannot, and then may end anywhere.
     """
-    return viterbi_all(symbols, frames, *_one_segment(s, frames), exit=exit)
-
-
-def viterbi_all(
-    symbols: MotionSymbols,
-    frames: FloatArray | Float32Array,
-    starts: IntArray,
-    ends: IntArray,
-    assignment: IntArray,
-    *,
-    exit: bool = False,
-) -> IntArray:
-    """Most probable states of segments, each under its symbol.
-
-    Shapes: `frames` (frames, dimensions); `starts`, `ends`, `assignment` (segments,); result (sum
-    of the segments' lengths,).
-    """
     check_symbols(symbols)
-    frames, starts, ends = check_segments(symbols, frames, starts, ends)
-    frames = np.ascontiguousarray(frames, dtype=np.float64)
-    segments = check_assignment(symbols, starts, ends, assignment)
-    prepared = log_symbols(symbols)
-    offsets = np.cumsum(ends - starts)
-    states = np.empty(int(offsets[-1]) if len(offsets) else 0, dtype=np.int64)
-    for start, end, s, place in segments:
-        path = kernels.best_path(frames[start:end], prepared, s, exit)
-        states[offsets[place] - len(path) : offsets[place]] = path
-    return states
-
-
-def sample(
-    symbols: MotionSymbols, s: int, rng: np.random.Generator, *, length: int | None = None
-) -> tuple[FloatArray, IntArray]:
-    """Sample one passage through symbol s, from the first state out of the last.
-
-    Shapes: result (frames, dimensions).
-
-    `length`: Number of frames; the states are then drawn from their distribution given that the
-    symbol is left after so many frames. None: the duration of every state is geometric.
-    """
-    n_states = int(symbols.n_states[s])
-    loops = symbols.self_loops[s, :n_states]
-    if length is None:
-        if loops.max() >= 1.0:
-            raise MotionDBError(
-                f"symbol {s}: expected self-loops below 1, found 1. Give the length to sample."
-            )
-        states = np.repeat(np.arange(n_states), rng.geometric(1.0 - loops))
-    else:
-        states = _states_of_length(loops, s, length, rng)
-    noise = rng.standard_normal((len(states), symbols.means.shape[2]))
-    return symbols.means[s, states] + noise * np.sqrt(symbols.covars[s, states]), states
-
-
-def _states_of_length(loops: FloatArray, s: int, length: int, rng: np.random.Generator) -> IntArray:
-    """States of a passage of exactly ``length`` frames, drawn from their posterior."""
-    n_states = len(loops)
-    if length < n_states:
-        raise MotionDBError(
-            f"symbol {s}: expected a length of at least {n_states} frames (its states), found "
-            f"{length}. Ask for more frames."
-        )
-    loops = np.clip(loops, 1e-6, 1 - 1e-6)
-    log_beta = np.full((length, n_states), kernels.NEVER)
-    log_beta[-1, -1] = 0.0
-    for t in range(length - 2, -1, -1):
-        on = np.append(np.log1p(-loops[:-1]) + log_beta[t + 1, 1:], kernels.NEVER)
-        log_beta[t] = np.logaddexp(np.log(loops) + log_beta[t + 1], on)
-    states = np.zeros(length, dtype=np.int64)
-    uniform = rng.random(length)
-    for t in range(1, length):
-        k = states[t - 1]
-        log_stay = np.log(loops[k]) + log_beta[t, k] - log_beta[t - 1, k]
-        states[t] = k + int(k + 1 < n_states and uniform[t] >= np.exp(log_stay))
-    return states
-
-
-def _one_segment(s: int, frames: FloatArray | Float32Array) -> tuple[IntArray, IntArray, IntArray]:
-    return np.array([0]), np.array([len(frames)]), np.array([s])
+    check_segments(symbols, frames, [0], [len(frames)])
+    return kernels.best_path(
+        np.ascontiguousarray(frames, dtype=np.float64), log_symbols(symbols), s, exit
+    )

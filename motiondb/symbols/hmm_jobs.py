@@ -27,10 +27,7 @@ in cutting by the symbols. Measured on real captures; they decide only how work 
 def check_segments(
     symbols: MotionSymbols, frames: FloatArray | Float32Array, starts: ArrayLike, ends: ArrayLike
 ) -> tuple[FloatArray | Float32Array, IntArray, IntArray]:
-    """Refuse frames of another dimension and segments that are empty or leave the frames.
-
-    Shapes: `frames` (frames, dimensions); `starts`, `ends` (segments,).
-    """
+    """Refuse frames of another dimension, and segments that are empty or leave the frames."""
     n_dims = symbols.means.shape[2]
     starts, ends = np.asarray(starts, dtype=np.int64), np.asarray(ends, dtype=np.int64)
     if frames.ndim != 2 or frames.shape[1] != n_dims:
@@ -52,10 +49,7 @@ def check_segments(
 def check_assignment(
     symbols: MotionSymbols, starts: IntArray, ends: IntArray, assignment: ArrayLike
 ) -> IntArray:
-    """Put segments with their symbols into one array, sorted by symbol.
-
-    Shapes: `starts`, `ends`, `assignment` (segments,).
-    """
+    """Put segments with their symbols into one array, sorted by symbol."""
     symbol = np.asarray(assignment, dtype=np.int64)
     if len(symbol) != len(starts):
         raise MotionDBError(
@@ -91,8 +85,6 @@ def frame_blocks(starts: IntArray, ends: IntArray) -> Iterator[tuple[int, int, I
 
 def shares(work: IntArray, groups: IntArray, n_shares: int) -> list[slice]:
     """Divide jobs, sorted by group, into runs of about equal work without splitting a group.
-
-    Shapes: `work`, `groups` (jobs,).
 
     >>> shares(np.array([9, 9, 9]), np.array([0, 0, 1]), 8)
     [slice(0, 2, None), slice(2, 3, None)]

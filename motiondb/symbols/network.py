@@ -18,7 +18,6 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from motiondb.errors import MotionDBError
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
 from motiondb.symbols.hmm_jobs import check_segments
 from motiondb.symbols.hmm_kernels import (
@@ -39,12 +38,9 @@ def segment_by_symbols(
     switch_cost: float = 0.0,
     minimum_duration: int = 1,
 ) -> list[tuple[int, int, int]]:
-    """Decode a capture into symbols, each passed from its first state out of its last.
-
-    Shapes: `frames` (frames, dimensions).
-    """
+    """Decode frames into symbols, each passed from its first state out of its last."""
     check_symbols(symbols)
-    _check(symbols, frames, minimum_duration)
+    check_segments(symbols, frames, [], [])
     n_frames = len(frames)
     if n_frames == 0:
         return []
@@ -59,10 +55,7 @@ def _pass_tokens(
     switch_cost: float,
     minimum_duration: int,
 ) -> tuple[IntArray, IntArray, int]:
-    """Entry frame of every token that leaves, the symbol that the next follows, the last symbol.
-
-    Shapes: result (frames, symbols), (frames,).
-    """
+    """Entry frame of each leaving token, symbol before the next (frames,), last symbol."""
     n_symbols, n_padded = symbols.self_loops.shape
     n_frames = len(frames)
     n_ages = max(1, minimum_duration if minimum_duration > symbols.n_states.min() else 1)
@@ -120,10 +113,7 @@ def _advance_symbol(
     state: tuple[FloatArray, IntArray],
     entrant: tuple[int, float],
 ) -> None:
-    """One frame of one symbol: every token stays or moves on, and a new one enters.
-
-    The last age represents all ages from ``minimum_duration`` on; ``begun`` is its entry frame.
-    """
+    """One frame of one symbol; the last age stands for all from ``minimum_duration`` on."""
     tokens, begun = state
     t, entry = entrant
     old = tokens.shape[1] - 1
@@ -168,15 +158,3 @@ def _best_free_end(symbols: MotionSymbols, frames: FloatArray | Float32Array) ->
     values = np.ascontiguousarray(frames, dtype=np.float64)
     totals = [posteriors(values, prepared, s, False)[3] for s in range(symbols.n_symbols)]
     return int(np.argmax(totals))
-
-
-def _check(
-    symbols: MotionSymbols,
-    frames: FloatArray | Float32Array,
-    minimum_duration: int,
-) -> None:
-    check_segments(symbols, frames, [], [])
-    if minimum_duration < 1:
-        raise MotionDBError(
-            f"minimum_duration: expected at least 1 frame, found {minimum_duration}. Ask for more."
-        )

@@ -26,10 +26,7 @@ from motiondb.symbols.settings import SegmentationSettings
 
 
 def context(features: FloatArray, window: int) -> FloatArray:
-    """Mean and standard deviation of the features in a centred window, shorter at the ends.
-
-    Shapes: `features` (frames, dimensions); result (frames, 2 * dimensions).
-    """
+    """Mean and deviation in a centred window: array (frames, 2 * dimensions)."""
     n_frames, n_dims = features.shape
     low = np.maximum(np.arange(n_frames) - window // 2, 0)
     high = np.minimum(np.arange(n_frames) + window // 2 + 1, n_frames)
@@ -44,10 +41,7 @@ def context(features: FloatArray, window: int) -> FloatArray:
 
 
 def pose_speed(features: FloatArray) -> FloatArray:
-    """Speed of the features relative to the capture's mean speed: array (frames,).
-
-    Shapes: `features` (frames, dimensions).
-    """
+    """Speed of the features relative to the capture's mean speed: array (frames,)."""
     if len(features) < 2:
         return np.zeros(len(features))
     speed = np.linalg.norm(np.gradient(features, axis=0), axis=1)
@@ -74,13 +68,7 @@ def segment(features: FloatArray, settings: SegmentationSettings | None = None) 
 def optimal_cuts(
     values: FloatArray, cut_costs: FloatArray, shortest: int, longest: int
 ) -> IntArray:
-    """Boundaries 0 = c_0 < ... < c_n = T of least total cost (see the module).
-
-    Shapes: `values` (frames, dimensions); `cut_costs` (frames,).
-
-    `longest`: Largest length of a segment. It is raised to ``2 * shortest - 1``, so that every
-    number of frames from ``shortest`` on can be tiled.
-    """
+    """Boundaries of least cost; ``longest`` is at least 2 ``shortest`` - 1, so all is tiled."""
     sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])
     squares = np.concatenate([[0.0], np.cumsum(np.sum(values**2, axis=1))])
     return _cut(sums, squares, cut_costs, shortest, max(longest, 2 * shortest - 1))

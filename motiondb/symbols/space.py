@@ -39,12 +39,10 @@ prints it with one sequence; Borg and Groenen, Modern Multidimensional Scaling, 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from motiondb.errors import MotionDBError
 from motiondb.records import FloatArray, IntArray, MotionSymbols, SymbolSpace
 from motiondb.symbols import hmm
 
@@ -83,18 +81,7 @@ def divergence(
     n_sequences: int = N_SEQUENCES,
     n_frames: int | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Distances between all pairs of symbols.
-
-    Shapes: result (symbols, symbols).
-
-    `n_frames`: T; None: the mean expected duration of the symbols, at most 60, and at least as many
-    frames as the longest symbol has states.
-    """
-    if n_sequences < 2:
-        raise MotionDBError(
-            f"divergence: expected at least 2 sequences a symbol, found {n_sequences}. "
-            "One sequence has no variance: sample more."
-        )
+    """Distances and variances (symbols, symbols); T is the typical duration if not given."""
     waiting = _waiting_at_the_end(symbols)
     n_frames = n_frames or typical_duration(symbols)
     n_symbols, _, n_dims = symbols.means.shape
@@ -134,11 +121,7 @@ def typical_duration(symbols: MotionSymbols) -> int:
 def sample_together(
     symbols: MotionSymbols, chosen: IntArray, uniforms: FloatArray, normals: FloatArray
 ) -> FloatArray:
-    """Sequences of several symbols from the same random numbers.
-
-    Shapes: `chosen` (chosen,); `uniforms` (sequences, frames); `normals` (sequences, frames,
-    dimensions); result (chosen, sequences, frames, dimensions).
-    """
+    """Sequences (chosen, sequences, frames, dimensions) from the same random numbers."""
     rows = chosen[:, None]
     state = np.zeros((len(chosen), len(uniforms)), dtype=np.int64)
     frames = np.empty((len(chosen), *normals.shape))
@@ -165,27 +148,11 @@ class Clusters(NamedTuple):
     covars: FloatArray  # (clusters, dimensions, dimensions): covariances of the components
 
 
-def find_clusters(
-    coordinates: FloatArray, rng: np.random.Generator, *, n_clusters: int | None = None
-) -> Clusters:
-    """Cluster points by a Gaussian mixture.
-
-    Shapes: `coordinates` (points, dimensions).
-
-    `n_clusters`: Number of clusters. None: chosen by BIC, at most a third of the points and at most
-    20. Where points coincide or components stay empty, there are fewer clusters than given.
-    """
+def find_clusters(coordinates: FloatArray, rng: np.random.Generator) -> Clusters:
+    """Cluster points (points, dimensions) by the Gaussian mixture of lowest BIC."""
     n_points = len(coordinates)
-    if n_points == 0:
-        raise MotionDBError("clusters: expected at least one symbol, found none. Learn first.")
-    if n_clusters is not None and not 1 <= n_clusters <= n_points:
-        raise MotionDBError(
-            f"clusters: expected a number from 1 to {n_points} (the symbols), found {n_clusters}. "
-            "Ask for fewer clusters, or leave the number to motiondb."
-        )
     distinct = len(np.unique(coordinates.round(9), axis=0))
     most = min(max(1, n_points // _POINTS_A_CLUSTER), MAX_CLUSTERS, distinct)
-    sizes = range(1, most + 1) if n_clusters is None else [min(n_clusters, distinct)]
     floor = max(_RELATIVE_FLOOR * float(np.mean(np.var(coordinates, axis=0))), 1e-9)
     seed = int(rng.integers(2**31))
     if distinct == 1:
@@ -196,16 +163,16 @@ def find_clusters(
     from threadpoolctl import threadpool_limits
 
     with threadpool_limits(1):  # on matrices of this size a second thread costs more than it saves
-        families = [_best_of_shape(coordinates, sizes, shape, floor, seed) for shape in SHAPES]
+        families = [_best_of_shape(coordinates, most, shape, floor, seed) for shape in SHAPES]
     return _in_order(min(families, key=lambda pair: pair[0])[1], coordinates)
 
 
 def _best_of_shape(
-    coordinates: FloatArray, sizes: Iterable[int], shape: str, floor: float, seed: int
+    coordinates: FloatArray, most: int, shape: str, floor: float, seed: int
 ) -> tuple[float, GaussianMixture]:
     """Lowest BIC and its mixture; the search ends after a few sizes in a row without progress."""
     tried: list[tuple[float, GaussianMixture]] = []
-    for size in sizes:
+    for size in range(1, most + 1):
         mixture = _fit_mixture(coordinates, size, shape, floor, seed)
         bic = float(mixture.bic(coordinates))
         if size > 1 and 1 in np.bincount(mixture.predict(coordinates)):
@@ -262,11 +229,7 @@ def _full_covars(mixture: GaussianMixture) -> FloatArray:
 def scale(
     distances: FloatArray, *, n_dimensions: int | None = None
 ) -> tuple[FloatArray, FloatArray]:
-    """Coordinates of least stress found by SMACOF.
-
-    Shapes: `distances` (points, points); result (points, dimensions).
-    """
-    _check(distances)
+    """Coordinates (points, dimensions) of least stress found by SMACOF, and all stresses."""
     n_tried = max(1, min(len(distances) - 1, MAX_DIMENSIONS))
     n_tried = max(n_tried, n_dimensions or 1)
     start = classical_scaling(distances, n_tried)
@@ -284,9 +247,7 @@ def scale(
 
 
 def choose_dimensions(stress: FloatArray) -> int:
-    """Choose the number of dimensions by the rule of the module.
-
-    Shapes: `stress` (tried dimensions,).
+    """Choose the number of dimensions by stress (dimensions,) and the module's rule.
 
     >>> choose_dimensions(np.array([0.5, 0.2, 0.19, 0.18]))
     2
@@ -301,12 +262,7 @@ def choose_dimensions(stress: FloatArray) -> int:
 
 
 def classical_scaling(distances: FloatArray, n_dimensions: int) -> FloatArray:
-    """Principal coordinates: array (points, dimensions); exact for distances between points.
-
-    Axes without a positive eigenvalue get a small spread, so that the majorisation can use them.
-
-    Shapes: `distances` (points, points).
-    """
+    """Principal coordinates (points, dimensions); empty axes get a small spread for SMACOF."""
     n_points = len(distances)
     centring = np.eye(n_points) - 1.0 / n_points
     values, vectors = np.linalg.eigh(-0.5 * centring @ distances**2 @ centring)
@@ -319,12 +275,7 @@ def classical_scaling(distances: FloatArray, n_dimensions: int) -> FloatArray:
 def smacof(
     distances: FloatArray, start: FloatArray, *, n_iterations: int = 500, tolerance: float = 1e-6
 ) -> tuple[FloatArray, float]:
-    """Lower the stress by majorisation, from a start.
-
-    Shapes: `distances` (points, points); `start`, result (points, dimensions).
-
-    `tolerance`: The iteration ends where the stress falls by less than this share of itself.
-    """
+    """Lower the stress from a start, until it falls by less than a share of itself."""
     total = float(np.sum(distances**2))
     if total == 0.0:
         return np.zeros_like(start), 0.0
@@ -341,8 +292,6 @@ def smacof(
 
 def turn_to_axes(points: FloatArray) -> FloatArray:
     """Centre points, rotate them to their principal axes and fix the signs.
-
-    Shapes: `points` (points, dimensions).
 
     >>> turn_to_axes(np.array([[0.0, 1.0], [0.0, 4.0], [0.0, 1.0]])).round(3) + 0.0
     array([[-1.,  0.],
@@ -362,12 +311,3 @@ def _distances(points: FloatArray) -> FloatArray:
     between = np.sqrt(np.maximum(squares[:, None] + squares - 2 * points @ points.T, 0.0))
     np.fill_diagonal(between, 0.0)
     return between
-
-
-def _check(distances: FloatArray) -> None:
-    square = distances.ndim == 2 and distances.shape[0] == distances.shape[1] > 0
-    if not square or not np.all(np.isfinite(distances)) or not np.allclose(distances, distances.T):
-        raise MotionDBError(
-            "symbol space: expected finite, symmetric distances between at least one symbol, found "
-            f"shape {distances.shape} or values that are not. Compute the distances anew."
-        )

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import log
 
 import numpy as np
+from naive_hmm import passage
 
 from motiondb.records import Float32Array, IntArray, MotionSymbols
 from motiondb.symbols import hmm
@@ -47,7 +48,7 @@ def plant(
     )
     truth = rng.permutation(np.repeat(np.arange(n_symbols), n_each))
     lengths = rng.integers(9, 18, len(truth))
-    parts = [hmm.sample(symbols, s, rng, length=int(n))[0] for s, n in zip(truth, lengths)]
+    parts = [passage(symbols, s, rng, int(n)) for s, n in zip(truth, lengths)]
     ends = np.cumsum(lengths)
     last = [group[-1] for group in np.array_split(np.arange(len(truth)), n_captures)]
     bounds = np.concatenate([[0], ends[last]])

@@ -26,6 +26,18 @@ def random_symbols(
     )
 
 
+def passage(
+    symbols: MotionSymbols, s: int, rng: np.random.Generator, length: int | None = None
+) -> FloatArray:
+    """Frames of a way through symbol s, of any length or drawn until it has the given one."""
+    n_states = int(symbols.n_states[s])
+    durations = rng.geometric(1.0 - symbols.self_loops[s, :n_states])
+    while length is not None and durations.sum() != length:
+        durations = rng.geometric(1.0 - symbols.self_loops[s, :n_states])
+    states = np.repeat(np.arange(n_states), durations)
+    return rng.normal(symbols.means[s, states], np.sqrt(symbols.covars[s, states]))
+
+
 def log_densities(symbols: MotionSymbols, s: int, frames: FloatArray) -> FloatArray:
     """log b_k(o_t): array (frames, states)."""
     states = range(symbols.n_states[s])

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.errors import MotionDBError
 from motiondb.symbols import activities
 
 
@@ -133,5 +132,3 @@ def test_a_capture_that_is_short_or_still_is_one_activity(n_frames: int) -> None
         features, np.random.default_rng(0), 5 if n_frames < 60 else None
     )
     assert actual == ([(0, n_frames, 0)] if n_frames else [])
-    with pytest.raises(MotionDBError, match=r"expected a number of at least 1, found 0\. Ask for"):
-        activities.find_activities(features, np.random.default_rng(0), 0)

@@ -16,6 +16,7 @@ from motiondb import workers
 from motiondb.errors import MotionDBError
 from motiondb.records import FloatArray, IntArray, MotionSymbols
 from motiondb.symbols import hmm, hmm_jobs, hmm_kernels, network
+from motiondb.symbols.network import segment_by_symbols
 
 TWO_COINS = MotionSymbols(
     np.array([2]),
@@ -88,42 +89,6 @@ def test_hopeless_and_narrow_symbols_keep_finite_scores() -> None:
     assert expected[1] < -1e4
 
 
-def test_viterbi_all_lays_segments_end_to_end() -> None:
-    rng = np.random.default_rng(4)
-    symbols = naive.random_symbols(rng, [3, 2], 2)
-    frames = rng.normal(0, 2, (30, 2))
-    starts, ends = np.array([20, 0, 5]), np.array([30, 5, 17])
-    states = hmm.viterbi_all(symbols, frames, starts, ends, np.array([1, 0, 1]))
-    parts = [hmm.viterbi(symbols, s, frames[a:b]) for a, b, s in zip(starts, ends, [1, 0, 1])]
-    np.testing.assert_array_equal(states, np.concatenate(parts))
-
-
-def test_sample_has_the_durations_and_the_gaussians_of_the_symbol() -> None:
-    rng = np.random.default_rng(5)
-    symbols = naive.random_symbols(rng, [3], 2)
-    draws = [hmm.sample(symbols, 0, rng) for _ in range(3000)]
-    for k in range(3):
-        stays = np.array([np.sum(states == k) for _, states in draws])
-        assert stays.min() == 1
-        assert stays.mean() == pytest.approx(1 / (1 - symbols.self_loops[0, k]), rel=0.06)
-        values = np.concatenate([frames[states == k] for frames, states in draws])
-        np.testing.assert_allclose(values.mean(axis=0), symbols.means[0, k], atol=0.1)
-        np.testing.assert_allclose(values.var(axis=0), symbols.covars[0, k], rtol=0.1)
-
-
-def test_sample_of_given_length_weighs_paths_by_their_probability() -> None:
-    rng = np.random.default_rng(6)
-    drawn = [tuple(hmm.sample(TWO_COINS, 0, rng, length=4)[1]) for _ in range(4000)]
-    # 0001: 1/2 1/2, 0011: 1/2 1/4, 0111: 1/4 1/4, over 7/16 in all.
-    for path, share in {(0, 0, 0, 1): 4 / 7, (0, 0, 1, 1): 2 / 7, (0, 1, 1, 1): 1 / 7}.items():
-        assert drawn.count(path) / 4000 == pytest.approx(share, abs=0.03)
-
-
-def test_the_same_seed_gives_the_same_sample() -> None:
-    first, second = (hmm.sample(TWO_COINS, 0, np.random.default_rng(7))[0] for _ in range(2))
-    np.testing.assert_array_equal(first, second)
-
-
 def value_of(
     symbols: MotionSymbols, frames: FloatArray, way: list[tuple[int, int, int]], cost: float
 ) -> float:
@@ -146,7 +111,7 @@ def test_best_of_all_segmentations(seed: int, n_frames: int, cost: float, shorte
     symbols = naive.random_symbols(rng, [2, 1, 3], 2)
     frames = rng.normal(0, 1.5, (n_frames, 2))
     shortest = min(shortest, n_frames)
-    way = hmm.segment_by_symbols(
+    way = segment_by_symbols(
         symbols,
         frames,
         switch_cost=cost,
@@ -163,9 +128,9 @@ def test_blocks_change_no_segmentation(monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(1)
     symbols = naive.random_symbols(rng, [3, 2, 4, 3], 3)
     frames = rng.normal(0, 2, (90, 3))
-    expected = hmm.segment_by_symbols(symbols, frames, switch_cost=3.0, minimum_duration=5)
+    expected = segment_by_symbols(symbols, frames, switch_cost=3.0, minimum_duration=5)
     monkeypatch.setattr(network, "BLOCK_VALUES", 100)
-    again = hmm.segment_by_symbols(symbols, frames, switch_cost=3.0, minimum_duration=5)
+    again = segment_by_symbols(symbols, frames, switch_cost=3.0, minimum_duration=5)
     assert again == expected
     assert len(expected) > 3
 
@@ -174,9 +139,9 @@ def test_samples_in_series_are_found_again() -> None:
     rng = np.random.default_rng(2)
     symbols = naive.random_symbols(rng, [4, 4, 4, 4], 6, spread=4.0)
     truth = [2, 0, 0, 3, 1, 2]
-    parts = [hmm.sample(symbols, s, rng)[0] for s in truth]
+    parts = [naive.passage(symbols, s, rng) for s in truth]
     ends = np.cumsum([len(part) for part in parts])
-    way = hmm.segment_by_symbols(symbols, np.concatenate(parts), switch_cost=5.0)
+    way = segment_by_symbols(symbols, np.concatenate(parts), switch_cost=5.0)
     assert [s for _, _, s in way] == truth
     assert [end for _, end, _ in way] == ends.tolist()
 
@@ -184,9 +149,9 @@ def test_samples_in_series_are_found_again() -> None:
 def test_too_short_for_any_symbol() -> None:
     symbols = naive.random_symbols(np.random.default_rng(3), [4, 3], 2)
     frames = symbols.means[1, :2]
-    assert hmm.segment_by_symbols(symbols, frames) == [(0, 2, 1)]
-    assert hmm.segment_by_symbols(symbols, symbols.means[0], minimum_duration=9) == [(0, 4, 0)]
-    assert hmm.segment_by_symbols(symbols, np.zeros((0, 2))) == []
+    assert segment_by_symbols(symbols, frames) == [(0, 2, 1)]
+    assert segment_by_symbols(symbols, symbols.means[0], minimum_duration=9) == [(0, 4, 0)]
+    assert segment_by_symbols(symbols, np.zeros((0, 2))) == []
 
 
 def scores_of(symbols: MotionSymbols, frames: FloatArray) -> FloatArray:
@@ -283,16 +248,10 @@ WRONG = {
         lambda: hmm.score(replace(TWO_COINS, self_loops=np.full((1, 2), 1.5)), *ALL)
     ),
     "assignment: expected symbols from 0 to 0, found 4. Number the symbols from 0.": (
-        lambda: hmm.viterbi(TWO_COINS, 4, FIVE)
+        lambda: hmm.fit(TWO_COINS, *ALL, np.array([4]), n_iterations=1, variance_floor=1)
     ),
     "assignment: expected a symbol for each of 1 segments, found 3. Give one number a segment.": (
         lambda: hmm.fit(TWO_COINS, *ALL, np.zeros(3), n_iterations=1, variance_floor=1)
-    ),
-    "symbol 0: expected a length of at least 2 frames (its states), found 1. Ask for more": (
-        lambda: hmm.sample(TWO_COINS, 0, np.random.default_rng(0), length=1)
-    ),
-    "minimum_duration: expected at least 1 frame, found 0. Ask for more.": (
-        lambda: hmm.segment_by_symbols(TWO_COINS, FIVE, minimum_duration=0)
     ),
 }
 

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motiondb.body import features, retarget
-from motiondb.files import read_capture
+from motiondb.files.formats import read_capture
 from motiondb.records import FloatArray, Segment
 from motiondb.symbols import segmentation
 from motiondb.symbols.feature_space import fit_feature_space

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,7 +10,6 @@ from scipy.optimize import minimize
 from scipy.spatial.distance import pdist, squareform
 from threadpoolctl import threadpool_limits
 
-from motiondb.errors import MotionDBError
 from motiondb.records import FloatArray, MotionSymbols
 from motiondb.symbols import hmm, space
 from motiondb.symbols.space import (
@@ -142,8 +139,6 @@ def test_bic_finds_the_number(n_blobs: int) -> None:
     np.testing.assert_allclose(actual.means, CENTRES[:n_blobs], atol=0.4)
     np.testing.assert_allclose(actual.weights, 1 / n_blobs, atol=0.01)
     assert actual.covars.shape == (n_blobs, 2, 2)
-    asked = find_clusters(points, np.random.default_rng(2), n_clusters=1)
-    assert len(asked.weights) == 1  # whatever BIC says
 
 
 SHAPES_TO_FIND = {
@@ -161,7 +156,7 @@ def test_bic_finds_the_shape_that_made_the_points(shape: str) -> None:
     parts = [rng.multivariate_normal([12.0 * n, 0.0], truth[n], 80) for n in range(2)]
     points = np.concatenate(parts)
     with threadpool_limits(1):
-        tried = [space._best_of_shape(points, range(1, 4), s, 0.01, 0) for s in space.SHAPES]
+        tried = [space._best_of_shape(points, 3, s, 0.01, 0) for s in space.SHAPES]
     assert space.SHAPES[int(np.argmin([bic for bic, _ in tried]))] == shape
     actual = find_clusters(points, np.random.default_rng(5))
     np.testing.assert_array_equal(actual.clusters, np.repeat([0, 1], 80))
@@ -278,33 +273,3 @@ def test_samples_wait_in_the_last_state_and_start_in_the_first() -> None:
     np.testing.assert_allclose(frames[0, :, 0], np.tile(still.means[1, 0], (6, 1)), atol=1e-4)
     np.testing.assert_allclose(frames[0, :, -1], np.tile(still.means[1, 2], (6, 1)), atol=1e-4)
     np.testing.assert_allclose(frames[1, :, -1], np.tile(still.means[0, 1], (6, 1)), atol=1e-4)
-
-
-@pytest.mark.parametrize(
-    ("text", "call"),
-    [
-        (
-            "symbol space: expected finite, symmetric distances between at least one symbol, found "
-            "shape (2, 2) or values that are not. Compute the distances anew.",
-            lambda _: scale(np.array([[0.0, 1.0], [2.0, 0.0]])),
-        ),
-        (
-            "clusters: expected a number from 1 to 3 (the symbols), found 4. Ask for fewer clusters"
-            ", or leave the number to motiondb.",
-            lambda rng: find_clusters(np.zeros((3, 2)), rng, n_clusters=4),
-        ),
-        (
-            "clusters: expected at least one symbol, found none. Learn first.",
-            lambda rng: find_clusters(np.zeros((0, 2)), rng),
-        ),
-        (
-            "divergence: expected at least 2 sequences a symbol, found 1. "
-            "One sequence has no variance: sample more.",
-            lambda rng: divergence(symbols_of(6, [1]), rng, n_sequences=1),
-        ),
-    ],
-)
-def test_error_texts(text: str, call: Callable[[np.random.Generator], object]) -> None:
-    with pytest.raises(MotionDBError) as caught:
-        call(np.random.default_rng(0))
-    assert str(caught.value) == text
