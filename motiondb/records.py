@@ -72,7 +72,7 @@ class Skeleton:
     # Joint, and x, y, z in metres in that joint's frame, of every end site
     end_sites: tuple[tuple[int, tuple[float, float, float]], ...] = ()
     # Per joint the names of its channels in file order, in BVH spelling ("Xposition", "Zrotation",
-    # ...); empty if a joint has none
+    # ...); empty where the file has none: a BVH file then gets rotations Z, Y, X for every joint
     channels: tuple[tuple[str, ...], ...] = ()
 
 

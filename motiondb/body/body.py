@@ -63,13 +63,9 @@ MIRROR: IntArray = np.array(
 def standard_skeleton(leg_length: float = LEG_LENGTH) -> Skeleton:
     """Return the canonical body as a :class:`Skeleton` that writers accept."""
     scale = leg_length / LEG_LENGTH
-    rotation_channels = ("Zrotation", "Yrotation", "Xrotation")
-    channels: list[tuple[str, ...]] = [("Xposition", "Yposition", "Zposition", *rotation_channels)]
-    channels += [rotation_channels] * (len(JOINTS) - 1)
     return Skeleton(
         names=JOINTS,
         parents=PARENTS,
         offsets=OFFSETS * scale,
         end_sites=tuple((j, (x * scale, y * scale, z * scale)) for j, (x, y, z) in END_SITES),
-        channels=tuple(channels),
     )

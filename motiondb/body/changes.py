@@ -27,11 +27,7 @@ _LIKE = 0.05  # Length of the difference of two bones, as a share, below which t
 
 
 def resampled(clip: Clip, fps: float, is_cycle: bool = False) -> Clip:
-    """Return a clip of the same duration at another rate.
-
-    Rotations are interpolated along the shortest arc, places linearly. Times after the last frame
-    hold it; in a cycle they lead to the first frame of the next one.
-    """
+    """A clip of the same duration at another rate; in a cycle the first frame follows the last."""
     if fps == clip.fps:
         return clip
     count = max(1, round(clip.n_frames / clip.fps * fps))
@@ -119,10 +115,7 @@ class Hips:
     joints: tuple[int, ...]  # Numbers of its joints in the whole
 
     def restored(self, changed: Clip) -> Clip:
-        """Put a changed clip back into the whole; what is above and beside holds its first frame.
-
-        It may have another number of frames.
-        """
+        """Put a clip back into the whole; what is above and beside holds its first frame."""
         whole, count = self.whole, changed.n_frames
         if len(self.joints) == len(whole.skeleton.names):
             return changed
@@ -156,7 +149,7 @@ def from_hips(clip: Clip, user_map: Mapping[str, str] | None = None) -> Hips:
     if hips == 0:
         return Hips(clip, clip, tuple(range(len(parents))))
     inside = {hips}
-    inside |= {j for j, _ in enumerate(parents) if is_below(parents, j, hips)}
+    inside |= {j for j, _ in enumerate(parents) if kinematics.is_below(parents, j, hips)}
     joints = sorted(inside)
     number = {joint: place for place, joint in enumerate(joints)}
     at, turned = kinematics.clip_positions(clip)
@@ -191,13 +184,6 @@ def hips_joint(skeleton: Skeleton, user_map: Mapping[str, str] | None = None) ->
     return next((j for j in chains[0] if all(j in chain for chain in chains[1:])), 0)
 
 
-def is_below(parents: IntArray, joint: int, above: int) -> bool:
-    """Say whether a joint hangs from another one."""
-    while joint >= 0 and joint != above:
-        joint = int(parents[joint])
-    return joint == above
-
-
 def part(clip: Clip, first: int, behind: int) -> Clip:
     """Return some frames of a clip."""
     chosen, moved = slice(first, behind), clip.joint_positions
@@ -210,13 +196,7 @@ def part(clip: Clip, first: int, behind: int) -> Clip:
 
 
 def in_place(clip: Clip, hips: FloatArray, is_cycle: bool = False) -> tuple[Clip, float]:
-    """Take the travel over the ground out of a clip; also return its length, metres.
-
-    The travel is the path averaged over about a step; what is left is the sway about it, at the
-    origin.
-
-    Shapes: `hips` (frames, 3): the way of the pelvis, y up.
-    """
+    """Take the averaged travel of hips (frames, 3) out of a clip; also its length, metres."""
     path = hips[:, [0, 2]]
     if is_cycle:  # the first frame follows the last
         steps = len(path) / max(len(path) - 1, 1)
@@ -243,11 +223,7 @@ def _averaged(path: FloatArray, frames: float) -> FloatArray:
 
 
 def mirrored(clip: Clip) -> Clip:
-    """Return the mirror image in the plane x = 0, with left and right exchanged.
-
-    Bones keep their lengths. The frame of a joint is the mirror image of its partner's, turned so
-    that the bones of both are.
-    """
+    """The mirror image in the plane x = 0, left and right exchanged; bones keep their lengths."""
     skeleton = clip.skeleton
     partners = mirror_joints(skeleton)
     _, world = kinematics.clip_positions(clip)
@@ -271,10 +247,7 @@ def mirrored(clip: Clip) -> Clip:
 
 
 def _rest_turns(clip: Clip, partners: IntArray) -> FloatArray:
-    """Return the turn of each joint's frame after which its bones mirror those of its partner.
-
-    None where they do so already, as in files whose frames are parallel at rest.
-    """
+    """Turn of each joint's frame after which its bones mirror its partner's; mostly none."""
     skeleton = clip.skeleton
     turns = np.tile(rotation.IDENTITY, (len(skeleton.names), 1))
     for joint in range(len(partners)):

@@ -37,13 +37,7 @@ SHORT_SECONDS = 0.1
 
 
 def clean(points: FloatArray, fps: float, leg_length: float) -> tuple[FloatArray, tuple[str, ...]]:
-    """Replace impossible frames.
-
-    Shapes: `points`, result (frames, joints, 3).
-
-    `leg_length`: Hip to ankle, metres; speeds are measured on a body with legs of the standard
-    length.
-    """
+    """Replace impossible frames of (frames, joints, 3); legs of ``leg_length``, metres."""
     bad = wild_frames(points, fps, leg_length)
     if not bad.any():
         return points, ()
@@ -65,10 +59,7 @@ def clean(points: FloatArray, fps: float, leg_length: float) -> tuple[FloatArray
 
 
 def implausible(points: FloatArray, fps: float, leg_length: float) -> str:
-    """Describe why a capture as a whole cannot be the motion of a person.
-
-    Shapes: `points` (frames, joints, 3).
-    """
+    """Why points (frames, joints, 3) as a whole cannot be the motion of a person, or ""."""
     if len(points) < 2:
         return ""
     _, speed, finite = _standard_speeds(points, fps, leg_length)
@@ -151,11 +142,7 @@ def _standard_speeds(
 def _goes_on(
     known: FloatArray, finite: NDArray[np.bool_], end: int, after: int, fps: float
 ) -> bool:
-    """Say whether frame ``after`` continues frame ``end`` - 1 over a spike or missing numbers.
-
-    A pose from before the take is at another place, and the ringing after it lasts longer than a
-    spike.
-    """
+    """Say whether frame ``after`` continues frame ``end`` - 1 over a spike or missing numbers."""
     if after - end >= max(3, round(SHORT_SECONDS * fps)) and finite[end:after].any():
         return False
     distance = float(np.linalg.norm(known[after] - known[end - 1], axis=-1).max())

@@ -102,10 +102,7 @@ def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 
 def velocity(values: FloatArray, fps: float) -> FloatArray:
-    """Compute central differences in time, one-sided at the ends.
-
-    Shapes: `values`, result (frames, ...).
-    """
+    """Central differences in time of values (frames, ...), one-sided at the ends."""
     if len(values) < 2:
         return np.zeros_like(values)
     return np.asarray(np.gradient(values, 1.0 / fps, axis=0))
@@ -118,12 +115,7 @@ def recognition_features(motion: Motion) -> Float32Array:
 
 
 def features_of_motions(motions: Sequence[Motion]) -> list[Float32Array]:
-    """Compute the features of many motions, as :func:`recognition_features` does of each.
-
-    Short motions are computed together, ``BLOCK`` frames at a time.
-
-    Shapes: result each (ceil(frames / 2), 130), float32.
-    """
+    """Features of many motions, each as :func:`recognition_features`, by blocks."""
     if not motions:
         return []
     block_of = np.cumsum([0, *(motion.n_frames for motion in motions)])[:-1] // BLOCK
@@ -143,10 +135,7 @@ def features_of_motions(motions: Sequence[Motion]) -> list[Float32Array]:
 def _features(
     local_rotations: Float32Array, root_positions: Float32Array, bounds: IntArray
 ) -> Float32Array:
-    """Features of motions that follow one another; motion n has the frames [bounds[n], [n + 1]).
-
-    Shapes: result (sum of ceil(frames / 2), 130), float32.
-    """
+    """Features (sum of ceil(frames / 2), 130), float32, of motions that follow one another."""
     positions, rotations = kinematics.forward(
         body.PARENTS,
         body.OFFSETS,

@@ -48,277 +48,67 @@ _SEPARATORS = re.compile(r"[\s_.\-]")
 _MAX_LISTED = 40  # Joints that a message lists: those of a body without fingers
 
 
-def _sided(centre: dict[str, str], sided: dict[str, str], swap: tuple[str, str]) -> Roles:
-    """Return the central roles with those of both sides."""
-    sides = {f"l_{role}": name.replace("*", swap[0]) for role, name in sided.items()}
-    sides |= {f"r_{role}": name.replace("*", swap[1]) for role, name in sided.items()}
-    return MappingProxyType(centre | sides)
+_CENTRE = ("spine", "chest", "neck", "head")
+_TABLE = """
+CMU ASF: l r
+    upperback thorax lowerneck head *femur *tibia *foot *toes *humerus *radius *wrist
+CMU BVH: left right
+    chest chest2 lowerneck head *hip *knee *ankle *toe *shoulder *elbow *wrist
+Xsens BVH: left right
+    chest chest3 neck head *hip *knee *ankle *toe *shoulder *elbow *wrist
+BVH hip-knee-ankle: left right
+    chest chest2 neck head *hip *knee *ankle *toe *shoulder *elbow *wrist
+Mixamo / MotionBuilder: left right
+    spine1 spine2 neck head *upleg *leg *foot *toebase *arm *forearm *hand
+MotionBuilder without toes and hands: left right
+    spine1 spine2 neck end:neck *upleg *leg *foot end:*foot *arm *forearm end:*forearm
+MotionBuilder with two spines: left right
+    spine spine1 neck head *upleg *leg *foot *toebase *arm *forearm *hand
+Poser: l r
+    abdomen chest neck head *thigh *shin *foot end:*foot *shldr *forearm *hand
+Character Creator: l r
+    waist spine02 necktwist01 head *thigh *calf *foot *toebase *upperarm *forearm *hand
+Bandai-Namco: l r
+    spine chest neck head upperleg* lowerleg* foot* toes* upperarm* lowerarm* hand*
+SMPL: l r
+    spine1 spine3 neck head *hip *knee *ankle *foot *shoulder *elbow *wrist
+DeepMimic: left right
+    chest - neck end:neck *hip *knee *ankle end:*ankle *shoulder *elbow end:*elbow
+3ds Max Biped: l r
+    spine1 spine2 neck head *thigh *calf *foot *toe0 *upperarm *forearm *hand
+Rigify: l r
+    spine001 spine003 spine004 spine006 thigh* shin* foot* toe* upperarm* forearm* hand*
+Blender: l r
+    spine chest neck head thigh* shin* foot* toe* upperarm* forearm* hand*
+Unreal: l r
+    spine01 spine03 neck01 head thigh* calf* foot* ball* upperarm* lowerarm* hand*
+Unity Humanoid: left right
+    spine chest neck head *upperleg *lowerleg *foot *toes *upperarm *lowerarm *hand
+Xsens: left right
+    l5 t12 neck head *upperleg *lowerleg *foot *toe *upperarm *forearm *hand
+Rokoko: left right
+    spine1 spine3 neck head *thigh *shin *foot *toe *arm *forearm *hand
+motiondb: l r
+    spine chest neck head *hip *knee *ankle *toe *shoulder *elbow *wrist
+"""
+"""Two lines a convention: its name, and how it names left and right; then its joints of the centre,
+leg and arm, `*` for the side, `-` for a joint that it lacks."""
 
 
-CONVENTIONS: Mapping[str, Roles] = MappingProxyType(
-    {
-        "CMU ASF": _sided(
-            {"spine": "upperback", "chest": "thorax", "neck": "lowerneck", "head": "head"},
-            {
-                "hip": "*femur",
-                "knee": "*tibia",
-                "ankle": "*foot",
-                "toe": "*toes",
-                "shoulder": "*humerus",
-                "elbow": "*radius",
-                "wrist": "*wrist",
-            },
-            ("l", "r"),
-        ),
-        "CMU BVH": _sided(
-            {"spine": "chest", "chest": "chest2", "neck": "lowerneck", "head": "head"},
-            {
-                "hip": "*hip",
-                "knee": "*knee",
-                "ankle": "*ankle",
-                "toe": "*toe",
-                "shoulder": "*shoulder",
-                "elbow": "*elbow",
-                "wrist": "*wrist",
-            },
-            ("left", "right"),
-        ),
-        "Xsens BVH": _sided(
-            {"spine": "chest", "chest": "chest3", "neck": "neck", "head": "head"},
-            {
-                "hip": "*hip",
-                "knee": "*knee",
-                "ankle": "*ankle",
-                "toe": "*toe",
-                "shoulder": "*shoulder",
-                "elbow": "*elbow",
-                "wrist": "*wrist",
-            },
-            ("left", "right"),
-        ),
-        "BVH hip-knee-ankle": _sided(
-            {"spine": "chest", "chest": "chest2", "neck": "neck", "head": "head"},
-            {
-                "hip": "*hip",
-                "knee": "*knee",
-                "ankle": "*ankle",
-                "toe": "*toe",
-                "shoulder": "*shoulder",
-                "elbow": "*elbow",
-                "wrist": "*wrist",
-            },
-            ("left", "right"),
-        ),
-        "Mixamo / MotionBuilder": _sided(
-            {"spine": "spine1", "chest": "spine2", "neck": "neck", "head": "head"},
-            {
-                "hip": "*upleg",
-                "knee": "*leg",
-                "ankle": "*foot",
-                "toe": "*toebase",
-                "shoulder": "*arm",
-                "elbow": "*forearm",
-                "wrist": "*hand",
-            },
-            ("left", "right"),
-        ),
-        "MotionBuilder without toes and hands": _sided(
-            {"spine": "spine1", "chest": "spine2", "neck": "neck", "head": "end:neck"},
-            {
-                "hip": "*upleg",
-                "knee": "*leg",
-                "ankle": "*foot",
-                "toe": "end:*foot",
-                "shoulder": "*arm",
-                "elbow": "*forearm",
-                "wrist": "end:*forearm",
-            },
-            ("left", "right"),
-        ),
-        "MotionBuilder with two spines": _sided(
-            {"spine": "spine", "chest": "spine1", "neck": "neck", "head": "head"},
-            {
-                "hip": "*upleg",
-                "knee": "*leg",
-                "ankle": "*foot",
-                "toe": "*toebase",
-                "shoulder": "*arm",
-                "elbow": "*forearm",
-                "wrist": "*hand",
-            },
-            ("left", "right"),
-        ),
-        "Poser": _sided(
-            {"spine": "abdomen", "chest": "chest", "neck": "neck", "head": "head"},
-            {
-                "hip": "*thigh",
-                "knee": "*shin",
-                "ankle": "*foot",
-                "toe": "end:*foot",
-                "shoulder": "*shldr",
-                "elbow": "*forearm",
-                "wrist": "*hand",
-            },
-            ("l", "r"),
-        ),
-        "Character Creator": _sided(
-            {"spine": "waist", "chest": "spine02", "neck": "necktwist01", "head": "head"},
-            {
-                "hip": "*thigh",
-                "knee": "*calf",
-                "ankle": "*foot",
-                "toe": "*toebase",
-                "shoulder": "*upperarm",
-                "elbow": "*forearm",
-                "wrist": "*hand",
-            },
-            ("l", "r"),
-        ),
-        "Bandai-Namco": _sided(
-            {"spine": "spine", "chest": "chest", "neck": "neck", "head": "head"},
-            {
-                "hip": "upperleg*",
-                "knee": "lowerleg*",
-                "ankle": "foot*",
-                "toe": "toes*",
-                "shoulder": "upperarm*",
-                "elbow": "lowerarm*",
-                "wrist": "hand*",
-            },
-            ("l", "r"),
-        ),
-        "SMPL": _sided(
-            {"spine": "spine1", "chest": "spine3", "neck": "neck", "head": "head"},
-            {
-                "hip": "*hip",
-                "knee": "*knee",
-                "ankle": "*ankle",
-                "toe": "*foot",
-                "shoulder": "*shoulder",
-                "elbow": "*elbow",
-                "wrist": "*wrist",
-            },
-            ("l", "r"),
-        ),
-        "DeepMimic": _sided(
-            {"spine": "chest", "neck": "neck", "head": "end:neck"},
-            {
-                "hip": "*hip",
-                "knee": "*knee",
-                "ankle": "*ankle",
-                "toe": "end:*ankle",
-                "shoulder": "*shoulder",
-                "elbow": "*elbow",
-                "wrist": "end:*elbow",
-            },
-            ("left", "right"),
-        ),
-        "3ds Max Biped": _sided(
-            {"spine": "spine1", "chest": "spine2", "neck": "neck", "head": "head"},
-            {
-                "hip": "*thigh",
-                "knee": "*calf",
-                "ankle": "*foot",
-                "toe": "*toe0",
-                "shoulder": "*upperarm",
-                "elbow": "*forearm",
-                "wrist": "*hand",
-            },
-            ("l", "r"),
-        ),
-        "Rigify": _sided(
-            {"spine": "spine001", "chest": "spine003", "neck": "spine004", "head": "spine006"},
-            {
-                "hip": "thigh*",
-                "knee": "shin*",
-                "ankle": "foot*",
-                "toe": "toe*",
-                "shoulder": "upperarm*",
-                "elbow": "forearm*",
-                "wrist": "hand*",
-            },
-            ("l", "r"),
-        ),
-        "Blender": _sided(
-            {"spine": "spine", "chest": "chest", "neck": "neck", "head": "head"},
-            {
-                "hip": "thigh*",
-                "knee": "shin*",
-                "ankle": "foot*",
-                "toe": "toe*",
-                "shoulder": "upperarm*",
-                "elbow": "forearm*",
-                "wrist": "hand*",
-            },
-            ("l", "r"),
-        ),
-        "Unreal": _sided(
-            {"spine": "spine01", "chest": "spine03", "neck": "neck01", "head": "head"},
-            {
-                "hip": "thigh*",
-                "knee": "calf*",
-                "ankle": "foot*",
-                "toe": "ball*",
-                "shoulder": "upperarm*",
-                "elbow": "lowerarm*",
-                "wrist": "hand*",
-            },
-            ("l", "r"),
-        ),
-        "Unity Humanoid": _sided(
-            {"spine": "spine", "chest": "chest", "neck": "neck", "head": "head"},
-            {
-                "hip": "*upperleg",
-                "knee": "*lowerleg",
-                "ankle": "*foot",
-                "toe": "*toes",
-                "shoulder": "*upperarm",
-                "elbow": "*lowerarm",
-                "wrist": "*hand",
-            },
-            ("left", "right"),
-        ),
-        "Xsens": _sided(
-            {"spine": "l5", "chest": "t12", "neck": "neck", "head": "head"},
-            {
-                "hip": "*upperleg",
-                "knee": "*lowerleg",
-                "ankle": "*foot",
-                "toe": "*toe",
-                "shoulder": "*upperarm",
-                "elbow": "*forearm",
-                "wrist": "*hand",
-            },
-            ("left", "right"),
-        ),
-        "Rokoko": _sided(
-            {"spine": "spine1", "chest": "spine3", "neck": "neck", "head": "head"},
-            {
-                "hip": "*thigh",
-                "knee": "*shin",
-                "ankle": "*foot",
-                "toe": "*toe",
-                "shoulder": "*arm",
-                "elbow": "*forearm",
-                "wrist": "*hand",
-            },
-            ("left", "right"),
-        ),
-        "motiondb": _sided(
-            {"spine": "spine", "chest": "chest", "neck": "neck", "head": "head"},
-            {
-                "hip": "*hip",
-                "knee": "*knee",
-                "ankle": "*ankle",
-                "toe": "*toe",
-                "shoulder": "*shoulder",
-                "elbow": "*elbow",
-                "wrist": "*wrist",
-            },
-            ("l", "r"),
-        ),
-    }
-)
+def _read_conventions(table: str) -> dict[str, Roles]:
+    conventions: dict[str, Roles] = {}
+    lines = table.strip().splitlines()
+    for head, row in zip(lines[::2], lines[1::2]):
+        name, _, sides = head.partition(": ")
+        joints = dict(zip((*_CENTRE, *LEG, *ARM), row.split()))
+        roles = {role: joints[role] for role in _CENTRE if joints[role] != "-"}
+        for side, spelt in zip("lr", sides.split()):
+            roles |= {f"{side}_{r}": joints[r].replace("*", spelt) for r in (*LEG, *ARM)}
+        conventions[name] = MappingProxyType(roles)
+    return conventions
+
+
+CONVENTIONS: Mapping[str, Roles] = MappingProxyType(_read_conventions(_TABLE))
 """Name of a convention -> role -> normalised joint name."""
 
 
@@ -338,11 +128,7 @@ _OTHER_SIDE = MappingProxyType(
 
 
 def mirror_joints(skeleton: Skeleton) -> IntArray:
-    """Return for every joint the number of its partner on the other side, its own without one.
-
-    Names are compared with left and right exchanged: ``LeftArm``, ``arm_l``, ``Bip01 L Arm``,
-    ``lfemur``.
-    """
+    """For every joint the number of its partner by name on the other side, else its own."""
     numbers: dict[str, int] = {}
     for number, name in enumerate(skeleton.names):
         numbers.setdefault(name, number)
@@ -378,11 +164,7 @@ def _on_other_side(name: str) -> list[str]:
 
 
 def joint_map(skeleton: Skeleton, user_map: Mapping[str, str] | None = None) -> dict[str, int]:
-    """Find the joint of every role in a skeleton.
-
-    `user_map`: Role -> joint name (or ``end:NAME``) for skeletons that no convention fits; its
-    entries override those of the convention.
-    """
+    """Find the joint of every role; `user_map` (role -> name or ``end:NAME``) goes before."""
     numbers: dict[str, int] = {}
     for number, name in enumerate(skeleton.names):
         numbers.setdefault(normalised(name), number)

@@ -15,6 +15,7 @@ from types import MappingProxyType
 
 from motiondb.body import body
 from motiondb.body.joint_names import ARM, LEG, REQUIRED, joint_map
+from motiondb.body.kinematics import is_below
 from motiondb.errors import SkeletonError
 from motiondb.records import IntArray, Skeleton
 
@@ -127,17 +128,10 @@ def _chain(
         joints = [joint for joint in chosen if joint >= 0]
         if len(set(joints)) < len(joints):
             continue
-        if any(not _hangs(parents, b, a) for a, b in pairwise(joints)):
+        if any(not is_below(parents, b, a) for a, b in pairwise(joints)):
             continue
         ranks = -sum(row.index(joint) for row, joint in zip(options, chosen) if joint >= 0)
         if (len(joints), ranks) > best_value:
             best_value = len(joints), ranks
             best = {part: joint for part, joint in zip(chain, chosen) if joint >= 0}
     return best
-
-
-def _hangs(parents: IntArray, joint: int, above: int) -> bool:
-    """Say whether a joint hangs from another one."""
-    while joint >= 0 and joint != above:
-        joint = int(parents[joint])
-    return joint == above

@@ -102,6 +102,26 @@ def _with_ancestors(parents: IntArray, joints: Sequence[int]) -> list[int]:
     return sorted(needed)
 
 
+def is_below(parents: IntArray, joint: int, above: int) -> bool:
+    """Say whether a joint hangs from another one."""
+    while joint >= 0 and joint != above:
+        joint = int(parents[joint])
+    return joint == above
+
+
+def to_local(
+    parents: IntArray, places: FloatArray, turns: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return rotations (frames, joints, 4) and places (frames, joints, 3) in parents' frames."""
+    local, offsets = turns.copy(), places.copy()
+    for joint, parent in enumerate(parents):
+        if parent >= 0:
+            back = rotation.conjugate(turns[:, parent])
+            local[:, joint] = rotation.multiply(back, turns[:, joint])
+            offsets[:, joint] = rotation.rotate(back, places[:, joint] - places[:, parent])
+    return local, offsets
+
+
 def _product(p: FloatArray, q: FloatArray, into: FloatArray) -> None:
     """Multiply as :func:`.rotation.multiply`, arrays (4, frames), and write into the third."""
     pw, px, py, pz = p
@@ -135,10 +155,7 @@ def clip_positions(
 def two_bone(
     hip: FloatArray, knee: FloatArray, ankle: FloatArray, target: FloatArray, ahead: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Compute rotations that bring the end of a two-bone chain to a target in its bend plane.
-
-    Shapes: `hip`, `knee`, `ankle`, `target`, `ahead` (frames, 3); result (frames, 4).
-    """
+    """Rotations (frames, 4) that bring the end of a two-bone chain to a target (frames, 3)."""
     upper_bone, lower_bone = knee - hip, ankle - knee
     a = np.linalg.norm(upper_bone, axis=-1)
     b = np.linalg.norm(lower_bone, axis=-1)

@@ -70,14 +70,7 @@ def from_path(
     heading: float = 0.0,
     leg_length: float = body.LEG_LENGTH,
 ) -> Motion:
-    """Compute the motion of a path and of rotations relative to the heading.
-
-    The inverse of :func:`to_path`.
-
-    Shapes: `path` (frames, 4); `local` (frames, 21, 4).
-
-    `start`: Position of the pelvis on the ground in the first frame, (x, z), metres.
-    """
+    """The motion of a path (frames, 4) and of rotations relative to the heading."""
     turns = heading + np.concatenate([[0.0], np.cumsum(path[:-1, 3]) / MOTION_FPS])
     planar = np.zeros((len(path), 3))
     planar[:, [0, 2]] = path[:, 1:3]
@@ -101,12 +94,7 @@ def from_vectors(
     heading: float = 0.0,
     leg_length: float = body.LEG_LENGTH,
 ) -> Motion:
-    """Compute the motion of vectors.
-
-    Shapes: `vectors` (frames, 52); `means` (21, 4).
-
-    `start`: Position of the pelvis on the ground in the first frame, (x, z), metres.
-    """
+    """The motion of vectors (frames, 52) about mean rotations (21, 4)."""
     local = np.tile(rotation.IDENTITY, (len(vectors), len(body.JOINTS), 1))
     turned = rotation.exp(vectors[:, 4:].reshape(len(vectors), -1, 3))
     local[:, TURNING] = rotation.multiply(means[TURNING], turned)

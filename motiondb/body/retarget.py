@@ -121,10 +121,7 @@ def mirror(motion: Motion) -> Motion:
 
 
 def resample(points: FloatArray, fps: float) -> FloatArray:
-    """Interpolate positions linearly in time to 30 frames a second, over the same duration.
-
-    Shapes: `points` (frames, joints, 3); result (new frames, joints, 3).
-    """
+    """Interpolate positions (frames, joints, 3) linearly to 30 frames a second."""
     n_frames = max(1, round(len(points) / fps * MOTION_FPS))
     times = np.arange(n_frames) * (fps / MOTION_FPS)
     below = np.minimum(times.astype(np.int64), len(points) - 1)
@@ -134,10 +131,7 @@ def resample(points: FloatArray, fps: float) -> FloatArray:
 
 
 def solve_rotations(points: FloatArray) -> FloatArray:
-    """Compute rotations that point the bones of the canonical body like those of ``points``.
-
-    Shapes: `points` (frames, 21, 3); result (frames, 21, 4).
-    """
+    """Rotations (frames, 21, 4) that point the canonical bones like points (frames, 21, 3)."""
     n_frames = len(points)
     local = np.tile(rotation.IDENTITY, (n_frames, len(body.JOINTS), 1))
     world = np.empty_like(local)
@@ -167,20 +161,14 @@ def solve_rotations(points: FloatArray) -> FloatArray:
 
 
 def ground_height(positions: FloatArray) -> float:
-    """Estimate the height of the ground under a motion from its feet.
-
-    Shapes: `positions` (frames, 21, 3).
-    """
+    """Estimate the height of the ground from the feet of positions (frames, 21, 3)."""
     toes = positions[:, [_I["l_toe"], _I["r_toe"]], 1] - _TOE_HEIGHT
     ankles = positions[:, [_I["l_ankle"], _I["r_ankle"]], 1] - body.ANKLE_HEIGHT
     return float(np.percentile(np.minimum(toes, ankles).min(axis=1), _GROUND_PERCENTILE))
 
 
 def _solve_arm(local: FloatArray, world: FloatArray, points: FloatArray, side: str) -> None:
-    """Set the rotations of collar, shoulder, elbow and wrist of a side.
-
-    The collar starts at its place below the neck on the canonical body.
-    """
+    """Rotations of a side's arm; its collar starts where the canonical body has it."""
     chest, neck = world[:, _I["chest"]], points[:, _I["neck"]]
     shoulder = points[:, _I[f"{side}_shoulder"]]
     offset = _COLLAR_FROM_NECK * np.array([1.0 if side == "l" else -1.0, 1.0, 1.0])
@@ -201,17 +189,7 @@ def _swing(
     bone: FloatArray | None,
     rest: FloatArray | None,
 ) -> None:
-    """Turn a joint as little as possible so that its bone points from ``rest`` to ``bone``.
-
-    local, world : array (frames, 21, 4)
-        Rotations so far; those of the joint are set.
-    joint : str
-        Name of the joint.
-    bone : array (frames, 3) or None
-        Direction of the bone, world frame; None: the joint keeps its rest rotation.
-    rest : array (3,) or None
-        Offset of the bone in the rest pose.
-    """
+    """Turn a joint's bone the least way from ``rest`` to ``bone`` (None: leave it at rest)."""
     number, parent = _I[joint], world[:, body.PARENTS[_I[joint]]]
     if bone is not None and rest is not None:
         direction = rotation.rotate(rotation.conjugate(parent), bone)
@@ -259,10 +237,7 @@ def legs_of(points: FloatArray) -> float:
 
 
 def clip_keypoints(clip: Clip, user_map: Mapping[str, str] | None = None) -> FloatArray:
-    """Compute the positions of the canonical joints of a clip; joints that it lacks are estimated.
-
-    Shapes: result (frames, 21, 3).
-    """
+    """Places (frames, 21, 3) of the canonical joints; those that a clip lacks are estimated."""
     return _keypoints(clip, joint_map(clip.skeleton, user_map))
 
 
@@ -300,11 +275,7 @@ def _measured(clip: Clip, roles: Mapping[str, int]) -> tuple[FloatArray, FloatAr
 
 
 def _end_offset(skeleton: Skeleton, end: int) -> FloatArray:
-    """Return the offset of an end site; one that turns away from its bone is laid along the bone.
-
-    Some converted files turn joint offsets but not end sites, so that hands and heads would point
-    in any direction. Feet are naturally at an angle; :func:`_toe` checks them.
-    """
+    """Offset of an end site; one that turns away from its bone (in converted files) follows it."""
     joint, site = skeleton.end_sites[end]
     offset = np.array(site)
     straight = skeleton.offsets[joint]

@@ -48,9 +48,7 @@ def conjugate(q: FloatArray) -> FloatArray:
 
 
 def relative(parent: FloatArray, world: FloatArray) -> FloatArray:
-    """Return the rotation that turns ``parent`` into ``world``, in the parent's frame.
-
-    With world rotations of a joint and its parent, this is the joint's local rotation.
+    """The rotation that turns ``parent`` into ``world``, in the parent's frame.
 
     >>> relative(from_euler([30.0], "Y"), from_euler([50.0], "Y")).round(6).tolist()
     [0.984808, 0.0, 0.173648, 0.0]
@@ -109,12 +107,7 @@ def log(q: FloatArray) -> FloatArray:
 
 
 def from_euler(angles: ArrayLike, order: str) -> FloatArray:
-    """Return the rotation of Euler angles.
-
-    R = R_order[0](angles[0]) R_order[1](angles[1]) ..., the BVH convention.
-
-    Shapes: `angles` (..., n); result (..., 4).
-    """
+    """Rotation (..., 4) of Euler angles (..., n), degrees: R_order[0] R_order[1] ..."""
     half = np.deg2rad(np.asarray(angles, dtype=float)) / 2.0
     cosine, sine = np.cos(half), np.sin(half)
     q = np.broadcast_to(IDENTITY, (*half.shape[:-1], 4))
@@ -127,12 +120,7 @@ def from_euler(angles: ArrayLike, order: str) -> FloatArray:
 
 
 def to_euler(q: FloatArray, order: str) -> FloatArray:
-    """Return Euler angles; the inverse of :func:`from_euler`.
-
-    At gimbal lock (middle angle +-90 degrees) the last angle is set to 0.
-
-    Shapes: `q` (..., 4); result (..., 3).
-    """
+    """Euler angles (..., 3), degrees; in gimbal lock the last angle is 0."""
     i, j, k = ("XYZ".index(axis) for axis in order.upper())
     sign = 1.0 if (j - i) % 3 == 1 else -1.0
     m = to_matrix(q)
@@ -162,10 +150,7 @@ def to_matrix(q: FloatArray) -> FloatArray:
 
 
 def from_matrix(m: FloatArray) -> FloatArray:
-    """Return the quaternions (..., 4) of rotation matrices (..., 3, 3).
-
-    Of four formulas, the one that divides by the largest component is used.
-    """
+    """Quaternions (..., 4) of matrices (..., 3, 3), by the largest of four components."""
     d = np.einsum("...ii->...i", m)
     trace = d.sum(-1)
     sums = np.stack(
@@ -197,10 +182,7 @@ def from_matrix(m: FloatArray) -> FloatArray:
 
 
 def between(u: FloatArray, v: FloatArray) -> FloatArray:
-    """Return the smallest rotation that turns direction u into direction v (both (..., 3)).
-
-    For opposite directions, it is half a turn about an axis orthogonal to u.
-    """
+    """The smallest rotation from u to v (..., 3); half a turn where they are opposite."""
     u, v = normalize(u), normalize(v)
     w = 1.0 + np.sum(u * v, axis=-1, keepdims=True)
     least = np.eye(3)[np.argmin(np.abs(u), axis=-1)]

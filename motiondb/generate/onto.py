@@ -108,7 +108,7 @@ def _read_rig(rig: Clip, user_map: Mapping[str, str] | None) -> _Rig:
     drivers[hips] = "pelvis"
     for side in "lr":
         above = int(skeleton.parents[own[f"{side}_shoulder"]])
-        if above not in drivers and not changes.is_below(skeleton.parents, own["neck"], above):
+        if above not in drivers and not kinematics.is_below(skeleton.parents, own["neck"], above):
             drivers[above] = f"{side}_collar"
     between = _between(skeleton, drivers, hips, own)
     return _Rig(skeleton, offsets, places, turns, points[0], canonical, own, hips, drivers, between)

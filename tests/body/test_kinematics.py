@@ -119,5 +119,3 @@ def test_the_standard_skeleton_scales_with_the_leg() -> None:
     skeleton = body.standard_skeleton(1.7)
     np.testing.assert_allclose(skeleton.offsets, 2 * body.OFFSETS)
     assert skeleton.end_sites[0] == (body.INDEX["head"], (0.0, 0.36, 0.0))
-    assert skeleton.channels[0][:3] == ("Xposition", "Yposition", "Zposition")
-    assert all(len(c) == 3 for c in skeleton.channels[1:])

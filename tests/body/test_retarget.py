@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from motiondb.body import body, kinematics, retarget, rotation
 from motiondb.errors import SkeletonError
-from motiondb.files import read_capture
+from motiondb.files.formats import read_capture
 from motiondb.records import MOTION_FPS, Clip, FloatArray, Motion, Skeleton
 
 MotionMaker = Callable[..., Motion]
