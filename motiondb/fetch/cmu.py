@@ -255,10 +255,7 @@ def caption_row(trial: Trial) -> str:
 
 
 def read_rows(sheet: Path) -> list[str]:
-    """The rows of a sheet, without its header; none when there is no sheet.
-
-    The user may have edited them: they are never changed, and captures without a row get one.
-    """
+    """The rows of a sheet, which the user may have edited; none when there is no sheet."""
     if not sheet.exists():
         return []
     try:

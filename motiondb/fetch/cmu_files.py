@@ -105,11 +105,7 @@ def _number(cell: str) -> int:
 
 
 def check_amc(data: bytes) -> str | None:
-    """Return the fault of the bytes of an AMC file, or None.
-
-    A whole file has a header and frames that are numbered one after the other. Its last frame has
-    the bones of the first, each with as many values, and ends with a line end.
-    """
+    """The fault of an AMC file, or None: frames are numbered, and the last is as the first."""
     fault = _wrong_kind(data, "an AMC file", (b"#", b":"))
     if fault:
         return fault
@@ -132,11 +128,7 @@ def check_amc(data: bytes) -> str | None:
 
 
 def check_asf(data: bytes) -> str | None:
-    """Return the fault of the bytes of an ASF file, or None.
-
-    A whole file has the sections root, bonedata and hierarchy, an ``end`` for every ``begin``, and
-    the ``end`` of the hierarchy last.
-    """
+    """The fault of an ASF file, or None: it has its sections, and an ``end`` for each ``begin``."""
     fault = _wrong_kind(data, "an ASF file", (b"#", b":"))
     if fault:
         return fault

@@ -6,8 +6,7 @@ final name. The next attempt asks for the missing bytes (``Range``, RFC 9110, se
 that sends the whole file again is believed.
 
 A server may send without end, or so slowly that there is none. So a :class:`Download` counts the
-bytes and the seconds of all its files together, and ends at its limits; the head of an answer must
-come within the time-out, and its bytes at :data:`SLOWEST` bytes a second or more.
+bytes and the seconds of all its files together, and ends at its limits.
 """
 
 from __future__ import annotations
@@ -15,13 +14,11 @@ from __future__ import annotations
 import errno
 import os
 import re
-import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from queue import Empty, Queue
 from typing import TypeVar
 
 import requests
@@ -30,10 +27,6 @@ from urllib3.exceptions import HTTPError, IncompleteRead, ProtocolError
 from motiondb.errors import MotionDBError, QueryError
 
 _CHUNK = 1 << 16  # Bytes that are written at once
-SLOWEST = 500.0
-"""Bytes a second, over one time-out, below which an attempt fails. At this rate a usual capture of
-1 MB takes half an hour; modems of 1990 brought 300."""
-_AFTER_SYSTEM = 0.5  # Seconds by which the system's own time-out may be late
 _PASSING = (408, 425, 429, 500, 502, 503, 504)
 """HTTP statuses of a server that may answer later (RFC 9110, section 15; RFC 6585)."""
 
@@ -57,31 +50,6 @@ class _PassingError(Exception):
     def __init__(self, fault: MotionDBError) -> None:
         super().__init__(str(fault))
         self.fault = fault
-
-
-class _SlowError(TimeoutError):
-    """An answer whose head does not come in time, or whose bytes come too slowly."""
-
-
-class _Pace:
-    """Whether the bytes of an answer come fast enough, over spans of the time-out (seconds)."""
-
-    def __init__(self, seconds: float) -> None:
-        self.seconds = seconds
-        self._begin(0)
-
-    def _begin(self, n_bytes: int) -> None:
-        self._since, self._before = time.monotonic(), n_bytes
-
-    def check(self, n_bytes: int) -> None:
-        """Raise where the last span brought too few bytes; `n_bytes` came since the beginning."""
-        span = time.monotonic() - self._since
-        if span < self.seconds:
-            return
-        rate = (n_bytes - self._before) / span
-        if rate < SLOWEST:
-            raise _SlowError(f"{rate:.3g} bytes a second")
-        self._begin(n_bytes)
 
 
 @dataclass(frozen=True)
@@ -125,7 +93,9 @@ class Download:
 
     def __init__(self, timeout: float, attempts: int, limits: FetchLimits) -> None:
         self.timeout, self.attempts, self.limits = timeout, attempts, limits
-        self.session = _new_session()
+        self.session = requests.Session()
+        # compressed answers have no length that the bytes could be compared with
+        self.session.headers.update({"User-Agent": "motiondb", "Accept-Encoding": "identity"})
         self.n_bytes = 0  # bytes that came so far, of pages and files
         self.end = time.monotonic() + limits.seconds
 
@@ -133,18 +103,8 @@ class Download:
         """Download a page into memory."""
 
         def attempt() -> bytes:
-            data = bytearray()
-            pace = _Pace(self.timeout)
             with self._ask(url, 0) as answer:
-                expected = read_count(answer.headers.get("Content-Length"))
-                _check_size(url, expected or 0, self.limits.page_bytes)
-                while chunk := _next_bytes(answer):
-                    data += chunk
-                    self._spend(url, len(chunk))
-                    _check_size(url, len(data), self.limits.page_bytes)
-                    pace.check(len(data))
-            _check_end(url, len(data), expected)
-            return bytes(data)
+                return b"".join(self._chunks(url, answer, 0, self.limits.page_bytes))
 
         return self._insist(url, attempt, lambda: 0)
 
@@ -169,7 +129,6 @@ class Download:
     def _append(self, url: str, part: Path, on_bytes: OnBytes) -> None:
         """Bring the missing bytes of ``part``."""
         have = size(part)
-        pace = _Pace(self.timeout)
         with self._ask(url, have) as answer:
             if answer.status_code == 416 and (
                 answer.headers.get("Content-Range") == f"bytes */{have}"
@@ -178,35 +137,38 @@ class Download:
             if have and answer.status_code in (206, 416) and not _begins_at(answer, have):
                 part.unlink(missing_ok=True)
                 raise _cut(url, f"expected bytes from {have} on, found another version of the file")
-            begun = have = have if answer.status_code == 206 else 0
-            length = read_count(answer.headers.get("Content-Length"))
-            total = None if length is None else have + length
+            have = have if answer.status_code == 206 else 0
+            total = _total(answer, have)
             try:
-                _check_size(url, total or 0, self.limits.file_bytes)
                 with _writing(part):
                     file = part.open("ab" if have else "wb")
                 with file:
-                    while chunk := _next_bytes(answer):
+                    for chunk in self._chunks(url, answer, have, self.limits.file_bytes):
                         with _writing(part):
                             file.write(chunk)
                             file.flush()
                         have += len(chunk)
-                        self._spend(url, len(chunk))
-                        _check_size(url, have, self.limits.file_bytes)
                         on_bytes(have, total)
-                        pace.check(have - begun)
                     with _writing(part):  # some file systems find only now that it is full
                         os.fsync(file.fileno())
             except RefusedError:  # too long
                 part.unlink(missing_ok=True)
                 raise
-        _check_end(url, have, total)
+
+    def _chunks(self, url: str, answer: requests.Response, have: int, most: int) -> Iterator[bytes]:
+        """Yield the bytes of an answer; `have` are there already, and all may be `most`."""
+        total = _total(answer, have)
+        _check_size(url, total or 0, most)
+        while chunk := _next_bytes(answer):
+            yield chunk  # it is written before a limit ends the download
+            have += len(chunk)
+            self._spend(url, len(chunk))
+            _check_size(url, have, most)
+        if total is not None and have < total:
+            raise _cut(url, f"expected {total} bytes, found {have}")
 
     def _insist(self, url: str, attempt: Callable[[], T], progress: Callable[[], int]) -> T:
-        """Try until it works, or until ``attempts`` in a row bring no new byte, or too slowly.
-
-        The pauses are 1, 2, 4, ... seconds.
-        """
+        """Try until it works, or ``attempts`` in a row bring no byte; pauses of 1, 2, 4, ... s."""
         fruitless = 0
         while True:
             self._spend(url, 0)
@@ -214,16 +176,14 @@ class Download:
             try:
                 return attempt()
             except _PassingError as error:
-                is_slow, fault = False, error.fault
+                fault = error.fault
             except (requests.RequestException, HTTPError, TimeoutError) as error:
-                is_slow = isinstance(error, _SlowError)
                 fault = UnreachableError(
                     f"{url}: expected an answer, found none ({_root(error)}). "
                     "Check the network, or name another server with --base-url; "
                     "downloaded files are kept."
                 )
-            # a slow answer brings bytes, and would be asked for again and again
-            fruitless = 0 if progress() > before and not is_slow else fruitless + 1
+            fruitless = 0 if progress() > before else fruitless + 1
             if fruitless >= self.attempts:
                 raise fault
             time.sleep(2.0 ** max(fruitless - 1, 0))
@@ -232,7 +192,7 @@ class Download:
         """Ask for the bytes from ``start`` on; refusals of the server are raised."""
         seconds = min(self.timeout, max(self.end - time.monotonic(), 0.01))
         headers = {"Range": f"bytes={start}-"} if start else {}
-        answer = self._head(url, headers, seconds)
+        answer = self.session.get(url, headers=headers, timeout=seconds, stream=True)
         status = answer.status_code
         if status < 400 or (status == 416 and start):
             return answer
@@ -244,30 +204,6 @@ class Download:
             f"{answer.reason}). Try again later."
         )
         raise _PassingError(fault) if status in _PASSING else fault
-
-    def _head(self, url: str, headers: dict[str, str], seconds: float) -> requests.Response:
-        """The answer once its whole head has come, within so many seconds.
-
-        The time-out of requests is for each byte of it. So another thread asks; where it takes too
-        long it is left behind with its connection, and ends with this program at the latest.
-        """
-        session, answers = self.session, Queue[requests.Response | BaseException]()
-
-        def ask() -> None:
-            try:
-                answers.put(session.get(url, headers=headers, timeout=seconds, stream=True))
-            except BaseException as error:
-                answers.put(error)
-
-        threading.Thread(target=ask, name="download", daemon=True).start()
-        try:
-            answer = answers.get(timeout=seconds + _AFTER_SYSTEM)
-        except Empty:
-            self.session = _new_session()
-            raise _SlowError(f"no whole head within {seconds:g} s") from None
-        if isinstance(answer, BaseException):
-            raise answer
-        return answer
 
     def _spend(self, url: str, n_bytes: int) -> None:
         """Count bytes that came; end the download at its limits."""
@@ -283,13 +219,6 @@ class Download:
                 f"{url}: expected at most {self.limits.total_bytes} bytes in all, found more. "
                 "Fetch fewer subjects at once; downloaded files are kept."
             )
-
-
-def _new_session() -> requests.Session:
-    session = requests.Session()
-    # compressed answers have no length that the bytes could be compared with
-    session.headers.update({"User-Agent": "motiondb", "Accept-Encoding": "identity"})
-    return session
 
 
 def _next_bytes(answer: requests.Response) -> bytes:
@@ -311,10 +240,10 @@ def _begins_at(answer: requests.Response, have: int) -> bool:
     return answer.status_code == 206 and found.startswith(f"bytes {have}-")
 
 
-def _check_end(url: str, n_bytes: int, expected: int | None) -> None:
-    """Refuse an answer that ended early."""
-    if expected is not None and n_bytes < expected:
-        raise _cut(url, f"expected {expected} bytes, found {n_bytes}")
+def _total(answer: requests.Response, have: int) -> int | None:
+    """Bytes of the whole file by the length that an answer announces, None without one."""
+    length = read_count(answer.headers.get("Content-Length"))
+    return None if length is None else have + length
 
 
 def _cut(url: str, reason: str) -> _PassingError:
@@ -333,7 +262,7 @@ def _check_size(url: str, n_bytes: int, most: int) -> None:
 
 def _root(error: BaseException) -> BaseException:
     """Return the fault of the system below the layers of requests and urllib3."""
-    while error.__context__ is not None and not isinstance(error, _SlowError):
+    while error.__context__ is not None:
         error = error.__context__
     return error
 

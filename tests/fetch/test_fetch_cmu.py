@@ -320,16 +320,6 @@ def test_a_server_that_falls_silent(site, tmp_path, pauses) -> None:
     assert files_in(tmp_path) == whole(site)
 
 
-@pytest.mark.parametrize(
-    ("part", "said"), [("head", "no whole head within 0.2 s"), ("body", "bytes a second")]
-)
-def test_a_server_that_sends_byte_by_byte_is_given_up(site, tmp_path, part: str, said: str) -> None:
-    site.slow[WALK] = part
-    with pytest.raises(UnreachableError, match=said):
-        fetch(site, tmp_path, timeout=0.2, attempts=2)
-    assert len(site.asked(WALK)) == 2
-
-
 def test_a_folder_that_cannot_be_made(site, tmp_path) -> None:
     (tmp_path / "14").write_text("a file in the way")
     with pytest.raises(UnreachableError) as caught:
