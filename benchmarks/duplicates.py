@@ -20,9 +20,10 @@ from pathlib import Path
 import numpy as np
 
 import motiondb
-from motiondb import files as capture
 from motiondb import store
 from motiondb.body import retarget, rotation
+from motiondb.files.bvh_writer import write_bvh
+from motiondb.files.formats import read_capture
 from motiondb.records import Clip, FloatArray, Motion
 from motiondb.search import copies
 
@@ -103,8 +104,8 @@ def plant(number: int, clip: Clip, motion: Motion, rng: np.random.Generator) -> 
     with tempfile.TemporaryDirectory() as folder:
         for kind, changed in files.items():
             path = Path(folder) / f"{kind}.bvh"
-            capture.write_bvh(changed, path)
-            planted.append(Planted(number, kind, retarget.to_motion(capture.read_capture(path))))
+            write_bvh(changed, path)
+            planted.append(Planted(number, kind, retarget.to_motion(read_capture(path))))
     return planted
 
 

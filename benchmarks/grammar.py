@@ -21,28 +21,22 @@ from pathlib import Path
 from grammar_tasks.completion import completion_rows
 from grammar_tasks.curve import LANGUAGES as CURVES
 from grammar_tasks.curve import curve_rows
-from grammar_tasks.long_takes import PERFORMERS, more_terminals_rows
+from grammar_tasks.long_takes import PERFORMERS
 from grammar_tasks.pictures import pictures
 from grammar_tasks.real_takes import STYLES, real
 from grammar_tasks.recursive import SIZES, development_rows, recursive_rows
 from grammar_tasks.recursive_languages import DEVELOPMENT, LANGUAGES
-from grammar_tasks.replaced import error_rows
 from grammar_tasks.speed_table import speed
 from grammar_tasks.tables import sections, write_sections
 from grammar_tasks.truth import PARTS, truth
 
 NOTES = Path(__file__).with_name("grammar_tasks") / "notes.md"
 TASKS = (
-    "speed", "truth", "motion", "errors", "recursive", "development", "curve", "completion",
-    "real", "pictures",
+    "speed", "truth", "recursive", "development", "curve", "completion", "real", "pictures",
 )  # fmt: skip
-WITHOUT_DATA = (
-    "truth", "motion", "errors", "recursive", "development", "curve", "completion",
-)  # fmt: skip
+WITHOUT_DATA = ("truth", "recursive", "development", "curve", "completion")
 RECURSIVE = "Known truth: languages that repeat and nest"
 DEVELOPED = "Known truth: languages of development"
-MORE = "Known truth: languages of long takes, more terminals"
-ERRORS = "Known truth: languages of long takes, errors replaced by the truth"
 CURVE = "Known truth: held-out sentences by number of sentences"
 COMPLETION = "Completion of patterns"
 COMMAND = "python benchmarks/grammar.py --data DIR"
@@ -82,14 +76,6 @@ def _made_up(chosen: argparse.Namespace, known: dict[str, str]) -> Jobs:
     for part in chosen.part if "truth" in chosen.task else ():
         command = "python benchmarks/grammar.py --task truth"
         jobs[f"Known truth: {part}"] = command, partial(truth, part)
-    if "motion" in chosen.task:
-        command = "python benchmarks/grammar.py --task motion"
-        names = list(chosen.grammar)
-        jobs[MORE] = command, partial(more_terminals_rows, names, known.get(MORE, ""))
-    if "errors" in chosen.task:
-        command = "python benchmarks/grammar.py --task errors"
-        names = list(chosen.grammar)
-        jobs[ERRORS] = command, partial(error_rows, names, known.get(ERRORS, ""))
     if "curve" in chosen.task:
         command = "python benchmarks/grammar.py --task curve"
         names = [name for name in CURVES if name.split(",")[0] in chosen.grammar]
@@ -131,8 +117,6 @@ def _write(page: Path, title: str, body: str) -> None:
     """Write a section at once, so that a run that is stopped keeps what it has."""
     notes = sections(NOTES.read_text(encoding="utf-8"))
     known = [f"Known truth: {part}" for part in PARTS]
-    place = known.index("Known truth: languages of long takes") + 1
-    known[place:place] = [MORE, ERRORS]
     loops = [*(f"{RECURSIVE}, {n} sentences" for n in SIZES), DEVELOPED, CURVE]
     order = [
         "Speed",

@@ -18,12 +18,10 @@ from pathlib import Path
 import numpy as np
 
 from grammar_tasks.factors import match_factors
-from grammar_tasks.ledger import make_ledger
-from grammar_tasks.tables import table, table_rows
+from grammar_tasks.tables import table
 from motiondb.body.retarget import to_motion
 from motiondb.grammar.cfg.context_free import Grammar
 from motiondb.grammar.sentences.partition import find_sentences
-from motiondb.grammar.terminals.terminals import find_terminals
 from motiondb.records import IntArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
@@ -36,9 +34,6 @@ SENTENCES_A_TAKE = 10
 """Sentences in every generated take. Chosen by hand; not tuned."""
 SEED = 2
 """Settings were chosen on strings of seeds 0 to 3 and on takes of seed 101."""
-
-MORE = (1.5, 2.0)
-"""Terminals for each label in the second table. The first was chosen on takes of seed 101."""
 
 HEADS = ["learned from", "grammar", "precision", "recall", "F1", "of factors", "recall", "F1"]
 
@@ -69,35 +64,6 @@ def long_take_rows(grammars: dict[str, Grammar]) -> str:
                     rows.append([f"{name}: {what}, sentences {how}", kind, *measures])
     heads = ["borders between sentences", "true", "found", "of these true"]
     return f"{table(HEADS, rows)}\n\n{table(heads, borders)}"
-
-
-def more_terminals_rows(names: Sequence[str], before: str) -> str:
-    """The same takes with more terminals than labels, sentences found.
-
-    Rows of other grammars are taken from ``before``, the section as it is.
-    """
-    grammars, _ = known.load_truth()
-    rows = [row for row in table_rows(before) if row[0].split(",")[0] not in names]
-    for name in names:
-        takes, _ = long_takes(name)
-        motions = [take.motion for take in takes]
-        for share in MORE:
-            number = round(share * len(known.label_names(takes)))
-            terminals = find_terminals(motions, number, np.random.default_rng(0))
-            _, strings, _, meaning = known.strings_found(takes, terminals)
-            result = find_sentences(strings, np.random.default_rng(0))
-            all_bits = make_ledger(motions, terminals, result).total
-            for kind in ("motiondb", "finite state machine"):
-                learn = known.KINDS[kind]
-                grammar = result.grammar if kind == "motiondb" else learn(result.sentences)
-                labelled = known.as_labels(grammar, meaning, grammars[name])
-                row = [f"{name}, {number}", kind, *known.match_row([labelled], grammars[name])]
-                bits = f"{result.bits.total:.0f}", f"{all_bits:.0f}"
-                rows.append([*row, str(len(result.sentences)), *bits])
-                print(" ", *rows[-1], flush=True)
-    heads = ["takes, terminals", "grammar", "precision", "recall", "F1",
-             "sentences found (20 true)", "string and grammar bits", "all bits"]  # fmt: skip
-    return table(heads, sorted(rows, key=lambda row: row[0]))
 
 
 def long_takes(name: str, seed: int = SEED) -> tuple[list[known.TrueTake], list[list[int]]]:

@@ -23,7 +23,7 @@ from grammar_tasks import park_2011 as paper
 from grammar_tasks.language_match import match_languages
 from grammar_tasks.tables import table
 from motiondb.body.retarget import to_motion
-from motiondb.files import read_capture
+from motiondb.files.formats import read_capture
 from motiondb.grammar.cfg.context_free import Grammar, Rule
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.induction.induction import induce

@@ -20,7 +20,7 @@ from joblib import Parallel, delayed
 import motiondb
 from motiondb.body.features import recognition_features
 from motiondb.body.retarget import to_motion
-from motiondb.files import read_capture
+from motiondb.files.formats import read_capture
 from motiondb.records import Float32Array, IntArray, Motion
 from motiondb.search import copies
 

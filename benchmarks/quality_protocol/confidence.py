@@ -27,13 +27,6 @@ def mean_of(values: Sequence[float] | FloatArray, seed: int = 0) -> Measure:
     return Measure(float(array.mean()), *np.quantile(means, [0.025, 0.975]).tolist())
 
 
-def difference_of(
-    first: Sequence[float] | FloatArray, second: Sequence[float] | FloatArray, seed: int = 0
-) -> Measure:
-    """Mean of first - second over the same units, with its paired interval."""
-    return mean_of(np.asarray(first, dtype=float) - np.asarray(second, dtype=float), seed)
-
-
 def statistic_of(statistic: Callable[[IntArray], float], n_units: int, seed: int = 0) -> Measure:
     """A statistic of drawn units (their numbers, with repeats), with its interval.
 
@@ -43,11 +36,6 @@ def statistic_of(statistic: Callable[[IntArray], float], n_units: int, seed: int
     values = [statistic(units) for units in _draws(n_units, seed)[:500]]
     low, high = np.nanquantile(values, [0.025, 0.975])
     return Measure(statistic(np.arange(n_units)), float(low), float(high))
-
-
-def is_beyond(difference: Measure) -> bool:
-    """Whether a paired interval lies above 0."""
-    return difference.low is not None and difference.low > 0.0
 
 
 def weighted_draws(n_units: int, seed: int = 0, n_draws: int = 1000) -> FloatArray:

@@ -58,7 +58,6 @@ N_WORDS = 150
 """Words when times are measured, about as many as the captions of CMU hold."""
 CCA_AXES = 16
 """Axes of the canonical correlation. Chosen by hand; not tuned."""
-Scores = Callable[[], FloatArray]
 
 
 @dataclass(frozen=True, eq=False)

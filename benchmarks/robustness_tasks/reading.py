@@ -19,8 +19,9 @@ import odd_captures
 
 from motiondb import MotionDB
 from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
-from motiondb.files import AsfFile, capture_format, guarded, read_capture_bytes
-from motiondb.files.limits import ReadLimits, ReadOptions
+from motiondb.files.formats import capture_format, read_capture_bytes
+from motiondb.files.limits import ReadLimits, ReadOptions, guarded
+from motiondb.files.readers.amc import AsfFile
 from robustness_tasks.odd_texts import text_case
 
 SHARE_CAPTURES, SHARE_C3D, SHARE_WRITING = 0.5, 0.01, 0.03
