@@ -4,9 +4,6 @@ Open it with :func:`open_store`; functions ``load_...`` and ``save_...`` take th
 ``schema.sql`` in ``motiondb.schema`` describes the tables.
 """
 
-from motiondb.store.backup import (
-    backup,
-)
 from motiondb.store.catalogue.annotations import (
     load_captions,
     load_events,
@@ -57,9 +54,7 @@ from motiondb.store.catalogue.generated import (
     save_provenance,
     to_provenance,
 )
-from motiondb.store.catalogue.names import (
-    check_new_name,
-)
+from motiondb.store.catalogue.names import check_new_name
 from motiondb.store.catalogue.runs import (
     copy_run,
     finish_run,
@@ -76,10 +71,7 @@ from motiondb.store.catalogue.sources import (
     load_source,
     pack_source,
 )
-from motiondb.store.catalogue.trash import (
-    load_trash,
-    restore_capture,
-)
+from motiondb.store.catalogue.trash import load_trash, restore_capture
 from motiondb.store.catalogue.where import (
     CAPTION,
     COLUMNS,
@@ -90,26 +82,11 @@ from motiondb.store.catalogue.where import (
     matches,
     parse_where,
 )
-from motiondb.store.checks import (
-    check_quickly,
-    check_store,
-)
-from motiondb.store.compaction import (
-    compact,
-    count_rows,
-    unused_bytes,
-)
-from motiondb.store.connection.faults import (
-    DamagedFileError,
-    damage_sentence,
-)
-from motiondb.store.connection.handle import (
-    Store,
-    released,
-)
-from motiondb.store.connection.opening import (
-    open_store,
-)
+from motiondb.store.checks import check_quickly, check_store
+from motiondb.store.compaction import backup, compact, count_rows, unused_bytes
+from motiondb.store.connection.faults import DamagedFileError, damage_sentence
+from motiondb.store.connection.handle import Store, released
+from motiondb.store.connection.opening import open_store
 from motiondb.store.connection.transactions import (
     check_writable,
     content_revision,
@@ -117,9 +94,7 @@ from motiondb.store.connection.transactions import (
     revision,
     transaction,
 )
-from motiondb.store.connection.turns import (
-    somebody_waits,
-)
+from motiondb.store.connection.turns import somebody_waits
 from motiondb.store.grammars import (
     Derivation,
     GrammarSize,

@@ -1,21 +1,24 @@
-"""Rewrite the file without the space that removed rows left."""
+"""Copies of a database: without the space that removed rows left, and beside its use."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
 import duckdb
 
-from motiondb.errors import StoreError
+from motiondb.errors import QueryError, StoreError
 from motiondb.files.safe_files import (
     COPY,
     beside,
+    check_file_name,
     check_one_name,
     delete_all,
     link_target,
     log_of,
+    output_file,
     plain_name,
 )
 from motiondb.store.catalogue.trash import empty_trash
@@ -26,33 +29,11 @@ from motiondb.store.connection.statements import Connection
 
 
 def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
-    """Empty the trash, copy the database into a new file, and put it in the old one's place.
-
-    Other processes may read the file meanwhile, but not write: it is held open for reading until
-    the new file has taken its place, so that no change can be lost. A kill leaves the
-    old file, and a copy that the next command deletes. Of a symbolic link, the file that it stands
-    for is replaced.
-
-    Parameters
-    ----------
-    path : str or Path
-        The database file.
-    wait : float
-        Seconds to wait for another process that holds the file.
-
-    Returns
-    -------
-    before : int
-        Size of the old file, bytes.
-    after : int
-        Size of the new file, bytes.
-
-    Raises
-    ------
-    StoreError
-        The file cannot be opened or has several names (hard links), or the disk has no room for
-        the copy.
-    """
+    """Empty the trash and replace the file by a copy; its sizes before and after, bytes."""
+    # Other processes may read the file meanwhile, but not write: it is held open for reading until
+    # the copy has taken its place, so that no change can be lost. A kill leaves the old file, and a
+    # copy that the next command deletes.
+    check_file_name(Path(path))
     path = link_target(Path(path))
     try:
         check_one_name(path)
@@ -127,6 +108,39 @@ def _no_room(path: Path, cause: BaseException) -> str:
         f"{path}: expected room for a copy beside it, found: {first_sentence(cause)} "
         "The old file was kept; look at the disk."
     )
+
+
+def backup(store: Store, path: Path, check: Callable[[Path], Sequence[str]]) -> None:
+    """Copy one state into a new file, which gets its name when `check` finds no faults in it."""
+    check_file_name(path)
+    if path.exists():
+        raise QueryError(
+            f"{path}: expected the name of a new file, found a file of that name. "
+            "Give another name."
+        )
+    if not path.absolute().parent.is_dir():
+        raise StoreError(
+            f"{path}: expected a folder that is there, found none. Make it, or give another name."
+        )
+    if store.lacked_log:  # the copy would not say so
+        raise StoreError(store.log_note)
+    with output_file(path, StoreError) as draft:
+        attach(store, draft, "backup_file")
+        try:
+            copy_tables(store, "backup_file")
+        finally:
+            store.connection.execute("DETACH backup_file")
+        if log_of(draft).exists():  # what it holds would be missing
+            raise StoreError(
+                f"{path}: expected room for a copy, found too little. Nothing was written; look "
+                "at the disk."
+            )
+        faults = check(draft)
+        if faults:
+            told = "\n".join(faults).replace(str(draft), str(path))
+            raise StoreError(
+                f"{path}: expected a copy without faults, found:\n{told}\nNothing was written."
+            )
 
 
 def unused_bytes(store: Store) -> int:

@@ -16,12 +16,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motiondb.errors import QueryError
 from motiondb.records import MOTION_FPS, IntArray
 from motiondb.store.catalogue.names import unknown_name
 from motiondb.store.connection.handle import Store
+from motiondb.store.connection.statements import ragged
 from motiondb.store.connection.transactions import transaction
 
 GRAMMAR_TABLES = (
@@ -168,7 +168,7 @@ def _insert_rules(store: Store, grammar: StoredGrammar, number: int, run_id: int
         ordinal=np.arange(len(grammar.sentences)),
         first_segment=grammar.sentences[:, 0],
         end_segment=grammar.sentences[:, 1],
-        rules=_lists(grammar.parses),
+        rules=ragged([np.asarray(rules, dtype=np.int64) for rules in grammar.parses]),
         run_id=run_id,
     )
     connection.insert(
@@ -179,13 +179,6 @@ def _insert_rules(store: Store, grammar: StoredGrammar, number: int, run_id: int
         bits=list(grammar.bits.values()),
         run_id=run_id,
     )
-
-
-def _lists(rows: Sequence[Sequence[int]]) -> NDArray[np.object_]:
-    column = np.empty(len(rows), dtype=object)
-    for number, row in enumerate(rows):
-        column[number] = np.asarray(row, dtype=np.int64)
-    return column
 
 
 def load_grammar(store: Store, name: str) -> StoredGrammar:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 import operator
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,7 +25,7 @@ from motiondb.records import (
 )
 from motiondb.store.catalogue.runs import finish_run
 from motiondb.store.connection.handle import Store
-from motiondb.store.connection.statements import Connection, from_rows, to_rows
+from motiondb.store.connection.statements import Connection, from_rows, ragged, to_rows
 from motiondb.store.connection.transactions import content_revision, transaction
 
 TABLES = (
@@ -355,7 +355,7 @@ def _insert_association(connection: Connection, association: Association, run_id
         l=np.array([length for length, _ in lengths], dtype=np.int64),
         m=np.array([m for _, m in lengths], dtype=np.int64),
         j=np.concatenate([np.arange(m) for _, m in association.alignment] or [np.arange(0)]),
-        probabilities=_ragged([row for rows in association.alignment.values() for row in rows]),
+        probabilities=ragged([row for rows in association.alignment.values() for row in rows]),
         run_id=run_id,
     )
     connection.insert(
@@ -399,18 +399,10 @@ def _insert_parameters(
             "parameter",
             name=names,
             piece=pieces,
-            shape=_ragged(shapes),
-            numbers=_ragged(numbers),
+            shape=ragged(shapes),
+            numbers=ragged(numbers),
             run_id=run_id,
         )
-
-
-def _ragged(rows: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """Rows of different lengths, as a column of lists."""
-    column = np.empty(len(rows), dtype=object)
-    for n, row in enumerate(rows):
-        column[n] = row
-    return column
 
 
 def _load_alignment(store: Store) -> dict[tuple[int, int], FloatArray]:

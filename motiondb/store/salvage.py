@@ -83,11 +83,7 @@ class SalvagedCapture:
 
 @contextmanager
 def opened_damaged(path: str | Path, *, wait: float = 0.0) -> Iterator[tuple[Store, list[str]]]:
-    """Open a damaged database for reading, without its log if the log is damaged.
-
-    DuckDB keeps the latest changes in a log beside the file, ``PATH.wal``, and opens the file with
-    all of the log or not at all. So the file is copied, and the copy opened without the log.
-    """
+    """Open a damaged database for reading; without its log, a copy, if that is damaged."""
 
     def connected(path: str | Path) -> Store:
         path = Path(path)
@@ -210,10 +206,7 @@ def _files_alone(store: Store) -> Iterator[SalvagedCapture]:
 
 
 def copy_shared(damaged: Store, new: Store, run_id: int) -> list[str]:
-    """Copy what belongs to no single capture: synonyms, copies, grammars, scenes.
-
-    Returns a sentence for everything that could not be read.
-    """
+    """Copy synonyms, copies, grammars, scenes; a sentence for all that could not be read."""
     lost: list[str] = []
     numbers = _new_numbers(damaged, new)
 

@@ -31,10 +31,7 @@ def save_tags(store: Store, capture_id: int, tags: Mapping[str, str]) -> None:
 
 
 def save_captions(store: Store, capture_id: int, captions: Iterable[Caption]) -> None:
-    """Replace all captions of a capture.
-
-    The learned model is then no longer current (``learning_is_current``).
-    """
+    """Replace all captions of a capture; the learned model is then no longer current."""
     rows = list(captions)
     with transaction(store) as connection:
         connection.execute("DELETE FROM caption WHERE capture_id = ?", [capture_id])
@@ -64,10 +61,7 @@ def load_captions(store: Store, capture_id: int | None = None) -> dict[int, tupl
 
 
 def save_synonyms(store: Store, synonyms: Mapping[str, str]) -> None:
-    """Replace the user's synonyms.
-
-    The learned model is then no longer current (``learning_is_current``).
-    """
+    """Replace the user's synonyms; the learned model is then no longer current."""
     with transaction(store) as connection:
         connection.execute("DELETE FROM synonym")
         connection.insert("synonym", word=list(synonyms), canonical=list(synonyms.values()))
@@ -112,10 +106,7 @@ def load_events(store: Store, capture_id: int | None = None) -> dict[int, tuple[
 
 
 def save_relations(store: Store, relations: Iterable[Relation]) -> None:
-    """Add relations between captures.
-
-    A relation replaces an earlier one of the same captures and the same kind.
-    """
+    """Add relations, each in the place of an earlier one of its captures and kind."""
     numbers = dict(store.connection.execute("SELECT name, capture_id FROM capture").fetchall())
     with transaction(store) as connection:
         for relation in relations:

@@ -46,13 +46,7 @@ def save_capture(
     source: Source,
     captions: Iterable[Caption] = (),
 ) -> CaptureInfo:
-    """Add one capture with everything that belongs to it, in one transaction.
-
-    Many calls are faster within one ``transaction``, which saves all of them or none.
-
-    `info`: The row of the capture. Its ``capture_id``, ``sha256``, ``motion_frames`` and
-    ``leg_length`` are ignored and set here.
-    """
+    """Add one capture with all that belongs to it; number, digest and sizes are set here."""
     poses = flatten_motion(motion)
     if not np.isfinite(poses).all():
         frame = int(np.argmin(np.isfinite(poses).all(axis=1)))
@@ -118,11 +112,7 @@ def rename_capture(store: Store, capture_id: int, name: str) -> None:
 
 
 def load_captures(store: Store, where: str | Sequence[Filter] = "") -> list[CaptureInfo]:
-    """Load the captures that satisfy a filter, in order of number.
-
-    `where`: The filter (see :mod:`motiondb.store.catalogue.where`), as text or parsed. If empty,
-    all captures are loaded.
-    """
+    """Load the captures that satisfy a filter (text or parsed), in order of number."""
     filters = parse_where(where) if isinstance(where, str) else where
     tags: dict[int, dict[str, str]] = {}
     query = "SELECT capture_id, key, value FROM capture_tag ORDER BY capture_id, key"
@@ -137,11 +127,7 @@ def load_captures(store: Store, where: str | Sequence[Filter] = "") -> list[Capt
 
 
 def load_capture(store: Store, name: str, *, or_file: bool = False) -> CaptureInfo:
-    """Load the capture of this name, or else the only one whose name ends in ``/name``.
-
-    `or_file`: Whether the user could also have given the name of a file. The message then says that
-    there is no such file either.
-    """
+    """Load the capture of this name, or the only one in ``/name``; `or_file`: for the message."""
     rows = store.connection.execute("SELECT name FROM capture ORDER BY capture_id").fetchall()
     names = [row[0] for row in rows]
     matching = [n for n in names if n == name] or [n for n in names if n.endswith(f"/{name}")]
@@ -172,10 +158,7 @@ def load_digests(store: Store) -> dict[str, str]:
 
 
 def load_motion(store: Store, capture_id: int) -> Motion:
-    """Load the canonical motion of a capture, at 30 frames a second.
-
-    This takes 1 ms for 400 frames.
-    """
+    """Load the canonical motion of a capture, at 30 frames a second; 1 ms for 400 frames."""
     row = store.connection.execute(
         "SELECT leg_length, motion_notes FROM capture WHERE capture_id = ?", [capture_id]
     ).fetchone()

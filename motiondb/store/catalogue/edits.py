@@ -55,11 +55,7 @@ class _State:
 
 @contextmanager
 def noting_edits(store: Store, run_id: int, touched: Iterable[int] = ()) -> Iterator[None]:
-    """Surround changes of captures, inside a transaction, so that the run can be undone.
-
-    `touched`: Numbers of the captures that may be changed or removed, and SYNONYMS where these may.
-    Added captures are found.
-    """
+    """Surround changes in a transaction, so that the run can be undone; additions are found."""
     wanted = set(touched)
     before, there = _load_states(store, wanted), _numbers(store)
     synonyms = load_synonyms(store) if SYNONYMS in wanted else {}

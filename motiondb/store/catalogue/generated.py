@@ -49,10 +49,7 @@ def to_provenance(
     warps: FloatArray | None = None,
     edits: tuple[str, ...] = (),
 ) -> Provenance:
-    """Look up the names, digests and licences of the captures that frames come from.
-
-    Shapes: `capture_ids`, `source_frames`, `warps` (frames,).
-    """
+    """Look up the captures (frames,) that frames come from: names, digests, licences."""
     n = len(capture_ids)
     known = {
         number: SourceCapture(*rest)

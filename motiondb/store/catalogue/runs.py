@@ -16,11 +16,7 @@ from motiondb.store.connection.transactions import transaction
 def start_run(
     store: Store, kind: str, parameters: Mapping[str, object] | None = None, seed: int | None = None
 ) -> int:
-    """Record the start of a command.
-
-    `parameters`: Everything that decides the result. Values that JSON cannot hold are saved as
-    text.
-    """
+    """Record the start of a command, with the parameters that decide its result."""
     text = json.dumps(dict(parameters or {}), default=str, sort_keys=True)
     with transaction(store) as connection:
         row = connection.execute("SELECT coalesce(max(run_id), 0) + 1 FROM run").fetchone()
@@ -33,10 +29,7 @@ def start_run(
 
 
 def finish_run(store: Store, run_id: int) -> None:
-    """Record the end of a run.
-
-    A second call for the same run changes nothing.
-    """
+    """Record the end of a run; a second call for the same run changes nothing."""
     with transaction(store) as connection:
         connection.execute(
             "UPDATE run SET finished = ? WHERE run_id = ? AND finished IS NULL", [_now(), run_id]

@@ -67,10 +67,7 @@ def pack_source(
     skeleton_data: bytes | None = None,
     take: str = "",
 ) -> Source:
-    """Compress a file for ``save_capture``.
-
-    This takes 13 ms a megabyte, so it should run in the processes that read the files.
-    """
+    """Compress a file for ``save_capture``: 13 ms a megabyte, for processes that read."""
     return Source(
         digest(data, skeleton_data, take),
         format,

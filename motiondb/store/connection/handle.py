@@ -69,10 +69,7 @@ class ThreadState(threading.local):
 
 
 class Store:
-    """An open database file. Close it, or use it in a ``with`` statement.
-
-    Threads may share it: each gets its own connection, and one thread at a time writes.
-    """
+    """An open database file, which threads may share: one at a time writes."""
 
     changes_saved: ClassVar[int] = 0  # Transactions that this process has saved, in all stores
 

@@ -61,10 +61,7 @@ _LONGEST_COMMAND = 120  # Letters of a command that are shown: one or two lines 
 def open_store(
     path: str | Path, *, read_only: bool = False, create: bool = True, wait: float = 0.0
 ) -> Store:
-    """Open the database file at ``path``, bringing an older one up to date.
-
-    `create`: Whether to make a new database if there is no file (never when ``read_only``).
-    """
+    """Open the database file at ``path``; one of an earlier version is brought up to date."""
     path = Path(path)
     check_file_name(path)
     path = link_target(path)  # so that there is one log, and one draft, by whatever name

@@ -66,11 +66,7 @@ class Connection:
         return self._fetch(lambda raw: raw.fetchall())
 
     def fetchone(self) -> tuple[Any, ...] | None:
-        """The first row of the answer, or None; the others are left out.
-
-        The answer is fetched to its end: until then its transaction stays open, and DuckDB can
-        write no change into the file.
-        """
+        """The first row or None; all are fetched: an open answer keeps DuckDB from writing."""
         return next(iter(self.fetchall()), None)
 
     def insert(self, table: str, **columns: Column) -> None:
@@ -149,9 +145,14 @@ def to_rows(matrix: NDArray[Any]) -> NDArray[np.object_]:
     array([0., 1.])
     """
     flat = np.ascontiguousarray(matrix).reshape(len(matrix), -1) if len(matrix) else matrix
-    column = np.empty(len(matrix), dtype=object)
-    for row, numbers in enumerate(flat):
-        column[row] = numbers
+    return ragged(flat)
+
+
+def ragged(rows: Sequence[Any] | NDArray[Any]) -> NDArray[np.object_]:
+    """Make a list column of arrays that may differ in length."""
+    column = np.empty(len(rows), dtype=object)
+    for number, row in enumerate(rows):
+        column[number] = row
     return column
 
 
