@@ -61,11 +61,13 @@ if TYPE_CHECKING:
         UnknownWordsError,
     )
     from motiondb.fetch import CMU_TERMS, CMU_URL, FetchLimits, FetchSettings, fetch_cmu
-    from motiondb.files import ReadLimits, read_capture, unit_from_name
+    from motiondb.files.formats import read_capture
+    from motiondb.files.limits import ReadLimits
     from motiondb.files.own_files import check_overwriting, protect_others
     from motiondb.files.rigs import JointProposal, propose_joints
     from motiondb.files.safe_files import read_user_text
     from motiondb.files.sheet_writer import write_table
+    from motiondb.files.units import unit_from_name
     from motiondb.generate.shown_actions import JudgedAction
     from motiondb.grammar.cfg.context_free import Tree
     from motiondb.grammar.derivation.plan import Plan
@@ -216,7 +218,9 @@ _PLACES = {
     "motiondb.body.kinematics": "forward_kinematics",
     "motiondb.database.tables": "Tables",
     "motiondb.database.grammars.grammar_facts": "grammar_row",
-    "motiondb.files": "ReadLimits read_capture unit_from_name",
+    "motiondb.files.formats": "read_capture",
+    "motiondb.files.limits": "ReadLimits",
+    "motiondb.files.units": "unit_from_name",
     "motiondb.files.rigs": "JointProposal propose_joints",
     "motiondb.files.safe_files": "read_user_text",
     "motiondb.files.sheet_writer": "write_table",
@@ -316,9 +320,7 @@ def compact(path: str | Path, wait: float = 0.0) -> tuple[int, int]:
         When another process holds the file, or it is not a database of motiondb.
     """
     from motiondb import store
-    from motiondb.files.safe_files import check_file_name
 
-    check_file_name(Path(path))
     return store.compact(Path(path), wait=wait)
 
 
@@ -344,9 +346,9 @@ def write_bvh(motion: Clip | Motion, path: str | Path) -> None:
         When it is neither, has no frames or numbers that are not finite, or the file cannot be
         written.
     """
-    from motiondb import files
+    from motiondb.files import bvh_writer
 
-    files.write_bvh(_to_clip(motion), path)
+    bvh_writer.write_bvh(_to_clip(motion), path)
 
 
 def write_gltf(motion: Clip | Motion, path: str | Path) -> None:
@@ -359,9 +361,9 @@ def write_gltf(motion: Clip | Motion, path: str | Path) -> None:
     path : str or Path
         The file.
     """
-    from motiondb import files
+    from motiondb.files import gltf_writer
 
-    files.write_gltf(_to_clip(motion), path)
+    gltf_writer.write_gltf(_to_clip(motion), path)
 
 
 def _to_clip(motion: object) -> Clip:

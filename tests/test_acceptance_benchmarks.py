@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from motiondb.body import retarget
 from motiondb.body.features import recognition_features
-from motiondb.files import read_capture
+from motiondb.files.formats import read_capture
 from motiondb.records import Motion
 from quality_protocol import captures as quality
 

@@ -49,7 +49,6 @@ OPENERS = {
     "motiondb/files/safe_files.py": "the one way",
     "motiondb/files/limits.py": "of the system",
     "motiondb/files/readers/amass.py": "members of an archive",
-    "motiondb/files/enclosed.py": "folders, one below the other",
     "motiondb/store/connection/opening.py": "of the system",
     "motiondb/store/connection/turns.py": "notes, to lock them",
     "motiondb/store/connection/migrations.py": "the package's own",

@@ -15,7 +15,8 @@ import readme_blocks as readme
 import typer
 
 from motiondb.body import body, joint_names
-from motiondb.files import CAPTURE_ENDINGS, capture_format
+from motiondb.files.folder import CAPTURE_ENDINGS
+from motiondb.files.formats import capture_format
 
 TEXT = readme.README.read_text(encoding="utf-8")
 FORMATS = (readme.ROOT / "docs" / "guide" / "formats.md").read_text(encoding="utf-8")

@@ -142,7 +142,7 @@ class Captures(Archive):
         from motiondb.body.features import FEATURE_STEP
         from motiondb.body.retarget import to_motion
         from motiondb.database.catalogue.parts import cut_motion
-        from motiondb.files import read_capture, split_take
+        from motiondb.files.formats import read_capture, split_take
         from motiondb.files.safe_files import is_file
 
         check_example(example)

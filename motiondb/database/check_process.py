@@ -16,6 +16,7 @@ from pathlib import Path
 
 from motiondb.errors import StoreError
 from motiondb.files.parent_process import end_with_parent, is_main_thread
+from motiondb.files.safe_files import check_file_name
 
 
 def check_file(path: str | Path, *, wait: float = 0.0, quick: bool = False) -> list[str]:
@@ -40,6 +41,7 @@ def check_file(path: str | Path, *, wait: float = 0.0, quick: bool = False) -> l
         The file cannot be opened, or memory ran out; the message says why, and what to do.
     """
     path = Path(path)
+    check_file_name(path)
     parent = [str(os.getpid()), str(int(is_main_thread()))]
     # -P: modules of the working folder must not replace those that are imported
     command = [sys.executable, "-P", "-m", __name__, str(path), str(wait), str(int(quick)), *parent]

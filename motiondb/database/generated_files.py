@@ -22,7 +22,7 @@ from motiondb.database.catalogue.exporting import (
     write_motion,
 )
 from motiondb.database.catalogue.parts import write_bytes
-from motiondb.files import to_bvh
+from motiondb.files.bvh_writer import to_bvh
 from motiondb.files.own_files import WRITER, check_overwriting, digest_of, provenance_path
 from motiondb.records import MOTION_FPS, BoolArray, Caption, CaptureInfo, Motion
 

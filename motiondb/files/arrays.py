@@ -27,10 +27,7 @@ NO_PYARROW = (
 
 
 def write_arrays(clip: Clip, path: Path, contacts: BoolArray | None = None) -> None:
-    """Write positions, velocities and contacts of a clip; the file appears whole or not at all.
-
-    Shapes: `contacts` (frames, 2): whether the left and the right foot are on the ground.
-    """
+    """Write positions, velocities and contacts (frames, 2: left, right) of a clip, whole."""
     positions = clip_positions(clip)[0]
     speeds = velocities(positions, clip.fps)
     times = np.arange(clip.n_frames) / clip.fps

@@ -26,30 +26,14 @@ rotations count as equal: both below the resolution that is written."""
 
 
 def write_bvh(clip: Clip, path: Path | str) -> None:
-    """Write a clip as BVH; the file is written whole or not at all.
-
-    Parameters
-    ----------
-    clip : Clip
-        Metres; written in the clip's unit.
-    path : Path or str
-        The file to write.
-
-    Raises
-    ------
-    CaptureError
-        When the clip has no frames or numbers that are not finite, or the file cannot be written.
-    """
+    """Write a clip as BVH in its own unit, whole or not at all (CaptureError)."""
     write_atomically(Path(path), to_bvh(clip, path).encode())
 
 
 def to_bvh(clip: Clip, path: object = "clip") -> str:
     """Return the text of a BVH file."""
-    if clip.n_frames == 0:
-        raise CaptureError(path, "expected at least 1 frame to write, found 0.")
-    translations = _translations(clip)
-    if not (np.isfinite(clip.local_rotations).all() and np.isfinite(translations).all()):
-        raise CaptureError(path, "expected finite numbers to write, found NaN or infinity.")
+    check_clip(clip, path)
+    translations = local_places(clip)
     order = _depth_first(clip.skeleton)
     chosen = {joint: _channels(clip, translations, joint) for joint, _ in order}
     decimals = max(2, math.ceil(8 + math.log10(clip.unit) - 1e-9))
@@ -75,13 +59,21 @@ def write_atomically(path: Path, data: bytes) -> None:
         raise CaptureError(path, f"expected {expected}, found {reason}.") from error
 
 
-def _translations(clip: Clip) -> FloatArray:
-    """Return every joint's position in its parent's frame: array (frames, joints, 3), metres."""
+def check_clip(clip: Clip, path: object) -> None:
+    """Refuse clips without frames and numbers that are not finite (CaptureError)."""
+    if clip.n_frames == 0:
+        raise CaptureError(path, "expected at least 1 frame to write, found 0.")
+    if not (np.isfinite(clip.local_rotations).all() and np.isfinite(local_places(clip)).all()):
+        raise CaptureError(path, "expected finite numbers to write, found NaN or infinity.")
+
+
+def local_places(clip: Clip) -> FloatArray:
+    """Return every joint's place in its parent's frame: array (frames, joints, 3), metres."""
     shape = (clip.n_frames, len(clip.skeleton.names), 3)
     source = clip.skeleton.offsets if clip.joint_positions is None else clip.joint_positions
-    translations = np.broadcast_to(source, shape).copy()
-    translations[:, 0] = clip.root_positions
-    return translations
+    places = np.broadcast_to(source, shape).copy()
+    places[:, 0] = clip.root_positions
+    return places
 
 
 def _depth_first(skeleton: Skeleton) -> list[tuple[int, int]]:
@@ -100,10 +92,7 @@ def _depth_first(skeleton: Skeleton) -> list[tuple[int, int]]:
 def _channels(
     clip: Clip, translations: FloatArray, joint: int
 ) -> tuple[tuple[str, ...], FloatArray]:
-    """Return the channel names of a joint and their values (frames, channels).
-
-    Positions are in the file's unit, rotations in degrees.
-    """
+    """Names of a joint's channels, and values (frames, channels) in file units and degrees."""
     default = tuple(f"{axis}rotation" for axis in DEFAULT_ORDER)
     declared = _declared_channels(clip, translations, joint)
     order = "".join(name[0] for name in _rotation_names(declared))
@@ -163,10 +152,7 @@ def _rotation_names(channels: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _angles(rotations: FloatArray, order: str) -> FloatArray | None:
-    """Return angles (frames, n), degrees, about the axes of ``order``, n of them.
-
-    None if these axes cannot represent the rotations.
-    """
+    """Angles (frames, n), degrees, about the axes of ``order``; None if these cannot do."""
     if len(set(order)) != len(order):
         return None
     full = order + "".join(axis for axis in DEFAULT_ORDER if axis not in order)

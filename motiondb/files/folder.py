@@ -14,8 +14,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from motiondb.errors import CaptureError
-from motiondb.files.enclosed import leads_out
-from motiondb.files.safe_files import is_file, open_file
+from motiondb.files.safe_files import is_file, leads_out, open_file
 from motiondb.files.text import quoted
 
 FORMATS = MappingProxyType(
@@ -97,11 +96,7 @@ within the first or, where other keys follow, the last few hundred bytes."""
 
 
 def find_captures(folder: Path | str, within: Path | None = None) -> list[Path]:
-    """Return all captures below a folder, sorted; hidden files and folders are skipped.
-
-    `within`: Folder outside of which nothing is read. Links that lead out of it and have the ending
-    of a capture are returned, so that they can be named.
-    """
+    """Captures below a folder, sorted, none hidden; links that lead out of `within` count too."""
     return sorted(
         path
         for path in _visible(Path(folder))
@@ -254,10 +249,7 @@ def _children(folder: Path) -> list[Path]:
 
 
 def _is_deepmimic(path: Path) -> bool:
-    """Say whether a text file starts like JSON and names its Frames near its start or end.
-
-    A file that may not be read may be one, so that reading it tells why not.
-    """
+    """Say whether a file is JSON and names its Frames, or may not be read, which is told later."""
     try:
         with open_file(path) as file:
             start = file.read(_LOOK)

@@ -15,6 +15,7 @@ import numpy as np
 from motiondb.errors import CaptureError
 from motiondb.files.folder import CAPTURE_ENDINGS, FORMATS, skeleton_path
 from motiondb.files.limits import (
+    AS_USUAL,
     ReadOptions,
     check_clip_size,
     check_duration,
@@ -101,10 +102,9 @@ def read_capture_bytes(
     *,
     path: Path | str = "capture",
     skeleton: AsfFile | None = None,
-    options: ReadOptions | None = None,
+    options: ReadOptions = AS_USUAL,
 ) -> Clip:
     """Read the clip in the bytes of a capture."""
-    options = options or ReadOptions()
     check_options(options, path)
     check_file_size(len(data), path, options.limits)
     with guarded(path):
@@ -119,14 +119,13 @@ def read_takes_bytes(
     *,
     path: Path | str = "capture",
     skeleton: AsfFile | None = None,
-    options: ReadOptions | None = None,
+    options: ReadOptions = AS_USUAL,
 ) -> dict[str, Clip]:
     """Read the clips in the bytes of a capture by the names of their takes; "" for the only one."""
     if kind != "fbx":
         return {"": read_capture_bytes(data, kind, path=path, skeleton=skeleton, options=options)}
     from motiondb.files.readers.fbx import read_takes
 
-    options = options or ReadOptions()
     check_options(options, path)
     check_file_size(len(data), path, options.limits)
     with guarded(path):

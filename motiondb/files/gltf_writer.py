@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from motiondb.body import kinematics, rotation
 from motiondb.errors import CaptureError
-from motiondb.files.bvh_writer import write_atomically
+from motiondb.files.bvh_writer import check_clip, write_atomically
 from motiondb.records import Clip, FloatArray
 
 FLOAT, USHORT, UINT = 5126, 5123, 5125  # Component types of glTF
@@ -49,12 +49,11 @@ _FACES = ((0, 2, 1), (0, 3, 2), (0, 4, 3), (0, 1, 4), (5, 1, 2), (5, 2, 3), (5, 
 """Corners of the eight triangles of an octahedron, counterclockwise from outside."""
 
 
-class Buffer:
-    """A binary buffer that grows, with the views and accessors that describe it.
+Colour = tuple[float, float, float]
 
-    ``data`` holds the arrays, each aligned to 4 bytes; ``views`` and ``accessors`` are the buffer
-    views and the accessors of the glTF document.
-    """
+
+class Buffer:
+    """A binary buffer that grows, with the views and accessors that describe it."""
 
     def __init__(self) -> None:
         self.data = bytearray()
@@ -62,10 +61,7 @@ class Buffer:
         self.accessors: list[dict[str, object]] = []
 
     def add(self, values: NDArray[np.generic], component: int, target: int | None = None) -> int:
-        """Append an array and return the number of its accessor.
-
-        Shapes: `values` (rows,) or (rows, columns).
-        """
+        """Append an array (rows,) or (rows, columns); return the number of its accessor."""
         values = np.ascontiguousarray(values)
         view = {"buffer": 0, "byteOffset": len(self.data), "byteLength": values.nbytes}
         if target is not None:
@@ -97,23 +93,7 @@ class Buffer:
 
 
 def write_gltf(clip: Clip, path: Path | str, owner: str = "") -> None:
-    """Write a clip as glTF; the file is written whole or not at all.
-
-    Parameters
-    ----------
-    clip : Clip
-        Metres, y up.
-    path : Path or str
-        The file to write; its ending chooses the form, .glb or .gltf.
-    owner : str
-        Whose it is, and its licence; the file says so (``asset.copyright``).
-
-    Raises
-    ------
-    CaptureError
-        For other endings than .glb and .gltf, clips without frames, numbers that are not finite,
-        or a file that cannot be written.
-    """
+    """Write a clip as glTF, whole or not at all; `owner`: who holds the rights, and a licence."""
     path = Path(path)
     check_ending(path)
     document, data = to_gltf(clip, path)
@@ -141,35 +121,12 @@ def write_document(document: dict[str, object], data: bytes, path: Path) -> None
 def to_gltf(clip: Clip, path: object = "clip") -> tuple[dict[str, object], bytes]:
     """Return the JSON document of a clip, and the buffer that it describes."""
     check_clip(clip, path)
-    skeleton, buffer = clip.skeleton, Buffer()
-    n_joints = len(skeleton.names)
-    mesh = body_mesh(clip, buffer, 0)
-    skin = {"joints": list(range(n_joints)), "skeleton": 0, **inverse_binds(clip, buffer)}
-    times = buffer.add((np.arange(clip.n_frames) / clip.fps).astype(np.float32), FLOAT)
-    samplers, channels = tracks(clip, buffer, times)
-    document: dict[str, object] = {
-        "asset": ASSET,
-        "scene": 0,
-        "scenes": [{"nodes": [0, n_joints]}],
-        "nodes": [*joint_nodes(clip), {"name": "body", "mesh": 0, "skin": 0}],
-        "meshes": [mesh],
-        "materials": [material("body", (0.35, 0.55, 0.8))],
-        "skins": [skin],
-        "animations": [{"name": "motion", "samplers": samplers, "channels": channels}],
-        **buffer.described(),
-    }
-    return document, bytes(buffer.data)
+    parts, buffer = _no_parts(), Buffer()
+    roots = _add_body(clip, parts, buffer, "", "body", (0.35, 0.55, 0.8))
+    return _document(roots, "motion", parts, buffer)
 
 
-def check_clip(clip: Clip, path: object) -> None:
-    """Refuse clips without frames and numbers that are not finite (CaptureError)."""
-    if clip.n_frames == 0:
-        raise CaptureError(path, "expected at least 1 frame to write, found 0.")
-    if not (np.isfinite(clip.local_rotations).all() and np.isfinite(clip.root_positions).all()):
-        raise CaptureError(path, "expected finite numbers to write, found NaN or infinity.")
-
-
-def material(name: str, colour: tuple[float, float, float]) -> dict[str, object]:
+def material(name: str, colour: Colour) -> dict[str, object]:
     """Return a matt material of one colour (red, green, blue, 0 to 1)."""
     return {
         "name": name,
@@ -321,9 +278,6 @@ def _chunk(kind: bytes, content: bytes) -> bytes:
     return len(content).to_bytes(4, "little") + kind + content
 
 
-Colour = tuple[float, float, float]
-
-
 @dataclass(frozen=True, eq=False)
 class Character:
     """A person in a scene."""
@@ -336,10 +290,7 @@ class Character:
 def write_gltf_scene(
     characters: Sequence[Character], path: Path | str, ball: FloatArray | None = None
 ) -> None:
-    """Write a scene as glTF; the file is written whole or not at all.
-
-    Shapes: `ball` (frames, 3) or None.
-    """
+    """Write characters and a ball (frames, 3) as glTF, whole or not at all."""
     path = Path(path)
     check_ending(path)
     write_document(*to_gltf_scene(characters, ball, path), path)
@@ -348,25 +299,35 @@ def write_gltf_scene(
 def to_gltf_scene(
     characters: Sequence[Character], ball: FloatArray | None = None, path: object = "scene"
 ) -> tuple[dict[str, object], bytes]:
-    """Return the JSON document of a scene, and the buffer that it describes.
-
-    Shapes: `ball` (frames, 3) or None.
-    """
+    """Return the document of characters and a ball (frames, 3), and its buffer."""
     _check_scene(characters, ball, path)
-    buffer = Buffer()
-    parts: dict[str, list[dict[str, object]]] = {
-        key: [] for key in ("nodes", "meshes", "materials", "skins", "samplers", "channels")
-    }
+    parts, buffer = _no_parts(), Buffer()
     roots = [_add_character(character, parts, buffer) for character in characters]
     if ball is not None and len(ball):
         roots.append(_add_ball(ball, characters[0].clip.fps, parts, buffer))
-    animation = {key: parts.pop(key) for key in ("samplers", "channels")}
+    return _document(roots, "scene", parts, buffer)
+
+
+_Parts = Mapping[str, list[dict[str, object]]]
+
+
+def _no_parts() -> _Parts:
+    keys = ("nodes", "meshes", "materials", "skins", "samplers", "channels")
+    return {key: [] for key in keys}
+
+
+def _document(
+    roots: list[int], name: str, parts: _Parts, buffer: Buffer
+) -> tuple[dict[str, object], bytes]:
+    """Return the document of parts with one animation of this name, and the buffer's bytes."""
+    described = {key: parts[key] for key in ("nodes", "meshes", "materials", "skins")}
+    animation = {key: parts[key] for key in ("samplers", "channels")}
     document: dict[str, object] = {
         "asset": ASSET,
         "scene": 0,
         "scenes": [{"nodes": roots}],
-        **parts,
-        "animations": [{"name": "scene", **animation}],
+        **described,
+        "animations": [{"name": name, **animation}],
         **buffer.described(),
     }
     return document, bytes(buffer.data)
@@ -386,33 +347,28 @@ def _check_scene(characters: Sequence[Character], ball: FloatArray | None, path:
         raise CaptureError(path, "expected finite places of the ball, found NaN or infinity.")
 
 
-def _add_character(
-    character: Character, parts: Mapping[str, list[dict[str, object]]], buffer: Buffer
-) -> int:
+def _add_character(character: Character, parts: _Parts, buffer: Buffer) -> int:
     """Append a character's node, joints and body; return the number of its node."""
-    clip, nodes = character.clip, parts["nodes"]
-    n_joints, node = len(clip.skeleton.names), len(nodes)
-    first, body = node + 1, node + 1 + n_joints
-    nodes.append({"name": character.name, "children": [first, body]})
-    nodes.extend(joint_nodes(clip, first, f"{character.name}_"))
-    nodes.append(
-        {
-            "name": f"{character.name}_body",
-            "mesh": len(parts["meshes"]),
-            "skin": len(parts["skins"]),
-        }
-    )
-    parts["meshes"].append(
-        {**body_mesh(clip, buffer, len(parts["materials"])), "name": f"{character.name}_body"}
-    )
-    parts["materials"].append(material(character.name, character.colour))
-    parts["skins"].append(
-        {
-            "joints": list(range(first, first + n_joints)),
-            "skeleton": first,
-            **inverse_binds(clip, buffer),
-        }
-    )
+    node: dict[str, object] = {"name": character.name}
+    number = len(parts["nodes"])
+    parts["nodes"].append(node)
+    prefix, look = f"{character.name}_", character.colour
+    node["children"] = _add_body(character.clip, parts, buffer, prefix, character.name, look)
+    return number
+
+
+def _add_body(
+    clip: Clip, parts: _Parts, buffer: Buffer, prefix: str, paint: str, colour: Colour
+) -> list[int]:
+    """Append joints and body, named after `prefix`, of a colour; numbers of root and body."""
+    first, n_joints = len(parts["nodes"]), len(clip.skeleton.names)
+    name, mesh, skin = f"{prefix}body", len(parts["meshes"]), len(parts["skins"])
+    parts["nodes"].extend(joint_nodes(clip, first, prefix))
+    parts["nodes"].append({"name": name, "mesh": mesh, "skin": skin})
+    parts["meshes"].append({**body_mesh(clip, buffer, len(parts["materials"])), "name": name})
+    parts["materials"].append(material(paint, colour))
+    joints = list(range(first, first + n_joints))
+    parts["skins"].append({"joints": joints, "skeleton": first, **inverse_binds(clip, buffer)})
     times = buffer.add((np.arange(clip.n_frames) / clip.fps).astype(np.float32), FLOAT)
     samplers, channels = tracks(clip, buffer, times, first)
     shift = len(parts["samplers"])
@@ -420,12 +376,10 @@ def _add_character(
     parts["channels"].extend(
         {**channel, "sampler": shift + number} for number, channel in enumerate(channels)
     )
-    return node
+    return [first, first + n_joints]
 
 
-def _add_ball(
-    ball: FloatArray, fps: float, parts: Mapping[str, list[dict[str, object]]], buffer: Buffer
-) -> int:
+def _add_ball(ball: FloatArray, fps: float, parts: _Parts, buffer: Buffer) -> int:
     """Append the ball; return the number of its node."""
     node = len(parts["nodes"])
     parts["nodes"].append(

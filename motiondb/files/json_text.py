@@ -49,12 +49,7 @@ class JSONError(ValueError):
 def parse_json(
     text: str | bytes, most: int = MOST_TEXT, number: Callable[[str], float] | None = None
 ) -> _Any:
-    """Return the value of a JSON text; JSONError (a ValueError) if it is not one within bounds.
-
-    `most`: Largest number of bytes, or of characters.
-
-    `number`: Makes every number of its text; the caller then refuses those that are not finite.
-    """
+    """The value of a JSON text of at most `most` bytes; `number` makes every number of its text."""
     if len(text) > most:
         raise JSONError(f"at most {most / 1e6:g} MB of JSON", f"{len(text) / 1e6:.4g} MB")
     hooks: dict[str, Any] = {"parse_constant": _refuse_constant}

@@ -88,6 +88,9 @@ class ReadOptions:
     take: str = ""  # Which take of a file with several; "": the only one
 
 
+AS_USUAL = ReadOptions()
+
+
 def check_options(options: ReadOptions, path: object) -> None:
     """Refuse a frame rate or a unit that no capture can have."""
     fps, unit = options.fps, options.unit
@@ -103,6 +106,29 @@ def check_options(options: ReadOptions, path: object) -> None:
         raise CaptureError(
             path, f"expected a length unit above 0 metres, found {unit:g}. Give another."
         )
+
+
+def check_rate(fps: float, path: object, what: str = "a frame rate") -> float:
+    """Return the frame rate of a file; CaptureError if no capture has it."""
+    if not MIN_FPS <= fps <= MAX_FPS:
+        raise CaptureError(
+            path,
+            f"expected {what} from {MIN_FPS:g} to {MAX_FPS:g}, found {fps:g}. "
+            "Give the right frame rate with --fps.",
+        )
+    return fps
+
+
+def whole_rate(fps: float) -> float:
+    """Undo the rounding of frame times such as 0.0083333 s.
+
+    A rate within 0.01 % of a whole number becomes that number: frame times are written with five
+    digits or more, and 29.97 lies ten times as far from 30.
+
+    >>> whole_rate(1 / 0.0083333), round(whole_rate(1 / 0.0333667), 2)
+    (120.0, 29.97)
+    """
+    return float(round(fps)) if abs(fps - round(fps)) < 1e-4 * fps else fps
 
 
 def check_file_size(n_bytes: int, path: object, limits: ReadLimits) -> None:

@@ -16,13 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from motiondb.body import body, changes, retarget, rotation
+from motiondb.body import body, changes, kinematics, retarget, rotation
 from motiondb.body.joint_names import REQUIRED, joint_map
 from motiondb.body.joint_proposals import map_text, propose_map
 from motiondb.errors import CaptureError, SkeletonError
 from motiondb.files.formats import read_capture_bytes, read_file
 from motiondb.files.json_text import parse_json
-from motiondb.files.limits import ReadOptions, guarded
+from motiondb.files.limits import AS_USUAL, guarded
 from motiondb.files.safe_files import output_file
 from motiondb.records import Clip, FloatArray, Skeleton
 
@@ -32,18 +32,15 @@ _MOST_JSON = 100_000_000  # Bytes of the document of a glTF file
 
 
 def read_rig(path: Path | str, user_map: Mapping[str, str] | None = None) -> Clip:
-    """Read the rig in a file (CaptureError if there is none).
-
-    `user_map`: Role -> joint, for names of no convention.
-    """
+    """Read the rig in a file (CaptureError); `user_map`: role -> joint."""
     path = Path(path)
-    ending, options = path.suffix.lower(), ReadOptions()
+    ending = path.suffix.lower()
     if ending not in ENDINGS:
         known = ", ".join(ENDINGS)
         raise CaptureError(path, f"expected a rig ({known}), found ending {ending!r}.")
-    data = read_file(path, options)
+    data = read_file(path, AS_USUAL)
     if ending == ".bvh":
-        clip = read_capture_bytes(data, "bvh", path=path, options=options)
+        clip = read_capture_bytes(data, "bvh", path=path)
         still = np.tile(rotation.IDENTITY, (1, len(clip.skeleton.names), 1))
         pose = replace(
             clip, local_rotations=still, root_positions=np.zeros((1, 3)), joint_positions=None
@@ -53,7 +50,7 @@ def read_rig(path: Path | str, user_map: Mapping[str, str] | None = None) -> Cli
         if ending == ".fbx":
             from motiondb.files.readers.fbx import read_pose
 
-            return read_pose(data, path, options)
+            return read_pose(data, path)
         return _read_gltf(data, path)
 
 
@@ -152,16 +149,11 @@ def _clip(
         raise CaptureError(path, f"expected one skeleton, found {above.count(-1)}. Export one.")
     places = np.array([matrices[node][:3, 3] for node in order])
     turns = np.array([_turn(matrices[node][:3, :3]) for node in order])
-    local, offsets = turns.copy(), places.copy()
-    for joint, parent in enumerate(above):
-        if parent >= 0:
-            back = rotation.conjugate(turns[parent])
-            local[joint] = rotation.multiply(back, turns[joint])
-            offsets[joint] = rotation.rotate(back, places[joint] - places[parent])
+    local, (offsets,) = kinematics.to_local(np.array(above), places[None], turns[None])
     offsets[0] = 0.0
     names = tuple(str(nodes[node].get("name", f"joint{node}")) for node in order)
     skeleton = Skeleton(names, np.array(above), offsets)
-    return Clip(skeleton, 30.0, local[None], places[None, 0], format="gltf", unit=1.0)
+    return Clip(skeleton, 30.0, local, places[None, 0], format="gltf", unit=1.0)
 
 
 def _document(data: bytes, path: Path) -> Any:  # noqa: ANN401  JSON of any shape

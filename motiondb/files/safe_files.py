@@ -9,6 +9,10 @@ A draft has the name ``.NAME.PROCESS.THREAD.part`` beside the file, with NAME cu
 next one that writes the same file removes it. A symbolic link stays: the file that it stands for is
 replaced. What belongs to a database is never written over (:func:`check_output`).
 
+In a folder that others may fill (``within``), a link that leads out of it is refused: a path is
+resolved first, and then opened one folder after the other without following links. So a link that
+is put in its way after it was resolved is refused too.
+
 ``pathlib`` raises an error for a name that the system cannot have, such as one of 300 characters;
 here such a name is that of no file.
 """
@@ -29,8 +33,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
-from motiondb.errors import MotionDBError, StoreError
-from motiondb.files.enclosed import check_inside, open_inside
+from motiondb.errors import CaptureError, MotionDBError, StoreError
 
 _LONGEST = 120
 """Bytes of a file's name that its draft keeps: a name has at most 255 on most file systems, and the
@@ -41,6 +44,7 @@ MOST_TEXT = 10_000_000
 what such files hold."""
 
 
+_IS_LINK = (errno.ELOOP, errno.ENOTDIR)  # Errors of opening a link, as a file and as a folder
 _OTHER_KINDS = (
     (stat.S_ISFIFO, "a pipe; save what it gives in a file, and name that file"),
     (stat.S_ISSOCK, "a socket; name a file"),
@@ -59,10 +63,7 @@ def _refuse_other_kinds(mode: int, is_folder_refused: bool) -> None:
 
 
 def open_file(path: str | os.PathLike[str], within: Path | None = None) -> BinaryIO:
-    """Open a user's file for reading; OSError if it is not a regular file, or cannot be read.
-
-    `within`: Folder that links must not lead out of (CaptureError); None: they may lead anywhere.
-    """
+    """Open a regular file for reading (OSError); links must not lead out of `within`."""
     flags = os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NOCTTY", 0)
     try:
         if within is not None:
@@ -84,6 +85,43 @@ def open_file(path: str | os.PathLike[str], within: Path | None = None) -> Binar
         os.close(descriptor)
         raise
     return os.fdopen(descriptor, "rb")
+
+
+def leads_out(path: Path, folder: Path) -> bool:
+    """Return whether a path leads out of a folder."""
+    return not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
+
+
+def check_inside(path: Path, folder: Path) -> None:
+    """Refuse a path that leads out of a folder (CaptureError)."""
+    if leads_out(path, folder):
+        raise _outside(path)
+
+
+def open_inside(path: Path, folder: Path, flags: int) -> int:
+    """Open a file in a folder (CaptureError: it leads out), and return its descriptor."""
+    check_inside(path, folder)
+    root, real = os.path.realpath(folder), os.path.realpath(path)
+    if os.open not in os.supports_dir_fd:  # Windows
+        return os.open(real, flags)
+    descriptor = os.open(root, os.O_RDONLY)
+    for part in Path(real).relative_to(root).parts:
+        try:
+            below = os.open(part, flags | os.O_NOFOLLOW, dir_fd=descriptor)
+        except OSError as error:
+            raise (_outside(path) if error.errno in _IS_LINK else error) from None
+        finally:
+            os.close(descriptor)
+        descriptor = below
+    return descriptor
+
+
+def _outside(path: Path) -> CaptureError:
+    return CaptureError(
+        path,
+        "expected a file inside the folder, found a link that leads out of it. Copy the file into "
+        "the folder.",
+    )
 
 
 _HELD: Counter[tuple[int, int]] = Counter()
@@ -161,10 +199,7 @@ def check_one_name(path: Path) -> None:
 
 
 def check_output(path: Path, *, is_folder: bool = False) -> None:
-    """Raise OSError for the name of an output that belongs to a database, or is no file.
-
-    `is_folder`: Whether a folder is written, and not a file.
-    """
+    """Raise OSError for the name of an output that belongs to a database, or is no file."""
     if path.is_dir() and not is_folder:
         raise IsADirectoryError(errno.EISDIR, "a folder; name a file in it")
     if is_duckdb(path):
@@ -388,6 +423,11 @@ def check_file_name(path: Path) -> None:
     if path.name.endswith(LOGS):
         raise StoreError(
             f"{path}: expected the name of a database, found that of a database's log. "
+            "Give another name."
+        )
+    if "\0" in str(path):
+        raise StoreError(
+            f"{str(path)!r}: expected the name of a file, found: a name that no system accepts. "
             "Give another name."
         )
     try:

@@ -18,10 +18,7 @@ FIRST_COLUMNS = ("file", "words", "start", "end", "performer", "licence")
 def write_sheet(
     path: Path, rows: Sequence[tuple[str, Sequence[Caption], Mapping[str, str]]]
 ) -> list[str]:
-    """Write names, captions and tags of captures; what a sheet cannot hold, as sentences.
-
-    A capture with several captions has several rows, and its tags stand in the first one.
-    """
+    """Write names, captions and tags of captures; what a sheet cannot hold, as sentences."""
     delimiter = "," if path.suffix.lower() == ".csv" else "\t"
     notes: list[str] = []
     keys = {key for _, _, tags in rows for key, value in tags.items() if value}

@@ -74,11 +74,7 @@ class Sheet:
     notes: tuple[str, ...] = ()  # Sentences about unusual entries that were used
 
     def find(self, name: str) -> SheetEntry | None:
-        """Return the entry of a capture by its name, or None.
-
-        A take (``FILE#TAKE``) without one has the tags of its file, but no captions: whose they
-        are is not known.
-        """
+        """Entry of a capture, or None; a take without one has its file's, but no captions."""
         if name in self.entries:
             return self.entries[name]
         of_file = self.entries.get(name.rpartition("#")[0])
@@ -93,12 +89,7 @@ class Sheet:
 def unknown_files(
     path: str, files: Mapping[str, tuple[int, str]], names: Iterable[str], expected: str
 ) -> list[str]:
-    """Return a sentence for every file of a sheet that is not among the captures.
-
-    The first of them suggest names; that takes too long for the thousands of a wrong folder.
-
-    `files`: Name of a capture -> its line in the sheet, and how it is written there.
-    """
+    """A sentence for every file (name -> line, spelling) of a sheet that is no capture."""
     known = set(names)
     unknown = [(name, *place) for name, place in files.items() if name not in known]
     return [
@@ -206,10 +197,7 @@ def _read_text(path: Path) -> str:
 
 
 def _split(path: Path, text: str, delimiter: str) -> Rows:
-    """Split a text into rows and cells; empty lines are left out.
-
-    A cell never holds a line break, so that an open quote does not swallow the rows below.
-    """
+    """Split a text into rows of cells, none with a line break; empty lines are left out."""
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
     rows: Rows = []
     before = 0
@@ -302,10 +290,7 @@ def _entry(cells: dict[str, str], line: int) -> SheetEntry:
 
 
 def _merged(first: SheetEntry, second: SheetEntry) -> SheetEntry:
-    """Merge two rows of one file: captions add up, performer, licence, fps and skeleton must agree.
-
-    Other tags that differ are joined by semicolons.
-    """
+    """Merge two rows of one file: captions add up, tags are joined, all else must agree."""
     for what in ("fps", "skeleton"):
         a, b = getattr(first, what), getattr(second, what)
         if a is not None and b is not None and a != b:

@@ -110,9 +110,7 @@ def read_number_block(
 
 
 def read_numbers(block: bytes) -> FloatArray | None:
-    """Read values between white space.
-
-    Shapes: result (values,) or None.
+    """Read values (values,) between white space; None if one is no finite number.
 
     >>> read_numbers(b"1 -2.5e0"), read_numbers(b"1_0"), read_numbers(b"nan")
     (array([ 1. , -2.5]), None, None)

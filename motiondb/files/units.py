@@ -72,10 +72,7 @@ def scaled(skeleton: Skeleton, factor: float) -> Skeleton:
 def find_unit(
     skeleton: Skeleton, joint_positions: FloatArray | None = None
 ) -> tuple[float, tuple[str, ...]]:
-    """Estimate the length unit of a skeleton from the size of its body.
-
-    Shapes: `joint_positions` (frames, joints, 3) or None.
-    """
+    """Estimate the length unit of a skeleton from the size of its body, with notes."""
     offsets = skeleton.offsets
     if joint_positions is not None:
         offsets = np.median(joint_positions[:: max(1, len(joint_positions) // 100)], axis=0)
@@ -111,10 +108,7 @@ def body_size(skeleton: Skeleton, lengths: FloatArray) -> tuple[float, float]:
 
 
 def _chain_lengths(skeleton: Skeleton, lengths: FloatArray) -> list[float]:
-    """Return the length of the bones from the root to every joint; parents come before children.
-
-    The root's own length, its distance from the origin, does not count.
-    """
+    """Length of the bones from the root to every joint; parents come before children."""
     chains: list[float] = []
     for parent, length in zip(skeleton.parents.tolist(), lengths.tolist()):
         chains.append(chains[parent] + length if parent >= 0 else 0.0)

@@ -17,10 +17,9 @@ import numpy as np
 
 from motiondb.body import rotation
 from motiondb.errors import CaptureError
-from motiondb.files.bvh_writer import write_atomically
-from motiondb.files.gltf_writer import check_clip
+from motiondb.files.bvh_writer import check_clip, local_places, write_atomically
 from motiondb.files.safe_files import open_file
-from motiondb.records import Clip, FloatArray, Skeleton
+from motiondb.records import Clip, Skeleton
 
 ENDINGS = (".usd", ".usda", ".usdc")
 
@@ -64,7 +63,8 @@ def _write(clip: Clip, path: Path) -> None:
     joints = Vt.TokenArray(_paths(clip.skeleton))
     skeleton.CreateJointsAttr(joints)
     skeleton.CreateJointNamesAttr(Vt.TokenArray(list(clip.skeleton.names)))
-    rest = _offsets(clip)[0] / clip.unit
+    translations = local_places(clip) / clip.unit
+    rest = translations[0]
     world = rest.copy()
     for joint, parent in enumerate(clip.skeleton.parents):
         world[joint] += world[parent] if parent >= 0 else 0.0
@@ -78,21 +78,11 @@ def _write(clip: Clip, path: Path) -> None:
     motion.CreateScalesAttr(Vt.Vec3hArray([Gf.Vec3h(1, 1, 1)] * len(joints)))
     turns = rotation.unroll(rotation.normalize(clip.local_rotations))
     places, to_turns = motion.CreateTranslationsAttr(), motion.CreateRotationsAttr()
-    translations = _offsets(clip) / clip.unit
     for frame in range(clip.n_frames):
         quats = [Gf.Quatf(*map(float, q)) for q in turns[frame]]
         to_turns.Set(Vt.QuatfArray(quats), frame)
         places.Set(Vt.Vec3fArray.FromNumpy(translations[frame].astype(np.float32)), frame)
     stage.GetRootLayer().Save()
-
-
-def _offsets(clip: Clip) -> FloatArray:
-    """Return places (frames, joints, 3) in the parents' frames, metres."""
-    shape = (clip.n_frames, len(clip.skeleton.names), 3)
-    source = clip.skeleton.offsets if clip.joint_positions is None else clip.joint_positions
-    places = np.broadcast_to(source, shape).copy()
-    places[:, 0] = clip.root_positions
-    return places
 
 
 def _paths(skeleton: Skeleton) -> list[str]:

@@ -114,7 +114,7 @@ class Workshop:
 
     def _add(self, parameters: Parameters, progress: Events) -> answers.AddResult:
         from motiondb.database.catalogue.file_reading import AddSettings
-        from motiondb.files import unit_from_name
+        from motiondb.files.units import unit_from_name
 
         unit, places = parameters["unit"], [str(Path(parameters["folder"]).absolute())]
         words, within = parameters["words"], parameters["within"]
@@ -257,7 +257,8 @@ class _Course:
 
 def _copied(sheet: Path, within: Path) -> Path:
     """Copy a sheet into this server's own folder, so that it is read from no other place."""
-    from motiondb.files import ReadOptions, read_file
+    from motiondb.files.formats import read_file
+    from motiondb.files.limits import ReadOptions
 
     copy = Path(tempfile.mkdtemp(dir=Path.cwd())) / sheet.name
     copy.write_bytes(read_file(sheet, ReadOptions(within=within)))

@@ -36,10 +36,7 @@ _GRID_REACH = 6  # metres of the grid on every side of the figure
 
 
 def draw_animation(motion: Motion, path: str | Path, *, height: int = 320) -> Path:
-    """Write a motion as an animated GIF in real time, 20 frames a second; return its path.
-
-    `height`: Height in pixels. The width is equal, or larger for a motion with the body lying down.
-    """
+    """Write a motion as an animated GIF in real time, 20 frames a second; return its path."""
     path = style.check_gif(path)
     images = animation_images(motion, height)
     return style.save_gif(images, path)
@@ -89,10 +86,7 @@ def paint_body(
     colour_of: Callable[[int], str],
     outline: tuple[str, int],
 ) -> None:
-    """Draw limbs, far ones first, and the head with its outline (colour and width).
-
-    `points` (joints and ends, 2), `radius` of the head and `thick` in pixels.
-    """
+    """Draw limbs, far ones first, and the head with its outline; all sizes in pixels."""
     for parent, child in sorted(BONES, key=lambda bone: float(depths[bone[0]] + depths[bone[1]])):
         colour = colour_of(child)
         draw.line([tuple(points[parent]), tuple(points[child])], fill=colour, width=thick)

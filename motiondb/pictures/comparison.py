@@ -19,12 +19,7 @@ def comparison_figure(
     times: tuple[FloatArray, FloatArray],
     spans: tuple[tuple[float, float], tuple[float, float]],
 ) -> Figure:
-    """Draw the distances of all poses with the alignment, and the distance along the first motion.
-
-    Shapes: `costs` (poses, poses), metres; `times` both (steps,), seconds: the alignment.
-
-    `spans`: Start and end of both motions, seconds.
-    """
+    """Draw distances of poses, metres, with the alignment (steps,), seconds, through them."""
     (low, high), (first, last) = spans
     with style.drawing():
         from matplotlib.figure import Figure

@@ -101,13 +101,7 @@ def draw_scene_animation(
     above: bool = False,
     width: int = 640,
 ) -> Path:
-    """Write a scene as an animated GIF in real time, 20 pictures a second; return its path.
-
-    Shapes: `ball` (frames, 3), m.
-
-    `performers`: Motion of every player by name, in the world of the diagram. A player whose motion
-    is shorter stands at its end.
-    """
+    """Write a scene as an animated GIF, 20 pictures a second; who has ended stands still."""
     path = style.check_gif(path)
     images = scene_images(diagram, performers, ball, above=above, width=width)
     return style.save_gif(images, path)

@@ -37,10 +37,7 @@ _CROWD = 80  # More symbols than this are labelled in smaller type
 def space_figure(
     space: SymbolSpace, labels: Sequence[str] = (), title: str = "Symbol space"
 ) -> Figure:
-    """Draw the symbol space.
-
-    The first axes are those of the large panel.
-    """
+    """Draw the symbol space; the first axes are those of the large panel."""
     n_symbols, n_dimensions = space.coordinates.shape
     if n_symbols == 0:
         raise MotionDBError("symbol space: expected at least 1 symbol, found 0. Run learn first.")
@@ -147,10 +144,7 @@ def _draw_ellipses(axes: Axes, mean: FloatArray, covar: FloatArray, colour: str)
 def _write_labels(
     axes: Axes, points: FloatArray, texts: Sequence[str], size: float, radius: float
 ) -> None:
-    """Draw every label beside its point, with a thin line if it is far from it.
-
-    ``size`` of the type and ``radius`` of the points are in typographic points.
-    """
+    """Draw labels beside points, with a thin line if far; sizes in typographic points."""
     to_pixels = axes.transData
     pixels = to_pixels.transform(points)
     scale = axes.figure.dpi / 72.0
@@ -191,10 +185,7 @@ def _draw_legend(figure: Figure, space: SymbolSpace, left: float) -> None:
 def place_labels(
     points: FloatArray, sizes: FloatArray, gap: float, low: FloatArray, high: FloatArray
 ) -> FloatArray:
-    """Centres of labels: array (labels, 2), pixels.
-
-    Shapes: `points`, `sizes` (labels, 2); `low`, `high` (2,).
-    """
+    """Centres of labels (labels, 2), pixels, for points and sizes (labels, 2)."""
     crowd = np.sum(_distances(points) < 12.0 * gap, axis=1)
     discs = np.concatenate([points - gap, points + gap], axis=1)
     taken = discs

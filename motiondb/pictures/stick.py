@@ -112,13 +112,7 @@ def world_points(motion: Motion) -> FloatArray:
 
 
 def best_azimuth(places: FloatArray) -> float:
-    """Azimuth of the three-quarter view that shows most motion, radians.
-
-    Of the views 35 and 55 degrees to both sides of the mean heading, it is the one in which the
-    joints move most across the picture relative to the pelvis; of equal ones the first.
-
-    Shapes: `places` (frames, 26, 3).
-    """
+    """Of four views beside the mean heading, radians, the one that shows most movement."""
     across = places[:, body.INDEX["l_hip"]] - places[:, body.INDEX["r_hip"]]
     facing = np.arctan2((-across[:, 2]).sum(), across[:, 0].sum())
     local = places - places[:, :1]

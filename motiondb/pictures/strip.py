@@ -52,10 +52,7 @@ class _Layout:
 
 
 def strip_figure(motion: Motion, title: str = "", timelines: Sequence[Timeline] = ()) -> Figure:
-    """Draw a strip of stick figures with timelines below.
-
-    The axes of a row are those of the figures, then one for each timeline, then that of time.
-    """
+    """Draw rows of stick figures, each with its timelines and a scale of seconds below."""
     view = view_motion(motion)
     layout = _layout(view, timelines)
     with style.drawing():

@@ -60,10 +60,7 @@ class _Placed:
 def trees_figure(
     trees: Sequence[TreePicture], title: str = "", colours: Mapping[str, int] | None = None
 ) -> Figure:
-    """Return the trees as a figure with one axes for each tree.
-
-    `colours`: Terminal -> number of its tint. A terminal that is missing gets the tint of its name.
-    """
+    """Return a figure with axes for each tree; `colours`: terminal -> number of its tint."""
     if not trees:
         raise MotionDBError("trees: expected at least one tree to draw, found none. Parse first.")
     placed, width, height = _arrange([_lay_out(tree) for tree in trees])

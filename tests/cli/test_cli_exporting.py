@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from command_answers import answer
 
-from motiondb.files import read_capture
+from motiondb.files.formats import read_capture
 
 
 def test_export_changes_the_motion_and_says_how(

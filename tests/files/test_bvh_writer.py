@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 
 from motiondb.body import body, kinematics, rotation
 from motiondb.errors import CaptureError
-from motiondb.files import write_bvh
-from motiondb.files.bvh_writer import to_bvh
+from motiondb.files.bvh_writer import to_bvh, write_bvh
 from motiondb.files.limits import ReadOptions
 from motiondb.files.readers.bvh import read_bvh
 from motiondb.records import Clip, Skeleton

@@ -9,15 +9,10 @@ import pytest
 
 from motiondb.body import body
 from motiondb.errors import CaptureError
-from motiondb.files import (
-    CAPTURE_ENDINGS,
-    ReadOptions,
-    capture_format,
-    find_captures,
-    read_capture,
-    read_capture_bytes,
-    write_bvh,
-)
+from motiondb.files.bvh_writer import write_bvh
+from motiondb.files.folder import CAPTURE_ENDINGS, find_captures
+from motiondb.files.formats import capture_format, read_capture, read_capture_bytes
+from motiondb.files.limits import ReadOptions
 from motiondb.records import Clip
 
 

@@ -11,7 +11,8 @@ import pytest
 
 from motiondb.body import kinematics
 from motiondb.errors import CaptureError
-from motiondb.files import fbx_writer, read_capture
+from motiondb.files import fbx_writer
+from motiondb.files.formats import read_capture
 from motiondb.files.usd_writer import write_usd
 from motiondb.records import Clip
 

@@ -11,7 +11,7 @@ import pytest
 
 from motiondb.body import body, kinematics, rotation
 from motiondb.errors import CaptureError
-from motiondb.files import Character, write_gltf, write_gltf_scene
+from motiondb.files.gltf_writer import Character, write_gltf, write_gltf_scene
 from motiondb.records import Clip
 
 COMPONENTS = {5126: np.float32, 5123: np.uint16, 5125: np.uint32}

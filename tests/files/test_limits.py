@@ -13,8 +13,9 @@ import pytest
 from odd_captures import AMC, ASF, BVH, DEEPMIMIC
 
 from motiondb.errors import CaptureError, QueryError
-from motiondb.files import AsfFile, ReadLimits, ReadOptions, guarded, read_capture_bytes
-from motiondb.files.limits import NO_LIMITS
+from motiondb.files.formats import read_capture_bytes
+from motiondb.files.limits import NO_LIMITS, ReadLimits, ReadOptions, guarded
+from motiondb.files.readers.amc import AsfFile
 
 
 def refusal(data: bytes | str, kind: str, asf: str = ASF, **options: object) -> str:

@@ -11,8 +11,9 @@ from odd_npz import mutated_npz
 
 from motiondb.body import retarget
 from motiondb.errors import CaptureError, MotionDBError
-from motiondb.files import AsfFile, capture_format, guarded, read_capture_bytes
-from motiondb.files.limits import ReadLimits, ReadOptions
+from motiondb.files.formats import capture_format, read_capture_bytes
+from motiondb.files.limits import ReadLimits, ReadOptions, guarded
+from motiondb.files.readers.amc import AsfFile
 from motiondb.files.sheets import read_event_sheet, read_sheet
 
 UNEXPECTED = "expected a file that its reader knows"

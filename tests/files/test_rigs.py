@@ -11,7 +11,9 @@ import pytest
 
 from motiondb.body import kinematics
 from motiondb.errors import CaptureError
-from motiondb.files import read_capture, write_bvh, write_gltf
+from motiondb.files.bvh_writer import write_bvh
+from motiondb.files.formats import read_capture
+from motiondb.files.gltf_writer import write_gltf
 from motiondb.files.rigs import read_rig
 
 SAMPLE = Path(__file__).parent.parent.parent / "sample_data" / "captures" / "ana" / "bow_1.bvh"

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from motiondb import files
 from motiondb.errors import CaptureError
+from motiondb.files.formats import read_capture
 from motiondb.files.safe_files import (
     is_running,
     open_file,
@@ -156,7 +156,7 @@ def test_only_files_are_opened_and_none_is_waited_for(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="a pipe"), whole_file(tmp_path / "pipe.bvh"):
         pass
     with pytest.raises(CaptureError) as error:
-        files.read_capture(tmp_path / "pipe.bvh")
+        read_capture(tmp_path / "pipe.bvh")
     assert str(error.value) == (
         f"{tmp_path}/pipe.bvh: expected a readable file, found: a pipe; save what it gives in a "
         "file, and name that file."

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from motiondb.body import body, kinematics, retarget, rotation
-from motiondb.files import read_capture
+from motiondb.files.formats import read_capture
 from motiondb.generate import contact
 from motiondb.records import FloatArray, Motion
 

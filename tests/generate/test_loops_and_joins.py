@@ -11,7 +11,7 @@ import pytest
 from motiondb.body import changes, kinematics, retarget, rotation
 from motiondb.body.pose_vectors import yaw
 from motiondb.errors import QueryError
-from motiondb.files import read_capture
+from motiondb.files.formats import read_capture
 from motiondb.generate import contact
 from motiondb.generate.joining import join
 from motiondb.generate.loops import looped

@@ -12,7 +12,8 @@ from rigs import RIGS, mixamo
 
 from motiondb.body import body, changes, kinematics, retarget
 from motiondb.database.catalogue.exporting import MotionChanges, write_motion
-from motiondb.files import read_capture, write_bvh
+from motiondb.files.bvh_writer import write_bvh
+from motiondb.files.formats import read_capture
 from motiondb.generate.onto import at_rest, onto
 from motiondb.records import Motion, Skeleton
 

@@ -10,7 +10,7 @@ import pytest
 
 from motiondb.body import features, pose_vectors, retarget
 from motiondb.errors import QueryError
-from motiondb.files import read_capture
+from motiondb.files.formats import read_capture
 from motiondb.generate import contact, stitching
 from motiondb.grammar import synthesis
 from motiondb.grammar.terminals.terminals import Terminals

@@ -9,7 +9,7 @@ import pytest
 from made_tables import takes_of
 
 from motiondb.body import features, retarget
-from motiondb.files import read_capture
+from motiondb.files.formats import read_capture
 from motiondb.meaning import alignment, by_motion, score_vectors
 from motiondb.meaning.resemblance import fit_pooled_map, meaning_space, pooled_statistics
 from motiondb.meaning.word_map import WordMap

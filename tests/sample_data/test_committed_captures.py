@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from motiondb.body import body, kinematics, retarget
-from motiondb.files import read_capture
+from motiondb.files.formats import read_capture
 from motiondb.records import Clip
 from sample_data import grammars, performers, repertoire
 from sample_data.grammars import GRAMMARS, derive

@@ -10,7 +10,7 @@ import pytest
 from naive_copies import find_everywhere
 
 from motiondb.body import retarget
-from motiondb.files import read_capture
+from motiondb.files.formats import read_capture
 from motiondb.records import Float32Array, Motion
 from motiondb.search import copies
 

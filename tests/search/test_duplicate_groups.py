@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motiondb.body import retarget
-from motiondb.files import read_capture
+from motiondb.files.formats import read_capture
 from motiondb.records import Motion, Relation
 from motiondb.search import copies
 from motiondb.search.copies import group_duplicates

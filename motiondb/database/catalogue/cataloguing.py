@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from motiondb import files, store
+from motiondb import store
 from motiondb.answers.catalogue import AddReport
 from motiondb.database.catalogue import copy_search
 from motiondb.database.catalogue.file_reading import (
@@ -24,6 +24,7 @@ from motiondb.database.catalogue.file_reading import (
 from motiondb.database.catalogue.sheets import Sheets, captions_within, sheet_notes
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
+from motiondb.files import folder as files
 from motiondb.files.safe_files import is_file, is_folder, odd_kind
 from motiondb.files.sheets import EventSheet, SheetEntry, capture_name
 from motiondb.records import Caption, CaptureInfo, Event

@@ -24,11 +24,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from motiondb import files as capture
 from motiondb import store
 from motiondb.body import retarget
 from motiondb.errors import CaptureError, MotionDBError
+from motiondb.files.folder import named_skeleton, skeleton_path
+from motiondb.files.formats import capture_format, read_capture_bytes, read_file, read_takes_bytes
+from motiondb.files.limits import NO_LIMITS, ReadLimits, ReadOptions, cap_memory, guarded
 from motiondb.files.parent_process import end_with_parent, is_main_thread
+from motiondb.files.readers.amc import AsfFile
 from motiondb.files.safe_files import read_bounded_text
 from motiondb.files.sheets import SheetEntry
 from motiondb.files.text import quoted
@@ -70,7 +73,7 @@ class AddSettings:
     """Role -> joint name, for skeletons that no convention fits."""
     jobs: int = 2
     """Processes that read files."""
-    limits: capture.ReadLimits = field(default_factory=capture.ReadLimits)
+    limits: ReadLimits = field(default_factory=ReadLimits)
     """Limits for reading one file."""
     keep_implausible: bool = False
     """Keep captures that move faster than people can."""
@@ -264,7 +267,7 @@ def _read_beside(folder: str, packed: bytes, n_bytes: int) -> Readings:
     os.chdir(folder)
     job: FileToRead = pickle.loads(packed)
     limits = job.settings.limits
-    capture.cap_memory(_PROCESS_MEMORY * max(limits.memory, _PROCESS_MEMORY * n_bytes))
+    cap_memory(_PROCESS_MEMORY * max(limits.memory, _PROCESS_MEMORY * n_bytes))
     return _read(job)
 
 
@@ -281,7 +284,7 @@ def _read_by(workers: Cluster, jobs: Sequence[FileToRead]) -> Iterator[Readings]
 class _Loaded:
     """The bytes of a file and of its skeleton, and how they are read."""
 
-    options: capture.ReadOptions
+    options: ReadOptions
     kind: str
     data: bytes
     asf: Path | None
@@ -311,23 +314,23 @@ def _load(job: FileToRead) -> _Loaded | Readings:
     """Load a file and its skeleton; an error becomes the problem of the reading."""
     settings, entry, path = job.settings, job.entry, job.path
     try:
-        with capture.guarded(path, job.seconds(_size(path))):
-            options = capture.ReadOptions(
+        with guarded(path, job.seconds(_size(path))):
+            options = ReadOptions(
                 fps=entry.fps if entry and entry.fps else settings.fps,
                 unit=settings.unit,
                 skip_bad_frames=settings.skip_bad_frames,
                 limits=settings.limits,
                 within=settings.within,
             )
-            kind = capture.capture_format(path)
-            data = capture.read_file(path, options)
+            kind = capture_format(path)
+            data = read_file(path, options)
             named = entry.skeleton if entry and path.suffix.lower() == ".amc" else None
             asf = (
-                capture.named_skeleton(path, named, job.folder, settings.outside_skeletons)
+                named_skeleton(path, named, job.folder, settings.outside_skeletons)
                 if named
-                else capture.skeleton_path(path)
+                else skeleton_path(path)
             )
-            skeleton_data = capture.read_file(asf, options) if asf else None
+            skeleton_data = read_file(asf, options) if asf else None
             return _Loaded(options, kind, data, asf, skeleton_data)
     except MotionDBError as error:
         return (_with_problem(job.name, path, error),)
@@ -339,7 +342,7 @@ def _read_loaded(piece: _Piece) -> Readings:
     if not isinstance(loaded, _Loaded):
         return loaded
     try:
-        with capture.guarded(job.path, job.seconds(len(loaded.data))):
+        with guarded(job.path, job.seconds(len(loaded.data))):
             return _solve_takes(job, loaded)
     except MotionDBError as error:
         return (_with_problem(job.name, job.path, error),)
@@ -356,8 +359,8 @@ def _solve_takes(job: FileToRead, loaded: _Loaded) -> Readings:
     """Solve the canonical body for each take of a file."""
     path, data, kind, asf = job.path, loaded.data, loaded.kind, loaded.asf
     skeleton_data, options = loaded.skeleton_data, loaded.options
-    skeleton = capture.AsfFile(skeleton_data, asf) if skeleton_data is not None else None
-    clips = capture.read_takes_bytes(data, kind, path=path, skeleton=skeleton, options=options)
+    skeleton = AsfFile(skeleton_data, asf) if skeleton_data is not None else None
+    clips = read_takes_bytes(data, kind, path=path, skeleton=skeleton, options=options)
     readings = []
     for take, clip in clips.items():
         of = f"{job.name}#{take}" if take else job.name
@@ -419,14 +422,14 @@ def read_stored(
     unit = parameters.get("unit")
     skeleton = None
     if source.skeleton_data is not None:
-        skeleton = capture.AsfFile(source.skeleton_data, source.skeleton_name or "")
-    options = capture.ReadOptions(
+        skeleton = AsfFile(source.skeleton_data, source.skeleton_name or "")
+    options = ReadOptions(
         fps=fps,
         unit=float(str(unit)) if unit else None,
         skip_bad_frames=bool(parameters.get("skip_bad_frames")),
-        limits=capture.NO_LIMITS,
+        limits=NO_LIMITS,
         take=source.take,
     )
-    return capture.read_capture_bytes(
+    return read_capture_bytes(
         source.data, source.format, path=info.name, skeleton=skeleton, options=options
     )

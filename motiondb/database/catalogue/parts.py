@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from motiondb import files
 from motiondb.errors import QueryError
+from motiondb.files.bvh_writer import write_bvh
+from motiondb.files.gltf_writer import write_gltf
 from motiondb.files.safe_files import output_file
 from motiondb.records import MOTION_FPS, Clip, Motion
 
@@ -108,7 +109,7 @@ def write_clip(clip: Clip, path: Path, owner: str = "") -> Path:
     check_motion_file(path)
     ending = path.suffix.lower()
     if ending == ".bvh":
-        files.write_bvh(clip, path)
+        write_bvh(clip, path)
     elif ending == ".fbx":
         from motiondb.files.fbx_writer import write_fbx
 
@@ -118,7 +119,7 @@ def write_clip(clip: Clip, path: Path, owner: str = "") -> Path:
 
         write_usd(clip, path)
     else:
-        files.write_gltf(clip, path, owner)
+        write_gltf(clip, path, owner)
     return path
 
 

@@ -10,10 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from motiondb import files, store
+from motiondb import store
 from motiondb.body import retarget
 from motiondb.database.catalogue.file_reading import read_stored
 from motiondb.errors import MotionDBError, StoreError
+from motiondb.files.bvh_writer import to_bvh
 from motiondb.files.safe_files import check_file_name, log_of, output_file
 from motiondb.records import MOTION_FPS, CaptureInfo, Motion, Run
 
@@ -167,7 +168,7 @@ def _written_anew(info: CaptureInfo, motion: Motion) -> tuple[CaptureInfo, store
     """A file for a motion whose file was lost."""
     clip = retarget.to_clip(motion)
     file = f"{info.name.replace('/', '_')}.bvh"
-    packed = store.pack_source(file, files.to_bvh(clip, file).encode(), "bvh")
+    packed = store.pack_source(file, to_bvh(clip, file).encode(), "bvh")
     notes = (*info.notes, "the file was lost; this is the canonical motion, rescued")
     facts = replace(
         info,

@@ -19,7 +19,8 @@ from motiondb import store
 from motiondb.answers.grammars import ParseAnswer, ParsedSentence, ParseFault
 from motiondb.database.grammars.grammar_sequences import Material
 from motiondb.database.learned_grammar import LearnedGrammar
-from motiondb.files import ReadOptions, read_file
+from motiondb.files.formats import read_file
+from motiondb.files.limits import ReadOptions
 from motiondb.files.safe_files import is_file
 from motiondb.grammar.cfg import context_free
 from motiondb.grammar.cfg.parse import ParseError, parse_passage

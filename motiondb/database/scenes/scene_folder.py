@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from motiondb import answers, files, pictures, store
+from motiondb import answers, pictures, store
 from motiondb.answers import plain
 from motiondb.body import body, retarget
 from motiondb.database.catalogue.parts import write_bytes
@@ -32,7 +32,9 @@ from motiondb.database.scenes.scene_making import MadeScene, SceneProgress
 from motiondb.database.scenes.scene_records import from_json, to_json, waiting
 from motiondb.database.scenes.scene_texts import GRAMMAR, TACTICS
 from motiondb.errors import MotionDBError, SceneError
-from motiondb.files.gltf_writer import Character
+from motiondb.files.bvh_writer import write_bvh
+from motiondb.files.formats import read_capture
+from motiondb.files.gltf_writer import Character, write_gltf_scene
 from motiondb.files.safe_files import check_output, is_running, link_target, read_bounded_text
 from motiondb.pictures.scenes import performer_colours
 from motiondb.records import MOTION_FPS, Clip, IntArray, Motion
@@ -289,7 +291,7 @@ def fill_scene_folder(
     motions = {player.player: player.motion for player in made.polished.players}
     for player in made.polished.players:
         name = player.player
-        files.write_bvh(in_world(player.motion), folder / f"{name}.bvh")
+        write_bvh(in_world(player.motion), folder / f"{name}.bvh")
         facts = {
             "scene": record.name,
             "player": name,
@@ -330,7 +332,7 @@ def _write_gltf(
         Character(name, in_world(motion), _linear(colours[name]))
         for name, motion in motions.items()
     ]
-    files.write_gltf_scene(people, path, record.ball)
+    write_gltf_scene(people, path, record.ball)
 
 
 def _linear(colour: str) -> tuple[float, float, float]:
@@ -433,7 +435,7 @@ def read_scene_folder(folder: Path) -> store.StoredScene:
 
 def read_motions(folder: Path, names: list[str]) -> dict[str, Motion]:
     """Read the motions of a scene's characters from their BVH files."""
-    return {name: retarget.to_motion(files.read_capture(folder / f"{name}.bvh")) for name in names}
+    return {name: retarget.to_motion(read_capture(folder / f"{name}.bvh")) for name in names}
 
 
 def draw_folder(folder: Path, png: Path) -> Path:

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from motiondb.body import rotation
 from motiondb.errors import CaptureError
-from motiondb.files.limits import MAX_FPS, MIN_FPS, ReadOptions, check_clip_size
+from motiondb.files.limits import AS_USUAL, ReadOptions, check_clip_size, check_rate
 from motiondb.records import Clip, FloatArray, Skeleton
 
 _TABLE = (
@@ -81,7 +81,6 @@ def skeleton(unit: float = 1.0) -> Skeleton:
     parents = np.array([row[1] for row in _TABLE])
     rest = np.array([row[2] for row in _TABLE]) * unit
     offsets = rest - np.where(parents[:, None] >= 0, rest[parents], rest)
-    turns = ("Zrotation", "Yrotation", "Xrotation")
     return Skeleton(
         names=names,
         parents=parents,
@@ -89,13 +88,11 @@ def skeleton(unit: float = 1.0) -> Skeleton:
         end_sites=tuple(
             (names.index(name), (x * unit, y * unit, z * unit)) for name, (x, y, z) in _ENDS
         ),
-        channels=(("Xposition", "Yposition", "Zposition", *turns), *[turns] * (N_JOINTS - 1)),
     )
 
 
-def read_amass(data: bytes, path: object, options: ReadOptions | None = None) -> Clip:
+def read_amass(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip:
     """Read the clip in the bytes of an npz file."""
-    options = options or ReadOptions()
     arrays = _load(data, path)
     poses, trans = _poses(arrays, path), _array(arrays, "trans", path)
     if trans.shape != (len(poses), 3):
@@ -156,10 +153,7 @@ def _load(data: bytes, path: object) -> dict[str, NDArray[np.generic]]:
 
 
 def _read_array(file: zipfile.ZipFile, info: zipfile.ZipInfo) -> NDArray[np.generic]:
-    """Return the array of a member; its header must fit the size of the member.
-
-    The member is unpacked piece by piece into the array, so that it is not in memory twice.
-    """
+    """The array of a member that its header fits, unpacked piece by piece."""
     with file.open(info) as member:
         version = npy.read_magic(member)
         read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
@@ -236,14 +230,7 @@ def _frame_rate(arrays: dict[str, NDArray[np.generic]], path: object) -> float:
                     f"expected one number in {name}, found {values.size}. "
                     "Give the right frame rate with --fps.",
                 )
-            rate = float(values.reshape(-1).astype(float)[0])
-            if MIN_FPS <= rate <= MAX_FPS:
-                return rate
-            raise CaptureError(
-                path,
-                f"expected {name} from {MIN_FPS:g} to {MAX_FPS:g}, found {rate:g}. "
-                "Give the right frame rate with --fps.",
-            )
+            return check_rate(float(values.reshape(-1).astype(float)[0]), path, name)
     raise CaptureError(
         path, "expected a frame rate (mocap_framerate or fps), found none. Give it with --fps."
     )

@@ -16,7 +16,7 @@ import numpy as np
 
 from motiondb.body import rotation
 from motiondb.errors import CaptureError, suggestion
-from motiondb.files.limits import ReadOptions, check_clip_size
+from motiondb.files.limits import AS_USUAL, ReadOptions, check_clip_size
 from motiondb.files.readers.asf import AcclaimBody, Bone, axis_rotation, read_asf
 from motiondb.files.text import (
     CUT_SHORT,
@@ -50,13 +50,9 @@ class AsfFile(NamedTuple):
 
 
 def read_amc(
-    data: bytes, path: object, asf: AsfFile | None, options: ReadOptions | None = None
+    data: bytes, path: object, asf: AsfFile | None, options: ReadOptions = AS_USUAL
 ) -> Clip:
-    """Read the clip in the bytes of an AMC file and of its ASF.
-
-    `options`: How to read it. ``fps`` None: 120; ``unit`` None: the unit in the ASF.
-    """
-    options = options or ReadOptions()
+    """Read the clip in the bytes of an AMC file and of its ASF; 120 frames a second."""
     if asf is None:
         raise CaptureError(
             path, "expected the ASF file of its body, found none. Put it beside the AMC."
@@ -194,10 +190,7 @@ def _read_slow(block: bytes, line: int, layout: Layout) -> tuple[FloatArray, Fau
 
 
 def _cut_short(block: bytes, line: int, faults: Faults) -> int:
-    """Return the line of the last frame if it alone has a fault, as in a file that was cut.
-
-    Otherwise return 0.
-    """
+    """Line of the last frame if it alone has a fault, as in a file that was cut; else 0."""
     last = list(_FRAME_NUMBER.finditer(block))[-1].start()
     at = line + line_number(block, last) - 1
     return at if len(faults) == 1 and (faults[0][0] or 0) >= at else 0

@@ -24,8 +24,6 @@ from motiondb.records import FloatArray, Skeleton
 
 CMU_LENGTH = 0.45  # ``length 0.45`` in the units means inches divided by 0.45
 _ROOT_ORDER = ("tx", "ty", "tz", "rx", "ry", "rz")
-_JOINT_CHANNELS = ("Zrotation", "Yrotation", "Xrotation")
-_ROOT_CHANNELS = ("Xposition", "Yposition", "Zposition", *_JOINT_CHANNELS)
 
 
 @dataclass
@@ -67,13 +65,13 @@ class _Raw:
     position: tuple[float, ...] = (0.0, 0.0, 0.0)
     faults: Faults = field(default_factory=list)
 
+    def fault(self, line: int | None, sentence: str) -> None:
+        """Add a fault."""
+        self.faults.append((line, sentence))
+
 
 def read_asf(data: bytes, path: object, *, unit: float | None = None) -> AcclaimBody:
-    """Read the body in the bytes of an ASF file.
-
-    `unit`: Metres per length unit; None: from ``length`` in the units, or from the size of the
-    body.
-    """
+    """Read the body in the bytes of an ASF file; `unit`: metres, None: as it says, or estimated."""
     raw = _read_sections(decode(clean_bytes(data, path)))
     joints = _order(raw)
     if raw.faults:
@@ -101,9 +99,7 @@ def read_asf(data: bytes, path: object, *, unit: float | None = None) -> Acclaim
 
 
 def axis_rotation(angles: tuple[float, ...] | FloatArray, order: str, degrees: bool) -> FloatArray:
-    """Return the rotation of turns about fixed axes, the first letter of ``order`` applied first.
-
-    Shapes: `angles` (..., n); result (..., 4).
+    """Rotation (..., 4) of turns (..., n) about fixed axes, the first letter applied first.
 
     >>> axis_rotation((0.0, 0.0, 90.0), "XYZ", True).round(3)
     array([0.707, 0.   , 0.   , 0.707])
@@ -130,8 +126,12 @@ def _read_sections(text: str) -> _Raw:
         else:
             _read_line(raw, section, line, words)
     if bone is not None:
-        raw.faults.append((bone.line, f"expected 'end' for bone {quoted(bone.name)}, found none."))
+        _miss_end(raw, bone)
     return raw
+
+
+def _miss_end(raw: _Raw, bone: Bone) -> None:
+    raw.fault(bone.line, f"expected 'end' for bone {quoted(bone.name)}, found none.")
 
 
 def _read_line(raw: _Raw, section: str, line: int, words: list[str]) -> None:
@@ -149,6 +149,8 @@ def _read_bone_line(raw: _Raw, bone: Bone | None, line: int, words: list[str]) -
     """Read a line of the bone data; return the bone that is open after it."""
     key = words[0].lower()
     if key == "begin":
+        if bone is not None:
+            _miss_end(raw, bone)
         return Bone("", line)
     if key == "end":
         _finish_bone(raw, bone, line)
@@ -165,7 +167,7 @@ def _read_root(raw: _Raw, root: Bone, line: int, words: list[str]) -> None:
         order = tuple(word.lower() for word in words[1:])
         if set(order) - set(_ROOT_ORDER) or len(set(order)) != len(order):
             shown = quoted(" ".join(words[1:]))
-            raw.faults.append((line, f"expected an order of TX TY TZ RX RY RZ, found {shown}."))
+            raw.fault(line, f"expected an order of TX TY TZ RX RY RZ, found {shown}.")
         root.dof = order
     elif key == "axis" and len(words) > 1:
         root.order = _axis_order(raw, line, words[1])
@@ -191,17 +193,12 @@ def _read_bone(raw: _Raw, bone: Bone, line: int, words: list[str]) -> None:
         bone.dof = tuple(word.lower() for word in words[1:])
         unknown = [word for word in bone.dof if word not in ("rx", "ry", "rz")]
         if unknown:
-            raw.faults.append(
-                (
-                    line,
-                    f"expected rx, ry or rz as dof of {quoted(bone.name)}, "
-                    f"found {quoted(unknown[0])}.",
-                )
+            raw.fault(
+                line,
+                f"expected rx, ry or rz as dof of {quoted(bone.name)}, found {quoted(unknown[0])}.",
             )
         elif len(set(bone.dof)) != len(bone.dof):
-            raw.faults.append(
-                (line, f"expected each dof of {quoted(bone.name)} once, found one twice.")
-            )
+            raw.fault(line, f"expected each dof of {quoted(bone.name)} once, found one twice.")
 
 
 def _axis_order(raw: _Raw, line: int, text: str) -> str:
@@ -209,18 +206,18 @@ def _axis_order(raw: _Raw, line: int, text: str) -> str:
     if sorted(text.upper()) == ["X", "Y", "Z"]:
         return text.upper()
     shown = quoted(text.upper())
-    raw.faults.append((line, f"expected an axis order such as XYZ, found {shown}."))
+    raw.fault(line, f"expected an axis order such as XYZ, found {shown}.")
     return "XYZ"
 
 
 def _finish_bone(raw: _Raw, bone: Bone | None, line: int) -> None:
     """Add a bone that is complete, or the fault that it has."""
     if bone is None:
-        raw.faults.append((line, "expected 'begin' before 'end', found none."))
+        raw.fault(line, "expected 'begin' before 'end', found none.")
     elif not bone.name:
-        raw.faults.append((bone.line, "expected a name for the bone, found none."))
+        raw.fault(bone.line, "expected a name for the bone, found none.")
     elif bone.name in raw.bones:
-        raw.faults.append((bone.line, f"expected one bone {quoted(bone.name)}, found a second."))
+        raw.fault(bone.line, f"expected one bone {quoted(bone.name)}, found a second.")
     else:
         raw.bones[bone.name] = bone
 
@@ -229,10 +226,10 @@ def _read_children(raw: _Raw, line: int, words: list[str]) -> None:
     """Read a line of the hierarchy: a bone and its children."""
     for name in words:
         if name not in raw.bones:
-            raw.faults.append((line, f"expected a bone of :bonedata, found {quoted(name)}."))
+            raw.fault(line, f"expected a bone of :bonedata, found {quoted(name)}.")
     for child in words[1:]:
         if child in raw.parents or child == "root":
-            raw.faults.append((line, f"expected one parent for {quoted(child)}, found a second."))
+            raw.fault(line, f"expected one parent for {quoted(child)}, found a second.")
         else:
             raw.parents[child] = words[0]
 
@@ -244,7 +241,7 @@ def _numbers(raw: _Raw, line: int, words: list[str], count: int) -> tuple[float,
     if len(known) != count:
         shown = quoted(" ".join(words[1 : count + 1]) or "none")
         many = "a number" if count == 1 else f"{count} numbers"
-        raw.faults.append((line, f"expected {many} after {words[0]}, found {shown}."))
+        raw.fault(line, f"expected {many} after {words[0]}, found {shown}.")
         return (0.0,) * count
     return tuple(known)
 
@@ -262,9 +259,9 @@ def _order(raw: _Raw) -> list[str]:
     reached = set(order)
     lost = [bone for name, bone in raw.bones.items() if name not in reached]
     if len(raw.bones) == 1:
-        raw.faults.append((None, "expected bones in :bonedata, found none. Is this an ASF file?"))
+        raw.fault(None, "expected bones in :bonedata, found none. Is this an ASF file?")
     elif len(order) == 1:
-        raw.faults.append((None, "expected bones below root in :hierarchy, found none."))
+        raw.fault(None, "expected bones below root in :hierarchy, found none.")
     else:
         raw.faults += [
             (bone.line, f"expected a parent of {quoted(bone.name)} in :hierarchy, found none.")
@@ -288,7 +285,6 @@ def _skeleton(raw: _Raw, bones: tuple[Bone, ...]) -> Skeleton:
         end_sites=tuple(
             (j, (float(x), float(y), float(z))) for j in leaves for x, y, z in [ends[j]]
         ),
-        channels=(_ROOT_CHANNELS, *[_JOINT_CHANNELS] * (len(bones) - 1)),
     )
 
 

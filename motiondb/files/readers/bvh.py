@@ -25,7 +25,14 @@ import numpy as np
 
 from motiondb.body import rotation
 from motiondb.errors import CaptureError
-from motiondb.files.limits import MAX_FPS, MIN_FPS, ReadOptions, check_clip_size
+from motiondb.files.limits import (
+    AS_USUAL,
+    MAX_FPS,
+    MIN_FPS,
+    ReadOptions,
+    check_clip_size,
+    whole_rate,
+)
 from motiondb.files.text import (
     Faults,
     clean_bytes,
@@ -76,6 +83,10 @@ class _State:
     has_root: bool = False  # Whether a joint without parent was read
     faults: Faults = field(default_factory=list)  # Structural faults with their lines
 
+    def fault(self, line: int | None, sentence: str) -> None:
+        """Add a fault."""
+        self.faults.append((line, sentence))
+
 
 def read_header(text: str) -> tuple[Skeleton | None, Faults]:
     """Read the skeleton of a HIERARCHY text."""
@@ -93,7 +104,7 @@ def read_header(text: str) -> tuple[Skeleton | None, Faults]:
         opened, n = state.nodes[state.stack[-1]], len(state.stack) - 1
         around = f" and {n} more around it" if n else ""
         what = f"{quoted(opened.name)} of line {opened.line}{around}"
-        state.faults.append((last, f"expected '}}' for {what}, found the end."))
+        state.fault(last, f"expected '}}' for {what}, found the end.")
     return _skeleton(state), state.faults
 
 
@@ -112,9 +123,7 @@ def _read_token(state: _State, tokens: Tokens, place: int) -> int:
     if keyword in ("{", "}"):
         _read_brace(state, line, keyword)
         return place + 1
-    state.faults.append(
-        (line, f"expected a keyword such as JOINT or OFFSET, found {token[:30]!r}.")
-    )
+    state.fault(line, f"expected a keyword such as JOINT or OFFSET, found {token[:30]!r}.")
     while place < len(tokens) and tokens[place][0] == line:
         place += 1
     return place
@@ -125,9 +134,9 @@ def _read_brace(state: _State, line: int, brace: str) -> None:
     if brace == "}" and state.stack:
         state.stack.pop()
     elif brace == "}":
-        state.faults.append((line, "expected as many '{' as '}', found one '}' too many."))
+        state.fault(line, "expected as many '{' as '}', found one '}' too many.")
     elif state.announced is None:
-        state.faults.append((line, "expected ROOT, JOINT or End Site before '{', found none."))
+        state.fault(line, "expected ROOT, JOINT or End Site before '{', found none.")
     else:
         state.stack.append(state.announced)
         state.announced = None
@@ -142,23 +151,21 @@ def _read_node(state: _State, tokens: Tokens, place: int) -> int:
         place += 1
     is_end, name = token.lower() == "end", " ".join(words)
     if not name:
-        state.faults.append((line, f"expected a name after {token}, found none."))
+        state.fault(line, f"expected a name after {token}, found none.")
     parent = state.stack[-1] if state.stack else -1
     if parent < 0 and state.has_root:
         first = state.nodes[0]
-        state.faults.append(
-            (
-                line,
-                f"expected one ROOT, found a second, {quoted(name)}, after {quoted(first.name)} "
-                f"of line {first.line}. Export one performer a file.",
-            )
+        state.fault(
+            line,
+            f"expected one ROOT, found a second, {quoted(name)}, after {quoted(first.name)} "
+            f"of line {first.line}. Export one performer a file.",
         )
     if parent >= 0 and state.nodes[parent].is_end:
-        state.faults.append((line, f"expected no joint inside an End Site, found {quoted(name)}."))
+        state.fault(line, f"expected no joint inside an End Site, found {quoted(name)}.")
     state.has_root |= parent < 0 and not is_end
     state.nodes.append(_Node(name, parent, line, is_end))
     if state.announced is not None:
-        state.faults.append((line, "expected '{' before the next joint, found none."))
+        state.fault(line, "expected '{' before the next joint, found none.")
     state.announced = len(state.nodes) - 1
     return place
 
@@ -172,10 +179,10 @@ def _read_offset(state: _State, tokens: Tokens, place: int) -> int:
     if x is None or y is None or z is None:
         on_line = " ".join(text for at, text in tokens[place + 1 : place + 4] if at == line)
         shown = quoted(on_line or "none")
-        state.faults.append((line, f"expected 3 numbers after OFFSET, found {shown}."))
+        state.fault(line, f"expected 3 numbers after OFFSET, found {shown}.")
         return _next_keyword(tokens, place + 1)
     if not state.stack:
-        state.faults.append((line, "expected OFFSET inside a joint, found it outside."))
+        state.fault(line, "expected OFFSET inside a joint, found it outside.")
     else:
         state.nodes[state.stack[-1]].offset = (x, y, z)
     return place + 4
@@ -191,15 +198,15 @@ def _read_channels(state: _State, tokens: Tokens, place: int) -> int:
     known = [CHANNELS[word.lower()] for word in words[1:] if word.lower() in CHANNELS]
     unknown = [word for word in words[1:] if word.lower() not in CHANNELS]
     if unknown:
-        state.faults.append(
-            (line, f"expected channels such as Xposition or Zrotation, found {quoted(unknown[0])}.")
+        state.fault(
+            line, f"expected channels such as Xposition or Zrotation, found {quoted(unknown[0])}."
         )
     elif count != len(known):
         present = f"{len(known)} names" if count >= 0 else f"[{', '.join(map(quoted, words[:1]))}]"
         wanted = f"{count} channel names" if count >= 0 else "a number of channels"
-        state.faults.append((line, f"expected {wanted}, found {present}."))
+        state.fault(line, f"expected {wanted}, found {present}.")
     if not state.stack or state.nodes[state.stack[-1]].is_end:
-        state.faults.append((line, "expected CHANNELS inside a joint, found it outside."))
+        state.fault(line, "expected CHANNELS inside a joint, found it outside.")
     else:
         node = state.nodes[state.stack[-1]]
         node.channels = tuple(known)
@@ -219,11 +226,11 @@ def _skeleton(state: _State) -> Skeleton | None:
     new_number = {old: new for new, old in enumerate(joints)}
     for node in state.nodes:
         if node.offset is None:
-            state.faults.append(
-                (node.line, f"expected an OFFSET for {quoted(node.name)}, found none; write one.")
+            state.fault(
+                node.line, f"expected an OFFSET for {quoted(node.name)}, found none; write one."
             )
     if not joints:
-        state.faults.append((1, "expected a ROOT joint, found none. Is this a BVH file?"))
+        state.fault(1, "expected a ROOT joint, found none. Is this a BVH file?")
         return None
     if state.faults:
         return None
@@ -241,9 +248,8 @@ def _skeleton(state: _State) -> Skeleton | None:
     )
 
 
-def read_bvh(data: bytes, path: object, options: ReadOptions | None = None) -> Clip:
+def read_bvh(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip:
     """Read the clip in the bytes of a BVH file."""
-    options = options or ReadOptions()
     n_bytes = len(data)
     data = clean_bytes(data, path)
     motion = re.search(rb"(?im)^[ \t]*MOTION[ \t\r]*$", data)
@@ -332,19 +338,7 @@ def _read_frame_time(written: tuple[int, str] | None, line: int, faults: Faults)
             )
         )
         return 0.0
-    return _whole_fps(1 / seconds)
-
-
-def _whole_fps(fps: float) -> float:
-    """Undo the rounding of frame times such as 0.0083333 s.
-
-    A rate within 0.01 % of a whole number becomes that number: frame times are written with five
-    digits or more, and 29.97 lies ten times as far from 30.
-
-    >>> _whole_fps(1 / 0.0083333), round(_whole_fps(1 / 0.0333667), 2)
-    (120.0, 29.97)
-    """
-    return float(round(fps)) if abs(fps - round(fps)) < 1e-4 * fps else fps
+    return whole_rate(1 / seconds)
 
 
 def _expected_values(skeleton: Skeleton) -> str:

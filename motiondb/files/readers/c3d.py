@@ -19,11 +19,16 @@ orthogonal).
 - neck: between C7 and CLAV; chest: between T10 and STRN; head: middle of the head's markers.
 
 These are plain regressions: good to 1 to 4 cm, enough to recognise a motion, not for clinical use.
+
+A damaged file can make ezc3d loop for ever, fill the memory or end its process. So it runs in
+a child process with limits, and lets the other captures of a folder be read.
 """
 
 from __future__ import annotations
 
+import importlib.util
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -31,8 +36,8 @@ import numpy as np
 from motiondb.body import body, rotation
 from motiondb.body.retarget import solve_rotations
 from motiondb.errors import CaptureError
-from motiondb.files.limits import MAX_FPS, MIN_FPS, ReadOptions, check_clip_size
-from motiondb.files.readers.c3d_points import read_points
+from motiondb.files.limits import AS_USUAL, ReadLimits, ReadOptions, check_clip_size, check_rate
+from motiondb.files.readers.child_process import end_child_with_parent, read_in_child
 from motiondb.files.text import quoted
 from motiondb.files.units import UNITS
 from motiondb.records import Clip, FloatArray, Skeleton
@@ -51,28 +56,9 @@ ALIASES = MappingProxyType(
 )  # Other names -> the names used here
 REQUIRED = ("LASI", "RASI", "LKNE", "RKNE", "LANK", "RANK", "LSHO", "RSHO", "LELB", "RELB")
 """Markers that every joint set needs; the back of the pelvis and the neck are needed as well."""
-USED = (
-    *REQUIRED,
-    "LPSI",
-    "RPSI",
-    "SACR",
-    "LTOE",
-    "RTOE",
-    "LHEE",
-    "RHEE",
-    "LWRA",
-    "LWRB",
-    "RWRA",
-    "RWRB",
-    "C7",
-    "CLAV",
-    "STRN",
-    "T10",
-    "LFHD",
-    "RFHD",
-    "LBHD",
-    "RBHD",
-)
+_FURTHER = "LPSI RPSI SACR LTOE RTOE LHEE RHEE LWRA LWRB RWRA RWRB C7 CLAV STRN T10"
+_HEAD = ("LFHD", "RFHD", "LBHD", "RBHD")
+USED = (*REQUIRED, *_FURTHER.split(), *_HEAD)
 _KNEE, _ANKLE, _SHOULDER = 0.05, 0.04, 0.05
 """Metres from the marker to the joint centre: half the width of an adult's knee and ankle with the
 radius of the marker, and the depth of the shoulder joint below the skin. Rounded to a centimetre;
@@ -119,7 +105,7 @@ def joint_centres(markers: Markers) -> FloatArray:
         points["chest"] = points["pelvis"] + _CHEST_SHARE * (points["neck"] - points["pelvis"])
     points["spine"] = points["pelvis"] + _SPINE_SHARE * (points["chest"] - points["pelvis"])
     trunk = points["neck"] - points["chest"]
-    heads = [name for name in ("LFHD", "RFHD", "LBHD", "RBHD") if name in markers]
+    heads = [name for name in _HEAD if name in markers]
     beyond = points["neck"] + _HEAD_SHARE * trunk
     points["head"] = _mean(markers, *heads) if heads else beyond
     for side in "lr":
@@ -186,6 +172,9 @@ def _orthogonal(vector: FloatArray, direction: FloatArray) -> FloatArray:
     return rotation.normalize(vector - np.sum(vector * along, axis=-1, keepdims=True) * along)
 
 
+CPU_SECONDS = 5.0
+"""Processor time of the child for a file of 10 MB, in proportion for larger ones. ezc3d reads 13 MB
+in 0.4 s; a damaged file that makes it loop takes all of the time."""
 LONGEST_GAP = 0.5
 """Longest gap of a marker that is filled, seconds. Over half a second a limb can swing out and
 back, which a straight line would hide."""
@@ -194,22 +183,11 @@ _UNIT_NAMES = MappingProxyType(
 )
 
 
-def read_c3d(data: bytes, path: object, options: ReadOptions | None = None) -> Clip:
-    """Read the clip in the bytes of a C3D file.
-
-    `options`: How to read it. ``skip_bad_frames`` leaves out frames in which a needed marker is
-    lost for longer than a gap that is filled.
-    """
-    options = options or ReadOptions()
+def read_c3d(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip:
+    """Read the clip in the bytes of a C3D file; bad frames are those that lack a needed marker."""
     recording = read_points(data, path, options.limits)
     tracks = _named(recording.labels, recording.points, path)
-    rate = recording.fps if options.fps is None else options.fps
-    if options.fps is None and not MIN_FPS <= rate <= MAX_FPS:
-        raise CaptureError(
-            path,
-            f"expected a frame rate from {MIN_FPS:g} to {MAX_FPS:g}, found {rate:g}. "
-            "Give the right frame rate with --fps.",
-        )
+    rate = check_rate(recording.fps, path) if options.fps is None else options.fps
     scale = _unit(recording.unit, path) if options.unit is None else options.unit
     missing = missing_markers(set(tracks))
     if missing:
@@ -236,10 +214,7 @@ def read_c3d(data: bytes, path: object, options: ReadOptions | None = None) -> C
 
 
 def _named(labels: tuple[str, ...], points: FloatArray, path: object) -> dict[str, FloatArray]:
-    """Return the tracks (frames, 3) of the used markers by name, without their subject's prefix.
-
-    Where labels name several subjects, the subject with most of the used markers is taken.
-    """
+    """Tracks (frames, 3) of the used markers by name, of the subject that has most of them."""
     subjects: dict[str, dict[str, FloatArray]] = {}
     for label, track in zip(labels, points):
         subject, _, name = label.strip().rpartition(":")
@@ -260,10 +235,7 @@ def _named(labels: tuple[str, ...], points: FloatArray, path: object) -> dict[st
 def _fill(
     markers: dict[str, FloatArray], fps: float, path: object, skip_bad: bool
 ) -> tuple[dict[str, FloatArray], tuple[str, ...]]:
-    """Return tracks without gaps, and notes.
-
-    Markers that are not needed are dropped where they are lost for long.
-    """
+    """Tracks without gaps, and notes; what is not needed is dropped where lost for long."""
     filled, notes, lost = {}, [], {}
     for name, track in markers.items():
         straight, longest = _interpolate(track, LONGEST_GAP * fps)
@@ -291,9 +263,7 @@ def _fill(
 
 
 def _interpolate(track: FloatArray, longest: float) -> tuple[FloatArray, int]:
-    """Fill the gaps of a track along straight lines.
-
-    Shapes: `track`, result (frames, 3).
+    """Fill the gaps of a track (frames, 3) along straight lines; also the longest gap.
 
     >>> track = np.array([[0.0, 0, 0], [np.nan] * 3, [2.0, 0, 0]])
     >>> _interpolate(track, 1)[0][1], _interpolate(track, 0.5)[1]
@@ -346,10 +316,79 @@ def _skeleton(points: FloatArray) -> Skeleton:
     ratio = np.where(usual > 0, lengths / np.where(usual > 0, usual, 1.0), 1.0)
     collars = [body.INDEX["l_collar"], body.INDEX["r_collar"]]
     ratio[collars] = ratio[body.INDEX["neck"]]
-    return Skeleton(
-        names=standard.names,
-        parents=standard.parents,
-        offsets=body.OFFSETS * ratio[:, None],
-        end_sites=standard.end_sites,
-        channels=standard.channels,
+    return replace(standard, offsets=body.OFFSETS * ratio[:, None])
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Marker tracks as a file has them."""
+
+    labels: tuple[str, ...]  # Name of each marker, as written
+    points: FloatArray  # (markers, frames, 3): file axes and units; NaN where a marker was not seen
+    fps: float
+    unit: str  # Name of the length unit, such as "mm"
+
+
+def read_points(data: bytes, path: object, limits: ReadLimits) -> Recording:
+    """Read the markers in the bytes of a C3D file."""
+    if importlib.util.find_spec("ezc3d") is None:
+        raise CaptureError(
+            path,
+            "expected the package ezc3d to read C3D, found none. pip install motiondb[c3d]",
+        )
+    _check_size(data, path)
+    module = "motiondb.files.readers.c3d"
+    read = read_in_child(module, data, limits, CPU_SECONDS)
+    if read is None or not {"labels", "points", "fps", "unit"} <= read.keys():
+        raise CaptureError(path, "expected a whole C3D file, found a damaged one. Export it again.")
+    recording = Recording(
+        tuple(read["labels"].tolist()), read["points"], float(read["fps"]), str(read["unit"])
     )
+    if recording.points.ndim != 3 or recording.points.shape[1] == 0:
+        raise CaptureError(path, "expected at least 1 frame, found 0. Export the motion again.")
+    return recording
+
+
+def _check_size(data: bytes, path: object) -> None:
+    """Refuse bytes that are not a C3D file, or are shorter than their header says.
+
+    The header holds 16-bit words: word 2 is the number of points, word 3 the number of analog
+    values in a frame, words 4 and 5 the first and the last frame, word 9 the block (of 512 bytes)
+    where the data begin. Words 7 and 8 are the scale, which is negative when the data are floats.
+    Byte 4 of the parameters names the byte order.
+    """
+    if data[1:2] != b"\x50" or len(data) < 512:
+        raise CaptureError(path, "expected a C3D file, found something else. Export it again.")
+    processor = data[(data[0] - 1) * 512 :][3:4] if data[0] else b""
+    order = ">" if processor == b"\x56" else "<"
+    words = np.frombuffer(data[:20], f"{order}u2").astype(int)
+    high = data[15] if order == "<" else data[12]
+    frame = (4 * words[1] + words[2]) * (4 if high >= 128 else 2)
+    expected = (words[8] - 1) * 512 + (words[4] - words[3] + 1) * frame
+    if len(data) < expected:
+        raise CaptureError(
+            path,
+            f"expected {expected} bytes as the header says, found {len(data)}. "
+            "The file is cut short: export it again.",
+        )
+
+
+def convert(source: str, target: str) -> None:
+    """Read a C3D file with ezc3d and write its markers as npz: the work of the child process."""
+    import ezc3d
+
+    content = ezc3d.c3d(source)
+    parameters = content["parameters"]["POINT"]
+    points = np.asarray(content["data"]["points"], dtype=float)[:3]
+    units = parameters["UNITS"]["value"] if "UNITS" in parameters else ["mm"]
+    np.savez(
+        target,
+        labels=np.array([str(label) for label in parameters["LABELS"]["value"]], dtype=str),
+        points=np.moveaxis(points, 0, -1),
+        fps=float(parameters["RATE"]["value"][0]),
+        unit=str(units[0]) if len(units) else "mm",
+    )
+
+
+if __name__ == "__main__":
+    convert(*end_child_with_parent()[:2])

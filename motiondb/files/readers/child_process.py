@@ -29,11 +29,7 @@ def read_in_child(
     cpu_seconds: float,
     given: Sequence[str] = (),
 ) -> dict[str, Any] | None:
-    """Return the arrays that a module reads from the bytes of a file; None if it failed.
-
-    `cpu_seconds`: Processor time for 10 MB, in proportion for larger files; `given`: further
-    arguments of the module.
-    """
+    """The arrays that a module reads from bytes, None if it failed; seconds for 10 MB."""
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder, "copy"), Path(folder, "arrays.npz")
         source.write_bytes(data)

@@ -20,7 +20,14 @@ import numpy as np
 from motiondb.body import rotation
 from motiondb.errors import CaptureError
 from motiondb.files.json_text import JSONError, parse_json
-from motiondb.files.limits import MAX_FPS, MIN_FPS, ReadOptions, check_clip_size
+from motiondb.files.limits import (
+    AS_USUAL,
+    MAX_FPS,
+    MIN_FPS,
+    ReadOptions,
+    check_clip_size,
+    whole_rate,
+)
 from motiondb.files.text import MAX_DIGITS, Faults, clean_bytes, decode, shorten
 from motiondb.records import Clip, FloatArray, Skeleton
 
@@ -63,7 +70,6 @@ fills several times its size in memory before its content can be checked."""
 
 def skeleton(unit: float = 1.0) -> Skeleton:
     """Return the humanoid, scaled by metres per unit."""
-    turns = ("Zrotation", "Yrotation", "Xrotation")
     ends = [
         (joint, _ENDS[name.split("_")[-1]])
         for joint, name in enumerate(_NAMES)
@@ -74,20 +80,11 @@ def skeleton(unit: float = 1.0) -> Skeleton:
         parents=np.array([_NAMES.index(row[1]) if row[1] else -1 for row in _TABLE]),
         offsets=np.array([row[2] for row in _TABLE]) * unit,
         end_sites=tuple((joint, (x * unit, y * unit, z * unit)) for joint, (x, y, z) in ends),
-        channels=(
-            ("Xposition", "Yposition", "Zposition", *turns),
-            *[turns] * (len(_NAMES) - 1),
-        ),
     )
 
 
-def read_deepmimic(data: bytes, path: object, options: ReadOptions | None = None) -> Clip:
-    """Read the clip in the bytes of a DeepMimic file.
-
-    `options`: How to read it. ``fps`` None: from the median duration of the frames; ``unit`` None:
-    1.
-    """
-    options = options or ReadOptions()
+def read_deepmimic(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip:
+    """Read the clip in the bytes of a DeepMimic file, in metres unless told."""
     frames = _read_frames(data, path)
     check_clip_size(len(frames), len(_NAMES), len(data), path, options.limits)
     table, faults = _read_table(frames)
@@ -164,10 +161,7 @@ def _frame_fault(frame: object) -> str | None:
 
 
 def _fps(durations: FloatArray, path: object) -> tuple[float, tuple[str, ...]]:
-    """Return the frames per second of durations (frames,), seconds, and notes.
-
-    The last frame's duration is often 0.
-    """
+    """Frames per second of durations (frames,), seconds, and notes; the last is often 0."""
     good = durations[durations > 0]
     if len(good) == 0:
         return _DEFAULT_FPS, ("The frames last 0 s; 30 frames a second are taken.",)
@@ -181,7 +175,7 @@ def _fps(durations: FloatArray, path: object) -> tuple[float, tuple[str, ...]]:
         )
     uneven = float(np.ptp(good)) > _UNEVEN / fps
     notes = ("The durations of frames differ; their median is taken.",) if uneven else ()
-    return (float(round(fps)) if abs(fps - round(fps)) < 1e-4 * fps else fps), notes
+    return whole_rate(fps), notes
 
 
 def _rotations(table: FloatArray) -> FloatArray:

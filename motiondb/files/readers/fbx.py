@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from motiondb.errors import CaptureError
-from motiondb.files.limits import ReadOptions
+from motiondb.files.limits import AS_USUAL, ReadOptions
 from motiondb.files.readers.child_process import end_child_with_parent, read_in_child
 from motiondb.files.safe_files import open_file
 from motiondb.records import Clip, Skeleton
@@ -36,21 +36,20 @@ frames with 80 joints needs about 10 s."""
 ALL, POSE = "*", "#pose"  # For the child: read every take, or the pose in the file
 
 
-def read_fbx(data: bytes, path: object, options: ReadOptions | None = None) -> Clip:
+def read_fbx(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip:
     """Read the take that the options name, or the only one, in the bytes of an FBX file."""
-    options = options or ReadOptions()
     (clip,) = _read(data, path, options).values()
     return clip
 
 
-def read_takes(data: bytes, path: object, options: ReadOptions | None = None) -> dict[str, Clip]:
+def read_takes(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> dict[str, Clip]:
     """Read every take in the bytes of an FBX file, by its label."""
-    return _read(data, path, replace(options or ReadOptions(), take=ALL))
+    return _read(data, path, replace(options, take=ALL))
 
 
-def read_pose(data: bytes, path: object, options: ReadOptions | None = None) -> Clip:
+def read_pose(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip:
     """Read the pose in which the joints of an FBX file stand: a clip of one frame."""
-    (clip,) = _read(data, path, replace(options or ReadOptions(), take=POSE)).values()
+    (clip,) = _read(data, path, replace(options, take=POSE)).values()
     return clip
 
 
@@ -77,7 +76,6 @@ def _clip(read: Mapping[str, Any], number: int) -> Clip:
     names, joints, offsets, ends, local, root, moved, numbers, notes = (
         read[f"{key}_{number}"] for key in _KEYS
     )
-    turns = ("Zrotation", "Yrotation", "Xrotation")
     skeleton = Skeleton(
         tuple(map(str, names)),
         joints[: len(names)],
@@ -86,7 +84,6 @@ def _clip(read: Mapping[str, Any], number: int) -> Clip:
             (int(j), (float(x), float(y), float(z)))
             for j, (x, y, z) in zip(joints[len(names) :], ends)
         ),
-        (("Xposition", "Yposition", "Zposition", *turns), *[turns] * (len(names) - 1)),
     )
     fps, unit = numbers.tolist()
     return Clip(

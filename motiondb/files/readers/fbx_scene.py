@@ -93,10 +93,7 @@ class Scene:
     def transforms(
         self, take: int, number: int, times: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return places (frames, 3), rotations (frames, 4) and scales (frames, 3) of a node.
-
-        `take`: Number of a take; -1 for the pose in the file.
-        """
+        """Places, rotations, scales (frames, 3 or 4) of a node; take -1: the pose in the file."""
         import ufbx
 
         node = self._nodes[number]

@@ -17,14 +17,14 @@ import numpy as np
 
 from motiondb.body import rotation
 from motiondb.body.joint_names import joint_map
+from motiondb.body.kinematics import to_local
 from motiondb.errors import CaptureError, SkeletonError, suggestion
-from motiondb.files.limits import MAX_FPS, MIN_FPS, ReadOptions, check_clip_size
+from motiondb.files.limits import MIN_FPS, ReadOptions, check_clip_size, check_rate, whole_rate
 from motiondb.files.readers.fbx_scene import Node, Scene, plain
 from motiondb.files.text import quoted
 from motiondb.files.units import TYPICAL_LEG, body_size, find_unit, scaled
 from motiondb.records import Clip, FloatArray, Skeleton
 
-_TURNS = ("Zrotation", "Yrotation", "Xrotation")
 _STAYS = 1e-5
 """Metres that a joint may move in its parent's frame without counting as moved: rounding of the
 numbers of a file, far below the millimetre."""
@@ -50,10 +50,7 @@ class _Body:
 
 
 class FbxFile:
-    """The takes of an FBX file.
-
-    ``labels`` names them. Where there is one only, the label may be left out.
-    """
+    """The takes of an FBX file, named by ``labels``; a single one needs no name."""
 
     def __init__(
         self, data: bytes, path: object, options: ReadOptions, is_pose: bool = False
@@ -90,13 +87,7 @@ class FbxFile:
         """Return the frames per second of the scene, or of its keys where these are denser."""
         keys, fps = self._scene.key_rate(), self._scene.fps
         fps = keys if keys > _DENSER * fps else fps
-        if not MIN_FPS <= fps <= MAX_FPS:
-            raise CaptureError(
-                self._path,
-                f"expected a frame rate from {MIN_FPS:g} to {MAX_FPS:g}, found {fps:g}. Give the "
-                "right frame rate with --fps.",
-            )
-        return float(round(fps)) if abs(fps - round(fps)) < 1e-4 * fps else fps
+        return whole_rate(check_rate(fps, self._path))
 
     def _find_takes(self) -> dict[str, tuple[int, _Body]]:
         """Return take and skeleton by label, of those in which joints move."""
@@ -158,7 +149,8 @@ class FbxFile:
         places, turns = self._world(take, body)
         joints = {node: joint for joint, node in enumerate(body.joints)}
         parents = np.array([self._above(node, joints) for node in body.joints])
-        local, offsets = _relative(parents, places, turns)
+        n_joints = len(joints)
+        local, offsets = to_local(parents, places[:, :n_joints], turns[:, :n_joints])
         ends = []
         for number, node in enumerate(body.ends, start=len(joints)):
             joint = self._above(node, joints)
@@ -172,7 +164,6 @@ class FbxFile:
             parents,
             rest,
             tuple(ends),
-            (("Xposition", "Yposition", "Zposition", *_TURNS), *[_TURNS] * (len(joints) - 1)),
         )
         unit, notes = self._unit(skeleton, offsets)
         offsets = offsets * unit
@@ -196,10 +187,7 @@ class FbxFile:
         return joints.get(parent, -1)
 
     def _world(self, take: int, body: _Body) -> tuple[FloatArray, FloatArray]:
-        """Return places and rotations of joints and ends: arrays (frames, joints + ends, 3 or 4).
-
-        Lengths are in the unit of the file.
-        """
+        """Places and rotations (frames, joints + ends, 3 or 4), lengths as in the file."""
         times = self._times(take)
         wanted = (*body.joints, *body.ends)
         matrices: dict[int, FloatArray] = {}
@@ -232,9 +220,7 @@ class FbxFile:
 
 
 def _take_name(name: str) -> str:
-    """Return the name of a take as part of the name of a capture.
-
-    Blender writes the object before the action.
+    """Name of a take as part of a capture's name; Blender writes the object before it.
 
     >>> _take_name("Armature|walk"), _take_name("Take 001"), _take_name("a/b#1")
     ('walk', 'Take 001', 'a-b-1')
@@ -286,10 +272,7 @@ def _product(outer: FloatArray, inner: FloatArray) -> FloatArray:
 
 
 def _turn(linear: FloatArray) -> FloatArray:
-    """Return the rotations (frames, 4) of matrices (frames, 3, 3) with scales and mirrors.
-
-    The first axis of a mirrored frame is turned around, which keeps what is at rest in it at rest.
-    """
+    """Rotations (frames, 4) of matrices; a mirrored frame has its first axis turned around."""
     x, y = rotation.normalize(linear[..., 0]), linear[..., 1]
     y = rotation.normalize(y - np.sum(x * y, axis=-1, keepdims=True) * x)
     z = np.cross(x, y)
@@ -298,20 +281,6 @@ def _turn(linear: FloatArray) -> FloatArray:
     known = np.abs(np.linalg.det(np.stack([x, y, z], axis=-1)))[:, None] > _SMALL
     turns = rotation.from_matrix(np.stack([x, y, z], axis=-1))
     return np.where(known, turns, rotation.IDENTITY)
-
-
-def _relative(
-    parents: np.ndarray, places: FloatArray, turns: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return rotations (frames, joints, 4) and places (frames, joints, 3) in parents' frames."""
-    n_joints = len(parents)
-    local, offsets = turns[:, :n_joints].copy(), places[:, :n_joints].copy()
-    for joint, parent in enumerate(parents):
-        if parent >= 0:
-            back = rotation.conjugate(turns[:, parent])
-            local[:, joint] = rotation.multiply(back, turns[:, joint])
-            offsets[:, joint] = rotation.rotate(back, places[:, joint] - places[:, parent])
-    return local, offsets
 
 
 def _find_bodies(scene: Scene, path: object) -> tuple[_Body, ...]:

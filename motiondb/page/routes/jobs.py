@@ -16,7 +16,7 @@ from starlette.responses import StreamingResponse
 
 from motiondb.answers.plain import to_json
 from motiondb.database.learn.start import NONE, shipped_names
-from motiondb.files import unit_from_name
+from motiondb.files.units import unit_from_name
 from motiondb.page.errors import ERRORS, PageError
 from motiondb.page.jobs import Job, JobReply
 from motiondb.page.routes.parameters import Body, Seed, Text

@@ -17,7 +17,7 @@ from motiondb.database.catalogue import cataloguing
 from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
 from motiondb.database.catalogue.sheets import ImportReport
 from motiondb.errors import MotionDBError, QueryError
-from motiondb.files import read_capture
+from motiondb.files.formats import read_capture
 from motiondb.records import Motion
 
 

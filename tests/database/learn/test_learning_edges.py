@@ -10,7 +10,7 @@ import pytest
 import motiondb
 from motiondb.database.catalogue.parts import cut_clip
 from motiondb.errors import MotionDBError, NotLearnedError, QueryError
-from motiondb.files import read_capture
+from motiondb.files.formats import read_capture
 from motiondb.learn.recognition import LearnSettings
 
 

@@ -19,7 +19,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import motiondb
-from motiondb import files as capture
 from motiondb import store
 from motiondb.body import kinematics, retarget
 from motiondb.database.scenes import scene_folder, scene_making, scene_records
@@ -32,6 +31,7 @@ from motiondb.database.scenes.scene_records import (
 )
 from motiondb.database.scenes.scenes import Scene, SceneSettings
 from motiondb.errors import MotionDBError, QueryError, SceneError
+from motiondb.files.formats import read_capture
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.scene.clips.clips import ClipSource
 from motiondb.store import SceneClip
@@ -94,7 +94,7 @@ def test_the_folder_is_complete(made: Made) -> None:
 
 def test_the_files_together_are_the_scene(made: Made) -> None:
     for placed in made.scene.made.polished.players:
-        clip = capture.read_capture(made.folder / f"{placed.player}.bvh")
+        clip = read_capture(made.folder / f"{placed.player}.bvh")
         actual, _ = kinematics.clip_positions(clip)
         wanted, _ = retarget.motion_positions(placed.motion)
         np.testing.assert_allclose(actual, wanted, atol=2e-4)

@@ -9,7 +9,8 @@ import pytest
 
 from motiondb.body import kinematics
 from motiondb.errors import CaptureError
-from motiondb.files import read_capture, skeleton_path
+from motiondb.files.folder import skeleton_path
+from motiondb.files.formats import read_capture
 from motiondb.files.limits import ReadOptions
 from motiondb.files.readers.amc import AsfFile, read_amc
 from motiondb.files.readers.asf import read_asf

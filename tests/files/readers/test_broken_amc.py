@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from motiondb.errors import CaptureError
-from motiondb.files import AsfFile, read_capture_bytes
+from motiondb.files.formats import read_capture_bytes
+from motiondb.files.readers.amc import AsfFile
 
 SKIP = (
     "The file may be cut short: export it again, or pass --skip-bad-frames to leave this frame out."
@@ -103,6 +104,12 @@ BROKEN_ASF = {
         ASF[: ASF.index("    dof rx\n")],
         "a.asf:11: expected 'end' for bone 'shin', found none.\n"
         "a.asf: expected bones below root in :hierarchy, found none.",
+    ),
+    "a bone without an end": (
+        ASF.replace("    dof rx ry rz\n  end\n", "    dof rx ry rz\n"),
+        "a.asf:4: expected 'end' for bone 'hip', found none.\n"
+        "a.asf:19: expected a bone of :bonedata, found 'hip'.\n"
+        "a.asf:20: expected a bone of :bonedata, found 'hip'.",
     ),
     "cut before the hierarchy": (
         ASF[: ASF.index(":hierarchy")],

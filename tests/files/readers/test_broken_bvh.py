@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from motiondb.errors import CaptureError
-from motiondb.files import read_capture_bytes
+from motiondb.files.formats import read_capture_bytes
 from motiondb.files.limits import ReadOptions
 
 BVH = """HIERARCHY

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from motiondb.errors import CaptureError
-from motiondb.files import read_capture_bytes
+from motiondb.files.formats import read_capture_bytes
 
 RATE = "Give the right frame rate with --fps."
 FRAME = [0.03, 0, 0.9, 0] + [1, 0, 0, 0] * 4 + [0] + [1, 0, 0, 0] * 2 + [0] + [1, 0, 0, 0]

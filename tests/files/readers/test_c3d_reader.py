@@ -163,7 +163,7 @@ def test_a_damaged_file_cannot_stop_the_others(
 ) -> None:
     data = bytearray(write(tmp_path, tracks()))
     data[512:1600] = bytes(range(256)) * 4 + bytes(64)
-    monkeypatch.setattr("motiondb.files.readers.c3d_points.CPU_SECONDS", 2.0)
+    monkeypatch.setattr("motiondb.files.readers.c3d.CPU_SECONDS", 2.0)
     with pytest.raises(CaptureError) as caught:
         read_c3d(bytes(data), "a.c3d")
     assert str(caught.value) == (

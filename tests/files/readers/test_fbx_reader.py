@@ -13,7 +13,7 @@ import pytest
 
 from motiondb.body import kinematics, retarget
 from motiondb.errors import CaptureError
-from motiondb.files import read_capture, split_take
+from motiondb.files.formats import read_capture, split_take
 from motiondb.files.limits import NO_LIMITS, ReadLimits, ReadOptions
 from motiondb.files.readers import fbx
 from motiondb.files.readers.fbx_takes import FbxFile

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from motiondb.body.retarget import to_motion
-from motiondb.files import read_capture
+from motiondb.files.formats import read_capture
 from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.grammar.terminals import terminals as module
 from motiondb.grammar.terminals.terminals import (

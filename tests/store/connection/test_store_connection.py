@@ -5,7 +5,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ import pytest
 from motiondb import store
 from motiondb.database.catalogue.rescuing import rescue
 from motiondb.database.catalogue.sheets import import_events
+from motiondb.database.check_process import check_file
 from motiondb.errors import HeldError, MotionDBError, StoreError
 from motiondb.files.safe_files import check_output
 
@@ -299,5 +300,15 @@ def test_a_name_that_is_no_text_is_refused(tmp_path: Path) -> None:
         store.open_store(tmp_path / os.fsdecode(b"caf\xe9.duckdb"))
     assert str(caught.value) == (
         f"{tmp_path}/caf\\xe9.duckdb: expected a file name in UTF-8, found other bytes. "
+        "Give another name."
+    )
+
+
+@pytest.mark.parametrize("use", [store.open_store, store.compact, check_file])
+def test_a_name_that_no_system_accepts_is_refused(use: Callable[[str], object]) -> None:
+    with pytest.raises(StoreError) as caught:
+        use("a\0b.duckdb")
+    assert str(caught.value) == (
+        r"'a\x00b.duckdb': expected the name of a file, found: a name that no system accepts. "
         "Give another name."
     )
