@@ -78,37 +78,26 @@ class Skeleton:
 
 @dataclass(frozen=True, eq=False)
 class Clip:
-    """One capture, on its own skeleton and at its own frame rate.
-
-    Attributes
-    ----------
-    skeleton : Skeleton
-        Joints of the file.
-    fps : float
-        Frames per second.
-    local_rotations : array (frames, joints, 4)
-        Unit quaternions w, x, y, z, relative to the parent.
-    root_positions : array (frames, 3)
-        Metres, world frame, y up.
-    joint_positions : array (frames, joints, 3) or None
-        Where a file moves joints below the root: the translation of each joint in its parent's
-        frame, metres, in place of ``offsets`` (the root's row repeats ``root_positions``).
-    format : str
-        "bvh", "amc", "deepmimic", "amass", "c3d" or "fbx".
-    unit : float
-        Metres per length unit of the file.
-    notes : tuple of str
-        Sentences about unusual contents of the file and how the reader handled them.
-    """
+    """One capture, on its own skeleton and at its own frame rate."""
 
     skeleton: Skeleton
+    """Joints of the file."""
     fps: float
+    """Frames per second."""
     local_rotations: FloatArray
+    """array (frames, joints, 4): unit quaternions w, x, y, z, relative to the parent."""
     root_positions: FloatArray
+    """array (frames, 3): metres, world frame, y up."""
     joint_positions: FloatArray | None = None
+    """array (frames, joints, 3) or None: where a file moves joints below the root: the translation
+    of each joint in its parent's frame, metres, in place of ``offsets`` (the root's row repeats
+    ``root_positions``)."""
     format: str = "bvh"
+    """One of "bvh", "amc", "deepmimic", "amass", "c3d" or "fbx"."""
     unit: float = 1.0
+    """Metres per length unit of the file."""
     notes: tuple[str, ...] = ()
+    """Sentences about unusual contents of the file and how the reader handled them."""
 
     def __repr__(self) -> str:
         joints = len(self.joint_names)
@@ -152,24 +141,17 @@ class Motion:
     """A motion on the canonical body (``motiondb.body.body``) at 30 frames a second.
 
     World frame: right-handed, y up, the ground at y = 0.
-
-    Attributes
-    ----------
-    local_rotations : array (frames, 21, 4), float32
-        Unit quaternions w, x, y, z, relative to the parent joint.
-    root_positions : array (frames, 3), float32
-        World positions of the pelvis, metres on the standard body: the performer's positions
-        scaled by standard leg length / performer's leg length.
-    leg_length : float
-        The performer's leg length, hip to ankle, metres.
-    notes : tuple of str
-        Sentences about repairs when the capture was read.
     """
 
     local_rotations: Float32Array
+    """array (frames, 21, 4), float32: unit quaternions w, x, y, z, relative to the parent joint."""
     root_positions: Float32Array
+    """array (frames, 3), float32: world positions of the pelvis, metres on the standard body: the
+    performer's positions scaled by standard leg length / performer's leg length."""
     leg_length: float = 0.8
+    """The performer's leg length, hip to ankle, metres."""
     notes: tuple[str, ...] = ()
+    """Sentences about repairs when the capture was read."""
 
     def __repr__(self) -> str:
         return f"Motion({self.n_frames} frames, {self.duration:.2f} s)"
@@ -204,43 +186,28 @@ class Motion:
 
 @dataclass(frozen=True)
 class Caption:
-    """Words that a person wrote about a capture or a part of it.
-
-    Attributes
-    ----------
-    words : str
-        The text.
-    start : float or None
-        Start of the part, seconds; None: the start of the capture.
-    end : float or None
-        End of the part, seconds; None: the end of the capture.
-    """
+    """Words that a person wrote about a capture or a part of it."""
 
     words: str
+    """The text."""
     start: float | None = None
+    """Start of the part, seconds; None: the start of the capture."""
     end: float | None = None
+    """End of the part, seconds; None: the end of the capture."""
 
 
 @dataclass(frozen=True, order=True)
 class Event:
-    """An instant of a capture: a foot strikes, a ball is released.
-
-    Attributes
-    ----------
-    frame : int
-        Frame of the canonical motion, 30 a second.
-    name : str
-        "foot_strike", "catch", "release", "contact", ... as people wrote it.
-    joint : str
-        The canonical joint that takes part, "" where it is not known.
-    other : str
-        What the joint touches ("ball", "ground", "opponent"), "" where it is not known.
-    """
+    """An instant of a capture: a foot strikes, a ball is released."""
 
     frame: int
+    """Frame of the canonical motion, 30 a second."""
     name: str
+    """Such as "foot_strike", "catch", "release", "contact", as people wrote it."""
     joint: str = ""
+    """The canonical joint that takes part, "" where it is not known."""
     other: str = ""
+    """What the joint touches ("ball", "ground", "opponent"), "" where it is not known."""
 
     @property
     def seconds(self) -> float:
@@ -250,82 +217,54 @@ class Event:
 
 @dataclass(frozen=True, eq=False)
 class CaptureInfo:
-    """A row of the catalogue.
-
-    Attributes
-    ----------
-    capture_id : int
-        Number in the store.
-    name : str
-        Path below the added folder without its ending, such as ``16/16_01``.
-    sha256 : str
-        Digest of the file's bytes (and of its skeleton file's), hexadecimal.
-    format : str
-        As in :class:`Clip`.
-    kind : str
-        "captured" or "generated".
-    fps : float
-        Frames per second of the file, or those that a sheet gives.
-    n_frames : int
-        Frames of the file.
-    duration : float
-        Seconds.
-    motion_frames : int
-        Frames of the canonical motion, 30 a second.
-    leg_length : float
-        The performer's, metres.
-    path : str
-        Path of the file when it was added.
-    run_id : int
-        Run that added it.
-    tags : dict
-        Performer, licence and every further column of the sheet.
-    notes : tuple of str
-        What is unusual in the file.
-    """
+    """A row of the catalogue."""
 
     capture_id: int
+    """Number in the store."""
     name: str
+    """Path below the added folder without its ending, such as ``16/16_01``."""
     sha256: str
+    """Digest of the file's bytes (and of its skeleton file's), hexadecimal."""
     format: str
+    """As in :class:`Clip`."""
     kind: str
+    """Either "captured" or "generated"."""
     fps: float
+    """Frames per second of the file, or those that a sheet gives."""
     n_frames: int
+    """Frames of the file."""
     duration: float
+    """Seconds."""
     motion_frames: int
+    """Frames of the canonical motion, 30 a second."""
     leg_length: float
+    """The performer's, metres."""
     path: str
+    """Path of the file when it was added."""
     run_id: int
+    """Run that added it."""
     tags: dict[str, str] = field(default_factory=dict)
+    """Performer, licence and every further column of the sheet."""
     notes: tuple[str, ...] = ()
+    """What is unusual in the file."""
 
 
 @dataclass(frozen=True)
 class Relation:
-    """How one capture repeats another.
-
-    Attributes
-    ----------
-    capture : str
-        Name of the capture.
-    other : str
-        Name of the capture that it repeats.
-    kind : str
-        "same", "mirror" or "cut".
-    start : float
-        Start of the repeated part in ``other``, seconds.
-    end : float
-        End of the repeated part in ``other``, seconds.
-    distance : float
-        Mean distance between the poses of both (``motiondb.search.copies``).
-    """
+    """How one capture repeats another."""
 
     capture: str
+    """Name of the capture."""
     other: str
+    """Name of the capture that it repeats."""
     kind: str
+    """One of "same", "mirror" or "cut"."""
     start: float
+    """Start of the repeated part in ``other``, seconds."""
     end: float
+    """End of the repeated part in ``other``, seconds."""
     distance: float
+    """Mean distance between the poses of both (``motiondb.search.copies``)."""
 
 
 @dataclass(frozen=True)
@@ -383,59 +322,42 @@ class MatchPart:
 
 @dataclass(frozen=True)
 class Match:
-    """One answer to a search: an interval of a capture.
-
-    Attributes
-    ----------
-    rank : int
-        1 for the best.
-    capture : str
-        Name of the capture.
-    start : float
-        Seconds.
-    end : float
-        Seconds.
-    score : float
-        Orders the answers, largest first; of actions in order and of what is measured, probable
-        answers come first.
-    words : tuple of str
-        Words of the question that the capture shows, or words of the interval.
-    reason : str
-        Why it was found.
-    probability : float or None
-        Probability that the answer is right: for words, that the capture shows the requested
-        actions; for an example, that the interval shows the same action. None if too little was
-        written about the captures to learn it (:mod:`motiondb.meaning.regression`), or too few
-        captions of the database have checked it (:mod:`motiondb.learn.checking`).
-    interval_probability : float or None
-        For words: probability that the interval shows the requested actions; None if it is not
-        known.
-    place : str
-        For words: "known", or "unknown" where a part's place is; then the interval is the whole
-        capture. "" for an example and for a search by symbols, which measure no place.
-    parts : tuple of MatchPart
-        Parts of a question in words, in order.
-    in_order : bool or None
-        For actions in order: whether the capture is seen to show them in this order; None if the
-        question asks for no order, or the motion does not tell.
-    contradicted : tuple of str
-        What was measured in the motion against the question, such as "does not go backward",
-        "moves the right hand, not the left", "turns left, which is excluded".
-    """
+    """One answer to a search: an interval of a capture."""
 
     rank: int
+    """1 for the best."""
     capture: str
+    """Name of the capture."""
     start: float
+    """Seconds."""
     end: float
+    """Seconds."""
     score: float
+    """Orders the answers, largest first; of actions in order and of what is measured, probable
+    answers come first."""
     words: tuple[str, ...] = ()
+    """Words of the question that the capture shows, or words of the interval."""
     reason: str = ""
+    """Why it was found."""
     probability: float | None = None
+    """Probability that the answer is right: for words, that the capture shows the requested
+    actions; for an example, that the interval shows the same action. None if too little was
+    written about the captures to learn it (:mod:`motiondb.meaning.regression`), or too few
+    captions of the database have checked it (:mod:`motiondb.learn.checking`)."""
     interval_probability: float | None = None
+    """For words: probability that the interval shows the requested actions; None if it is not
+    known."""
     place: str = ""
+    """For words: "known", or "unknown" where a part's place is; then the interval is the whole
+    capture. "" for an example and for a search by symbols, which measure no place."""
     parts: tuple[MatchPart, ...] = ()
+    """Parts of a question in words, in order."""
     in_order: bool | None = None
+    """For actions in order: whether the capture is seen to show them in this order; None if the
+    question asks for no order, or the motion does not tell."""
     contradicted: tuple[str, ...] = ()
+    """What was measured in the motion against the question, such as "does not go backward", "moves
+    the right hand, not the left", "turns left, which is excluded"."""
 
 
 @dataclass(frozen=True, order=True)
@@ -453,23 +375,16 @@ class MotionSymbols:
     State k of symbol s exists where k < n_states[s]. A symbol starts in state 0; from state k it
     stays with probability ``self_loops[s, k]`` and goes to k + 1 (out of the symbol from the last
     state) with 1 - self_loops[s, k].
-
-    Attributes
-    ----------
-    n_states : array (symbols,)
-        Number of states.
-    self_loops : array (symbols, max states)
-        Probabilities; 0 in the padding.
-    means : array (symbols, max states, dimensions)
-        Feature units; 0 in the padding.
-    covars : array (symbols, max states, dimensions)
-        Variances; 1 in the padding.
     """
 
     n_states: Annotated[IntArray, Axes("symbols")]
+    """array (symbols,): number of states."""
     self_loops: Annotated[FloatArray, Axes("symbols", "states")]
+    """array (symbols, max states): probabilities; 0 in the padding."""
     means: Annotated[FloatArray, Axes("symbols", "states", "dimensions")]
+    """array (symbols, max states, dimensions): feature units; 0 in the padding."""
     covars: Annotated[FloatArray, Axes("symbols", "states", "dimensions")]
+    """array (symbols, max states, dimensions): variances; 1 in the padding."""
 
     def __repr__(self) -> str:
         _, states, dimensions = self.means.shape

@@ -44,24 +44,16 @@ _HEADER = "\t".join(COLUMNS)
 
 @dataclass(frozen=True)
 class FetchSettings:
-    """Where to download from, how long to wait, and how much to take.
-
-    Attributes
-    ----------
-    base_url : str
-        Address of the site.
-    timeout : float
-        Seconds to wait for the next bytes of an answer.
-    attempts : int
-        Largest number of consecutive attempts without new bytes.
-    limits : FetchLimits
-        How much one download may take.
-    """
+    """Where to download from, how long to wait, and how much to take."""
 
     base_url: str = CMU_URL
+    """Address of the site."""
     timeout: float = 30.0
+    """Seconds to wait for the next bytes of an answer."""
     attempts: int = 4
+    """Largest number of consecutive attempts without new bytes."""
     limits: FetchLimits = field(default_factory=FetchLimits)
+    """How much one download may take."""
 
 
 @dataclass(frozen=True)

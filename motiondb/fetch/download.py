@@ -54,31 +54,21 @@ class _PassingError(Exception):
 
 @dataclass(frozen=True)
 class FetchLimits:
-    """Limits of one download; real downloads of subjects are far smaller.
-
-    Attributes
-    ----------
-    seconds : float
-        From beginning to end. The default is six hours: all 2,500 captures at 1 Mbit a second
-        would take longer, and should come as the site's one archive.
-    pages : int
-        Pages of descriptions, one for each subject. The site has 144 subjects.
-    files : int
-        Files of all subjects together. The site has about 2,700.
-    page_bytes : int
-        Of one page. The longest of the site's has 0.1 MB.
-    file_bytes : int
-        Of one file. The longest of the site's has 25 MB.
-    total_bytes : int
-        Of everything. The site's captures have 4 GB.
-    """
+    """Limits of one download; real downloads of subjects are far smaller."""
 
     seconds: float = 6 * 3600.0
+    """From beginning to end. The default is six hours: all 2,500 captures at 1 Mbit a second would
+    take longer, and should come as the site's one archive."""
     pages: int = 200
+    """Pages of descriptions, one for each subject. The site has 144 subjects."""
     files: int = 5000
+    """Files of all subjects together. The site has about 2,700."""
     page_bytes: int = 10_000_000
+    """Of one page. The longest of the site's has 0.1 MB."""
     file_bytes: int = 500_000_000
+    """Of one file. The longest of the site's has 25 MB."""
     total_bytes: int = 20_000_000_000
+    """Of everything. The site's captures have 4 GB."""
 
 
 def check_limits(limits: FetchLimits) -> None:

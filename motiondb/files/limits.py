@@ -41,25 +41,18 @@ class ReadLimits:
     The slowest of 540 real captures (CMU, Bandai-Namco) takes 0.3 s to read, and a process that
     reads all of them peaks at 130 MB, so real captures stay far below the defaults. Files that are
     large on disk may take more: see the attributes.
-
-    Attributes
-    ----------
-    seconds : float
-        Time to read a file of 10 MB; larger files get more time in proportion.
-    memory : int
-        Bytes that the clip may fill in memory: 22 joints for 25 minutes at 120 frames a second.
-        A file that holds at least one byte for each joint in each frame may fill more, because
-        then its data are real; every real capture in text is such a file.
-    file_bytes : int
-        Largest file that is opened.
-    joints : int
-        Largest number of joints. Rigs with faces and fingers have up to about 1,500.
     """
 
     seconds: float = 60.0
+    """Time to read a file of 10 MB; larger files get more time in proportion."""
     memory: int = 400_000_000
+    """Bytes that the clip may fill in memory: 22 joints for 25 minutes at 120 frames a second. A
+    file that holds at least one byte for each joint in each frame may fill more, because then
+    its data are real; every real capture in text is such a file."""
     file_bytes: int = 2_000_000_000
+    """Largest file that is opened."""
     joints: int = 20_000
+    """Largest number of joints. Rigs with faces and fingers have up to about 1,500."""
 
     def seconds_for(self, n_bytes: int) -> float:
         """Return the time limit for a file of so many bytes, in seconds.

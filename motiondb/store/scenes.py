@@ -74,45 +74,30 @@ class SceneRule:
 
 @dataclass(frozen=True, eq=False)
 class StoredScene:
-    """A scene as it is stored.
-
-    Attributes
-    ----------
-    name : str
-        Name of the scene.
-    diagram : str
-        Text of the tactics diagram.
-    grammar : str
-        Text of the motion grammar.
-    settings : mapping
-        Settings with which the scene was made; only values that JSON can hold.
-    error : float
-        -log P(Z) of the sampled scene, nats.
-    n_frames : int
-        Number of frames, at 30 a second.
-    players : tuple of ScenePlayer
-        The players, in the order of the diagram.
-    rules : tuple of SceneRule
-        The rules, and how well each is kept.
-    ball : array (frames, 3)
-        Centre of the ball (x, y, z), metres; (0, 3) if there is no ball.
-    report : mapping
-        Further facts about the scene; only values that JSON can hold.
-    run_id : int
-        The run that made the scene; set when it is saved.
-    """
+    """A scene as it is stored."""
 
     name: str
+    """Name of the scene."""
     diagram: str
+    """Text of the tactics diagram."""
     grammar: str
+    """Text of the motion grammar."""
     settings: Mapping[str, Any]
+    """Settings with which the scene was made; only values that JSON can hold."""
     error: float
+    """-log P(Z) of the sampled scene, nats."""
     n_frames: int
+    """Number of frames, at 30 a second."""
     players: tuple[ScenePlayer, ...]
+    """The players, in the order of the diagram."""
     rules: tuple[SceneRule, ...] = ()
+    """The rules, and how well each is kept."""
     ball: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    """array (frames, 3): centre of the ball (x, y, z), metres; (0, 3) if there is no ball."""
     report: Mapping[str, Any] = field(default_factory=dict)
+    """Further facts about the scene; only values that JSON can hold."""
     run_id: int = 0
+    """The run that made the scene; set when it is saved."""
 
 
 def save_scene(store: Store, scene: StoredScene, run_id: int) -> None:
