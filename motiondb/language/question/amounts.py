@@ -9,13 +9,9 @@ An amount is a pair (least, most), most None if there is no upper limit:
     "two or three times"             (2, 3)        "5 to 10 s"            (5, 10)
     "several times", "repeatedly"    (2, None)
 
-"About five seconds" is five seconds.
-
-**How an action is done: from adverbs to the words that captions may have for them.**
-
-An adverb in -ly is represented by its adjective (slowly: slow, happily: happy, gently: gentle). The
-caption words for it are searched among the adjective, the adverb and, for speed, the words of the
-same meaning.
+"About five seconds" is five seconds. How an action is done is said by the adjective of an adverb
+in -ly (happily: happy, gently: gentle). The caption words for it are searched among the adjective,
+the adverb and, for speed, the words of the same meaning.
 """
 
 from __future__ import annotations
@@ -52,6 +48,8 @@ _AT_MOST = (
     r"at\ most|(?:no|not)\ (?:more|longer)\ than|a\ maximum\ of|maximum(?:\ of)?|up\ to|within"
     r"|less\ than|fewer\ than|shorter\ than|under"
 )
+_CLEARLY_AT_MOST = r"at\ most|(?:no|not)\ (?:more|longer)\ than|less\ than|shorter\ than|within"
+"""Also without "for": others are directions, as in "walk up to a second person"."""
 _ABOUT = r"about|around|approximately|approx\.?|roughly|almost|nearly|exactly|precisely|some"
 _LIMIT = rf"(?:(?P<more>{_AT_LEAST})|(?P<fewer>{_AT_MOST})|{_ABOUT})"
 _COUNT_LIMIT = _LIMIT.replace("|around", "")  # "turn around twice" is not to turn about twice
@@ -69,6 +67,8 @@ _DURATION_PATTERN = rf"""
     [\s-]*{_UNIT}{_MORE}(?:\s+long\b)?
     |\b(?:for|lasting|lasts)\s+(?:{_ABOUT}\s+)?(?P<one>an?)\s+(?P<one_unit>second|minute|hour)\b
     |\b(?:{_AT_LEAST})\s+(?P<least_one>an?)\s+(?P<least_unit>second|minute|hour)\b
+    |\b(?:(?:for|lasting|lasts|in)\s+(?:{_AT_MOST})|{_CLEARLY_AT_MOST})
+     \s+an?\s+(?P<most_unit>second|minute|hour)\b
 """
 
 _TIMES = r"(?:times\b(?!\s+as\b)|×|x(?![\w]))"
@@ -108,11 +108,17 @@ def to_number(text: str) -> float:
 
     >>> to_number("2,5"), to_number("twenty-five"), to_number("a hundred")
     (2.5, 25.0, 100.0)
+    >>> to_number("twenty-one"), to_number("1,000")
+    (21.0, 1000.0)
     """
     text = text.lower().strip()
+    if re.fullmatch(r"[1-9]\d{0,2},\d{3}", text):  # a comma before three digits parts thousands
+        return float(text.replace(",", ""))
     if text[0].isdigit():
         return float(text.replace(",", "."))
-    return float(sum(100 if word == "hundred" else _NUMBERS[word] for word in _parts(text)))
+    if text.endswith("hundred"):
+        return 100.0
+    return float(sum(_NUMBERS[word] for word in re.split(r"[\s-]+", text)))
 
 
 def match_duration(text: str, place: int = 0) -> tuple[int, float, float | None] | None:
@@ -122,6 +128,8 @@ def match_duration(text: str, place: int = 0) -> tuple[int, float, float | None]
     ((17, 30.0, 30.0), (12, 5.0, None))
     >>> match_duration("2 to 4 seconds"), match_duration("under 1.5 min")
     ((14, 2.0, 4.0), (13, 0.0, 90.0))
+    >>> match_duration("for up to a second"), match_duration("up to a second")
+    ((18, 0.0, 1.0), None)
     """
     match = _DURATION.match(text, place)
     if match is None:
@@ -129,6 +137,8 @@ def match_duration(text: str, place: int = 0) -> tuple[int, float, float | None]
     if match["one"] or match["least_one"]:
         seconds = _unit_seconds(match["one_unit"] or match["least_unit"])
         return match.end(), seconds, None if match["least_one"] else seconds
+    if match["most_unit"]:
+        return match.end(), 0.0, _unit_seconds(match["most_unit"])
     seconds = _unit_seconds(match["unit"])
     if match["half"]:
         low = high = _fraction(match["half"]) * seconds
@@ -205,10 +215,6 @@ def _repeats(match: re.Match[str]) -> tuple[int, int | None]:
 
 _ADVERBS = {"once": 1, "twice": 2, "thrice": 3, "threetimes": 3}
 """Number of times that an adverb says."""
-
-
-def _parts(text: str) -> list[str]:
-    return [word for word in re.split(r"[\s-]+", text) if word not in ("a", "one")] or ["one"]
 
 
 def _unit_seconds(unit: str) -> float:
