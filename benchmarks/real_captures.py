@@ -85,7 +85,7 @@ def find(data: Path, database: Path, stages: Stages, output: Path) -> Findings:
         print("words asked", flush=True)
         precision = {
             "motion alone, the performer's words known": word_precision(
-                learned, learned.evidence.seen
+                learned, learned.evidence.by_motion.takes
             ),
             "motion alone, performer's words never seen": word_precision(
                 learned, hears_unseen_performers(learned)

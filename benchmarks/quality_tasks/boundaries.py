@@ -22,7 +22,7 @@ import motiondb
 from motiondb.database import MotionDB
 from motiondb.errors import MotionDBError
 from motiondb.learn.recognition import LearnSettings
-from motiondb.search.asked_words import learned_words
+from motiondb.search.asking import understand_learned
 from motiondb.search.by_words import search_words
 from quality_protocol.learned_database import learned_database
 from quality_protocol.report import Measure, TaskReport
@@ -130,7 +130,11 @@ def ask(db: MotionDB, marked: Marked) -> list[Asked]:
         for of in both:
             try:
                 answer = search_words(
-                    learned_words(of), word, [numbers[capture]], 1, written=False, features=features
+                    understand_learned(of, word, looks_at_motion=True),
+                    [numbers[capture]],
+                    1,
+                    written=False,
+                    features=features,
                 )
             except MotionDBError:  # the word is not known
                 break

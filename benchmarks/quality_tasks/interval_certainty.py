@@ -13,7 +13,7 @@ from motiondb.language import vocabulary
 from motiondb.learn.learned import Learned
 from motiondb.meaning import place_certainty
 from motiondb.meaning.place_certainty import JoinedTake, ShortCapture
-from motiondb.meaning.place_fitting import Places, Written, find_places
+from motiondb.meaning.place_fitting import Places, Written, find_places, place_evidence
 from motiondb.records import Caption, FloatArray, SegmentTable
 from quality_protocol.captures import load_bandai, without_copies
 from quality_protocol.learned_database import learned_database
@@ -94,8 +94,8 @@ def judge_folds(data: PlaceData, seed: int) -> tuple[dict[str, list[Told]], int]
     """Questions of every kind with probabilities from other folds; how many had none."""
     table, standardised = data.table, data.standardised
     short = place_certainty.short_captures(table, standardised, data.written, data.performers)
-    known = place_certainty.known_elsewhere(
-        table, standardised, data.places, data.performers, len(data.written.numbers)
+    known = place_evidence(
+        data.places, table, standardised, len(data.written.numbers), data.performers
     )
     rng = np.random.default_rng(seed)
     groups = sorted({capture.group for capture in short})

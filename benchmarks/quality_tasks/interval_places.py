@@ -12,7 +12,7 @@ from motiondb.errors import MotionDBError
 from motiondb.language import vocabulary
 from motiondb.learn.learned import Learned
 from motiondb.meaning import place_fitting
-from motiondb.search.asked_words import learned_words
+from motiondb.search.asking import understand_learned
 from motiondb.search.by_words import search_words
 from quality_protocol.takes import LongTake
 
@@ -63,7 +63,7 @@ def place_answers(
 def _first(learned: Learned, text: str, capture: int) -> tuple[float, float] | None:
     try:
         matches = search_words(
-            learned_words(learned), text, [capture], limit=1, written=False
+            understand_learned(learned, text), [capture], limit=1, written=False
         ).matches
     except MotionDBError:  # none of the words is known
         return None

@@ -10,7 +10,7 @@ import motiondb
 from motiondb.learn.learned import Learned
 from motiondb.meaning.place_fitting import Written, find_places
 from motiondb.records import Caption
-from motiondb.search.asked_words import learned_words
+from motiondb.search.asking import understand_learned
 from motiondb.search.by_words import search_words
 from quality_protocol.captures import load_cmu
 from quality_protocol.confidence import mean_of
@@ -72,7 +72,10 @@ def _shares(learned: Learned, takes: Sequence[LongTake], labelled: str = "") -> 
         name = take.capture.name
         for label in sorted({label for _, _, label in take.parts}):
             matches = search_words(
-                learned_words(learned), WORDS[label], [numbers[name]], 1, written=name == labelled
+                understand_learned(learned, WORDS[label]),
+                [numbers[name]],
+                1,
+                written=name == labelled,
             ).matches
             told = [(match.start, match.end) for match in matches]
             shares.append(best_share(take, label, told[0]) if told else 0.0)

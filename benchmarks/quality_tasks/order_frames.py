@@ -1,7 +1,7 @@
 """Order by the evidence of frames, on joined captures of performers without words.
 
 Two captures of one performer with different main verbs are joined. The words are learned from the
-captions of other performers. Asked is whether the order is seen (``motiondb.meaning.frame_order``):
+captions of other performers. Asked is whether the order is seen (``motiondb.meaning.edge_map``):
 of the true order, of its reverse, and of "a, b, a" in a join of a and b, which ends with b.
 """
 
@@ -19,8 +19,7 @@ from motiondb.body.features import FEATURE_FPS
 from motiondb.database.catalogue.file_reading import AddSettings
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import LearnSettings
-from motiondb.meaning.edge_map import averaged
-from motiondb.meaning.frame_order import FrameOrder, lay_in_order
+from motiondb.meaning.edge_map import FrameOrder, averaged, lay_in_order
 from motiondb.records import Float32Array
 from quality_protocol.captures import N_FOLDS, Capture, load_cmu, performer_folds, without_copies
 from quality_protocol.confidence import mean_of

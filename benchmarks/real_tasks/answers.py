@@ -17,7 +17,7 @@ from motiondb.database.generating import Generated
 from motiondb.generate.motion_making import METHODS
 from motiondb.generate.shown_actions import JudgedAction
 from motiondb.records import Match, Motion
-from motiondb.search.takings import understand
+from motiondb.search.takings import Sentence
 from real_tasks.measures import (
     Part,
     Smoothness,
@@ -115,7 +115,7 @@ def ask_words(db: MotionDB, notes: dict[str, Notes], folder: Path) -> list[WordR
     unseen = hears_unseen_performers(learned)
     results = []
     for words in WORDS:
-        query = understand(learned, words)
+        query = Sentence(learned, words).in_known_words({})
         verdicts = notes.get(f"words: {words}", Notes()).verdicts
         asked = set(query.words)
 

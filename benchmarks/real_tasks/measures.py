@@ -16,7 +16,7 @@ from motiondb.language.question.readings import readings
 from motiondb.learn.learned import Learned
 from motiondb.meaning import by_question, score_vectors, word_evidence, word_map
 from motiondb.records import MOTION_FPS, CaptureInfo, Match, Motion
-from motiondb.search.takings import understand
+from motiondb.search.takings import Sentence
 
 Part = tuple[float, float, str]
 """start, end (seconds), label of a known part of a long take."""
@@ -88,7 +88,9 @@ def hears_unseen_performers(learned: Learned) -> dict[int, word_evidence.TakeSco
         seen = np.array([performers[c] != performer for c in described])
         fit = word_map.fit_word_map(vectors[seen], presence[seen], who[seen])
         blind = _with_word_map(learned, fit)
-        takes |= {c: blind.evidence.seen[c] for c in learned.rows if performers[c] == performer}
+        takes |= {
+            c: blind.evidence.by_motion.takes[c] for c in learned.rows if performers[c] == performer
+        }
     return takes
 
 
@@ -108,7 +110,7 @@ def search_takes(
     learned: Learned, takes: Mapping[int, word_evidence.TakeScores], words: str, limit: int
 ) -> list[Match]:
     """As ``search_words``, on log-odds of one's own."""
-    question = understand(learned, words)
+    question = Sentence(learned, words).in_known_words({})
     number = {word: n for n, word in enumerate(learned.association.words)}
     read, _ = readings(question.tree)
     hits = []

@@ -28,10 +28,8 @@ from motiondb.learn.learned import Learned
 from motiondb.learn.learned_model import LearnedModel
 from motiondb.learn.recognition import FeaturePool, LearnSettings, segment_table
 from motiondb.learn.word_fitting import (
-    FittedWords,
     TaughtWords,
     fit_words,
-    fit_words_with_start,
 )
 from motiondb.meaning import asked_certainty, score_vectors, word_evidence
 from motiondb.meaning import regression as certainty
@@ -250,21 +248,18 @@ def answer(
     captions = {int(i): ours.captions[int(i)] for i in captioned}
     taught = TaughtWords(captions, {}, dict(enumerate(ours.groups)))
     asked_certainty.example_certainty = _no_examples  # only words are asked here
-    fitted: FittedWords
-    if started is not None:
-        fitted = fit_words_with_start(view.table, taught, started)
-    elif len(captioned):
-        fitted = fit_words(view.table, taught, view.n_symbols)
-    else:
+    if started is None and not len(captioned):
         return None
-    fit = fitted.word_map
+    fitted = fit_words(view.table, taught, started)
+    published = fitted.published
+    fit = published.fitted_word_map
     assert fit is not None
     rows = fitted.score_space.standardise(view.table.scores, view.table.movement)
     parts = {}
     for capture in map(int, gallery):
         first, last = np.searchsorted(view.table.capture_ids, [capture, capture + 1])
         parts[capture] = slice(int(first), int(last))
-    moments, known = fitted.counted.counts.moments, fitted.association.words
+    moments, known = fitted.counted.counts.moments, published.association.words
     if started is not None:
         moments = join_moments(moments, known, started)
     whole = score_vectors.whole_vectors(rows, view.table, parts)
@@ -273,11 +268,11 @@ def answer(
     ranked = [0.5 * each[:-1].max(axis=0) + 0.5 * each[-1] for each in odds.values()]
     described = fit.log_odds(whole)
     scores = np.array(ranked)
-    sure, names = fitted.certainties.words, fitted.association.words
+    sure, names = fitted.certainties.words, published.association.words
     chances = None if sure is None else certainty.probability(sure.log_odds(scores[..., None]))
     withheld = None
     if started is not None:
-        unchecked = ~checked_words(fitted.association, started, fitted.counted, sure)
+        unchecked = ~checked_words(published.association, started, fitted.counted, sure)
         if chances is not None:
             chances[:, unchecked] = np.nan
         if not len(captioned):

@@ -21,7 +21,7 @@ from motiondb.learn.learned_model import LearnedModel
 from motiondb.learn.recognition import FeaturePool, recognise_capture
 from motiondb.meaning.counting import join_tables
 from motiondb.records import Caption, CaptureInfo, Motion, SegmentTable
-from motiondb.search.asked_words import learned_words
+from motiondb.search.asking import understand_learned
 from motiondb.search.by_example import search_motion
 from motiondb.search.by_words import search_words
 from motiondb.search.described import describe
@@ -56,8 +56,8 @@ class _Held:
     def ranked(self, text: str, among: Sequence[int] | None = None) -> list[int]:
         """The captures, best first, for a question in words, from their motion alone."""
         allowed = self.numbers if among is None else list(among)
-        asked = learned_words(self.learned)
-        answer = search_words(asked, text, allowed, len(allowed), written=False)
+        question = understand_learned(self.learned, text)
+        answer = search_words(question, allowed, len(allowed), written=False)
         return self._in_order([m.capture for m in answer.matches], allowed)
 
     def alike(self, number: int) -> list[int]:
@@ -290,11 +290,10 @@ def _intervals(asking: _Asking) -> list[Score]:
 def _overlap_of(timed: tuple[CaptureInfo, Caption], held: _Held) -> float | None:
     """Overlap of a caption's interval with the one found; None if no word of it is known."""
     info, caption = timed
-    asked, features = learned_words(held.learned), held.pool.of_capture
+    features = held.pool.of_capture
     try:
-        answer = search_words(
-            asked, caption.words, [info.capture_id], 1, written=False, features=features
-        )
+        question = understand_learned(held.learned, caption.words, looks_at_motion=True)
+        answer = search_words(question, [info.capture_id], 1, written=False, features=features)
     except QueryError:
         return None
     if not answer.matches:

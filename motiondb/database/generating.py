@@ -32,7 +32,6 @@ from motiondb.generate.motion_making import (
 from motiondb.generate.sentence_plan import plan_sentence, speed_of
 from motiondb.generate.shown_actions import JudgedAction
 from motiondb.generate.smoothness import Smoothness
-from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import KnownQuestion, hinted, with_hints
 from motiondb.language.question.tree import AnyOf, Node, NotUsed, Without, parts_of
 from motiondb.language.translation import decoding
@@ -41,9 +40,9 @@ from motiondb.learn.learned import Learned
 from motiondb.records import MOTION_FPS, Motion
 from motiondb.search.chances import WordSource, word_sources
 from motiondb.search.takings import (
+    Sentence,
     Taking,
     hints_of,
-    leave_unknown,
     nearest_suggested,
     not_understood,
     say_not_understood,
@@ -230,24 +229,29 @@ def generate(
     with session.reading():
         takes = Takes(session.features, lambda capture: store.load_motion(session.store, capture))
         check_any(session.learned)
-        text, same = words, dict[str, Taking]()
+        sentence, same = Sentence(session.learned, words), dict[str, Taking]()
         if exact:
             learned = session.learned
-            takings = leave_unknown(learned, text, nearby_table())
+            takings = unknown_words(sentence, nearby_table(), is_replaced=False)
             instead: dict[str, str] = {}
         else:
-            text, same = write_otherwise(session.learned, words)
+            sentence, same = write_otherwise(sentence)
             learned, takings, instead = _replace_unknown(
-                session.learned, text, anyway, any(place.capture for place in places)
+                sentence, anyway, any(place.capture for place in places)
             )
         wishes = tuple(_wish(session, place) for place in places)
-        missing = not_understood(
-            session.learned, text, [w for w, t in takings.items() if t.is_taken]
-        )
+        missing = not_understood(sentence, [w for w, t in takings.items() if t.is_taken])
         for variant in range(seed, seed + MOST_TRIES * number):
             rng = np.random.default_rng(variant)
             motion = make_motion(
-                learned, takes, text, rng, method, anyway, instead, Choices(variant, wishes)
+                learned,
+                takes,
+                sentence.text,
+                rng,
+                method,
+                anyway,
+                instead,
+                Choices(variant, wishes),
             )
             if not any(_is_from_same(motion, earlier) for earlier in made):
                 made.append(motion)
@@ -259,7 +263,7 @@ def generate(
                 provenance = store.to_provenance(
                     session.store, origin.captures, origin.frames, edits=origin.edits
                 )
-                heard = _taken_words(session.learned, text, variant, motion, takings)
+                heard = _taken_words(sentence, variant, motion, takings)
                 one = _to_generated(learned, motion, judged, provenance, takings, heard)
                 one = replace(
                     one,
@@ -334,7 +338,7 @@ def _shares_most(one: MadeMotion, other: MadeMotion, action: int) -> bool:
 
 
 def _replace_unknown(
-    learned: Learned, words: str, anyway: bool, is_picked: bool
+    sentence: Sentence, anyway: bool, is_picked: bool
 ) -> tuple[Learned, dict[str, Taking], dict[str, str]]:
     """Unknown words as known ones; words of speed stay, since the tempo can be changed.
 
@@ -343,10 +347,11 @@ def _replace_unknown(
     Also, for each word that is made as the nearest known one although it may not be taken so, that
     known word.
     """
+    learned = sentence.learned
     try:
-        takings = unknown_words(learned, words, nearby_table())
+        takings = unknown_words(sentence, nearby_table())
     except QueryError:
-        instead = nearest_suggested(learned, words, nearby_table()) if anyway else {}
+        instead = nearest_suggested(sentence, nearby_table()) if anyway else {}
         if not instead and not is_picked:
             raise
         return replace(learned, synonyms={**learned.synonyms, **instead}), {}, instead
@@ -388,7 +393,7 @@ def _to_generated(
 
 
 def _taken_words(
-    learned: Learned, text: str, seed: int, motion: MadeMotion, takings: Mapping[str, Taking]
+    sentence: Sentence, seed: int, motion: MadeMotion, takings: Mapping[str, Taking]
 ) -> list[Mapping[str, Taking]]:
     """The taken words of each action that was made: of "moonwalk, then walk", only the first's.
 
@@ -399,8 +404,8 @@ def _taken_words(
     every = [takings] * len(motion.asked)
     if not known:
         return every
-    tree = parse(text, learned.synonyms, learned.lemmas).tree
-    written = [action.words for action in plan_sentence(tree, np.random.default_rng(seed))[0]]
+    plan = plan_sentence(sentence.parsed.tree, np.random.default_rng(seed))[0]
+    written = [action.words for action in plan]
     if len(written) != len(every) or not all(
         {*one.words} <= {known.get(word, word) for word in words}
         for one, words in zip(motion.asked, written)

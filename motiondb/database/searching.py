@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,24 +13,13 @@ from motiondb.database.catalogue.filter_words import take_filter_words
 from motiondb.database.loading import nearby_table
 from motiondb.database.session import Session
 from motiondb.errors import QueryError
+from motiondb.language.question.readings import say
 from motiondb.learn.learned import Learned
 from motiondb.records import Match, Motion
-from motiondb.search.asked_words import find_written, learned_words, with_replaced, written_words_of
-from motiondb.search.by_words import WordAnswer, search_words, with_takings, without_chances
-from motiondb.search.chances import word_sources
-from motiondb.search.measured_answers import without_measured_words
+from motiondb.search.asked_words import find_written
+from motiondb.search.asking import AskedQuestion, ask
+from motiondb.search.by_words import WordAnswer, as_near, search_words
 from motiondb.search.reasons import ExplainedWord
-from motiondb.search.takings import (
-    Taking,
-    leave_unknown,
-    near_words,
-    not_understood,
-    say_question,
-    unknown_words,
-    with_likeliest,
-    with_near,
-    write_otherwise,
-)
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 if TYPE_CHECKING:
@@ -57,48 +45,26 @@ def search(
         allowed, learned = allowed_captures(session, where, exact), session.searchable
         check_any(learned)
         table = nearby_table()
-        asked, text, same = learned_words(learned), words, dict[str, Taking]()
-        if not by_symbols:  # captions hold words, not symbols
-            find = partial(session.kept, "written_words", lambda: find_written(session.searchable))
-            if not exact:
-                words, same = write_otherwise(learned, words, find)
-            asked = written_words_of(learned, words, find, None if exact else table)
-        if exact:
-            takings = leave_unknown(learned, words, table, asked.added)
-        else:
-            takings = unknown_words(learned, words, table, asked.added, not by_symbols)
-        if by_symbols:
-            asked = learned_words(with_likeliest(learned, takings))
-        else:
-            takings = without_measured_words(learned, words, takings)
-            asked = with_replaced(asked, takings)
+        find = partial(session.kept, "written_words", lambda: find_written(session.searchable))
 
-        def ask_for(text: str) -> WordAnswer:
-            found = search_words(
-                asked,
-                text,
+        def answer_of(question: AskedQuestion) -> WordAnswer:
+            return search_words(
+                question,
                 allowed,
                 limit,
-                by_symbols,
                 written,
                 lambda capture: session.features.of_capture(capture),  # loaded only if needed
             )
-            return with_takings(found, takings)
 
-        answer = ask_for(words)
+        question = ask(learned, words, table, find, exact, by_symbols)
+        answer = answer_of(question)
         if answer.nothing and answer.matches and not (exact or by_symbols):
-            near = near_words(learned, words, table)
-            others = with_near(learned, words, near)
-            instead = ask_for(others) if near else answer
-            if not instead.nothing:
-                said = say_question(learned, words), say_question(learned, others)
-                answer = without_chances(instead, near=said)
-        behind = [word for taking in answer.taken.values() for word in taking.heard]
-        sources = (*answer.sources, *word_sources(learned, behind))
-        question = replace(answer.question, text=text)
-        answer = replace(answer, question=question, sources=sources, taken={**same, **answer.taken})
-        missing = not_understood(learned, words, {*asked.added, *answer.taken})
-        return without_chances(answer, missing) if missing else answer
+            near = question.with_near_words(table)
+            instead = answer if near is None else answer_of(near)
+            if near is not None and not instead.nothing:
+                said = (say(each.sentence.parsed.tree) for each in (question, near))
+                answer = as_near(instead, *said)
+        return answer
 
 
 def check_any(learned: Learned) -> None:

@@ -329,7 +329,7 @@ def _evidence(learned: Learned, capture: int, asked: set[int]) -> FloatArray | N
     placed = learned.placed
     take = None if placed is None else placed.take(capture)
     if placed is None or take is None:
-        seen = learned.evidence.seen
+        seen = learned.evidence.by_motion.takes
         return seen[capture].windows if capture in seen else None
     evidence = take.windows.copy()
     by_others = placed.by_others(capture)

@@ -33,8 +33,9 @@ from collections.abc import Collection, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.learn.described_segments import DescribedSegments, unit_rows
+from motiondb.learn.learned import DescribedSegments
 from motiondb.meaning.motion_judge import RELATED
+from motiondb.meaning.score_vectors import unit
 from motiondb.records import Float32Array, FloatArray, IntArray
 
 NEIGHBOURS = 10  # Number of neighbouring captures
@@ -63,7 +64,7 @@ def neighbour_gains(
     rivals[sorted(related_words(others.says, words))] = False
     if not words or not len(others.captures):
         return {capture: np.zeros(len(vectors)) for capture, vectors in takes.items()}
-    units = {capture: unit_rows(vectors) for capture, vectors in takes.items()}
+    units = {capture: unit(vectors) for capture, vectors in takes.items()}
     every = np.concatenate(list(units.values()), dtype=np.float32, casting="same_kind")
     rough = np.concatenate(
         [

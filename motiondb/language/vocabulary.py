@@ -2,30 +2,21 @@
 
 A text is split into *actions* (at commas, full stops, "then", "and"), and each action into words.
 Compounds are split (CamelCase, run/jog, 90-degree), numbers and stop words are left out, and every
-other word is replaced by its lemma (:func:`lemma`) and by the user's canonical synonym. Words of
-direction and body parts are kept; a piece of text with no other words belongs to the action before
-it: "walks forward and backward" is one action. "X while Y" is one action, "X after Y" is Y, then X.
-A topic before a dash belongs to the first action.
+other word is replaced by its lemma and by the user's canonical synonym. A piece of text with only
+directions and body parts belongs to the action before it: "walks forward and backward" is one
+action. "X while Y" is one action, "X after Y" is Y, then X. In a query the word ``?`` means any
+action; it becomes an empty action.
 
-In a query the word ``?`` means any action; it becomes an empty action.
+**Lemmas.** Walks, walking, walked and walker are all "walk": by a short table of forms that motion
+captions use and dictionaries treat otherwise (backwards, shot, sitting as a noun); by regular
+endings of common motion verbs (dancer, dance); else by the dictionary of simplemma. Loading it
+costs .1 to .3 s, a third of a search, so its lemmas for the words of captions are stored with the
+learned model (:func:`dictionary_forms`). It alone would give 3 of the 317 words of the sample, CMU
+and Bandai-Namco captions another lemma (dancer, folding, hanging).
 
-**One word for all forms of a word: walks, walking, walked and walker are all "walk".**
-
-There are three steps, and the first that gives a result is used: a short table of forms that motion
-captions use and dictionaries treat otherwise (backwards, shot, sitting as a noun); regular endings
-of common motion verbs (which also joins a noun of the doer with its verb: dancer, dance); the
-dictionary of simplemma. The dictionary takes some 0.2 s to load, so it is loaded when a word first
-needs it. Its lemmas for the words of captions are stored with the learned model
-(:func:`dictionary_forms`) and handed to :func:`lemma`, so that a question needs the dictionary only
-for words that the database has never seen. The dictionary alone would give 3 of the 317 words of
-the sample, CMU and Bandai-Namco captions another lemma (dancer, folding, hanging), and loading it
-costs .1 to .3 s of processor time, a third of a search, wherever a question holds a form of a verb
-that no caption has.
-
-**A user's table of synonyms: lines ``word = canonical word``.**
-
-A tab may replace ``=``; blank lines and text after ``#`` are ignored. A canonical word may itself
-have an entry: chains are followed to their end.
+**A user's table of synonyms**: lines ``word = canonical word``. A tab may replace ``=``; blank
+lines and text after ``#`` are ignored. A canonical word may itself have an entry: chains are
+followed to their end.
 """
 
 from __future__ import annotations

@@ -1,35 +1,25 @@
 """Which probabilities the captions of a database have checked, and how certain the others are.
 
-**Checked probabilities.** A certainty that was learned from a handful of captions is a guess: with
-25 captions the probabilities of the first five answers were off by .16 and .32, with 50 by .07 and
-.19 (docs/measured/start.md). So none is given before there are LEAST_CHECKING own described
-intervals.
-
-The calibration of a start was learned from the captures of the start. On captures of another studio
-its probabilities are wrong by about .3 (docs/measured/start.md): the evidence of motion is shifted,
-words are more or less usual, and nothing but own captions shows by how much. Such probabilities are
-not given. The ranking of answers stays, because it needs none.
-
-A probability is given where both hold:
+A certainty that was learned from a handful of captions is a guess: with 25 captions the
+probabilities of the first five answers were off by .16 and .32, with 50 by .07 and .19
+(docs/measured/start.md). That of a start was learned from the captures of the start, and is wrong
+by about .3 on those of another studio. So a probability is given where both hold:
 
 * the certainty of answers of its kind was learned from own captions when the database learned, and
   there were at least LEAST_CHECKING of them (:func:`checked_certainty`);
-* own captions hold the word that it stands beside (:func:`checked_words`). The own certainty was
-  learned from questions about such words alone.
+* own captions hold the word that it stands beside (:func:`checked_words`). Without a start, all
+  words come from own captions.
 
-Without a start all words come from own captions, so that the first condition alone decides.
+The ranking of answers needs no probability.
 
-**The calibration of a start in other captures.** It holds for the captures from which it was
-learned. In other captures, words have other frequencies and the evidence of motion is shifted, so
-its log-odds x have an error that is unknown before there are own captions. If this error e is
-normal with mean 0 and standard deviation SPREAD, the probability of a right answer is
+**The certainty of a start as the prior of the own one** (:func:`motiondb.learn.joining.
+join_certainty`). In other captures its log-odds x have an unknown error e. If e is normal with mean
+0 and standard deviation SPREAD, the probability of a right answer is
 
     P(right) = E sigmoid(x + e) ~ sigmoid(x / sqrt(1 + pi SPREAD^2 / 8)),
 
-so probabilities move towards 0.5 and the order of answers does not change. The threshold of
-"nothing matches" does not change either. No such probability is given before own captions have
-checked it; then it is the prior of the certainty that is
-learned from them (:func:`motiondb.learn.joining.join_certainty`).
+so probabilities move towards 0.5; the order of answers and the threshold of "nothing matches" do
+not change.
 
 Source: MacKay, The evidence framework applied to classification networks (1992), for the integral.
 """

@@ -1,14 +1,17 @@
 """Learning as a whole: from features and captions to everything that ``learn`` derives.
 
-The evidence at single frames (:mod:`motiondb.meaning.edge_map`), which says where actions begin and
-end, is fitted to the places of words: a frame takes the y of its segment.
+Captures have numbers in the order in which they were added, and much of learning goes through them
+in order of number: random starts, sums, ties. While it learns, the captures therefore exchange
+numbers: the first by name has the smallest. So learning does not depend on the order of arrival.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import ceil, floor
+from typing import TypeVar
 
 import numpy as np
 
@@ -27,7 +30,6 @@ from motiondb.learn.word_fitting import (
     FittedWords,
     TaughtWords,
     fit_words,
-    fit_words_with_start,
 )
 from motiondb.meaning import counting, extents
 from motiondb.meaning.counting import capture_rows
@@ -37,33 +39,15 @@ from motiondb.meaning.place_certainty import learn_certainty
 from motiondb.meaning.place_fitting import Places, Written, find_places
 from motiondb.meaning.regression import Certainties
 from motiondb.meaning.resemblance import PooledMap, fit_pooled_map, pooled_statistics
-from motiondb.records import Float32Array, MotionSymbols, SegmentTable, SymbolSpace
+from motiondb.records import Float32Array, IntArray, MotionSymbols, SegmentTable, SymbolSpace
 from motiondb.symbols import acquisition, feature_space
 from motiondb.symbols import space as symbol_spaces
 from motiondb.symbols.hmm_jobs import one_blas_thread
 from motiondb.symbols.settings import RecutSettings
 from motiondb.workers import HERE, Workers
 
+T = TypeVar("T")
 NEARLY = 1e-6  # Feature frames by which the rounding of seconds may move the end of an interval
-
-
-def fit_edges(
-    frames: Float32Array, pool: FeaturePool, table: SegmentTable, places: Places, n_words: int
-) -> EdgeMap:
-    """Fit the evidence for words at each frame; `frames` (rows, D)."""
-    rows = capture_rows(table)
-    bounds = zip(pool.capture_ids.tolist(), pool.bounds[:-1], pool.bounds[1:])
-    takes = []
-    for capture, first, last in bounds:
-        if capture not in places.words:
-            continue
-        middles = FEATURE_STEP * (np.arange(last - first) + 0.5)
-        ends = table.ends[rows[capture]]
-        segments = np.minimum(np.searchsorted(ends, middles, side="right"), len(ends) - 1)
-        shown = places.shown[capture][segments]
-        takes.append(FrameTake(frames[first:last], places.words[capture], shown))
-    with one_blas_thread():  # sums of several threads differ in their last bits
-        return fit_edge_map(takes, n_words)
 
 
 def fit_model(
@@ -94,14 +78,13 @@ def fit_model(
     tell("symbol space", 0.0)
     symbol_space = symbol_spaces.build_space(acquired.symbols, rng)
     tell("words", 0.0)
-    n_symbols = acquired.symbols.n_symbols
-    words = fit_words(table, taught, n_symbols)
+    words = fit_words(table, taught)
     contexts = extents.fit_context_space(parts)
     of_symbols = _Symbols(acquired.symbols, symbol_space, space, contexts, settings.acquisition)
     return replace(
-        _fit_rest(of_symbols, frames, pool, table, (taught, words), rng),
+        _fit_rest(of_symbols, frames, pool, table, taught, words, rng),
         description_lengths=np.array(acquired.description_lengths),
-        pooled=_fit_pooled(frames, pool, table, (taught, words)),
+        pooled=_fit_pooled(frames, pool, words),
         description_calibration=words.description_calibration,
     )
 
@@ -122,28 +105,25 @@ def _fit_rest(
     frames: Float32Array,
     pool: FeaturePool,
     table: SegmentTable,
-    said: tuple[TaughtWords, FittedWords],
+    taught: TaughtWords,
+    words: FittedWords,
     rng: np.random.Generator,
 ) -> LearnedModel:
     """The learned model from its symbols, segments and words."""
-    taught, words = said
     places, certainties = _fit_places(table, taught, words, rng)
     return LearnedModel(
         run_id=0,
         **vars(of_symbols),
+        **vars(words.published),
         segments=table,
-        association=words.association,
-        transition_counts=words.transitions,
         score_space=words.score_space,
-        fitted_word_map=words.word_map,
         certainties=certainties,
-        lengths=words.lengths,
         counted=words.counted,
         lemmas=words.counted.reference.lemmas,
         drift_baseline=drift.fit_baseline(table),
         places=places,
-        judge=_fit_judge(frames, pool, table, said, rng),
-        edges=_fit_edges(frames, pool, table, places, words),
+        judge=_fit_judge(frames, pool, taught, words, rng),
+        edges=_fit_edges(frames, pool, table, places, len(words.numbers)),
     )
 
 
@@ -165,16 +145,14 @@ def _fit_with_start(
     cutting = acquisition.recut(frames, pool.bounds, first.symbols, first.cutting, workers)
     tell("scoring", 0.0)
     table = segment_table(frames, pool, first.symbols, cutting, workers)
-    lemmas = counting.dictionary_lemmas(taught.captions)
-    described = counting.described_intervals(table, taught.captions, taught.synonyms, lemmas)
-    if joining.is_set_aside(table, len(described)):
+    if joining.is_set_aside(table, len(taught.described(table))):
         return None
     tell("words", 0.0)
-    words = fit_words_with_start(table, taught, started)
+    words = fit_words(table, taught, started)
     of_symbols = _Symbols(
         first.symbols, first.space, first.feature_space, first.context_space, first.cutting
     )
-    rest = _fit_rest(of_symbols, frames, pool, table, (taught, words), rng)
+    rest = _fit_rest(of_symbols, frames, pool, table, taught, words, rng)
     return replace(rest, started=started)
 
 
@@ -182,10 +160,8 @@ def _fit_places(
     table: SegmentTable, taught: TaughtWords, words: FittedWords, rng: np.random.Generator
 ) -> tuple[Places | None, Certainties]:
     """Where the actions of captions happen, and certainties with that of places."""
-    numbers = {word: number for number, word in enumerate(words.association.words)}
     standardised = words.score_space.standardise(table.scores, table.movement)
-    lemmas = words.counted.reference.lemmas
-    written = Written(taught.captions, taught.synonyms, lemmas, numbers)
+    written = Written(taught.captions, taught.synonyms, taught.lemmas, words.numbers)
     places = find_places(table, standardised, written)
     if places is None:
         return None, words.certainties
@@ -200,39 +176,37 @@ def _fit_edges(
     pool: FeaturePool,
     table: SegmentTable,
     places: Places | None,
-    words: FittedWords,
+    n_words: int,
 ) -> EdgeMap | None:
-    """Evidence for words at each frame; None where no places were found."""
+    """Evidence for words at each frame, which takes the y of its segment; None without places."""
     if places is None:
         return None
-    return fit_edges(frames, pool, table, places, len(words.association.words))
+    rows = capture_rows(table)
+    takes = []
+    for capture, first, last in zip(pool.capture_ids.tolist(), pool.bounds[:-1], pool.bounds[1:]):
+        if capture not in places.words:
+            continue
+        middles = FEATURE_STEP * (np.arange(last - first) + 0.5)
+        ends = table.ends[rows[capture]]
+        segments = np.minimum(np.searchsorted(ends, middles, side="right"), len(ends) - 1)
+        shown = places.shown[capture][segments]
+        takes.append(FrameTake(frames[first:last], places.words[capture], shown))
+    with one_blas_thread():  # sums of several threads differ in their last bits
+        return fit_edge_map(takes, n_words)
 
 
-def _fit_pooled(
-    frames: Float32Array,
-    pool: FeaturePool,
-    table: SegmentTable,
-    said: tuple[TaughtWords, FittedWords],
-) -> PooledMap | None:
+def _fit_pooled(frames: Float32Array, pool: FeaturePool, words: FittedWords) -> PooledMap | None:
     """Second opinion on the words of intervals; None if no words were written."""
-    taught, words = said
-    numbers = {word: number for number, word in enumerate(words.association.words)}
-    merged: dict[tuple[int, float, float], set[str]] = {}
-    for d in counting.described_intervals(
-        table, taught.captions, taught.synonyms, words.counted.reference.lemmas
-    ):
-        merged.setdefault((d.capture_id, d.start, d.end), set()).update(d.words)
-    if not merged:
+    if not words.described:
         return None
     bounds = dict(zip(pool.capture_ids.tolist(), pairwise(pool.bounds.tolist())))
-    presence = np.zeros((len(merged), len(numbers)), dtype=bool)
+    intervals, presence = counting.merged_intervals(words.described, words.numbers)
     rows = []
-    for row, ((capture, start, end), spoken) in enumerate(merged.items()):
-        first, last = bounds[capture]
-        low = min(first + floor(start / FEATURE_STEP + NEARLY), last - 1)
-        high = min(max(first + ceil(end / FEATURE_STEP - NEARLY), low + 1), last)
+    for d in intervals:
+        first, last = bounds[d.capture_id]
+        low = min(first + floor(d.start / FEATURE_STEP + NEARLY), last - 1)
+        high = min(max(first + ceil(d.end / FEATURE_STEP - NEARLY), low + 1), last)
         rows.append(pooled_statistics(frames[low:high]))
-        presence[row, [numbers[word] for word in spoken]] = True
     with one_blas_thread():  # sums of several threads differ in their last bits
         return fit_pooled_map(np.stack(rows), presence)
 
@@ -240,20 +214,76 @@ def _fit_pooled(
 def _fit_judge(
     frames: Float32Array,
     pool: FeaturePool,
-    table: SegmentTable,
-    said: tuple[TaughtWords, FittedWords],
+    taught: TaughtWords,
+    words: FittedWords,
     rng: np.random.Generator,
 ) -> MotionJudge | None:
     """The judge of generated motion; None if no words were written."""
-    taught, words = said
-    numbers = {word: number for number, word in enumerate(words.association.words)}
-    described = counting.described_intervals(
-        table, taught.captions, taught.synonyms, words.counted.reference.lemmas
-    )
-    if not described:
+    if not words.described:
         return None
     windows = {
         int(capture): pool_windows(frames[a:b])
         for capture, (a, b) in zip(pool.capture_ids, pairwise(pool.bounds))
     }
-    return fit_judge(windows, said_words(described, numbers), len(numbers), taught.performers, rng)
+    said = said_words(words.described, words.numbers)
+    return fit_judge(windows, said, len(words.numbers), taught.performers, rng)
+
+
+def numbers_by_name(names: Mapping[int, str]) -> dict[int, int]:
+    """Capture number -> its number while learning, from the names by number.
+
+    >>> numbers_by_name({3: "b", 5: "a", 9: "c"})
+    {5: 3, 3: 5, 9: 9}
+    """
+    return dict(zip(sorted(names, key=lambda capture: names[capture]), sorted(names)))
+
+
+def renumber_taught(taught: TaughtWords, numbers: Mapping[int, int]) -> TaughtWords:
+    """Captions and performers under other numbers."""
+    return TaughtWords(
+        _renumber(taught.captions, numbers), taught.synonyms, _renumber(taught.performers, numbers)
+    )
+
+
+def renumber_pool(pool: FeaturePool, numbers: Mapping[int, int]) -> FeaturePool:
+    """Features under other numbers, in their order."""
+    captures = np.array([numbers[int(c)] for c in pool.capture_ids], dtype=np.int64)
+    if np.array_equal(captures, pool.capture_ids):
+        return pool
+    order = np.argsort(captures)
+    parts = [slice(a, b) for a, b in pairwise(pool.bounds)]
+    return FeaturePool(
+        captures[order],
+        np.concatenate([[0], np.cumsum(np.diff(pool.bounds)[order])]).astype(np.int64),
+        np.concatenate([pool.features[parts[n]] for n in order]),
+        np.asarray(pool.lengths)[order],
+    )
+
+
+def renumber_model(model: LearnedModel, numbers: Mapping[int, int]) -> LearnedModel:
+    """The learned model under other numbers of captures."""
+    captures = _renumber_all(model.segments.capture_ids, numbers)
+    order = np.argsort(captures, kind="stable")
+    rows = {name: column[order] for name, column in vars(model.segments).items()}
+    places = model.places
+    return replace(
+        model,
+        segments=replace(model.segments, **rows | {"capture_ids": captures[order]}),
+        drift_baseline=replace(
+            model.drift_baseline,
+            captures=np.sort(_renumber_all(model.drift_baseline.captures, numbers)),
+        ),
+        places=None
+        if places is None
+        else Places(**{name: _renumber(of_one, numbers) for name, of_one in vars(places).items()}),
+    )
+
+
+def _renumber_all(captures: IntArray, numbers: Mapping[int, int]) -> IntArray:
+    return np.array([numbers[int(capture)] for capture in captures], dtype=np.int64)
+
+
+def _renumber(values: Mapping[int, T], numbers: Mapping[int, int]) -> dict[int, T]:
+    """Values by capture under other numbers, rising."""
+    renamed = {numbers[capture]: value for capture, value in values.items()}
+    return {capture: renamed[capture] for capture in sorted(renamed)}

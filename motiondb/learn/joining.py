@@ -1,24 +1,19 @@
 """Combine what is learned from own captions with the start of a database.
 
-Notation: n the number of own described intervals, w the weight of the start,
-
-    w = 1 / (1 + n / TRUST).
-
+Notation: n the number of own described intervals, w = 1 / (1 + n / TRUST) the weight of the start.
 Everything that is learned from captions is a sum over captions: moments of the word map, expected
 counts of the association, numbers of words and shapes. The joint sum is that of the own captions
-plus w times that of the start, so that own captions gain weight with their number. The transitions
-of symbols, which need no captions, are joined in the same way with n the number of own captures.
+plus w times that of the start. The transitions of symbols are joined in the same way with n the
+number of own captures.
 
 A caption is no evidence about a word that its authors do not use: if no own caption has "sprint",
 an own capture may still show one. Every word is therefore fitted to the intervals of those sources
-alone whose captions hold the word anywhere. Words of both sources, of the start alone and of own
-captions alone have three systems of equations; that of the start alone keeps its ridge.
+alone whose captions hold the word anywhere: both sources, the start or own captions.
 
-**Ridge and calibration of the joint word map.** As in :mod:`motiondb.meaning.word_map`, predictions
-for own intervals are made without their group: here by the joint map of the start and the other
-groups. The largest ridge whose ranking is nearly the best is taken. The calibration is the start's,
-moved by the own predictions: the Fisher information of the start's calibration, times the weight of
-the start, represents its data.
+**Ridge and calibration of the joint word map** are chosen as in :mod:`motiondb.meaning.word_map`,
+with predictions for own intervals by the joint map of the start and the other groups. The
+calibration is the start's, moved by the own predictions: the Fisher information of the start's
+calibration, times the weight of the start, represents its data.
 
 A learned model also gets other counts here, when captures and words change.
 """
@@ -37,22 +32,16 @@ from motiondb.language.translation import explanation
 from motiondb.language.translation.explanation import ExpectedCounts
 from motiondb.learn.knowledge import Started
 from motiondb.learn.learned_model import LearnedModel
-from motiondb.meaning.counting import (
-    Counted,
-    Counts,
-    Reference,
-    publish_association,
-    publish_word_map,
-)
+from motiondb.meaning.counting import Counted, publish_association
 from motiondb.meaning.regression import Certainty, calibrate
 from motiondb.meaning.score_vectors import ScoreSpace
 from motiondb.meaning.word_map import (
     RIDGES,
-    TOLERANCE,
     CaptionMoments,
     WordMap,
     WordMoments,
-    precision,
+    largest_good_ridge,
+    logit,
     solve_word_map,
     word_moments,
     word_spreads,
@@ -77,13 +66,13 @@ LEAST_INTERVALS = 10  # Own intervals below which ridge and calibration are the 
 
 @dataclass(frozen=True, eq=False)
 class Published:
-    """The models for questions, from own counts and those of the start."""
+    """The fields of the learned model that follow from counts."""
 
     # t and a; ``counts`` are those of own captions plus w times the start's, at least 1
     association: Association
-    transitions: FloatArray  # (symbols + 1, symbols + 1): joint counts
+    transition_counts: FloatArray  # (symbols + 1, symbols + 1): joint counts
     lengths: Mapping[tuple[int, int], int]  # (symbols l, words m) -> number of described intervals
-    word_map: WordMap
+    fitted_word_map: WordMap | None
 
 
 def start_weight(n_own: float) -> float:
@@ -179,13 +168,19 @@ def join_expected(
 
 
 def publish(
-    counts: Counts,
-    reference: Reference,
-    started: Started,
-    ridge: float,
-    calibration: FloatArray,
+    counted: Counted, started: Started | None, ridge: float | None, calibration: FloatArray | None
 ) -> Published:
-    """The models for questions, from own counts and those of the start; `calibration` (3,)."""
+    """The models for questions, from own counts and those of a start; `calibration` (3,).
+
+    Without ridge and calibration there is no word map.
+    """
+    counts, reference = counted.counts, counted.reference
+    if started is None or ridge is None or calibration is None:
+        word_map = None
+        if ridge is not None and calibration is not None:
+            word_map = solve_word_map(counts.moments, ridge, calibration)
+        association = publish_association(counts, reference)
+        return Published(association, counts.transitions, dict(counts.shapes), word_map)
     words, taught = reference.association.words, started.taught
     weight = start_weight(counts.moments.n)
     joint = replace(counts, expected=join_expected(counts.expected, words, started))
@@ -269,7 +264,7 @@ def choose_ridge_and_calibration(own_rows: OwnRows) -> tuple[float, FloatArray]:
     taught = own_rows.started.taught
     if len(own_rows.vectors) < LEAST_INTERVALS:
         return taught.ridge, taught.calibration
-    here = own_rows.presence.any(axis=0) & ~own_rows.presence.all(axis=0)
+    here = np.asarray(own_rows.presence.any(axis=0) & ~own_rows.presence.all(axis=0))
     if not here.any():
         return taught.ridge, taught.calibration
     folds = _folds(own_rows.groups)
@@ -278,17 +273,9 @@ def choose_ridge_and_calibration(own_rows: OwnRows) -> tuple[float, FloatArray]:
         for ridge in RIDGES
     }
     scores = {ridge: _predict(own_rows, folds, fits) for ridge, fits in maps.items()}
-    reached = {
-        ridge: precision(z[:, here], own_rows.presence[:, here]) for ridge, z in scores.items()
-    }
-    least = (1.0 - TOLERANCE) * max(reached.values())
-    ridge = max(r for r, p in reached.items() if p >= least)
-    logits = np.stack(
-        [
-            _logits(maps[ridge][place], own_rows)
-            for place in np.searchsorted(np.unique(folds), folds)
-        ]
-    )
+    ridge = largest_good_ridge(scores, own_rows.presence, here)
+    of_rows = np.searchsorted(np.unique(folds), folds)
+    logits = np.stack([logit(maps[ridge][place].priors) for place in of_rows])
     calibration = calibrate(
         scores[ridge][:, here],
         logits[:, here],
@@ -308,11 +295,6 @@ def _predict(own_rows: OwnRows, folds: IntArray, fits: list[WordMap]) -> FloatAr
     return z
 
 
-def _logits(fit: WordMap, own_rows: OwnRows) -> FloatArray:
-    priors: FloatArray = np.log(fit.priors) - np.log1p(-fit.priors)
-    return priors[: own_rows.presence.shape[1]]
-
-
 def _folds(groups: IntArray) -> IntArray:
     """Folds of whole groups; of single rows if there is one group only."""
     names, numbers = np.unique(groups, return_inverse=True)
@@ -325,7 +307,7 @@ def with_counts(
     model: LearnedModel, run_id: int, table: SegmentTable, counted: Counted
 ) -> LearnedModel:
     """The learned model with other counts and everything that depends on them."""
-    fit, counts = model.fitted_word_map, counted.counts
+    fit = model.fitted_word_map
     present = set(table.capture_ids.tolist())
     model = replace(
         model,
@@ -335,20 +317,5 @@ def with_counts(
         places=None if model.places is None else model.places.only(present),
         judge=None if model.judge is None else model.judge.only(present),
     )
-    if model.started is not None and fit is not None:
-        joint = publish(counts, counted.reference, model.started, fit.ridge, fit.calibration)
-        return replace(
-            model,
-            association=joint.association,
-            transition_counts=joint.transitions,
-            fitted_word_map=joint.word_map,
-            lengths=joint.lengths,
-        )
-    word_map = None if fit is None else publish_word_map(counts, fit.ridge, fit.calibration)
-    return replace(
-        model,
-        association=publish_association(counts, counted.reference),
-        transition_counts=counts.transitions,
-        fitted_word_map=word_map,
-        lengths=dict(counts.shapes),
-    )
+    ridge, calibration = (None, None) if fit is None else (fit.ridge, fit.calibration)
+    return replace(model, **vars(publish(counted, model.started, ridge, calibration)))

@@ -5,11 +5,9 @@ symbols, which it adopts, and what was learned from captions (:class:`Taught`): 
 which do not reveal single captures or captions. :class:`Started` is the same inside a database that
 learned with it, with the user's synonyms applied to its words.
 
-**Whether arrays make sense as knowledge: shapes that agree, numbers within their ranges.**
-
 Files of knowledge may come from untrusted sources. Everything that learning with them relies on is
-checked here: a file that passes may be useless, but it cannot make a calculation fail or run for
-hours.
+checked (:func:`array_faults`): a file that passes may be useless, but it cannot make a calculation
+fail or run for hours.
 """
 
 from __future__ import annotations

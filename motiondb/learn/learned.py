@@ -28,7 +28,6 @@ from motiondb.language.translation import explanation, transition
 from motiondb.language.vocabulary import words_of
 from motiondb.language.word_vectors.word_vectors import word_vectors
 from motiondb.learn.checking import checked_words
-from motiondb.learn.described_segments import DescribedSegments, describe_segments
 from motiondb.learn.joining import join_moments
 from motiondb.learn.learned_model import LearnedModel
 from motiondb.meaning import (
@@ -108,6 +107,23 @@ class Prepared:
 
     arrays: Mapping[str, NDArray[Any]]
     source: Learned  # From whose fields they follow
+
+
+@dataclass(frozen=True, eq=False)
+class DescribedSegments:
+    """The segments of the described captures and their words."""
+
+    # (segments, values): score vectors of length 1, in the order of the captures
+    vectors: FloatArray
+    firsts: IntArray  # (captures,): first row of every capture
+    captures: IntArray  # (captures,): numbers of the captures
+    # (captures, words): 1/sqrt(actions) where its captions say a word among that many actions
+    says: FloatArray
+
+    @cached_property
+    def rough(self) -> Float32Array:
+        """The vectors in single precision."""
+        return self.vectors.astype(np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -334,8 +350,8 @@ class Learned(LearnedModel):
     @cached_property
     def segment_probabilities(self) -> FloatArray:
         """Probability of every word at every segment, from the motion alone: (segments, words)."""
-        odds = np.concatenate([self.evidence.odds[c][:-1] for c in self.rows])
-        return 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
+        odds = [self.evidence.odds[capture][:-1] for capture in self.rows]
+        return regression.probability(np.concatenate(odds))
 
     @cached_property
     def placed(self) -> place_fitting.PlaceEvidence | None:
@@ -376,7 +392,20 @@ class Learned(LearnedModel):
     @cached_property
     def described_segments(self) -> DescribedSegments:
         """The segments of the described captures, to be compared with one another."""
-        return describe_segments(self.described, self.word_numbers, self.rows, self.segment_rows)
+        said = said_words(self.described, self.word_numbers)
+        rows = {c: r for c, r in self.rows.items() if c in said and r.stop > r.start}
+        says = np.zeros((len(rows), len(self.word_numbers)))
+        for n, capture in enumerate(rows):
+            words, n_actions = said[capture]
+            says[n, sorted(words)] = 1.0 / np.sqrt(max(n_actions, 1))
+        parts = [np.arange(r.start, r.stop) for r in rows.values()]
+        every = np.concatenate([np.zeros(0, dtype=np.int64), *parts])
+        return DescribedSegments(
+            score_vectors.unit(self.segment_rows[every]),
+            np.cumsum([0, *(len(part) for part in parts)])[: len(parts)],
+            np.array(list(rows), np.int64),
+            says,
+        )
 
     @cached_property
     def said_places(self) -> dict[int, FloatArray]:

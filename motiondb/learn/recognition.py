@@ -216,31 +216,28 @@ class Recognised:
 
 def recognise(learned: LearnedModel, motion: Motion) -> Recognised:
     """Cut and score a motion by the learned symbols, as the captures were."""
-    from motiondb.symbols import acquisition, hmm  # compiled code, which a search does without
-
-    plain = recognition_features(motion)
-    features = learned.feature_space.project(plain)
-    bounds = np.array([0, len(features)])
-    cutting = acquisition.recut(features, bounds, learned.symbols, learned.cutting)
-    lengths = (cutting.ends - cutting.starts)[:, None]
-    scores = hmm.score(learned.symbols, features, cutting.starts, cutting.ends) / lengths
-    moving = describe_segments(features, plain, cutting.starts, cutting.ends)
-    standardised = learned.score_space.standardise(scores.astype(np.float32), moving)
-    return Recognised(
-        features, cutting.starts, cutting.ends, np.argmax(scores, axis=1), standardised
-    )
+    frames, cutting, table = _cut_and_score(learned, 0, motion)
+    standardised = learned.score_space.standardise(table.scores, table.movement)
+    return Recognised(frames, cutting.starts, cutting.ends, table.symbols, standardised)
 
 
 def recognise_capture(learned: LearnedModel, capture_id: int, motion: Motion) -> SegmentTable:
     """Segments of a capture, computed as at the end of ``learn``."""
-    from motiondb.symbols import acquisition
+    return _cut_and_score(learned, capture_id, motion)[2]
+
+
+def _cut_and_score(
+    learned: LearnedModel, capture_id: int, motion: Motion
+) -> tuple[Float32Array, Cutting, SegmentTable]:
+    """Whitened features, their cutting and the segments of one motion."""
+    from motiondb.symbols import acquisition  # compiled code, which a search does without
 
     features = recognition_features(motion)
     bounds = np.array([0, len(features)])
     frames = learned.feature_space.project(features)
     pool = FeaturePool(np.array([capture_id]), bounds, features, np.array([motion.n_frames]))
     cutting = acquisition.recut(frames, bounds, learned.symbols, learned.cutting)
-    return segment_table(frames, pool, learned.symbols, cutting)
+    return frames, cutting, segment_table(frames, pool, learned.symbols, cutting)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,14 +18,15 @@ from motiondb.language import vocabulary
 from motiondb.language.translation import association
 from motiondb.learn import joining
 from motiondb.learn.checking import LEAST_CHECKING, carry, join_certainties
-from motiondb.learn.joining import OwnRows, choose_ridge_and_calibration
+from motiondb.learn.joining import OwnRows, Published
 from motiondb.learn.knowledge import Started
-from motiondb.meaning import asked_certainty, counting, score_vectors, word_map
+from motiondb.meaning import asked_certainty, counting, score_vectors
 from motiondb.meaning.asked_certainty import fit_certainties
-from motiondb.meaning.counting import Counted
+from motiondb.meaning.counting import Counted, Described
 from motiondb.meaning.description_map import fit_description_calibration
 from motiondb.meaning.regression import Certainties
-from motiondb.records import Association, Caption, FloatArray, IntArray, SegmentTable
+from motiondb.meaning.word_map import choose_ridge_and_calibration
+from motiondb.records import Caption, FloatArray, IntArray, SegmentTable
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,24 +37,33 @@ class TaughtWords:
     synonyms: Mapping[str, str]  # Lemma -> canonical lemma
     performers: Mapping[int, str]  # Capture number -> performer
 
+    @cached_property
+    def lemmas(self) -> dict[str, str]:
+        """Lemmas that the dictionary gives for the words of the captions."""
+        return counting.dictionary_lemmas(self.captions)
+
+    def described(self, table: SegmentTable) -> list[Described]:
+        """The captions with motion words, and the segments that they describe."""
+        return counting.described_intervals(table, self.captions, self.synonyms, self.lemmas)
+
 
 @dataclass(frozen=True, eq=False)
 class FittedWords:
     """The models of words."""
 
-    association: Association  # t and a that follow from the counts
+    published: Published  # The models for questions, with those of the start
+    described: list[Described]
     score_space: score_vectors.ScoreSpace
-    # Map from score vectors to words; None if no words were written
-    word_map: word_map.WordMap | None
     certainties: Certainties
     counted: Counted
-    # (symbols + 1, symbols + 1): transitions of symbols, with those of the start
-    transitions: FloatArray
-    # (symbols l, words m) -> number of described intervals, with those of the start
-    lengths: Mapping[tuple[int, int], int]
     # (2,) or None: calibration of the words told of a motion; None without captions and with a
     # start
     description_calibration: FloatArray | None = None
+
+    @property
+    def numbers(self) -> dict[str, int]:
+        """Word -> its number."""
+        return {word: n for n, word in enumerate(self.published.association.words)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,104 +76,75 @@ class _Rows:
     performers: IntArray
 
 
-def fit_words(table: SegmentTable, taught: TaughtWords, n_symbols: int) -> FittedWords:
-    """Learn the association of words and symbols, and the certainty of answers."""
+def fit_words(
+    table: SegmentTable, taught: TaughtWords, started: Started | None = None
+) -> FittedWords:
+    """Learn the association of words and symbols, and the certainty of answers.
+
+    With a start, its words are joined with those of the captions, if there are any.
+    """
     scores = score_vectors.fit_score_space(table.scores, table.ends - table.starts, table.movement)
-    known = counting.dictionary_lemmas(taught.captions)
-    described = counting.described_intervals(table, taught.captions, taught.synonyms, known)
-    words, _ = vocabulary.count_words([d.words for d in described])
-    number = {word: n for n, word in enumerate(words)}
-    pairs = [
-        (table.symbols[d.low : d.high], np.array([number[w] for w in d.words])) for d in described
-    ]
-    fitted = association.fit_association(pairs, n_symbols, words)
-    shapes = Counter((len(symbols), len(spoken)) for symbols, spoken in pairs)
-    reference = counting.make_reference(fitted, shapes, scores, known)
+    described = taught.described(table)
+    words: Sequence[str] = vocabulary.count_words([d.words for d in described])[0]
+    if started is not None:
+        scores = joining.adapt_score_space(started, scores, len(table.symbols))
+        words = joining.join_vocabulary(tuple(words), started)
+    reference = _fit_reference(table, taught, described, words, scores, started)
     counts = counting.count(table, taught.captions, taught.synonyms, reference)
+    counted = Counted(counts, reference)
     ridge, calibration, certainties, told = None, None, Certainties(), None
+    if started is not None:
+        ridge, calibration = started.taught.ridge, started.taught.calibration
     if described:
+        number = {word: n for n, word in enumerate(words)}
         rows = _training_rows(table, described, scores, number, taught.performers)
-        fit = word_map.fit_word_map(rows.vectors, rows.presence, rows.performers)
-        ridge, calibration = fit.ridge, fit.calibration
-        if counts.moments.n >= LEAST_CHECKING:
-            certainties = _certainties(table, described, rows, scores, fit)
-        told = fit_description_calibration(rows.vectors, rows.presence, rows.performers)
-    return FittedWords(
-        counting.publish_association(counts, reference),
-        scores,
-        counting.publish_word_map(counts, ridge, calibration),
-        certainties,
-        Counted(counts, reference),
-        counts.transitions,
-        dict(counts.shapes),
-        told,
-    )
+        if started is None:
+            ridge, calibration = choose_ridge_and_calibration(
+                rows.vectors, rows.presence, rows.performers
+            )
+            if counts.moments.n >= LEAST_CHECKING:
+                certainties = _certainties(
+                    table, described, rows, scores, words, ridge, calibration
+                )
+            told = fit_description_calibration(rows.vectors, rows.presence, rows.performers)
+        else:
+            mine = OwnRows(rows.vectors, rows.presence, rows.performers, tuple(words), started)
+            ridge, calibration = joining.choose_ridge_and_calibration(mine)
+            own = _certainties(table, described, rows, scores, words, ridge, calibration, mine)
+            certainties = join_certainties(own, carry(started.taught.certainties), counts.moments.n)
+    published = joining.publish(counted, started, ridge, calibration)
+    return FittedWords(published, described, scores, certainties, counted, told)
 
 
-def fit_words_with_start(table: SegmentTable, taught: TaughtWords, started: Started) -> FittedWords:
-    """Learn words from own captions, if any, joined with those of a start."""
-    own_space = score_vectors.fit_score_space(
-        table.scores, table.ends - table.starts, table.movement
-    )
-    scores = joining.adapt_score_space(started, own_space, len(table.symbols))
-    known = counting.dictionary_lemmas(taught.captions)
-    described = counting.described_intervals(table, taught.captions, taught.synonyms, known)
-    written, _ = vocabulary.count_words([d.words for d in described])
-    words = joining.join_vocabulary(tuple(written), started)
-    reference = _joint_reference(table, taught, started, scores, known)
-    counts = counting.count(table, taught.captions, taught.synonyms, reference)
-    number = {word: n for n, word in enumerate(words)}
-    ridge, calibration = started.taught.ridge, started.taught.calibration
-    certainties = Certainties()  # nothing is checked before there are own captions
-    if described:
-        rows = _training_rows(table, described, scores, number, taught.performers)
-        mine = OwnRows(rows.vectors, rows.presence, rows.performers, words, started)
-        ridge, calibration = choose_ridge_and_calibration(mine)
-        fit = mine.without(np.zeros(len(rows.vectors), dtype=bool), ridge, calibration)
-        learned = _certainties(table, described, rows, scores, fit, mine)
-        first = carry(started.taught.certainties)
-        certainties = join_certainties(learned, first, counts.moments.n)
-    joint = joining.publish(counts, reference, started, ridge, calibration)
-    return FittedWords(
-        joint.association,
-        scores,
-        joint.word_map,
-        certainties,
-        Counted(counts, reference),
-        joint.transitions,
-        joint.lengths,
-    )
-
-
-def _joint_reference(
+def _fit_reference(
     table: SegmentTable,
     taught: TaughtWords,
-    started: Started,
+    described: Sequence[Described],
+    words: Sequence[str],
     scores: score_vectors.ScoreSpace,
-    known: Mapping[str, str],
+    started: Started | None,
 ) -> counting.Reference:
-    """The reference for counting own captions: the association of own captions and the start."""
-    described = counting.described_intervals(table, taught.captions, taught.synonyms, known)
-    written, _ = vocabulary.count_words([d.words for d in described])
-    words = joining.join_vocabulary(tuple(written), started)
+    """The reference for counting own captions: the association of these and of the start."""
     number = {word: n for n, word in enumerate(words)}
     pairs = [
         (table.symbols[d.low : d.high], np.array([number[w] for w in d.words])) for d in described
     ]
     fitted = association.fit_association(pairs, table.scores.shape[1], words)
-    shapes = Counter((len(symbols), len(spoken)) for symbols, spoken in pairs)
-    alone = counting.make_reference(fitted, shapes, scores, known)
+    shapes: Mapping[tuple[int, int], float] = Counter((len(s), len(spoken)) for s, spoken in pairs)
+    alone = counting.make_reference(fitted, shapes, scores, taught.lemmas)
+    if started is None:
+        return alone
     expected = counting.count(table, taught.captions, taught.synonyms, alone).expected
     joint = joining.join_reference(fitted, expected, started)
     all_shapes = {shape: float(n) for shape, n in started.taught.shapes.items()}
     for shape, n in shapes.items():
         all_shapes[shape] = all_shapes.get(shape, 0.0) + n
-    return counting.make_reference(joint, all_shapes, scores, known)
+    return counting.make_reference(joint, all_shapes, scores, taught.lemmas)
 
 
 def _training_rows(
     table: SegmentTable,
-    described: list[counting.Described],
+    described: list[Described],
     scores: score_vectors.ScoreSpace,
     number: Mapping[str, int],
     performers: Mapping[int, str],
@@ -177,10 +158,12 @@ def _training_rows(
 
 def _certainties(
     table: SegmentTable,
-    described: Sequence[counting.Described],
+    described: Sequence[Described],
     rows: _Rows,
     scores: score_vectors.ScoreSpace,
-    fit: word_map.WordMap,
+    words: Sequence[str],
+    ridge: float,
+    calibration: FloatArray,
     own_rows: OwnRows | None = None,
 ) -> Certainties:
     """Certainties of answers, from questions whose answers are known from the captions.
@@ -189,26 +172,24 @@ def _certainties(
     """
     if len(rows.captures) < len(rows.performers):  # one row, doubled
         return Certainties()
-    starts, ends = asked_certainty.intervals_of(described)
-    names: Sequence[str] = vocabulary.count_words([d.words for d in described])[0]
+    intervals, _ = counting.merged_intervals(described, {word: n for n, word in enumerate(words)})
     fit_without, join = None, None
     if own_rows is not None:
-        names = own_rows.words
-        join = partial(joining.join_moments, words=names, started=own_rows.started)
-        fit_without = partial(own_rows.without, ridge=fit.ridge, calibration=fit.calibration)
+        join = partial(joining.join_moments, words=own_rows.words, started=own_rows.started)
+        fit_without = partial(own_rows.without, ridge=ridge, calibration=calibration)
     return fit_certainties(
         asked_certainty.Written(
             vectors=rows.vectors,
             presence=rows.presence,
-            names=names,
+            names=words,
             captures=rows.captures,
-            starts=starts,
-            ends=ends,
+            starts=np.array([d.start for d in intervals]),
+            ends=np.array([d.end for d in intervals]),
             groups=rows.performers,
             table=table,
             standardised=scores.standardise(table.scores, table.movement),
-            ridge=fit.ridge,
-            calibration=fit.calibration,
+            ridge=ridge,
+            calibration=calibration,
             n_posture_and_travel=score_vectors.count_posture_and_travel(table.movement.shape[1]),
             fit_without=fit_without,
             join=join,

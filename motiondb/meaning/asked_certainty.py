@@ -1,8 +1,8 @@
 """Certainty of answers, learned from questions whose answers are known from the captions.
 
 **One action, or an example.** The captures with captions are searched as a user would search, each
-time without the words of the tested performers in the word map (its sums are additive, so words are
-left out by subtraction). Whether an answer is right follows from the captions:
+time without the words of the tested performers in the word map. Only questions to which there is a
+right answer count:
 
 * by words: performers are divided into folds; every word of the other folds is searched in the
   captures of one fold;
@@ -11,29 +11,22 @@ left out by subtraction). Whether an answer is right follows from the captions:
   name the same action, that is, a word that is not a direction, a part of the body or a manner
   (``vocabulary.MODIFIERS``).
 
-Here only questions to which there is a right answer count. From these
-:mod:`motiondb.meaning.regression` learns the probability of an answer. Then all right answers are
-removed (for an example, also from the word map) and the search is repeated. This gives the value of
-the best answer if there is no right one.
+Then all right answers are removed (for an example, also from the word map) and the search is
+repeated: this gives the value of the best answer if there is no right one.
 
 **"a but not b" and "a or b".** The log-odds of an action and of an excluded one are not
-independent, and the questions that people ask with "not" and "or" are about actions that occur
-together or in place of one another. So the probability of single words, multiplied, is wrong for
-them: for "a but not b" it was .41 in the mean where .67 of the answers were right. Instead, such
-questions are made from the captions, if the captures of a fold of performers distinguish them:
+independent: with the probability of single words multiplied, "a but not b" got .41 in the mean
+where .67 of the answers were right. Instead, such questions are made from the captions, if the
+captures of a fold of performers distinguish them:
 
     a but not b    some captures show a with b, and some a without b,
     a or b         some captures show a without b, and some b without a,
 
-and searched in these captures with the word map without these performers. The first answers show
-how often they are right. For each kind two probabilities are learned from the same cues: that all
-of the question holds, and that the action that the answer shows does (a; for "or" the alternative
-that the capture shows best).
-
-Cues: for "a but not b" the log-odds of a and those of b with reversed sign; for "a or b" the
-log-odds of the alternative that is shown best. The usual log-odds of the words as further cues made
-answers about unseen performers less certain.
-
+and searched in these captures with the word map without these performers. For each kind two
+probabilities are learned from the same cues: that all of the question holds, and that the action
+that the answer shows does (a; for "or" the alternative that the capture shows best). Cues: for "a
+but not b" the log-odds of a and those of b with reversed sign; for "a or b" the log-odds of the
+alternative that is shown best.
 """
 
 from __future__ import annotations
@@ -50,7 +43,7 @@ from motiondb.language.vocabulary import MODIFIERS
 from motiondb.language.word_vectors.word_vectors import word_vectors
 from motiondb.meaning import by_motion, by_question, score_vectors, word_evidence
 from motiondb.meaning.caption_map import CaptionMap, solve_caption_map
-from motiondb.meaning.counting import Described, capture_rows
+from motiondb.meaning.counting import capture_rows
 from motiondb.meaning.regression import (
     Certainties,
     Certainty,
@@ -182,12 +175,6 @@ def _hear_fold(written: Written, inside: NDArray[np.bool_], known: NDArray[np.bo
         np.stack([written.presence[written.captures == c].any(axis=0) for c in captures]),
         usual(words),
     )
-
-
-def intervals_of(described: Sequence[Described]) -> tuple[FloatArray, FloatArray]:
-    """Starts and ends (frames) of the rows that ``counting.training_rows`` makes."""
-    keys = list(dict.fromkeys((d.capture_id, d.start, d.end) for d in described))
-    return np.array([k[1] for k in keys]), np.array([k[2] for k in keys])
 
 
 def words_certainty(written: Written) -> Certainty | None:

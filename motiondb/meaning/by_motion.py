@@ -9,12 +9,10 @@ Three comparisons, each more exact than the one before and applied to fewer inte
    determines their start and end (:mod:`motiondb.meaning.alignment`).
 
 The first two select candidates by ``rough`` = (cosine + alignment) / 2, where the alignment is
-multiplied by the share of the aligned segments that the window covers. Where words were learned,
-these recognise the same action in another style: in the best window of a capture the cosine is
-replaced by the resemblance with feedback (:mod:`motiondb.meaning.resemblance`), and the
-difference is added to all windows of the capture. The pooled statistics of the window are a second
-opinion on its words, if they were learned. Words therefore choose between captures, and motion
-alone within a capture. The final score is
+multiplied by the share of the aligned segments that the window covers. Where words were learned, in
+the best window of a capture the cosine is replaced by the resemblance with feedback
+(:mod:`motiondb.meaning.resemblance`), and the difference is added to all windows of the capture:
+words choose between captures, and motion alone within a capture. The final score is
 
     score = rough - WARP_WEIGHT * warp,    warp the mean feature distance of the third comparison.
 

@@ -1,9 +1,8 @@
 """The interval of a capture that best shows a question, with its log-odds.
 
 A *reading* of the question (:mod:`motiondb.language.question.readings`) is an order of parts, each
-of one or more actions at once, and exclusions that hold from one part to another. v_a(i), the value
-of an action at segment i, is the mean log-odds of its words in the window around the segment; the
-value of part k there is
+of one or more actions at once, and exclusions that hold from one part to another. With v_a(i) the
+mean log-odds of the words of action a in the window around segment i, the value of part k there is
 
     v_k(i) = sum of v_a(i) over its actions - sum of v_e(i) over the exclusions that hold in it.
 
@@ -20,12 +19,9 @@ Statements of an answer, each with its log-odds:
     excluded    1/2 (largest v_e within the parts) + 1/2 v_e of the whole capture; where all its
                 words are asked for elsewhere in the question, the first alone
 
-An action of several words is at most as probable as each of its heads
-(:mod:`motiondb.language.question.heads`): "hand" alone does not make "shake hands" probable. Where
-a head alone has smaller log-odds than the action, the statement is about the head.
-
-The answer's log-odds are those of all statements together, assumed independent: every requested
-action is shown, and no excluded one.
+Where a head of an action of several words (:mod:`motiondb.language.question.heads`) alone has
+smaller log-odds than the action, the statement is about the head: "hand" alone does not make "shake
+hands" probable. The answer's log-odds are those of all statements together, assumed independent.
 """
 
 from __future__ import annotations
@@ -101,8 +97,7 @@ def ordered_runs(
 def gaps(values: FloatArray) -> NDArray[np.bool_]:
     """Segments (segments,) that are less than half as strong as the strongest of a capture.
 
-    Strength is measured from the lower quartile; if the strongest is less than one nat above it,
-    the evidence is the same throughout and there are no gaps (as in :func:`grow`).
+    Strength is measured from the lower quartile, as in :func:`grow`.
 
     >>> gaps(np.array([4.0, 0.0, 3.0])).tolist()
     [False, True, False]
@@ -203,9 +198,7 @@ def grow(values: FloatArray, peak: int, low: int, high: int) -> tuple[int, int]:
 
 
 def lower_quartile(values: FloatArray) -> float:
-    """Lower quartile as ``np.quantile`` computes it, faster for short arrays.
-
-    Shapes: `values` (n,).
+    """Lower quartile as ``np.quantile`` computes it, faster for short arrays; `values` (n,).
 
     >>> lower_quartile(np.array([4.0, 1, 3, 2]))
     1.75

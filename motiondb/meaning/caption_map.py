@@ -1,25 +1,18 @@
 """A linear map from score vectors to whole captions, and how likely they make words.
 
-The word map (:mod:`motiondb.meaning.word_map`) predicts each word by itself. This map predicts the
-caption as a whole, and what a caption of that meaning would say of a word. Both together rank
+The word map (:mod:`motiondb.meaning.word_map`) predicts each word by itself; both together rank
 captures better than either. Notation: v the score vector of an interval, t = y / |y| with y_w = 1
 where word w was written about it, e_w the vector of word w, which is like that of words of similar
 meaning (:mod:`motiondb.language.word_vectors`). Ridge regression of t on v gives the suggested
-caption c, and with it the suggested meaning s,
-
-    s = sum over w of c_w e_w.
-
-r_w = log((1 + n) / (1 + n_w)) is the rarity of a word that n_w of n intervals hold. The likeness of
-a word is
+caption c, and with it the suggested meaning s = sum over w of c_w e_w. With the rarity
+r_w = log((1 + n) / (1 + n_w)) of a word that n_w of n intervals hold, the likeness of a word is
 
     CAPTION_WEIGHT c_w r_w / |c * r|  +  MEANING_WEIGHT cos(s, e_w)
 
 less its mean over the captures, in nats. A word that no caption holds has the second term of its
 own vector, and the first of the known words nearest to it. A question's words each add their
-likeness, at the whole capture; order and place are left to the word map.
-
-t holds neither the rarity nor the vectors, so that the sums that the regression needs are additive
-over captures and can be kept exactly.
+likeness, at the whole capture; order and place are left to the word map. t holds neither the rarity
+nor the vectors, so that the sums of the regression are additive over captures, and exact.
 
 Source: ridge regression to vectors of captions was compared with other maps in
 ``docs/measured/quality.md`` ("Whole captions to motion").

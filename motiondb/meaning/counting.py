@@ -14,9 +14,8 @@ M-step of the counts.
 
 from __future__ import annotations
 
-import operator
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 
@@ -27,8 +26,8 @@ from motiondb.language import vocabulary
 from motiondb.language.translation import explanation, transition
 from motiondb.language.translation.explanation import ExpectedCounts
 from motiondb.meaning import score_vectors
-from motiondb.meaning.regression import by_fields
-from motiondb.meaning.word_map import WordMap, WordMoments, solve_word_map, word_moments
+from motiondb.meaning.regression import Additive
+from motiondb.meaning.word_map import WordMoments, word_moments
 from motiondb.records import Association, Caption, FloatArray, IntArray, SegmentTable
 
 REFERENCE_SHARE = 0.01
@@ -61,7 +60,7 @@ class Reference:
 
 
 @dataclass(frozen=True, eq=False)
-class Counts:
+class Counts(Additive):
     """The contribution of some captures to all counts."""
 
     # (symbols + 1, symbols + 1): how often symbol column - 1 follows symbol row - 1; row 0 is the
@@ -71,12 +70,6 @@ class Counts:
     shapes: Counter[tuple[int, int]]  # (symbols l, words m) -> number of described intervals
     expected: ExpectedCounts
     moments: WordMoments  # Of the word map
-
-    def __add__(self, other: Counts) -> Counts:
-        return by_fields(operator.add, self, other)
-
-    def __sub__(self, other: Counts) -> Counts:
-        return by_fields(operator.sub, self, other)
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,48 +132,45 @@ def described_intervals(
     return intervals
 
 
-def known_only(described: list[Described], number: Mapping[str, int]) -> list[Described]:
+def known_only(described: Sequence[Described], number: Mapping[str, int]) -> list[Described]:
     """Described intervals with the words of the vocabulary only; without any they are left out."""
     known = [replace(d, words=tuple(w for w in d.words if w in number)) for d in described]
     return [d for d in known if d.words]
 
 
+def merged_intervals(
+    described: Sequence[Described], number: Mapping[str, int]
+) -> tuple[list[Described], NDArray[np.bool_]]:
+    """One caption of every interval, and the words of all of them: array (intervals, words)."""
+    merged: dict[tuple[int, float, float], tuple[Described, set[str]]] = {}
+    for d in described:
+        merged.setdefault((d.capture_id, d.start, d.end), (d, set()))[1].update(d.words)
+    presence = np.zeros((len(merged), len(number)), dtype=bool)
+    for row, (_, words) in enumerate(merged.values()):
+        presence[row, [number[w] for w in words]] = True
+    return [d for d, _ in merged.values()], presence
+
+
 def training_rows(
     table: SegmentTable,
-    described: list[Described],
+    described: Sequence[Described],
     scores: score_vectors.ScoreSpace,
     number: Mapping[str, int],
 ) -> tuple[FloatArray, NDArray[np.bool_], IntArray]:
     """Vectors, words present and capture numbers, one row per described interval.
 
-    Captions of the same interval are one row. Every capture is computed from its own rows alone, so
-    its vectors do not depend on other captures, to the last bit.
+    Every capture is computed from its own rows alone, so its vectors do not depend on other
+    captures, to the last bit.
     """
-    merged: dict[tuple[int, float, float], tuple[Described, set[str]]] = {}
-    for d in described:
-        merged.setdefault((d.capture_id, d.start, d.end), (d, set()))[1].update(d.words)
-    rows = capture_rows(table)
-    standardised: dict[int, FloatArray] = {}
-    vectors = np.empty((len(merged), len(scores.mean)))
-    presence = np.zeros((len(merged), len(number)), dtype=bool)
-    for row, (d, words) in enumerate(merged.values()):
-        rows_of_interval = rows[d.capture_id]
-        if d.capture_id not in standardised:
-            standardised[d.capture_id] = scores.standardise(
-                np.array(table.scores[rows_of_interval]), np.array(table.movement[rows_of_interval])
-            )
-        inside = slice(d.low - rows_of_interval.start, d.high - rows_of_interval.start)
+    intervals, presence = merged_intervals(described, number)
+    rows = score_vectors.StandardisedRows(scores, table.scores, table.movement)
+    vectors = np.empty((len(intervals), len(scores.mean)))
+    for row, d in enumerate(intervals):
         part = slice(d.low, d.high)
         vectors[row] = score_vectors.interval_vectors(
-            standardised[d.capture_id][inside],
-            table.starts[part],
-            table.ends[part],
-            np.array([d.start]),
-            np.array([d.end]),
+            rows[part], table.starts[part], table.ends[part], np.array([d.start]), np.array([d.end])
         )[0]
-        presence[row, [number[w] for w in words]] = True
-    owners = np.array([d.capture_id for d, _ in merged.values()], dtype=np.int64)
-    return vectors, presence, owners
+    return vectors, presence, np.array([d.capture_id for d in intervals], dtype=np.int64)
 
 
 def make_reference(
@@ -233,15 +223,6 @@ def publish_association(counts: Counts, reference: Reference) -> Association:
         counts=counts.said,
     )
     return explanation.with_counts(empty, counts.expected)
-
-
-def publish_word_map(
-    counts: Counts, ridge: float | None, calibration: FloatArray | None
-) -> WordMap | None:
-    """The word map computed from the counts; None if ``learn`` fitted none."""
-    if ridge is None or calibration is None:
-        return None
-    return solve_word_map(counts.moments, ridge, calibration)
 
 
 def dictionary_lemmas(captions: Mapping[int, tuple[Caption, ...]]) -> dict[str, str]:

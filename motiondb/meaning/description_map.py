@@ -7,34 +7,29 @@ described intervals. The predicted caption is
     f(v) = sum over j of a_j k(v, v_j) + b,    k(v, v') = v . v' + BETA exp((v . v' - 1) / TAU),
 
 by kernel ridge regression: it minimises sum over i of omega_i |t_i - f(v_i)|^2 + RIDGE |f|^2. The
-first term of the kernel is the linear map of :mod:`motiondb.meaning.word_map`. The second
-is
-local: it lets captions of movements that are nearly the same speak for themselves, while the ridge
-of the linear term can be large. omega_i = n_p(i)^(-1/2), scaled to a mean of 1, so that a performer
-with many captures does not outweigh the others.
-
-Words are told in the order of
+second term of the kernel lets captions of movements that are nearly the same speak for themselves,
+while the ridge of the linear term can be large. omega_i = n_p(i)^(-1/2), scaled to a mean of 1, so
+that a performer with many captures does not outweigh the others. Words are told in the order of
 
     s_w = f_w(v) + ALPHA log e_w,
 
 where e_w is the effective number of performers of word w: the exponential of the entropy of the
-performers' shares in the intervals with w. It is 1 for a word of one performer, whose motion shows
-the performer as much as the word.
+performers' shares in the intervals with w. A word of one performer shows the performer as much as
+the word.
 
 One logistic map for all words makes probabilities, P(w) = sigmoid(a s_w + b). It is fitted to
 predictions without the performer and to predictions with other captures of the performer, half and
-half, as that of the word map. Nearly all of these predictions are near 0 and decide its slope, so
-that the probabilities agree with the truth on average, but less well in between: on the sample
-data, with performers left out, .32 of the words told with .14 are true, .67 of those with .85 and
-.92 of those with .98. When the logistic map was fitted to the ten likeliest words of each interval,
-.86 of those told with .85 were true, but the expected calibration error over all words rose from
-.006 to .035.
+half. Nearly all of these are near 0 and decide its slope, so that the probabilities agree with the
+truth on average, but less well in between: on the sample data, with performers left out, .32 of the
+words told with .14 are true, .67 of those with .85 and .92 of those with .98. Fitted to the ten
+likeliest words of each interval, .86 of those told with .85 were true, but the expected calibration
+error over all words rose from .006 to .035.
 
 Where there are more than MOST_CENTRES intervals, f is restricted to the span of the kernels at that
-many of them (Nystroem's approximation), and the regression still counts all intervals.
+many of them, and the regression still counts all intervals.
 
-Source: Williams and Seeger (2001) for the approximation; ``docs/measured/quality.md`` ("Motion to
-words") compares the map with others.
+Source: Williams and Seeger (2001) for Nystroem's approximation; ``docs/measured/quality.md``
+("Motion to words") compares the map with others.
 """
 
 from __future__ import annotations
@@ -47,7 +42,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from motiondb.meaning.counting import Described, known_only, training_rows
-from motiondb.meaning.regression import calibrate, fit_ridge, shared_words
+from motiondb.meaning.regression import calibrate, fit_ridge, probability, shared_words
 from motiondb.meaning.score_vectors import ScoreSpace, unit
 from motiondb.records import FloatArray, IntArray, SegmentTable
 
@@ -137,9 +132,7 @@ def score_probabilities(scores: FloatArray, calibration: FloatArray) -> FloatArr
     >>> score_probabilities(np.array([[0.5, 0.0]]), np.array([2.0, -1.0])).round(4).tolist()
     [[0.5, 0.2689]]
     """
-    slope, constant = calibration
-    log_odds = np.clip(slope * scores + constant, -50.0, 50.0)
-    return np.asarray(1.0 / (1.0 + np.exp(-log_odds)))
+    return probability(calibration[0] * scores + calibration[1])
 
 
 def fit_description_calibration(
@@ -147,8 +140,7 @@ def fit_description_calibration(
 ) -> FloatArray:
     """Calibration of the scores of words, a and b of the module's docstring: array (2,).
 
-    Only words of two or more performers are used, if there are any. With one performer, fifths of
-    the intervals are left out in place of performers.
+    With one performer, fifths of the intervals are left out in place of performers.
 
     Shapes: `vectors` (n, columns); `presence` (n, words); `groups` (n,).
     """

@@ -1,17 +1,16 @@
 """The frames at which an action begins and ends, by evidence for each frame.
 
 Segments last about a second, and captions of whole takes also cover the standing before and after
-an action. The interval of a short action therefore needs evidence at the resolution of frames. It
-comes from a separate linear map, learned from the same places of words as the map of places
-(:mod:`motiondb.meaning.place_map`):
+an action, so that the interval of a short action needs evidence at the resolution of frames. It is
+a linear map, learned from the same places of words as :mod:`motiondb.meaning.place_map`:
 
     y_tw    probability that word w is shown at frame t,
     c_t     cues of the frame: soft levels of its whitened features and of their change,
     z_tw    (c_t . u_w) / sd_w + floor_w, by ridge regression from c_t to y_tw.
 
 First y of a frame is that of its segment. Frames that look as frames do where the word is not
-listed (standing before a jump) then have a low predicted y. In each further round y is lowered
-there: with r the predicted y by the map without this take, and p its 98th percentile over the
+listed (standing before a jump) then have a low predicted y, and y is lowered there in each further
+round: with r the predicted y by the map without this take, and p its 98th percentile over the
 frames of the take where the word may be shown,
 
     y <- (y of the segment) s(SHARPNESS (r / p - 1/2)),
@@ -22,6 +21,16 @@ throughout. ``floor_w`` is the mean of y over sd_w, so that z = 0 where y is pre
 An interval is trimmed, or extended, to the frames at which z, averaged over ``AVERAGED`` frames on
 both sides, reaches half of its largest value in the interval: from the first of them to the last,
 so that the repeats of an action stay together.
+
+**Actions in order.** With e_k(t) the averaged evidence of action k, relative to its largest value
+in the take, the intervals I_1, I_2, ... are one for every action, each behind the one before, and
+maximise
+
+    sum over k of the sum over t in I_k of (e_k(t) - 1/2),
+
+by a dynamic program. The order is *seen* if every action reaches half of its largest evidence
+inside its interval. An action that the take does not show at all is not told by this.
+``docs/measured/quality.md``, "Order by frames", has how often right and wrong orders are seen.
 
 Source: multiple-instance learning with soft labels; half of the peak is the rule by which intervals
 of segments grow (:mod:`motiondb.meaning.word_evidence`).
@@ -35,13 +44,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.body.features import FEATURE_FPS
+from motiondb.meaning.extents import best_spans
 from motiondb.meaning.place_map import spreads_of
 from motiondb.meaning.regression import residuals_without
+from motiondb.meaning.score_vectors import averaged_rows, soft_levels
 from motiondb.records import Float32Array, FloatArray
 
-LEVELS = (-1.5, -0.75, 0.0, 0.75, 1.5)
-"""Levels of whitened features, in standard deviations; as in ``meaning.score_vectors``."""
-SOFTNESS = 0.25  # Width of the logistic function, in standard deviations
 REACH = 3  # Feature frames (0.2 s) before and after a frame between which change is measured
 RIDGE = 150.0
 """Ridge of the regression on standardised cues. On short actions marked in real captures, a third
@@ -113,10 +121,10 @@ def frame_cues(frames: Float32Array | FloatArray) -> FloatArray:
 
     Shapes: `frames` (frames, D).
     """
-    smooth = _averaged(np.asarray(frames, dtype=np.float64), 1)
+    smooth = averaged_rows(np.asarray(frames, dtype=np.float64), 1)
     now, last = np.arange(len(smooth)), len(smooth) - 1
     change = smooth[np.minimum(now + REACH, last)] - smooth[np.maximum(now - REACH, 0)]
-    return np.concatenate([_soft_levels(smooth), _soft_levels(change)], axis=1)
+    return np.concatenate([soft_levels(smooth), soft_levels(change)], axis=1)
 
 
 def fit_edge_map(takes: Sequence[FrameTake], n_words: int) -> EdgeMap:
@@ -230,21 +238,41 @@ def _sharpened(segment: FloatArray, predicted: FloatArray) -> FloatArray:
     return sharpened
 
 
-def _soft_levels(values: FloatArray) -> FloatArray:
-    """Soft levels: array (frames, levels * columns)."""
-    halves = [np.tanh((values - level) / (2.0 * SOFTNESS)) for level in LEVELS]
-    return np.asarray(0.5 + 0.5 * np.concatenate(halves, axis=1))
-
-
 def averaged(evidence: FloatArray) -> FloatArray:
     """Evidence averaged over ``AVERAGED`` frames on both sides: array (..., frames) as given."""
-    return _averaged(evidence.T, AVERAGED).T
+    return averaged_rows(evidence.T, AVERAGED).T
 
 
-def _averaged(rows: FloatArray, reach: int) -> FloatArray:
-    """Mean of the rows within ``reach`` rows of each row."""
-    sums = np.concatenate([np.zeros((1, *rows.shape[1:])), np.cumsum(rows, axis=0)])
-    now = np.arange(len(rows))
-    low, high = np.maximum(now - reach, 0), np.minimum(now + reach + 1, len(rows))
-    shape = (-1, *(1,) * (rows.ndim - 1))
-    return np.asarray((sums[high] - sums[low]) / (high - low).reshape(shape))
+SHORTEST = 3  # Least length of an interval, in feature frames (0.2 s)
+
+
+@dataclass(frozen=True)
+class FrameOrder:
+    """Where a take shows some actions in order, and whether it does."""
+
+    # Frames [a, b) of every action; empty where nothing is seen of one
+    spans: tuple[tuple[int, int], ...]
+    is_seen: bool  # Whether each reaches half of its largest evidence of the take there
+
+
+def lay_in_order(evidence: FloatArray, room: tuple[int, int]) -> FrameOrder | None:
+    """The intervals of actions in order; None if the room is too short.
+
+    Shapes: `evidence` (actions, frames). `room`: Frames [a, b) in which the intervals lie.
+
+    >>> run, stand = np.repeat([[1.0, 0.0], [0.0, 1.0]], 10, axis=1)
+    >>> lay_in_order(np.stack([run, stand]), (0, 20))
+    FrameOrder(spans=((0, 10), (10, 20)), is_seen=True)
+    >>> lay_in_order(np.stack([run, stand, run]), (0, 20)).is_seen
+    False
+    """
+    low, high = room
+    peaks = evidence.max(axis=1, initial=0.0)
+    if high - low < SHORTEST * len(evidence):
+        return None
+    if not (peaks > 0.0).all():
+        return FrameOrder((), False)
+    share = evidence[:, low:high] / peaks[:, None]
+    spans = best_spans(share - HALF, SHORTEST)
+    seen = all(share[k, a:b].max() >= HALF for k, (a, b) in enumerate(spans))
+    return FrameOrder(tuple((low + a, low + b) for a, b in spans), seen)

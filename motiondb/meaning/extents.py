@@ -8,9 +8,9 @@ contexts of the example, the interval [a, b) maximises
 
     sum_{t in [a, b)} (theta - d_t),    theta = near + SHARE (median of d - near),
 
-with near the least mean of d over two seconds. It is found exactly in one pass over prefix sums
-(Kadane's algorithm with a least length). A take that shows the activity throughout has no
-background to compare with; it is returned as a whole only if this maximises the sum.
+with near the least mean of d over two seconds. It is found exactly in one pass over prefix sums. A
+take that shows the activity throughout has no background to compare with; it is returned as a whole
+only if this maximises the sum.
 
 Window and threshold were chosen among 27 settings with the four long CMU takes in view, on which
 ``docs/measured/quality.md`` measures ("Interval in a long take"): no other takes with true parts
@@ -25,7 +25,7 @@ from typing import Annotated
 
 import numpy as np
 
-from motiondb.records import Axes, Float32Array, FloatArray
+from motiondb.records import Axes, Float32Array, FloatArray, IntArray
 
 WINDOW = 39  # Feature frames (2.6 s) of a context
 SPREAD_WEIGHT = 1.5  # Weight of the standard deviations relative to the means
@@ -79,29 +79,46 @@ def extent(example: FloatArray, take: FloatArray) -> tuple[float, int, int]:
     nearest = min(NEAREST, len(inner))
     closest = np.partition(np.maximum(squares, 0.0), nearest - 1, axis=1)[:, :nearest]
     distance = np.sqrt(closest).mean(axis=1)
-    start, end = longest_gain(_threshold(distance) - distance, SHORTEST)
+    start, end = 0, len(take)
+    if len(take) > SHORTEST:
+        ((start, end),) = best_spans((_threshold(distance) - distance)[None], SHORTEST)
     return float(distance[start:end].mean()), start, end
 
 
-def longest_gain(gains: FloatArray, shortest: int) -> tuple[int, int]:
-    """Interval of largest sum among those of at least ``shortest`` frames (ties: the first).
+def best_spans(values: FloatArray, shortest: int) -> list[tuple[int, int]]:
+    """One interval for each row, each behind the one before, of the largest sum of values.
 
-    Shapes: `gains` (frames,).
+    Each has ``shortest`` frames at least, for which there must be room. Of equal ones, the first.
 
-    >>> longest_gain(np.array([-1.0, 2.0, -0.5, 2.0, -3.0, 3.0]), 2)
-    (1, 4)
+    Shapes: `values` (actions, frames).
+
+    >>> best_spans(np.array([[-1.0, 2.0, -0.5, 2.0, -3.0, 3.0]]), 2)
+    [(1, 4)]
     """
-    n_frames = len(gains)
-    if n_frames <= shortest:
-        return 0, n_frames
-    sums = np.concatenate([[0.0], np.cumsum(gains)])
-    lowest, before = np.minimum.accumulate(sums), np.zeros(n_frames + 1, dtype=np.int64)
-    fresh = np.flatnonzero(np.diff(lowest, prepend=np.inf) < 0)
-    before[fresh] = fresh
-    before = np.maximum.accumulate(before)
-    ends = np.arange(shortest, n_frames + 1)
-    best = int(ends[np.argmax(sums[ends] - lowest[ends - shortest])])
-    return int(before[best - shortest]), best
+    n_actions, n = values.shape
+    best = np.zeros(n + 1)  # of the actions so far, within the first frames
+    starts, ends = [], []
+    for k in range(n_actions):
+        sums = np.concatenate([[0.0], np.cumsum(values[k])])
+        gain, start = _running_best(best - sums)
+        total = np.full(n + 1, -np.inf)
+        total[shortest:] = gain[:-shortest] + sums[shortest:]
+        best, end = _running_best(total)
+        starts.append(start)
+        ends.append(end)
+    spans, limit = [], n
+    for start, end in zip(reversed(starts), reversed(ends)):
+        stop = int(end[limit])
+        limit = int(start[stop - shortest])
+        spans.append((limit, stop))
+    return spans[::-1]
+
+
+def _running_best(values: FloatArray) -> tuple[FloatArray, IntArray]:
+    """The largest value so far, and the first place that has it."""
+    best = np.maximum.accumulate(values)
+    is_new = np.append(True, values[1:] > best[:-1])
+    return best, np.maximum.accumulate(np.where(is_new, np.arange(len(values)), 0))
 
 
 def _threshold(distance: FloatArray) -> float:

@@ -1,58 +1,39 @@
 """Certainty of a place: the probability that the interval reported for an action is right.
 
-**The two cases.** A word map says whether a capture shows an action. If it does, this module gives
-the probability that the reported interval is right (intersection over union with the true one at
-least ``RIGHT``). Two cases are told apart. If the take shows the action throughout, the true
-interval is the whole take, and a reported one is right if it covers at least half of it. If the
-take shows several actions, the probability depends on the evidence. With s the estimate that the
-take shows one action throughout,
+An interval is right if its intersection over union with the true one is at least ``RIGHT``, given
+that the capture shows the action. If the take shows the action throughout, the true interval is the
+whole take. With s the estimate that it does,
 
     p = s [interval covers half of the take] + (1 - s) p_several.
 
-s is learned to tell short captures of one action from joins of several, and tells them mostly by
-their length: on the sample data, with even evidence, it is .99 for takes of 2.5 seconds, .8 for 5,
-.3 for 8 and .004 for 20. A long walk therefore counts as several actions, and its probability is
-p_several.
+s tells short captures of one action from joins of several, mostly by their length: on the sample
+data, with even evidence, it is .99 for takes of 2.5 seconds, .8 for 5, .3 for 8 and .004 for 20. A
+long walk therefore counts as several actions. Both are logistic regressions
+(:mod:`motiondb.meaning.regression`) on these cues, from the evidence e at the segments:
 
-Both s and p_several are logistic regressions (:mod:`motiondb.meaning.regression`), learned from
-questions whose true intervals are known without manual labels
-(see below): short captures of one action, of one performer or
-two, are joined, and each action is searched in the joined take, and in the short captures
-themselves. Every question is judged by the map without the captures of its performers. An action
-whose words are in no other performer's captions is not used: its place was not learned, and no
-probability is given for it.
+    p_several   the largest e in the interval; the same less the largest outside, at least 0 (only
+                the order of a question can put an interval where e is smaller); the same less the
+                lower quartile of the take; log(1 + other performers whose captions hold the words;
+                of several words, the fewest); the share of the take that the interval covers; the
+                logarithm of the number of segments
+    s           the logarithms of the number of segments and of the seconds of the take; the
+                largest e less the lower quartile, as an action shown throughout has even evidence
 
-Cues of p_several, from the evidence e at the segments of the take:
+A cue of unknown sign is included with both signs, because no weight is negative.
 
-    the largest e in the interval,
-    the largest e in the interval less the largest outside, at least 0 (only the order of a question
-        can put an interval where e is smaller, and joined takes have no such questions),
-    the largest e in the interval less the lower quartile of the take,
-    log(1 + other performers whose captions hold the words; of several words, the fewest),
-    the share of the take that the interval covers,
-    the logarithm of the number of segments.
-
-Cues of s: the logarithms of the number of segments and of the seconds of the take, and the largest
-e less the lower quartile, as an action shown throughout has even evidence.
-
-The regression allows no negative weights, so every cue of unknown sign is included twice, once with
-its sign reversed. The same action of the same performer is searched in several takes; together
-these questions have the weight of one, because whether they are right depends mostly on the action
-and the performer. Among sets of cues of p_several this one had the least log-loss on performers
-left out of the CMU captures; a posterior over all intervals as a cue, gradient boosting, and other
-cues of the evidence did not improve it. One regression for both cases had a log-loss of .22 on
-Bandai-Namco captures as they are, and .48 on those of CMU; two have .03 and .10. On joined captures
-there is no difference beyond chance.
-
-**Joined takes.** No manual labels are needed: the true interval of an action is that of its short
-capture in the joined take. Captures of one performer are joined, as in a real take, and captures of
-two performers, which gives more combinations of actions than any one performer shows.
+They are learned without manual labels: short captures of one action, of one performer or of two,
+are joined, and each action is searched in the joined take and in the short captures themselves, by
+the map without the captures of its performers. An action whose words are in no other performer's
+captions is not used, and gets no probability. The same action of the same performer in several
+takes has the weight of one question together. Among sets of cues this one had the least log-loss on
+performers left out of the CMU captures; one regression for both cases had .22 on Bandai-Namco
+captures as they are, and .48 on those of CMU; two have .03 and .10.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,7 +41,7 @@ import numpy as np
 from motiondb.meaning import by_question
 from motiondb.meaning.by_question import lower_quartile
 from motiondb.meaning.counting import capture_rows
-from motiondb.meaning.place_fitting import Places, Written, place_evidence
+from motiondb.meaning.place_fitting import PlaceEvidence, Places, Written, place_evidence
 from motiondb.meaning.place_map import PlaceMap
 from motiondb.meaning.regression import Certainty, fit_probability, probability
 from motiondb.meaning.score_vectors import interval_vectors
@@ -238,19 +219,6 @@ def _deal(captures: Sequence[ShortCapture], rng: np.random.Generator) -> list[Jo
 
 
 @dataclass(frozen=True, eq=False)
-class Elsewhere:
-    """The evidence of places learned without some performers."""
-
-    without: Callable[[frozenset[str]], PlaceMap]  # Performers -> the map without their captures
-    # Performer -> numbers of the words that captions of this performer's captures hold
-    listed: Mapping[str, Collection[int]]
-
-    def support(self, words: Sequence[int], performers: Collection[str]) -> int:
-        """Number of other performers whose captions hold a word; of several, the fewest."""
-        return count_performers(self.listed, words, performers)
-
-
-@dataclass(frozen=True, eq=False)
 class IntervalCues:
     """Cues of the interval reported for an action, as in the module's docstring."""
 
@@ -275,14 +243,11 @@ class PlaceCertainty:
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """One question: the cues of the reported interval, whether it is right, and its kind.
-
-    ``kind`` is the same for questions about the same action of the same performer in takes of the
-    same kind; its number is ``SINGLE`` for captures as they are.
-    """
+    """One question: the cues of the reported interval, and whether it is right."""
 
     cues: IntervalCues
     right: bool
+    # Performer, action, and kind of take, which is ``SINGLE`` for captures as they are
     kind: tuple[str, tuple[int, ...], int]
 
 
@@ -313,12 +278,7 @@ def cues_of(evidence: FloatArray, first: int, behind: int, support: int) -> Floa
 
 
 def single_cues(evidence: FloatArray, seconds: float) -> FloatArray:
-    """Cues of s, by which short captures of one action are told from joins of several: array (6,).
-
-    The length of the take decides mostly, see the docstring of the module.
-
-    Shapes: `evidence` (segments,).
-    """
+    """Cues of s, mostly the length of the take: array (6,); `evidence` (segments,)."""
     contrast = float(evidence.max()) - lower_quartile(evidence)
     signed = np.array([np.log(len(evidence)), np.log(seconds), contrast])
     return np.concatenate([signed, -signed])
@@ -353,27 +313,12 @@ def learn_certainty(
     """
     short = short_captures(table, standardised, written, performers)
     with one_blas_thread():  # many small systems
-        known = known_elsewhere(table, standardised, places, performers, len(written.numbers))
+        known = place_evidence(places, table, standardised, len(written.numbers), performers)
         return fit_certainty(short, known, rng)
 
 
-def known_elsewhere(
-    table: SegmentTable,
-    standardised: FloatArray,
-    places: Places,
-    performers: Mapping[int, str],
-    n_words: int,
-) -> Elsewhere:
-    """Maps without some performers, and which words the captions of each performer hold.
-
-    Shapes: `standardised` (segments, columns).
-    """
-    evidence = place_evidence(places, table, standardised, n_words, performers)
-    return Elsewhere(evidence.without, evidence.listed_by)
-
-
 def fit_certainty(
-    captures: Sequence[ShortCapture], known: Elsewhere, rng: np.random.Generator
+    captures: Sequence[ShortCapture], known: PlaceEvidence, rng: np.random.Generator
 ) -> PlaceCertainty | None:
     """Certainty of the place of an action; None if there are too few questions."""
     judged = [one for each in captures for one in judge(join([each]), known)]
@@ -402,12 +347,12 @@ def _regression(
     return Certainty(weights, constant, float("nan"))
 
 
-def judge(take: JoinedTake, known: Elsewhere) -> list[Judged]:
+def judge(take: JoinedTake, known: PlaceEvidence) -> list[Judged]:
     """Search for every action of a take whose words occur in captions of other performers."""
     judged = []
     kind = min(len(take.parts), 2) + len(take.groups)  # 3 joined, 4 of two performers
     for asked in questions_of(take):
-        support = known.support(asked.words, take.groups)
+        support = count_performers(known.listed_by, asked.words, take.groups)
         if support:
             interval, cues = tell_place(take, asked.words, known.without(take.groups), support)
             best = max(union_share(interval, part) for part in asked.true)

@@ -25,7 +25,7 @@ from motiondb.meaning.place_map import (
     FittedPlaces,
     ListedTakes,
     PlaceMap,
-    fit_place_map,
+    find_shown,
     fit_places,
     take_weights,
 )
@@ -177,11 +177,11 @@ def find_places(table: SegmentTable, standardised: FloatArray, written: Written)
         return None
     captures, takes = listed
     with one_blas_thread():  # many small systems
-        fitted = fit_place_map(takes)
+        every = find_shown(takes)
     words, shown = {}, {}
     inferred, inferred_shown = {}, {}
     for n, (capture, inside) in enumerate(zip(captures, takes.rows())):
-        y = fitted.shown[inside]
+        y = every[inside]
         said = _said_words(takes, n, inside)
         words[capture] = tuple(sorted(said))
         shown[capture] = y[:, list(words[capture])]
@@ -342,9 +342,7 @@ def _restored(
     owners = np.repeat(np.arange(len(captures), dtype=np.int64), sizes)
     lengths = table.ends - table.starts
     seconds = np.concatenate([lengths[rows[capture]] for capture in captures]) / MOTION_FPS
-    none = np.zeros((len(owners), 0))
-    takes = ListedTakes(none, seconds, owners, [], [], n_words)
-    roots = np.sqrt(take_weights(takes))[:, None]
+    roots = np.sqrt(take_weights(seconds, owners))[:, None]
 
     def rows_of(n: int) -> FloatArray:
         vectors = window_vectors(table, standardised, rows[captures[n]])

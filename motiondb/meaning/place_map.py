@@ -1,7 +1,7 @@
 """Learn where in a take each word is shown, from captions without times.
 
-A caption of a whole take says which actions happen somewhere in it. The times of the actions are
-hidden. They are estimated together with a linear map from the motion of a segment to words:
+A caption of a whole take says which actions happen somewhere in it. Their places are estimated
+together with a linear map from the motion of a segment to words:
 
     y_iw    probability that word w is shown at segment i (hidden; 1 where a caption of one action
             describes the segment),
@@ -9,68 +9,47 @@ hidden. They are estimated together with a linear map from the motion of a segme
             y_iw - mean(y_w), with sd_w = (mean (1 - mean))^(1/4); the prediction for each take
             uses the regression without this take.
 
-Each round fits the map and then aligns the actions of each caption with the segments of its take
-(:mod:`motiondb.meaning.place_map`), with ``SHARPNESS`` z as the evidence for a word. Each
-round keeps the share ``DAMPING`` of the former y. Where a caption describes an interval, it gives y
-of its words there (``ListedTakes.labelled``).
+Each round fits the map, takes e_iw = ``SHARPNESS`` z_iw as the evidence for words, and aligns the
+actions of each caption with the segments of its take; it keeps the share ``DAMPING`` of the former
+y. Where a caption describes an interval, it gives y of its words there (``ListedTakes.labelled``).
+Whether a take shows a word at all is estimated by the word map, because here each segment is a row,
+and most rows belong to a few long takes.
 
-The map estimates where a word is shown. Whether a take shows the word at all is estimated by the
-word map (:mod:`motiondb.meaning.word_map`), because here each segment is a row, and most rows
-belong to a few long takes.
-
-Source: multiple-instance learning in the manner of connectionist temporal classification (Graves
-et al., 2006). The use of the order was measured on four long takes with true segments: the right
-interval came first for .50 of 24 questions with the order, for .41 with the actions shuffled (mean
-of four draws, .29 to .54), and for .33 with the order reversed.
-
-**Takes with the actions that their captions list: where each action is likely, in what order.**
-
-**Where an action is likely: y.** Let e_iw be the evidence for word w at segment i, from the motion
-alone, e_ik the mean over the words of action k, and p_k the largest e_ik of the take. The
-log-likelihood ratio of action k against none of the actions is
+**Where an action is likely.** Let e_ik be the mean of e_iw over the words of action k, and p_k the
+largest e_ik of the take. The log-likelihood ratio of action k against none of the actions is
 
     r_ik = sqrt(seconds of the segment) (e_ik - HALF max(p_k, 0)),
 
 so that an action with a little evidence everywhere is shown where there is most of it. Labels of
-intervals add ``LABELLED`` nats for or against an action. The ratios give two posteriors. The
-ordered one keeps the caption's order (see below). The unordered one is a softmax over the actions
-and none of them. y is a mixture of both. Words of other captions of the same take keep equal
-shares.
+intervals add ``LABELLED`` nats for or against an action. y is a mixture of two posteriors: the
+ordered one below, and a softmax over the actions and none of them. Words of other captions of the
+same take keep equal shares. In takes that list several actions, labelled actions of other takes
+compete with the listed ones, and get y by the unordered posterior: if it were 0, segments that move
+like the labelled ones would be examples against the label's words.
 
-A take may show an action that none of its captions lists, and a label in another take may have
-taught what this action looks like. In takes that list several actions, such unlisted actions
-compete with the listed ones, and get y by the unordered posterior. If y were 0 there, segments that
-move like the labelled ones would be examples against the label's words.
-
-**The ordered posterior: a caption's actions aligned with segments.** A caption of a long take lists
-its actions, mostly in the order in which they are performed, but gives no times. Let r_ik be the
-log-likelihood ratio of action k against "none of the listed actions" at segment i. The hidden
-sequence has one state for each action, and one *blank* before, between and after the actions (ratio
-0):
+**The ordered posterior.** The hidden sequence has one state for each action, in the order of the
+caption, and one *blank* (ratio 0) before, between and after them:
 
     blank_0, action_1, blank_1, action_2, ..., action_m, blank_m.
 
-From one segment to the next the sequence stays in its state, moves to the next state, or moves from
-an action to the next action without a blank. An action may be left out, with the log-weight
-``SKIP``. The blanks on both sides of it are different states: where n segments lie between its
-neighbours, all blank, n + 1 sequences leave it out, with a log-weight of SKIP + ln(n + 1) together.
-
-The segments of one action form a run of D seconds. Where durations are given, a run has the
-log-weight
+It stays in its state, moves to the next state, or from an action to the next one without a blank.
+An action may be left out, with the log-weight ``SKIP``. The blanks on both sides of it are
+different states: where n segments lie between its neighbours, all blank, n + 1 sequences leave it
+out, with a log-weight of SKIP + ln(n + 1) together. A run of segments of one action that lasts D
+seconds has the log-weight
 
     -min(1/2 (ln(D / mu) / SPREAD)^2, MOST_COST),
     mu = (seconds of the take) / (number of actions):
 
-a list of actions seldom means that one of them fills the take. Without it, an action with a little
-evidence everywhere absorbs the segments of actions for which there is none yet. Forward and
-backward sums over runs give the posterior probability of each action at each segment.
-
-Their time and memory are quadratic in the segments. Takes of more than MOST_SEGMENTS segments are
-aligned without durations, where running sums take linear time and memory.
+otherwise an action with a little evidence everywhere absorbs the segments of actions for which
+there is none yet. Forward and backward sums over runs take time and memory quadratic in the
+segments; longer takes than MOST_SEGMENTS are aligned without durations, by running sums.
 
 Source: Graves, Fernandez, Gomez and Schmidhuber (2006), Connectionist temporal classification; for
 runs with durations, hidden semi-Markov models (Yu, 2010). Leaving actions out is added here,
-because captions list actions that are not performed.
+because captions list actions that are not performed. On four long takes with true segments the
+right interval came first for .50 of 24 questions with the order, for .41 with the actions shuffled
+and for .33 with the order reversed.
 """
 
 from __future__ import annotations
@@ -80,7 +59,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.meaning.regression import Fitted, fit_ridge, prepare
+from motiondb.meaning.regression import Fitted, prepare
+from motiondb.meaning.word_map import word_spreads
 from motiondb.records import FloatArray, IntArray
 
 RIDGE = 0.03
@@ -94,8 +74,6 @@ ROUNDS = 8
 DAMPING = 0.5
 """Number of rounds, and the share of the former y that each round keeps. After eight rounds y
 hardly changes."""
-SPREAD_POWER = 0.25
-"""Power of the variance in sd_w, as in the word map. At 0.5, rare words outweigh common ones."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,24 +89,15 @@ class PlaceMap:
         return np.asarray(SHARPNESS * (vectors @ self.weights + self.offsets) / self.spreads)
 
 
-@dataclass(frozen=True, eq=False)
-class PlacedWords:
-    """Result of :func:`fit_place_map`."""
-
-    fit: PlaceMap  # The map, fitted to all takes
-    shown: FloatArray  # (rows, words): probability y that each word is shown at each segment
-
-
-def fit_place_map(takes: ListedTakes) -> PlacedWords:
-    """Estimate the hidden places of listed actions, and the map from motion to words."""
+def find_shown(takes: ListedTakes) -> FloatArray:
+    """Estimate the hidden places of listed actions: array (rows, words), y of the module."""
     rows = takes.rows()
-    weights = take_weights(takes)
     shown = even_shares(takes, rows)
-    regression = prepare(takes.vectors, weights, RIDGE)
+    regression = prepare(takes.vectors, take_weights(takes.seconds, takes.owners), RIDGE)
     for _ in range(ROUNDS):
         evidence = FittedPlaces(regression.fit(shown)).left_out(takes)
         shown = DAMPING * shown + (1.0 - DAMPING) * place_actions(takes, rows, evidence)
-    return PlacedWords(map_places(takes.vectors, shown, weights), shown)
+    return shown
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,11 +120,10 @@ class FittedPlaces:
         return np.asarray(SHARPNESS * predicted / spreads_of(fitted.mean))
 
     def left_out(self, takes: ListedTakes) -> FloatArray:
-        """Return the evidence (rows, words; nats per second) for each take by the map of others.
+        """The evidence (rows, words; nats per second) for each take by the map of others.
 
-        The evidence of a map that was fitted to the take itself follows the take's own places, and
-        is less informative about the places of its words. On four long takes it placed .42 to .46
-        of the questions right; without the take .50 to .54 were placed right.
+        That of a map fitted to the take itself follows its own places: on four long takes it placed
+        .42 to .46 of the questions right, without the take .50 to .54.
         """
         return np.concatenate([self.of_others(inside) for inside in takes.rows()])
 
@@ -165,32 +133,19 @@ def fit_places(takes: ListedTakes, shown: FloatArray) -> FittedPlaces:
 
     Shapes: `shown` (rows, words).
     """
-    return FittedPlaces(prepare(takes.vectors, take_weights(takes), RIDGE).fit(shown))
+    weights = take_weights(takes.seconds, takes.owners)
+    return FittedPlaces(prepare(takes.vectors, weights, RIDGE).fit(shown))
 
 
-def map_places(vectors: FloatArray, shown: FloatArray, weights: FloatArray) -> PlaceMap:
-    """Fit the map to given places.
-
-    Shapes: `vectors` (rows, columns); `shown` (rows, words); `weights` (rows,).
-    """
-    slopes, constants = fit_ridge(vectors, shown, RIDGE, weights)
-    mean = weights @ shown / weights.sum()
-    return PlaceMap(slopes, constants - mean, spreads_of(mean))
-
-
-def take_weights(takes: ListedTakes) -> FloatArray:
-    """Return the weight of each row: its seconds divided by the square root of the take's seconds.
-
-    Long takes weigh more than short ones, but less than in proportion to their duration.
-    """
-    total = np.bincount(takes.owners, weights=takes.seconds)
-    return np.asarray(takes.seconds / np.sqrt(total[takes.owners]))
+def take_weights(seconds: FloatArray, owners: IntArray) -> FloatArray:
+    """Weight of each row: its seconds by the root of those of its take; `owners`: take numbers."""
+    total = np.bincount(owners, weights=seconds)
+    return np.asarray(seconds / np.sqrt(total[owners]))
 
 
 def spreads_of(mean: FloatArray) -> FloatArray:
-    """Return the scales sd_w of the module's docstring; means are kept away from 0 and 1."""
-    kept = np.clip(mean, 1e-4, 0.999)
-    return np.asarray((kept * (1.0 - kept)) ** SPREAD_POWER)
+    """The scales sd_w of the module's docstring; means are kept away from 0 and 1."""
+    return word_spreads(np.clip(mean, 1e-4, 0.999))
 
 
 SKIP = -10.0
@@ -274,14 +229,10 @@ def _ended(totals: FloatArray, weights: FloatArray | None, before: FloatArray) -
 def _begun(
     totals: FloatArray, weights: FloatArray | None, before: FloatArray, behind: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return log-sums over the runs of one action that start at, or hold, each segment.
+    """Log-sums over the runs of one action that start at, or hold, each segment.
 
-    Shapes: result (segments + 1,).
-
-    totals, weights, before
-        As for :func:`_ended`.
-    behind : array (segments + 1,)
-        Log-weight of all that is behind a run that ends at each bound.
+    Parameters as of :func:`_ended`; `behind` (segments + 1,): log-weight of all that is behind a
+    run that ends at each bound.
     """
     if weights is None:
         starts = np.logaddexp.accumulate(before - totals)[:-1]
@@ -356,7 +307,7 @@ def _as_labelled(takes: ListedTakes, shown: FloatArray) -> FloatArray:
 
 
 def place_actions(takes: ListedTakes, rows: Sequence[slice], evidence: FloatArray) -> FloatArray:
-    """Return y of one round before damping: array (rows, words)."""
+    """y of one round before damping: array (rows, words)."""
     shown = np.zeros_like(evidence)
     labels = _labels(takes)
     for inside, actions, further in zip(rows, takes.actions, takes.further):

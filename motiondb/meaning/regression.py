@@ -18,11 +18,9 @@ unplaced           windows of segments         vectors of windows    the words o
 =================  ==========================  ====================  ===============================
 
 The first four weigh every described interval alike or by performer, the others every take by the
-root of its length, so that long takes weigh more than short ones, but less than in proportion.
-Predictions that calibrations are fitted to leave out the performer, or the take, itself.
-
-The regression is weighted and centred: with x_i, y_i and w_i the features, targets and weight of a
-row, and means over all rows by their weights, the slopes minimise
+root of its length. Predictions that calibrations are fitted to leave out the performer, or the
+take, itself. With x_i, y_i and w_i the features, targets and weight of a row, and means over all
+rows by their weights, the slopes minimise
 
     sum_i w_i |y_i - mean y - (x_i - mean x) . slopes|^2 + ridge |slopes|^2.
 
@@ -31,17 +29,15 @@ Rows are left out in one of three ways: by another fit (:func:`left_out`), by su
 (:meth:`Fitted.without`). With X the rows left out, A the inverse of the sum of products with
 the ridge, H = X A X' and e their residuals with all rows, those without them are (I - H)^-1 e.
 
-**Calibrated probabilities of answers, and the threshold below which nothing matches.** Cues x_1 ...
-x_n of an answer (such as its similarity) give the probability that it is right by
+**Calibrated probabilities of answers.** Cues x_1 ... x_n of an answer (such as its similarity) give
+the probability that it is right by
 
     P(right) = sigmoid(w . x + c),    every w >= 0,
 
 logistic regression on answers that are known to be right or wrong. A ridge on w, in units of the
-cues' standard deviations, gives weight 0 to a cue without information; no cue lowers the
-probability. With a single cue the order of the answers is that of the cue.
-
-*No match*: the same queries are repeated with all right answers removed. The threshold is the
-value of the best answer that separates the two cases with the largest balanced accuracy.
+cues' standard deviations, gives weight 0 to a cue without information. The same queries are
+repeated with all right answers removed: the threshold below which nothing matches is the value of
+the best answer that separates the two cases with the largest balanced accuracy.
 
 Source: Platt, Probabilistic outputs for support vector machines (1999).
 """
@@ -52,15 +48,13 @@ import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Annotated, TypeVar
+from typing import Annotated, Self
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from motiondb.records import Axes, FloatArray, IntArray, MayBeUnknown, Sizes
 from motiondb.symbols.hmm_jobs import one_blas_thread
-
-T = TypeVar("T")
 
 
 def fit_ridge(
@@ -84,8 +78,22 @@ def fit_ridge(
     return slopes, mean_y - mean_v @ slopes
 
 
+class Additive:
+    """A record whose sums and differences are those of its fields; None where one of two is."""
+
+    def __add__(self, other: Self) -> Self:
+        return self._by_fields(operator.add, other)
+
+    def __sub__(self, other: Self) -> Self:
+        return self._by_fields(operator.sub, other)
+
+    def _by_fields(self, operation: Callable[[object, object], object], other: Self) -> Self:
+        pairs = zip(vars(self).values(), vars(other).values())
+        return type(self)(*(None if a is None or b is None else operation(a, b) for a, b in pairs))
+
+
 @dataclass(frozen=True, eq=False)
-class Sums:
+class Sums(Additive):
     """Weighted sums over rows, from which the sums of some rows can be subtracted."""
 
     n: float  # Sum of the weights
@@ -93,9 +101,6 @@ class Sums:
     targets: FloatArray  # (words,): sum of y
     gram: FloatArray  # (columns, columns): sum of x x'
     cross: FloatArray  # (columns, words): sum of x y'
-
-    def __sub__(self, other: Sums) -> Sums:
-        return by_fields(operator.sub, self, other)
 
     def solve(self, ridge: float) -> tuple[FloatArray, FloatArray]:
         """Slopes (columns, words), and mean x . slopes (words,): what constants lack to mean y."""
@@ -118,12 +123,6 @@ def sum_rows(vectors: FloatArray, targets: FloatArray, weights: FloatArray) -> S
         weighted @ vectors,
         weighted @ targets,
     )
-
-
-def by_fields(operation: Callable[[object, object], object], one: T, other: T) -> T:
-    """An operation on the fields of two records; None where a field of either is None."""
-    pairs = zip(vars(one).values(), vars(other).values())
-    return type(one)(*(None if a is None or b is None else operation(a, b) for a, b in pairs))
 
 
 @dataclass(frozen=True, eq=False)
@@ -310,11 +309,8 @@ def answer_probability(
 ) -> float:
     """Calibrated probability that an answer shows all requested actions and no excluded one.
 
-    The product over the asked actions of the probability that each is shown, and over the
-    exclusions of one minus the probability that all of their actions are.
-
     `asked`: For each action its log-odds, and the part of them that captions add, which is not
-    calibrated.
+    calibrated; `excluded`: the same for the actions of every exclusion.
 
     >>> sure = Certainty(np.array([1.0]), 0.0, 0.0)
     >>> answer_probability(sure, [(0.0, 0.0)], [[(0.0, 0.0)]])

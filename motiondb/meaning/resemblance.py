@@ -1,46 +1,35 @@
 """Resemblance of intervals: similarity of their motion, and of the words it suggests.
 
-Notation: v the vector of an interval (:mod:`motiondb.meaning.score_vectors`), e(v) the
-evidence for every word by the word map (:mod:`motiondb.meaning.word_map`), v' the vector
-without posture and travel. The resemblance of two intervals is
+Notation: v the vector of an interval (:mod:`motiondb.meaning.score_vectors`), e(v) the evidence for
+every word by the word map (:mod:`motiondb.meaning.word_map`), v' the vector without posture and
+travel, p(v) a second opinion on the words. The resemblance of two intervals is
 
     MEANING_SHARE cos(e(v), e(w)) + (1 - MEANING_SHARE) cos(v', w')
 
-where words were learned, and cos(v, w) otherwise. When captures are ranked, a second opinion on
-their words from pooled statistics (:mod:`motiondb.meaning.resemblance`), p(v), takes part if it
-was learned; then the first term is
+where words were learned, and cos(v, w) otherwise. When captures are ranked, the first term is
 
-    (MEANING_SHARE - POOLED_SHARE) cos(e(v), e(w)) + POOLED_SHARE cos(p(v), p(w)).
+    (MEANING_SHARE - POOLED_SHARE) cos(e(v), e(w)) + POOLED_SHARE cos(p(v), p(w)),
 
-Two opinions that err on different captures rank better than either. Words of direction, of manner
-and of parts of the body have the share ``MODIFIER_SHARE`` of the others in e and p: they identify
-the action less often.
+because two opinions that err on different captures rank better than either. Words of direction, of
+manner and of parts of the body have the share ``MODIFIER_SHARE`` of the others in e and p: they
+identify the action less often.
 
 Captures are ranked by the mean of their resemblance to the example and of their mean resemblance to
-the captures most similar to it (:func:`with_feedback`), weighted by the similarity of those. A
-capture that resembles several of the best answers is therefore ranked before one that resembles
-only the example, and two performers of one action are found through a third.
+the captures most similar to it (:func:`with_feedback`), weighted by the similarity of those. So two
+performers of one action are found through a third.
 
-Source: Rocchio, Relevance feedback in information retrieval (1971), with the first answers taken as
-right ("pseudo relevance feedback").
-
-**A second opinion on the words of an interval: a linear map from its pooled statistics.**
-
-Notation: x_t the whitened features of frame t (D dimensions), s the mean, the standard deviation
-and the 10th, 50th and 90th percentile of x over the frames of an interval (5 D values), p the
-standardised s as a vector of length 1, t = y / |y| with y_w = 1 where word w was written about the
-interval. The evidence of the second opinion for w is
+**The second opinion** is linear in pooled statistics. x_t are the whitened features of frame t (D
+dimensions), s the mean, the standard deviation and the 10th, 50th and 90th percentile of x over the
+frames of an interval (5 D values), p the standardised s as a vector of length 1, t = y / |y| with
+y_w = 1 where word w was written about the interval. The evidence for w is
 
     z_w = (p - mean p) . u_w,
 
-by ridge regression of t - mean t on p - mean p over the described intervals. Unlike the columns of
-:mod:`motiondb.meaning.score_vectors`, spread and percentiles are not additive over segments, and
-so are not part of the score vectors. They describe the range of a movement directly. The map takes
-part in the resemblance of captures to an example
-(:mod:`motiondb.meaning.resemblance`). It is fitted by ``learn`` and does not change until
-the next ``learn``.
+by ridge regression of t - mean t on p - mean p. Spread and percentiles are not additive over
+segments, and so not part of score vectors; they describe the range of a movement directly.
 
-Source: pooled statistics are the strongest simple method in ``docs/measured/quality.md`` ("Query by
+Source: Rocchio, Relevance feedback in information retrieval (1971), with the first answers taken as
+right. Pooled statistics are the strongest simple method in ``docs/measured/quality.md`` ("Query by
 example").
 """
 
@@ -83,11 +72,7 @@ FEWEST_OTHERS = 5  # Smallest number of captures for each one that is assumed to
 
 @dataclass(frozen=True, eq=False)
 class MeaningSpace:
-    """Linear maps from an interval to the row whose dot products are resemblances.
-
-    Made by :func:`meaning_space` once for many comparisons. All arrays have one precision, which is
-    also that of the rows.
-    """
+    """Linear maps from an interval to the row whose dot products are resemblances."""
 
     # (columns, words): u of the word map, times the weights of the words
     weights: FloatArray | Float32Array
@@ -161,10 +146,6 @@ def resemblance(
     emphasis: FloatArray | None = None,
 ) -> FloatArray:
     """Similarity of intervals to one interval: array (n,), 1 for the same.
-
-    See the module. Posture and travel depend on the place and the performer, so with a word map
-    they are used only through the words. The cosines are sums over symbols and over columns of
-    movement.
 
     Shapes: `vector` (columns,); `vectors` (n, columns); `emphasis` (words,).
     """

@@ -1,24 +1,21 @@
 """Vectors that describe an interval of motion: scores under all symbols, and movement.
 
-The scores of a segment are its log-likelihoods under every symbol, nats per frame. Their mean over
-the symbols, which measures how usual the motion is, is subtracted; the result is standardised per
-symbol over all segments, and clipped. The vector of an interval is the mean over its segments,
-weighted by their duration inside the interval, scaled to length 1. Unlike the best symbol alone it
-keeps the similarity of a new performer to *several* symbols. On real captures no other choice had a
-larger effect.
+The scores of a segment are its log-likelihoods under every symbol, nats per frame, less their mean
+over the symbols, which measures how usual the motion is. They are standardised per symbol over all
+segments, and clipped. The vector of an interval is the mean over its segments, weighted by their
+duration inside it, scaled to length 1. Unlike the best symbol alone it keeps the similarity of a
+new performer to *several* symbols. On real captures no other choice had a larger effect.
 
-The columns of movement (below) follow, standardised and clipped in the same way.
-Each of their five blocks is scaled to the weight of all symbols together, travel to one and a half
-times that.
-
-**Movement of a segment, described without symbols: levels, correlations, rhythm, posture, travel.**
+The columns of movement follow, standardised and clipped in the same way. Each of their five blocks
+is scaled to the weight of all symbols together, travel to one and a half times that.
 
 Notation: x_t the whitened features of frame t (15 a second, D dimensions); p_t the joint positions
 of frame t in the frame of the heading, metres on the standard body
 (:mod:`motiondb.body.features`); r_t = (velocity to the left, up, ahead, turning) in their usual
 spreads 0.3 m/s, 0.3 m/s, 0.6 m/s, 0.9 rad/s; r*_t the mean of r over two seconds around t; s the
 logistic function of (x - level) / 0.25 or (r* - level) / 0.25, for the levels -1.5, -0.75, 0, 0.75
-and 1.5. Every column is a mean over the segment's frames:
+and 1.5. Every column is a mean over the segment's frames, so that functions linear in them can be
+decomposed exactly:
 
 ========  ==============  ================================================================
 block     columns         mean over frames of
@@ -30,17 +27,8 @@ posture   63              p_t, which distinguishes sitting, kneeling and hanging
 travel    24              s of r*, for each level, and the absolute value of r_t
 ========  ==============  ================================================================
 
-In an interval's vector (:mod:`motiondb.meaning.score_vectors`) these columns follow the scores of
-the symbols, in this order. Means over frames are additive over segments, so that functions linear
-in them can be decomposed exactly.
-
-Symbols generalise to new performers; places, joint and rhythm distinguish movements that symbols
-learned from other movements confuse. Posture and travel do not depend on what a database has
-learned. They describe directly a turn, a stop, a step to the side and the distance covered, which
-whitened axes and symbols mix with other properties.
-
-The blocks, levels, averaging and weights were chosen among about 270 settings by leaving performers
-out of the CMU training parts (``docs/measured/quality.md``, "Words to motion").
+Blocks, levels, averaging and weights were chosen among about 270 settings by leaving performers out
+of the CMU training parts (``docs/measured/quality.md``, "Words to motion").
 """
 
 from __future__ import annotations
@@ -182,26 +170,29 @@ def describe_posture_and_travel(
 
 
 def travel(root: Float32Array) -> FloatArray:
-    """Compute the 24 columns of travel for every frame: array (frames, 24).
-
-    Shapes: `root` (frames, 4).
+    """Compute the 24 columns of travel for every frame: array (frames, 24); `root` (frames, 4).
 
     >>> still = travel(np.zeros((1, 4), dtype=np.float32))
     >>> still[0, 8:12].tolist(), still[0, 20:].tolist()  # on the level 0; sizes
     ([0.5, 0.5, 0.5, 0.5], [0.0, 0.0, 0.0, 0.0])
     """
     r = root.astype(np.float64) / (ROOT_WEIGHT * VELOCITY_SECONDS * np.array(SPREADS))
-    smooth = _averaged(r, round(AVERAGED * FEATURE_FPS / 2.0))
-    places = [0.5 + 0.5 * np.tanh((smooth - level) / (2.0 * SOFTNESS)) for level in LEVELS]
-    return np.concatenate([*places, np.abs(r)], axis=1)
+    smooth = averaged_rows(r, round(AVERAGED * FEATURE_FPS / 2.0))
+    return np.concatenate([soft_levels(smooth), np.abs(r)], axis=1)
 
 
-def _averaged(rows: FloatArray, reach: int) -> FloatArray:
-    """Mean of the rows within ``reach`` rows of each row."""
-    sums = np.concatenate([np.zeros((1, rows.shape[1])), np.cumsum(rows, axis=0)])
+def averaged_rows(rows: FloatArray, reach: int) -> FloatArray:
+    """Mean of the rows (rows, ...) within ``reach`` rows of each row."""
+    sums = np.concatenate([np.zeros((1, *rows.shape[1:])), np.cumsum(rows, axis=0)])
     now = np.arange(len(rows))
     low, high = np.maximum(now - reach, 0), np.minimum(now + reach + 1, len(rows))
-    return np.asarray((sums[high] - sums[low]) / (high - low)[:, None])
+    return np.asarray((sums[high] - sums[low]) / (high - low).reshape(-1, *(1,) * (rows.ndim - 1)))
+
+
+def soft_levels(values: FloatArray) -> FloatArray:
+    """s of the module's docstring, level after level: array (frames, levels * columns)."""
+    halves = [np.tanh((values - level) / (2.0 * SOFTNESS)) for level in LEVELS]
+    return np.asarray(0.5 + 0.5 * np.concatenate(halves, axis=1))
 
 
 def block_sizes(n_columns: int) -> tuple[int, ...]:
@@ -251,9 +242,8 @@ def describe_movement(frames: Float32Array, starts: IntArray, ends: IntArray) ->
     n_frames, n_dims = values.shape
     first, second = np.triu_indices(n_dims)
     now = np.arange(n_frames)
-    places = [0.5 + 0.5 * np.tanh((values - level) / (2.0 * SOFTNESS)) for level in LEVELS]
     rhythm = [np.abs(values[np.minimum(now + lag, n_frames - 1)] - values) for lag in LAGS]
-    each = np.concatenate(places + rhythm, axis=1)
+    each = np.concatenate([soft_levels(values), *rhythm], axis=1)
     n_places = len(LEVELS) * n_dims
     rows = np.empty((len(starts), each.shape[1] + len(first)), dtype=np.float32)
     for row, start, end in zip(rows, starts, ends):

@@ -129,17 +129,17 @@ class TakeEvidence:
     ready: TakeExtremes | None = None  # The extremes of ``takes``, where they were computed before
 
     @cached_property
-    def seen(self) -> Mapping[int, TakeScores]:
-        """Log-odds of all words in every capture, from the motion alone."""
-        return WhenAsked(self.odds, lambda capture: self._take(capture, None))
+    def by_motion(self) -> TakeEvidence:
+        """The evidence of the motion alone."""
+        return TakeEvidence(self.table, self.rows, self.odds, {})
 
     @cached_property
     def takes(self) -> Mapping[int, TakeScores]:
         """Log-odds of all words in every capture, from the motion and the captions."""
-        return WhenAsked(self.odds, lambda capture: self._take(capture, self.written.get(capture)))
+        return WhenAsked(self.odds, self._take)
 
-    def _take(self, capture: int, said: FloatArray | None) -> TakeScores:
-        inside, odds = self.rows[capture], self.odds[capture]
+    def _take(self, capture: int) -> TakeScores:
+        inside, odds, said = self.rows[capture], self.odds[capture], self.written.get(capture)
         windows, whole = odds[:-1], odds[-1]
         if said is not None:
             windows, whole = windows + said, whole + said.max(axis=0)
@@ -149,11 +149,6 @@ class TakeEvidence:
     def extremes(self) -> TakeExtremes:
         """The largest and smallest log-odds of all words in every capture of ``takes``."""
         return self.ready or take_extremes(self.takes)
-
-    @cached_property
-    def seen_extremes(self) -> TakeExtremes:
-        """The same from the motion alone."""
-        return take_extremes(self.seen)
 
     def with_columns(
         self, odds: Mapping[int, FloatArray], written: Mapping[int, FloatArray]

@@ -5,30 +5,27 @@ w was written about it. The evidence for w is z_w = v . u_w + c_w, by ridge regr
 y - mean(y) on v. It is additive over symbols and over segments, so that every score can be
 decomposed exactly. The ridge is the largest one whose ranking of held-out groups, of words for
 intervals and of intervals for words, is nearly as good as the best. (The squared error would select
-a larger ridge, under which rare words become indistinguishable.) One logistic map for all words
-turns held-out predictions into probabilities, because a rare word has too few examples for a
-separate map:
+a larger ridge, under which rare words become indistinguishable.) One logistic map for all words,
+because a rare word has too few examples for its own, turns held-out predictions into probabilities:
 
     P(w) = sigmoid(a z_w / sd_w + b logit(prior_w) + c),    sd_w = (prior_w (1 - prior_w))^(1/4).
 
 It is fitted to predictions without the whole group (performer) and to predictions with other
-captures of the group, half and half, because queries of both kinds occur. Only words of two or more
-groups are used: a word of a single performer cannot be learned from the others.
+captures of the group, half and half, because queries of both kinds occur; only to words of two or
+more groups, as a word of a single performer cannot be learned from the others.
+
+**Sums from which a capture can be removed.** Ridge regression needs n, sum v, sum y, sum v v' and
+sum v y' only. The values of v are rounded to multiples of 2^-16, so that their products are
+multiples of 2^-32 and every sum over up to two million intervals is exact in floating point: adding
+a capture and removing it, in any order, restores exactly the same sums.
 
 Source: ridge regression was chosen in early experiments; ``docs/measured/quality.md`` compares it
 with other maps ("Words to motion"); Platt (1999) for the logistic map.
-
-**Sufficient statistics: sums from which a capture can be removed.** Ridge regression needs n, sum
-v, sum y, sum v v' and sum v y' only. The values of v are rounded to multiples of 2^-16, so that
-their products are multiples of 2^-32 and every sum over up to two million intervals is exact in
-floating point: adding a capture and removing it, in any order, restores exactly the same sums. The
-rounding error (0.000008 of a vector of length 1) is far below the difference between two captures
-of the same movement.
 """
 
 from __future__ import annotations
 
-import operator
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Annotated
 
@@ -36,11 +33,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.meaning.regression import (
+    Additive,
     Sums,
-    by_fields,
     calibrate,
     fit_ridge,
     left_out,
+    probability,
     shared_words,
 )
 from motiondb.records import LARGEST, Axes, FloatArray, IntArray, Within
@@ -65,6 +63,19 @@ class WordMap:
     calibration: FloatArray  # (3,): a, b and c of the logistic map
     ridge: float = field(default=1.0, kw_only=True)  # The ridge of the fit
 
+    def with_words(
+        self, weights: FloatArray, offsets: FloatArray, priors: FloatArray, spreads: FloatArray
+    ) -> WordMap:
+        """The map with further words behind those that it has."""
+        return WordMap(
+            np.concatenate([self.weights, weights], axis=1),
+            np.concatenate([self.offsets, offsets]),
+            np.concatenate([self.priors, priors]),
+            np.concatenate([self.spreads, spreads]),
+            self.calibration,
+            ridge=self.ridge,
+        )
+
     def evidence(self, vectors: FloatArray) -> FloatArray:
         """Evidence z (n, words) of score vectors (n, symbols), before calibration."""
         return vectors @ self.weights + self.offsets
@@ -72,18 +83,18 @@ class WordMap:
     def log_odds(self, vectors: FloatArray) -> FloatArray:
         """Calibrated log-odds (n, words) that the captions of each interval have a word."""
         a, b, c = self.calibration
-        return a * self.evidence(vectors) / self.spreads + b * _logit(self.priors) + c
+        return a * self.evidence(vectors) / self.spreads + b * logit(self.priors) + c
 
     def linear(self, word: int) -> tuple[FloatArray, float]:
         """Slope (symbols,) and constant of one word: log-odds = vector . slope + constant."""
         a, b, c = self.calibration
         scale = float(a / self.spreads[word])
-        prior = float(b * _logit(self.priors[word : word + 1])[0] + c)
+        prior = float(b * logit(self.priors[word : word + 1])[0] + c)
         return scale * self.weights[:, word], scale * float(self.offsets[word]) + prior
 
     def probabilities(self, vectors: FloatArray) -> FloatArray:
         """Calibrated probabilities (n, words)."""
-        return 1.0 / (1.0 + np.exp(-np.clip(self.log_odds(vectors), -50.0, 50.0)))
+        return probability(self.log_odds(vectors))
 
 
 def fit_word_map(vectors: FloatArray, presence: NDArray[np.bool_], groups: IntArray) -> WordMap:
@@ -91,21 +102,34 @@ def fit_word_map(vectors: FloatArray, presence: NDArray[np.bool_], groups: IntAr
 
     Shapes: `vectors` (n, symbols); `presence` (n, words); `groups` (n,).
     """
+    return map_words(vectors, presence, *choose_ridge_and_calibration(vectors, presence, groups))
+
+
+def choose_ridge_and_calibration(
+    vectors: FloatArray, presence: NDArray[np.bool_], groups: IntArray
+) -> tuple[float, FloatArray]:
+    """Ridge and calibration (3,) of the map; parameters as of :func:`fit_word_map`."""
     target = presence.astype(np.float64)
     priors = word_priors(target)
     if len(np.unique(groups)) < 2:
         groups = np.arange(len(vectors)) % 5
     held_out = {ridge: left_out(vectors, target, groups, ridge) for ridge in RIDGES}
     shared = shared_words(presence, groups)
-    reached = [precision(held_out[ridge][:, shared], presence[:, shared]) for ridge in RIDGES]
-    ridge = max(r for r, p in zip(RIDGES, reached) if p >= (1.0 - TOLERANCE) * max(reached))
+    ridge = largest_good_ridge(held_out, presence, shared)
     spreads = word_spreads(priors)
     known_group = left_out(vectors, target, np.arange(len(vectors)) % 10, ridge)
     both = np.concatenate([held_out[ridge], known_group])[:, shared] - target.mean(axis=0)[shared]
     twice = np.concatenate([target, target])[:, shared]
-    logits = np.broadcast_to(_logit(priors[shared]), both.shape)
-    calibration = calibrate(both / spreads[shared], logits, twice)
-    return map_words(vectors, presence, ridge, calibration)
+    logits = np.broadcast_to(logit(priors[shared]), both.shape)
+    return ridge, calibrate(both / spreads[shared], logits, twice)
+
+
+def largest_good_ridge(
+    predicted: Mapping[float, FloatArray], presence: NDArray[np.bool_], which: NDArray[np.bool_]
+) -> float:
+    """The largest ridge whose predictions (n, words) of some words rank nearly best."""
+    reached = {r: precision(z[:, which], presence[:, which]) for r, z in predicted.items()}
+    return max(r for r, p in reached.items() if p >= (1.0 - TOLERANCE) * max(reached.values()))
 
 
 def map_words(
@@ -167,14 +191,15 @@ def calibration_information(fit: WordMap, vectors: FloatArray) -> FloatArray:
     Shapes: `vectors` (n, symbols).
     """
     z = fit.evidence(vectors) / fit.spreads
-    logits = np.broadcast_to(_logit(fit.priors), z.shape)
+    logits = np.broadcast_to(logit(fit.priors), z.shape)
     x = np.stack([z.ravel(), logits.ravel(), np.ones(z.size)], axis=1)
     p = fit.probabilities(vectors).ravel()
     information: FloatArray = (x * (p * (1.0 - p))[:, None]).T @ x
     return information
 
 
-def _logit(p: FloatArray) -> FloatArray:
+def logit(p: FloatArray) -> FloatArray:
+    """Log-odds of probabilities."""
     return np.log(p) - np.log1p(-p)
 
 
@@ -182,7 +207,7 @@ _GRAIN = 2.0**16  # vectors are rounded to multiples of its reciprocal, see the 
 
 
 @dataclass(frozen=True, eq=False)
-class CaptionMoments:
+class CaptionMoments(Additive):
     """Sums over described intervals for :mod:`motiondb.meaning.caption_map`."""
 
     words: Annotated[
@@ -190,15 +215,9 @@ class CaptionMoments:
     ]  # Sum of t, the words of an interval as a vector of length 1
     cross: Annotated[FloatArray, Axes("columns", "words")]  # Sum of v t'
 
-    def __add__(self, other: CaptionMoments) -> CaptionMoments:
-        return by_fields(operator.add, self, other)
-
-    def __sub__(self, other: CaptionMoments) -> CaptionMoments:
-        return by_fields(operator.sub, self, other)
-
 
 @dataclass(frozen=True, eq=False)
-class WordMoments:
+class WordMoments(Additive):
     """Sums over described intervals."""
 
     n: Annotated[float, Within(1, LARGEST, "at least one described interval")]
@@ -207,12 +226,6 @@ class WordMoments:
     gram: Annotated[FloatArray, Axes("columns", symmetric=True)]  # Sum of v v'
     cross: Annotated[FloatArray, Axes("columns", "words")]  # Sum of v y'
     captions: CaptionMoments  # For whole captions
-
-    def __add__(self, other: WordMoments) -> WordMoments:
-        return by_fields(operator.add, self, other)
-
-    def __sub__(self, other: WordMoments) -> WordMoments:
-        return by_fields(operator.sub, self, other)
 
     def of_words(self, which: IntArray | NDArray[np.bool_]) -> WordMoments:
         """The sums of some words alone."""
@@ -228,9 +241,7 @@ class WordMoments:
 
 
 def word_moments(vectors: FloatArray, presence: NDArray[np.bool_]) -> WordMoments:
-    """Compute the sums over some intervals.
-
-    Shapes: `vectors` (n, symbols); `presence` (n, words).
+    """Compute the sums over some intervals; `vectors` (n, symbols); `presence` (n, words).
 
     >>> m = word_moments(np.array([[0.6, 0.8]]), np.array([[True, False]]))
     >>> m.n, m.cross.round(3).tolist()
@@ -251,13 +262,7 @@ def word_moments(vectors: FloatArray, presence: NDArray[np.bool_]) -> WordMoment
 
 
 def solve_word_map(moments: WordMoments, ridge: float, calibration: FloatArray) -> WordMap:
-    """Word map from sums, with a given ridge and calibration.
-
-    From the sums of the intervals given to :func:`motiondb.meaning.word_map.fit_word_map` it
-    is the same map, up to rounding errors.
-
-    Shapes: `calibration` (3,).
-    """
+    """Word map from sums, with a given ridge and `calibration` (3,)."""
     n = max(moments.n, 1.0)
     mean_y: FloatArray = moments.words / n
     weights, shift = moments.solve(moments, ridge)
@@ -279,5 +284,5 @@ def clearest(words: WordMap, vector: FloatArray, which: NDArray[np.bool_]) -> fl
 def usual(words: WordMap) -> FloatArray:
     """Log-odds of every word without evidence from motion: array (words,)."""
     _, share, constant = words.calibration
-    odds: FloatArray = share * (np.log(words.priors) - np.log1p(-words.priors)) + constant
+    odds: FloatArray = share * logit(words.priors) + constant
     return odds

@@ -13,32 +13,40 @@ A word that was not learned has no model of motion of its own. Two kinds can be 
 
 An added word is a further column of every array over words, behind the learned ones, so that it may
 stand anywhere in a question and reasons add up. It is neither stored nor used for learning.
+
+An action of several words is one that a single action of a caption must hold. "Stand on one leg"
+asks for (stand, leg); "stand up, swing legs" holds both words, but of two actions. So only "stand",
+the head, counts as written there; "leg" adds nothing (:func:`without_words_apart`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.language.nearby.table import NearbyTable
-from motiondb.language.vocabulary import words_of
+from motiondb.language.question.heads import heads_of
+from motiondb.language.question.readings import Reading
+from motiondb.language.vocabulary import split_actions, words_of
 from motiondb.language.word_vectors.word_vectors import word_vectors
 from motiondb.learn.learned import Learned
 from motiondb.meaning.place_fitting import Written, interval_evidence
+from motiondb.meaning.regression import probability
 from motiondb.meaning.word_evidence import (
     UNWRITTEN,
     WRITTEN,
     TakeEvidence,
+    WhenAsked,
     caption_evidence,
     with_likeness,
 )
-from motiondb.meaning.word_map import WordMap, usual, word_spreads
+from motiondb.meaning.word_map import WordMap, logit, usual, word_spreads
 from motiondb.records import CaptureInfo, FloatArray, IntArray
-from motiondb.search.takings import Taking, asked_forms, take_word
+from motiondb.search.takings import Sentence, Taking, take_word
 
 PLAIN_TAGS = frozenset({"licence", "capture", "segments", "fps", "skeleton"})
 """Tags whose values do not describe the motion."""
@@ -100,8 +108,9 @@ class AskedWords:
     names: tuple[str, ...]  # All words by number
     written_words: tuple[WrittenWord, ...] = ()
     columns: AddedColumns | None = field(default=None, repr=False)  # None where nothing is added
-    # Evidence that stands for that of the words (``said_together``); None: that of the words
+    # Evidence of the words in their actions (:func:`without_words_apart`); None: that of the words
     heard: TakeEvidence | None = field(default=None, repr=False)
+    counts_captions: bool = True  # Whether captions are evidence, in addition to the motion
 
     @cached_property
     def numbers(self) -> dict[str, int]:
@@ -156,11 +165,17 @@ class AskedWords:
     @cached_property
     def said_places(self) -> Mapping[int, FloatArray]:
         """Evidence, in nats, that captions of intervals add: arrays (segments, words)."""
+        if not self.counts_captions:
+            return {}
         if self.columns is None:
             return self.learned.said_places
         learned = self.learned
         said = Written(learned.captions, learned.synonyms, learned.lemmas, self.numbers)
         return interval_evidence(learned.segments, learned.rows, said)
+
+    def by_motion(self) -> AskedWords:
+        """The same words, without captions as evidence."""
+        return replace(self, heard=self.evidence.by_motion, counts_captions=False)
 
     def widened(self, values: FloatArray) -> FloatArray:
         """Values of all words from those of the learned ones; 0 for written words: (..., words)."""
@@ -209,8 +224,7 @@ def _tag_words(
 
 
 def written_words_of(
-    learned: Learned,
-    text: str,
+    sentence: Sentence,
     find: Callable[[], Mapping[str, WrittenWord]],
     table: NearbyTable | None,
 ) -> AskedWords:
@@ -220,13 +234,12 @@ def written_words_of(
     tags, so it is called only if a word of the question is not known. With a `table` of
     replacements, written words that replace a word of the question are added too.
     """
-    known = frozenset(learned.known_words)
-    asked = asked_forms(learned, text)
-    if learned.fitted_word_map is None or known.issuperset(asked):
+    learned, known = sentence.learned, sentence.known
+    if learned.fitted_word_map is None or known.issuperset(sentence.forms):
         return learned_words(learned)
     written = find()
     wanted = []
-    for word, form in asked.items() if written else ():
+    for word, form in sentence.forms.items() if written else ():
         if word in known or word in written:
             wanted.append(word)
         elif table is not None:
@@ -247,8 +260,12 @@ def with_written(
     if not chosen or learned.fitted_word_map is None:
         return learned_words(learned)
     n_learned, n = len(learned.association.words), max(len(learned.rows), 1)
-    share = np.array([len(word.captures) / n for word in chosen])
-    word_map = _with_silent_words(learned.fitted_word_map, share, n)
+    shares = np.array([len(word.captures) / n for word in chosen])
+    priors = np.clip(shares, 0.5 / n, 1.0 - 0.5 / n)
+    silent = np.zeros((len(learned.fitted_word_map.weights), len(chosen)))  # whatever the motion
+    word_map = learned.fitted_word_map.with_words(
+        silent, np.zeros(len(chosen)), priors, word_spreads(priors)
+    )
     constant = usual(word_map)[n_learned:]
     # written words are as sure as the captions of the database
     alone = learned.started is None
@@ -285,20 +302,6 @@ def _written_columns(learned: Learned, words: tuple[WrittenWord, ...]) -> dict[i
             values[:, n] = WRITTEN if capture in word.captures else UNWRITTEN
             values[in_caption, n] = WRITTEN
     return columns
-
-
-def _with_silent_words(word_map: WordMap, share: FloatArray, n: int) -> WordMap:
-    """A word map with further words that have these priors and are independent of the motion."""
-    priors = np.clip(share, 0.5 / n, 1.0 - 0.5 / n)
-    silent = np.zeros((len(word_map.weights), len(share)))
-    return WordMap(
-        np.concatenate([word_map.weights, silent], axis=1),
-        np.concatenate([word_map.offsets, np.zeros(len(share))]),
-        np.concatenate([word_map.priors, priors]),
-        np.concatenate([word_map.spreads, word_spreads(priors)]),
-        word_map.calibration,
-        ridge=word_map.ridge,
-    )
 
 
 def with_replaced(asked: AskedWords, takings: Mapping[str, Taking]) -> AskedWords:
@@ -373,13 +376,70 @@ def with_virtual_words(word_map: WordMap, shares: FloatArray) -> WordMap:
     The log-odds of a replaced word are exactly the means, weighted by its shares, of those of its
     words: slopes over spreads, and the logits of the priors, are averaged, and its spread is 1.
     """
-    logits = np.log(word_map.priors) - np.log1p(-word_map.priors)
-    priors = 1.0 / (1.0 + np.exp(-(logits @ shares)))
-    return WordMap(
-        np.concatenate([word_map.weights, (word_map.weights / word_map.spreads) @ shares], axis=1),
-        np.concatenate([word_map.offsets, (word_map.offsets / word_map.spreads) @ shares]),
-        np.concatenate([word_map.priors, priors]),
-        np.concatenate([word_map.spreads, np.ones(shares.shape[1])]),
-        word_map.calibration,
-        ridge=word_map.ridge,
+    scaled = (word_map.weights / word_map.spreads) @ shares
+    offsets = (word_map.offsets / word_map.spreads) @ shares
+    priors = probability(logit(word_map.priors) @ shares)
+    return word_map.with_words(scaled, offsets, priors, np.ones(shares.shape[1]))
+
+
+def without_words_apart(
+    asked: AskedWords, read: Sequence[Reading], verbs: Collection[str]
+) -> AskedWords:
+    """The words of a question, less what captions say of them in different actions.
+
+    Words that the question also excludes keep all of their evidence.
+    """
+    excluded = {w for reading in read for e in reading.exclusions for a in e.actions for w in a}
+    actions = {
+        action
+        for reading in read
+        for part in reading.parts
+        for action in part.actions
+        if len(action) > 1 and not excluded.intersection(action)
+    }
+    if not actions:
+        return asked
+    evidence, learned = asked.evidence, asked.learned
+
+    def make(capture: int) -> FloatArray:
+        said = evidence.written[capture]
+        captions = [
+            set(words)
+            for caption in learned.captions.get(capture, ())
+            for words in split_actions(caption.words, learned.synonyms, learned.lemmas)
+        ]
+        apart = {
+            asked.numbers[word]
+            for action in actions
+            for word in words_apart(action, heads_of(action, verbs), captions)
+        }
+        if apart:
+            said, columns = said.copy(), sorted(apart)
+            said[:, columns] = np.minimum(said[:, columns], 0.0)
+        return said
+
+    heard = TakeEvidence(
+        evidence.table,
+        evidence.rows,
+        evidence.odds,
+        WhenAsked(evidence.written, make),
+        evidence.extremes,  # still bounds, as nothing that is asked for grows
     )
+    return replace(asked, heard=heard)
+
+
+def words_apart(
+    action: Sequence[str], heads: Collection[str], captions: Iterable[Collection[str]]
+) -> set[str]:
+    """The words of an action that captions hold, but not in the action that says most of it.
+
+    Of actions that say as many of its words, those with its heads count.
+
+    >>> words_apart(("stand", "leg"), ("stand",), [("stand", "up"), ("swing", "leg")])
+    {'leg'}
+    >>> words_apart(("swing", "leg"), ("swing",), [("stand", "up"), ("swing", "leg")])
+    set()
+    """
+    shared = [frozenset(action).intersection(words) for words in captions]
+    most = max(shared, key=lambda words: (len(words), len(words & set(heads))), default=frozenset())
+    return set().union(*shared) - most

@@ -19,8 +19,7 @@ from motiondb.meaning.word_map import clearest
 from motiondb.records import Float32Array, FloatArray, Match, Motion
 from motiondb.search.asked_words import learned_words
 from motiondb.search.by_words import mark_generated, to_seconds
-from motiondb.search.chances import why_unchecked
-from motiondb.search.nothing_matches import NOTHING, reaches
+from motiondb.search.chances import NOTHING, reaches, why_unchecked
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 TOGETHER = 32  # Intervals that are projected at once: as many as fit the processor's cache

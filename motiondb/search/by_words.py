@@ -11,55 +11,45 @@ more likely right than wrong and that nothing speaks against come before the oth
 
 from __future__ import annotations
 
+import heapq
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import TypeVar
+from typing import Any
 
 import numpy as np
 
 from motiondb.errors import QueryError
 from motiondb.language.question.amounts import manner_of
-from motiondb.language.question.heads import verbs_in
-from motiondb.language.question.parse import parse
-from motiondb.language.question.readings import (
-    KnownQuestion,
-    Reading,
-    hinted,
-    plain_actions,
-    readings,
-    with_hints,
-    without_amounts,
-)
-from motiondb.language.question.tree import NotUsed, actions_of
+from motiondb.language.question.readings import KnownQuestion, Reading, without_amounts
+from motiondb.language.question.tree import NotUsed
 from motiondb.language.translation import decoding
 from motiondb.language.vocabulary import as_said
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import decode
-from motiondb.meaning import word_evidence
-from motiondb.meaning.word_evidence import WRITTEN
+from motiondb.meaning import by_question
+from motiondb.meaning.by_question import QuestionHit
+from motiondb.meaning.word_evidence import SLACK, WRITTEN, upper_bounds
 from motiondb.records import MOTION_FPS, Match, MatchPart
 from motiondb.search import placing, reasons
 from motiondb.search.asked_words import AskedWords, WrittenWord
+from motiondb.search.asking import AskedQuestion
 from motiondb.search.chances import (
+    LIKELY,
+    NOTHING,
+    Found,
     WordSource,
+    best_strength,
+    chances,
+    is_doubtful,
+    reaches,
     why_unchecked,
     word_sources,
     words_of_reading,
 )
-from motiondb.search.finding import Found, find
-from motiondb.search.measured_answers import (
-    compare_with_motion,
-    is_measured,
-    measured_words,
-    only_action,
-    unmeasured_words,
-    without_measured,
-)
-from motiondb.search.nothing_matches import NOTHING, best_strength, is_doubtful, reaches
-from motiondb.search.reasons import Explanation, explain
-from motiondb.search.said_together import without_words_apart
-from motiondb.search.takings import Taking, hints_of, say_not_understood, understand, with_notation
+from motiondb.search.measured_answers import compare_with_motion
+from motiondb.search.reasons import Explanation, explain, explain_hit
+from motiondb.search.takings import Taking, say_not_understood, with_notation
 
 LOOKED_AT = 10  # Answers by which it is told whether anything matches, however many are shown
 ORDERS_LOOKED_AT = 30  # The same for actions in order, which not all of them show in this order
@@ -67,10 +57,6 @@ MEASURED = 100  # The same for what is measured, and is hardly told by words
 MOST_DECODED = 50
 """Largest number of words that are decoded to symbols at once: 200 words need 2 GB, and
 sequences are short."""
-
-
-QUOTES = (('"', '"'), ("\u201c", "\u201d"), ("\u201e", "\u201c"))
-"""Pairs of quotation marks, which may stand around a question."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,272 +182,247 @@ class WordAnswer:
             return None
         if reached is False and self.matches and len(self.matches[0].parts) > 1:
             # the strength of an order is that of its weakest part, the threshold of single actions
-            reached = (self.matches[0].probability or 0.0) >= placing.LIKELY
+            reached = (self.matches[0].probability or 0.0) >= LIKELY
         return None if self.near or (reached and (self.doubtful or self.unmeasured)) else reached
 
 
 def search_words(
-    asked: AskedWords,
-    text: str,
+    question: AskedQuestion,
     allowed: Sequence[int],
     limit: int = 10,
-    by_symbols: bool = False,
     written: bool = True,
     features: placing.Features | None = None,
 ) -> WordAnswer:
-    """The intervals that show what a text asks for, best first.
+    """The intervals that show what a question asks for, best first.
 
-    ``limit``, ``by_symbols`` and ``written`` are those of ``MotionDB.search``.
-
-    `features`: Recognition features of a capture, by which the boundaries of intervals are refined;
-    without them they stay those of segments.
+    `written`: Whether the captions of the captures count as evidence, in addition to the motion.
+    `features`: Recognition features of a capture, by which the boundaries of intervals are refined
+    and orders and directions are checked; without them they stay those of segments.
     """
-    learned = asked.learned
-    if not text.strip():
-        raise QueryError("search: expected words, found an empty question. Say what to look for.")
-    question = understand(learned, unquote(text), asked.added)
-    only = () if features is None or by_symbols else only_action(unquote(text), learned)
-    only = tuple(map(asked.likeliest, only))
-    measured = tuple(sorted(measured_words(only) & question.unknown.keys()))
-    question = without_measured(question, measured)
-    words = list(dict.fromkeys(w for a in actions_of(question.tree) for w in a.all_words))
-    actions, not_decoded = plain_actions(question.tree)
-    if by_symbols:
-        undecided = WordAnswer((), question, actions, (*question.not_used, *not_decoded))
-        return _search_decoded(asked, undecided, words, allowed, limit)
-    read, not_searched = readings(question.tree)
-    verbs = verbs_in(text, learned.synonyms, learned.lemmas)
-    asked = without_words_apart(asked, read, verbs)
-    is_order = features is not None and len(read) == 1 and placing.is_order(read[0])
-    measures = features is not None and len(read) == 1 and is_measured(asked, read[0], only)
-    unmeasured = (
-        unmeasured_words(
-            asked, parse(unquote(text), learned.synonyms, learned.lemmas).tree, read, only
-        )
-        if features
-        else ()
+    if not question.readings:  # a search by symbols
+        return _search_decoded(question, allowed, limit)
+    if not written:
+        question = replace(question, asked=question.asked.by_motion())
+    asked, read, learned = question.asked, question.readings, question.asked.learned
+    is_checked = question.is_order or question.is_measured
+    n_judged = (
+        MEASURED if question.is_measured else ORDERS_LOOKED_AT if question.is_order else LOOKED_AT
     )
-    is_checked = is_order or measures
-    n_judged = MEASURED if measures else ORDERS_LOOKED_AT if is_order else LOOKED_AT
-    find_them = partial(
-        find, asked, allowed=allowed, limit=max(limit, n_judged), written=written, verbs=verbs
-    )
+    find_them = partial(find, question, allowed, max(limit, n_judged))
     found = find_them(read)
-    place = partial(_place, asked, read, written, features, only)
+    places = {
+        each.capture: _place(question, each, features)
+        for each in (found if is_checked else found[:limit])
+    }
     if is_checked:
-        found = [_checked(each, place(each)) for each in found]
+        found = [_checked(each, places[each.capture]) for each in found]
+        by_place = sorted(found[:n_judged], key=lambda each: _rank(each, places[each.capture]))
+        shown = [*by_place, *found[n_judged:]][:limit]
+    else:
+        shown = found[:limit]
     judged = found[:n_judged]
-    ranked = (
-        [*sorted(judged, key=_place_in_list), *found[n_judged:]][:limit]
-        if is_checked
-        else found[:limit]
-    )
-    matches = tuple(
-        _match(
-            asked, rank, each, each.placed or place(each), read[each.hit.reading], words, written
-        )
-        for rank, each in enumerate(ranked, start=1)
-    )
     once = tuple(map(without_amounts, read))  # how often and how long was never measured
-    shown = judged if once == tuple(read) else find_them(once)[:n_judged]
+    usual = judged if once == read else find_them(once)[:n_judged]
     sure = learned.word_certainty
     unchecked = why_unchecked(asked, sorted(set().union(*map(words_of_reading, read))))
     known = sure is not None and not np.isnan(sure.threshold) and not unchecked
     threshold = sure.threshold if sure is not None and known else None
-    return WordAnswer(
-        tuple(map(_all_unknown, matches)) if unmeasured else matches,
-        question,
-        actions,
-        (*question.not_used, *not_searched),
-        reasons=tuple(each.why for each in ranked),
-        strength=best_strength(asked, shown, threshold),
-        doubtful=is_doubtful([each.sure for each in judged])
-        or (is_checked and all(map(_is_weak if known else _is_contradicted, judged))),
-        suggests=tuple(partial(learned.captions_like, each.capture) for each in ranked),
-        threshold=threshold,
+    is_wrong = _is_weak if known else _is_contradicted
+    doubtful = is_doubtful([each.sure for each in judged]) or (
+        is_checked and all(is_wrong(each, places[each.capture]) for each in judged)
+    )
+    return replace(
+        _answer(question),
+        matches=tuple(
+            _match(question, rank, each, places[each.capture])
+            for rank, each in enumerate(shown, start=1)
+        ),
+        reasons=tuple(each.why for each in shown),
+        strength=best_strength(asked, usual, threshold),
+        threshold=None if question.missing else threshold,
+        doubtful=doubtful and not question.missing,
+        suggests=tuple(partial(learned.captions_like, each.capture) for each in shown),
         vocabulary=asked.names,
-        sources=word_sources(learned, words),
+        sources=word_sources(learned, question.words) + _sources_of_taken(question),
         written=asked.written_words,
         unchecked=unchecked,
-        measured=measured,
-        unmeasured=unmeasured,
     )
 
 
+def _answer(question: AskedQuestion) -> WordAnswer:
+    """How a question was understood, without matches."""
+    return WordAnswer(
+        (),
+        replace(question.known, text=question.text),
+        question.actions,
+        question.not_used,
+        taken={**question.same, **question.taken},
+        suggested={w: taking for w, taking in question.takings.items() if not taking.heard},
+        sources=_sources_of_taken(question),
+        missing=question.missing,
+        measured=question.measured,
+        unmeasured=question.unmeasured,
+    )
+
+
+def _sources_of_taken(question: AskedQuestion) -> tuple[WordSource, ...]:
+    """The captions from which the known words that stand for others were learned."""
+    behind = [word for taking in question.taken.values() for word in taking.heard]
+    return word_sources(question.asked.learned, behind)
+
+
+def find(
+    question: AskedQuestion,
+    allowed: Sequence[int],
+    limit: int,
+    read: Sequence[Reading],
+) -> list[Found]:
+    """The best answers to some readings of a question, best first."""
+    asked, number, verbs = question.asked, question.asked.numbers, question.sentence.verbs
+    takes, extremes = asked.evidence.takes, asked.evidence.extremes
+    bounds = dict(zip(extremes.captures.tolist(), upper_bounds(extremes, read, number).tolist()))
+    likeliest = likeliest_takes(
+        {capture: bounds[capture] for capture in allowed if capture in takes},
+        lambda capture: by_question.search_take(takes[capture], read, number, verbs),
+        limit,
+    )
+    answers = []
+    for capture, hit in likeliest:
+        why = explain_hit(asked, capture, hit)
+        answers.append(Found(capture, hit, why, chances(asked, read, hit, why)))
+    answers.sort(key=lambda each: (-reasons.total(each.why), each.capture))
+    return answers
+
+
+def likeliest_takes(
+    bounds: Mapping[int, float],
+    search: Callable[[int], QuestionHit | None],
+    limit: int,
+) -> list[tuple[int, QuestionHit]]:
+    """The captures with the largest log-odds, best first; of equal ones, the lowest numbers."""
+    best: list[tuple[float, int, QuestionHit]] = []  # a heap, the worst first
+    for capture in sorted(bounds, key=lambda capture: -bounds[capture]):
+        if len(best) >= limit and (not best or bounds[capture] + SLACK < best[0][0]):
+            break
+        hit = search(capture)
+        if hit is None:
+            continue
+        heapq.heappush(best, (hit.log_odds, -capture, hit))
+        if len(best) > limit:
+            heapq.heappop(best)
+    return [(-number, hit) for _, number, hit in sorted(best, key=lambda b: (-b[0], -b[1]))]
+
+
+def _place(
+    question: AskedQuestion,
+    answer: Found,
+    features: placing.Features | None,
+) -> placing.Placed:
+    """Where a capture shows the parts of an answer, by segments and then by frames."""
+    asked, capture = question.asked, answer.capture
+    reading = question.readings[answer.hit.reading]
+    places = placing.place_answer(asked, capture, answer.hit, reading, answer.sure.parts)
+    placed = placing.Placed(places)
+    if features is not None:
+        placed = placing.refine_places(asked, capture, reading, places, features)
+        if question.is_measured:
+            placed = compare_with_motion(asked, capture, reading, placed, features, question.only)
+    return placing.sure_of_whole(placed, asked.learned.captures[capture].motion_frames)
+
+
 def _checked(answer: Found, placed: placing.Placed) -> Found:
-    """An answer with its places; without a probability where order or motion speak against it.
+    """An answer without a probability where order or motion speak against it.
 
     How often such an answer is right was not measured.
     """
     if placed.in_order is not False and not placed.contradicted:
-        return replace(answer, placed=placed)
-    return replace(answer, placed=placed, sure=replace(answer.sure, whole=None))
+        return answer
+    return replace(answer, sure=replace(answer.sure, whole=None))
 
 
-def _is_weak(answer: Found) -> bool:
+def _rank(answer: Found, placed: placing.Placed) -> tuple[bool, float]:
+    """Sorts answers: probable ones first; a contradiction counts as much as a caption."""
+    log_odds = reasons.total(answer.why) - WRITTEN * _is_contradicted(answer, placed)
+    return _is_weak(answer, placed), -log_odds
+
+
+def _is_weak(answer: Found, placed: placing.Placed) -> bool:
     """Whether an answer is more likely wrong than right, or its order or motion is another."""
-    if answer.placed is None or answer.placed.in_order is False or answer.placed.contradicted:
+    if placed.in_order is False or placed.contradicted:
         return True
     whole = answer.sure.whole
-    return reasons.total(answer.why) < 0.0 if whole is None else whole < placing.LIKELY
+    return reasons.total(answer.why) < 0.0 if whole is None else whole < LIKELY
 
 
-def _place_in_list(answer: Found) -> tuple[bool, float]:
-    """Sorts answers: probable ones first; a contradiction counts as much as a caption."""
-    log_odds = reasons.total(answer.why) - WRITTEN * _is_contradicted(answer)
-    return _is_weak(answer), -log_odds
-
-
-def _is_contradicted(answer: Found) -> bool:
+def _is_contradicted(_: Found, placed: placing.Placed) -> bool:
     """Whether the motion of an answer contradicts the question, as measured."""
-    return answer.placed is not None and bool(answer.placed.contradicted)
+    return bool(placed.contradicted)
 
 
-def _place(
-    asked: AskedWords,
-    read: Sequence[Reading],
-    written: bool,
-    features: placing.Features | None,
-    only: tuple[str, ...],
-    answer: Found,
-) -> placing.Placed:
-    """Where a capture shows the parts of an answer, by segments and then by frames."""
-    reading, capture = read[answer.hit.reading], answer.capture
-    places = placing.place_answer(asked, capture, answer.hit, reading, answer.sure.parts, written)
-    length = asked.learned.captures[capture].motion_frames
-    if features is None:
-        return placing.sure_of_whole(placing.Placed(places), length)
-    placed = placing.refine_places(asked, capture, reading, places, features, written)
-    if len(read) == 1 and is_measured(asked, reading, only):
-        placed = compare_with_motion(asked, capture, reading, placed, features, written, only)
-    return placing.sure_of_whole(placed, length)
+def _match(question: AskedQuestion, rank: int, answer: Found, placed: placing.Placed) -> Match:
+    """One capture's answer: ranked by the word map, placed by the evidence of places.
 
-
-def _match(
-    asked: AskedWords,
-    rank: int,
-    answer: Found,
-    placed: placing.Placed,
-    reading: Reading,
-    words: Sequence[str],
-    written: bool,
-) -> Match:
-    """One capture's answer: ranked by the word map, placed by the evidence of places."""
-    learned, evidence = asked.learned, asked.evidence
-    takes = evidence.takes if written else evidence.seen
-    places = placed.parts
-    parts = tuple(
-        MatchPart(
-            words,
-            *to_seconds(learned, answer.capture, place.start, place.end),
-            place.probability,
-            place.interval_probability,
-            "unknown" if place.unknown else "known",
+    How probably an answer for "walk" shows "limp", or what else of a question is not understood
+    or not measured, is not known: such answers and parts carry no probabilities.
+    """
+    asked, capture, places = question.asked, answer.capture, placed.parts
+    learned, reading = asked.learned, question.readings[answer.hit.reading]
+    others = {word for word, taking in question.taken.items() if taking.is_other}
+    is_silent = bool(question.unmeasured or question.missing)
+    parts = []
+    for words, place in zip(_part_words(reading), places):
+        is_known = not is_silent and others.isdisjoint(words.split())
+        parts.append(
+            MatchPart(
+                words,
+                *to_seconds(learned, capture, place.start, place.end),
+                place.probability if is_known else None,
+                place.interval_probability if is_known else None,
+                "unknown" if place.unknown else "known",
+            )
         )
-        for words, place in zip(_part_words(reading), places)
-    )
+    is_known = not (is_silent or others)
     start, end = min(p.start for p in places), max(p.end for p in places)
-    return Match(
-        rank,
-        learned.captures[answer.capture].name,
-        *to_seconds(learned, answer.capture, start, end),
-        float(1.0 / (1.0 + np.exp(-reasons.total(answer.why)))),
-        _matched(asked, answer.capture, takes[answer.capture], words),
+    reason = (
         "; ".join(map(_say_part, parts))
         + ("; not seen in this order" if placed.in_order is False else "")
         + "".join(f"; measured: {words}" for words in placed.contradicted)
-        + mark_generated(learned, answer.capture, "; "),
-        answer.sure.whole,
-        placing.interval_probability(answer.sure.whole, places, reading),
+        + mark_generated(learned, capture, "; ")
+    )
+    whole = answer.sure.whole
+    return Match(
+        rank,
+        learned.captures[capture].name,
+        *to_seconds(learned, capture, start, end),
+        float(1.0 / (1.0 + np.exp(-reasons.total(answer.why)))),
+        _matched(asked, capture, question.words),
+        with_notation(reason, question.taken),
+        whole if is_known else None,
+        placing.interval_probability(whole, places, reading) if is_known else None,
         "unknown" if any(place.unknown for place in places) else "known",
-        parts,
+        tuple(parts),
         placed.in_order,
         placed.contradicted,
     )
 
 
-def unquote(text: str) -> str:
-    """A question without quotation marks around it.
-
-    >>> unquote('"walk, sit"'), unquote('walk')
-    ('walk, sit', 'walk')
-    """
-    bare = text.strip()
-    for opening, closing in QUOTES:
-        if len(bare) > 1 and bare.startswith(opening) and bare.endswith(closing):
-            return bare[1:-1]
-    return text
-
-
-def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswer:
-    """An answer with replaced words; it and the parts that ask for them carry no probabilities.
-
-    Who walks may not limp: how probably an answer for "walk" shows "limp" is not known.
-    """
-    if not takings:
-        return answer
-    taken = {word: taking for word, taking in takings.items() if taking.heard}
-    others = {word for word, taking in taken.items() if taking.is_other}
-    matches = answer.matches
-    if others:
-        matches = tuple(
-            replace(
-                _unknown(match),
-                parts=tuple(
-                    part if others.isdisjoint(part.words.split()) else _unknown(part)
-                    for part in match.parts
-                ),
-            )
-            for match in matches
-        )
-    suggested = {word: taking for word, taking in takings.items() if not taking.heard}
-    hints = hints_of(suggested)
-    question, not_used = with_hints(answer.question, hints), hinted(answer.not_used, hints)
-    return replace(
-        answer,
-        matches=tuple(replace(m, reason=with_notation(m.reason, taken)) for m in matches),
-        question=question,
-        not_used=not_used,
-        taken=taken,
-        suggested=suggested,
+def as_near(answer: WordAnswer, asked: str, near: str) -> WordAnswer:
+    """The answer to a near question, in place of that to the one that was asked."""
+    unknown: dict[str, Any] = {"probability": None, "interval_probability": None}
+    matches = tuple(
+        replace(match, parts=tuple(replace(p, **unknown) for p in match.parts), **unknown)
+        for match in answer.matches
     )
+    return replace(answer, matches=matches, threshold=None, doubtful=False, near=(asked, near))
 
 
-_Certain = TypeVar("_Certain", Match, MatchPart)
-
-
-def _unknown(one: _Certain) -> _Certain:
-    """An answer or a part of one, without its probabilities."""
-    return replace(one, probability=None, interval_probability=None)
-
-
-def _all_unknown(match: Match) -> Match:
-    """An answer without its probabilities and those of its parts."""
-    return replace(_unknown(match), parts=tuple(map(_unknown, match.parts)))
-
-
-def without_chances(
-    answer: WordAnswer, missing: tuple[str, ...] = (), near: tuple[()] | tuple[str, str] = ()
-) -> WordAnswer:
-    """The answer to the rest of a question of which some words are missing, or to a near one."""
-    matches = tuple(map(_all_unknown, answer.matches))
-    return replace(
-        answer, matches=matches, threshold=None, missing=missing, doubtful=False, near=near
-    )
-
-
-def _search_decoded(
-    asked: AskedWords,
-    answer: WordAnswer,
-    asked_words: Sequence[str],
-    allowed: Sequence[int],
-    limit: int,
-) -> WordAnswer:
-    """An answer with the captures whose symbols are nearest to those that its actions decode to."""
+def _search_decoded(question: AskedQuestion, allowed: Sequence[int], limit: int) -> WordAnswer:
+    """The captures whose symbols are nearest to those that the actions of a question decode to."""
     from motiondb.meaning import alignment  # compiled code, which other questions do without
 
+    asked, answer = question.asked, _answer(question)
     learned = asked.learned
-    words = tuple(word for action in answer.actions for word in action)
+    words = tuple(word for action in question.actions for word in action)
     if len(words) > MOST_DECODED:
         raise QueryError(
             f"search --by-symbols: expected at most {MOST_DECODED} words, found {len(words)}. "
@@ -491,7 +452,7 @@ def _search_decoded(
             learned.captures[capture].name,
             *to_seconds(learned, capture, start, end),
             float(score),
-            _matched(asked, capture, asked.evidence.takes[capture], asked_words),
+            _matched(asked, capture, question.words),
             f"symbols {' '.join(str(s) for s in decoded.symbols)}{note}"
             + mark_generated(learned, capture, "; "),
         )
@@ -507,14 +468,12 @@ def to_seconds(learned: Learned, capture: int, start: int, end: int) -> tuple[fl
     return min(low, duration), round(min(end / MOTION_FPS, duration), 3)
 
 
-def _matched(
-    asked: AskedWords, capture: int, take: word_evidence.TakeScores, words: Sequence[str]
-) -> tuple[str, ...]:
+def _matched(asked: AskedWords, capture: int, words: Sequence[str]) -> tuple[str, ...]:
     """Asked words that are likelier than not in the capture.
 
     Words whose probability no own caption has checked count only where they are written.
     """
-    number = asked.numbers
+    number, take = asked.numbers, asked.evidence.takes[capture]
     top = np.maximum(take.windows.max(axis=0), take.whole)
     said = asked.evidence.written.get(capture)
     here = asked.checked if said is None else asked.checked | (said.max(axis=0) > 0.0)

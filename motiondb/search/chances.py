@@ -1,4 +1,4 @@
-"""Certainty of an answer to words, as a whole and for each part; why some words have none.
+"""Certainty of an answer to words, as a whole and for each part; whether anything matches at all.
 
 Only probabilities that were learned from questions of the same kind are given. These kinds are
 
@@ -13,11 +13,17 @@ caption has checked it (:mod:`motiondb.learn.checking`).
 There is no probability for orders that are not seen (``by_words``), for repeats and durations, for
 orders with exclusions, for several exclusions with an action, and for alternatives of more than one
 action: how often such answers are right was never measured.
+
+Every action of a question has a *strength*: nats by which it is more probable than usual for its
+words. Below a threshold, which was learned from questions without a right answer
+(:mod:`motiondb.meaning.regression`), nothing matches. Above it, but with a probability below one
+half by each of the first answers, as a whole or for some part, it is doubtful whether anything
+does.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from math import prod
 
@@ -30,9 +36,12 @@ from motiondb.learn.learned import Learned
 from motiondb.meaning import regression
 from motiondb.meaning.by_question import QuestionHit
 from motiondb.meaning.regression import KindCertainty, kind_cues
+from motiondb.meaning.word_map import usual
+from motiondb.records import Match
 from motiondb.search import reasons
 from motiondb.search.asked_words import AskedWords
 
+LIKELY = 0.5  # Probability above which a statement is more likely true than not
 SURE = 1.0 - 1e-12  # Largest probability of a condition, so that its log-odds are finite
 
 
@@ -49,7 +58,7 @@ class PartChance:
 
 @dataclass(frozen=True)
 class Chances:
-    """Certainty of an answer."""
+    """Certainty of an answer, given for some kinds of questions (see the module)."""
 
     # Probability that the capture shows all requested actions and no excluded one; None if it is
     # not known
@@ -58,46 +67,35 @@ class Chances:
     parts: tuple[PartChance | None, ...]
 
 
-@dataclass(frozen=True)
-class QuestionCertainty:
-    """What is known about the certainty of answers to one question."""
+@dataclass(frozen=True, eq=False)
+class Found:
+    """One capture's answer: its interval, its reasons and its certainty."""
 
-    sure: regression.Certainty | None  # Of an action
-    kinds: regression.Certainties  # Of other kinds of questions
-    checked: bool  # Whether own captions have checked the probabilities of all words
-
-
-def question_certainty(asked: AskedWords, readings: Sequence[Reading]) -> QuestionCertainty:
-    """What is known about the certainty of answers to the readings of a question."""
-    learned, number = asked.learned, asked.numbers
-    words = {word for reading in readings for word in words_of_reading(reading)}
-    checked = all(asked.checked[number[word]] for word in words if word in number)
-    return QuestionCertainty(learned.word_certainty, learned.certainties, checked)
+    capture: int
+    hit: QuestionHit
+    why: tuple[reasons.WordReason, ...]
+    sure: Chances
 
 
 def chances(
-    known: QuestionCertainty,
+    asked: AskedWords,
     readings: Sequence[Reading],
     hit: QuestionHit,
     why: Sequence[reasons.WordReason],
 ) -> Chances:
-    """Certainty of an answer."""
-    reading, sure, kinds = readings[hit.reading], known.sure, known.kinds
+    """Certainty of an answer to the readings of a question."""
+    reading, kinds = readings[hit.reading], asked.learned.certainties
     unknown = Chances(None, (None,) * len(reading.parts))
     if any(map(counts_or_lasts, readings)):
         return unknown
-    if not known.checked:
-        return Chances(
-            None,
-            tuple(
-                _of_part(None, hit, reading, k, why, reasons.by_action(why))
-                for k in range(len(reading.parts))
-            ),
-        )
+    requested = reasons.by_action(why)
+    words = {asked.numbers[word] for each in readings for word in words_of_reading(each)}
+    if not asked.checked[list(words)].all():
+        return Chances(None, _of_parts(None, hit, reading, why, requested))
+    sure = asked.learned.word_certainty
     if sure is None:
         return unknown
     excluded = [lowering.actions for lowering in reasons.lowerings(why)]
-    requested = reasons.by_action(why)
     said = all(reason.written > 0.0 for reason in why if reason.exclusion < 0)
     if len(readings) > 1:
         if not all(map(_is_one_action, readings)):
@@ -108,10 +106,7 @@ def chances(
             return unknown
         return chances_of_kind(kinds.without, requested[0], excluded[0][0], said)
     whole = regression.answer_probability(sure, requested, excluded)
-    return Chances(
-        whole,
-        tuple(_of_part(sure, hit, reading, k, why, requested) for k in range(len(reading.parts))),
-    )
+    return Chances(whole, _of_parts(sure, hit, reading, why, requested))
 
 
 def words_of_reading(reading: Reading) -> set[str]:
@@ -157,33 +152,31 @@ def chances_of_kind(
     return Chances(all_of_it, (of_part,))
 
 
-def _of_part(
+def _of_parts(
     sure: regression.Certainty | None,
     hit: QuestionHit,
     reading: Reading,
-    k: int,
     why: Sequence[reasons.WordReason],
     requested: Sequence[tuple[float, float]],
-) -> PartChance | None:
-    """The certainty that a capture shows part k, unchecked without ``sure``.
-
-    None if the part asks for nothing.
-    """
+) -> tuple[PartChance | None, ...]:
+    """The certainty that a capture shows each part, unchecked without ``sure``."""
     asked = [n for n, statement in enumerate(hit.statements) if statement.exclusion < 0]
-    of_part = {n for n in asked if hit.statements[n].part == k}
-    odds_of_part = [odds for n, odds in zip(asked, requested) if n in of_part]
-    if not reading.parts[k].actions or not odds_of_part:
-        return None
-    by_caption = all(reason.written > 0.0 for reason in why if reason.action in of_part)
-    if sure is None:
-        seen = prod(_probability(odds - said) for odds, said in odds_of_part)
-        return PartChance(None, seen, by_caption)
-    by_motion = [float(sure.log_odds(np.array([odds - said]))) for odds, said in odds_of_part]
-    return PartChance(
-        prod(_probability(h + said) for h, (_, said) in zip(by_motion, odds_of_part)),
-        prod(map(_probability, by_motion)),
-        by_caption,
-    )
+    parts: list[PartChance | None] = []
+    for k, part in enumerate(reading.parts):
+        of_part = {n for n in asked if hit.statements[n].part == k}
+        odds_of_part = [odds for n, odds in zip(asked, requested) if n in of_part]
+        if not part.actions or not odds_of_part:
+            parts.append(None)
+            continue
+        by_caption = all(reason.written > 0.0 for reason in why if reason.action in of_part)
+        by_motion = [odds - said for odds, said in odds_of_part]
+        chance = None
+        if sure is not None:
+            by_motion = [float(sure.log_odds(np.array([odds]))) for odds in by_motion]
+            known = zip(by_motion, odds_of_part)
+            chance = prod(_probability(odds + said) for odds, (_, said) in known)
+        parts.append(PartChance(chance, prod(map(_probability, by_motion)), by_caption))
+    return tuple(parts)
 
 
 def _probability(log_odds: float) -> float:
@@ -267,3 +260,83 @@ def why_unchecked(asked: AskedWords, words: Iterable[str]) -> str:
     if not unsure and learned.word_certainty is not None:
         return ""
     return say_unchecked(learned.counted.counts.moments.n, unsure, learned.word_certainty)
+
+
+NOTHING = "nothing in this database matches"
+
+
+def reaches(
+    matches: Sequence[Match], strength: float | None, threshold: float | None
+) -> bool | None:
+    """Whether a best match is good enough; None if no threshold was learned."""
+    if not matches:
+        return False
+    return None if strength is None or threshold is None else strength >= threshold
+
+
+def best_strength(
+    asked: AskedWords, found: Sequence[Found], threshold: float | None
+) -> float | None:
+    """Nats by which the least certain part of a question is more probable than usual.
+
+    Of every part, the answer counts that shows it best: an order of which every part is shown, but
+    by different captures, is not called absent. With exclusions, the best answer as a whole counts.
+    None if there are no answers.
+    """
+    best: dict[int, dict[int, float]] = {}
+    for each in found:
+        parts = [statement.part for statement in each.hit.statements]
+        of_reading = best.setdefault(each.hit.reading, {})
+        whole = any(statement.exclusion >= 0 for statement in each.hit.statements)
+        for part in [-1] if whole else dict.fromkeys(parts):
+            actions = [n for n, of in enumerate(parts) if whole or of == part]
+            clear = strength(asked, each.why, threshold, actions)
+            of_reading[part] = max(clear, of_reading.get(part, clear))
+    return max((min(parts.values()) for parts in best.values() if parts), default=None)
+
+
+def is_doubtful(found: Sequence[Chances]) -> bool:
+    """Whether each answer is more likely wrong than right, or some part not shown by any."""
+    wholes = [chances.whole for chances in found if chances.whole is not None]
+    if wholes and max(wholes) < LIKELY:
+        return True
+    known = [[p and p.probability for p in chances.parts] for chances in found]
+    same = [parts for parts in known if len(parts) == len(known[0])]
+    best = [max((p for p in of if p is not None), default=1.0) for of in zip(*same)]
+    return any(p < LIKELY for p in best)
+
+
+def strength(
+    asked: AskedWords,
+    why: Sequence[reasons.WordReason],
+    threshold: float | None,
+    actions: Collection[int],
+) -> float:
+    """Nats by which the least certain of some actions of an answer is more probable than usual.
+
+    For an excluded action, the distance to the threshold changes its sign: a motion without the
+    action matches if the action itself would not.
+    """
+    usual_odds = usual(asked.word_map)
+
+    def usually(words: Sequence[reasons.WordReason]) -> float:
+        return float(np.mean([usual_odds[w.word] for w in words]))
+
+    requested = [w for w in why if w.exclusion < 0]
+    numbers = sorted({w.action for w in requested})
+    clear = [
+        odds - usually([w for w in requested if w.action == number])
+        for number, (odds, _) in zip(numbers, reasons.by_action(why))
+        if number in actions
+    ]
+    if threshold is None:
+        return min(clear, default=0.0)
+    for lowering in reasons.lowerings(why):
+        same_exclusion = [w for w in why if w.exclusion == lowering.exclusion]
+        numbers = sorted({w.action for w in same_exclusion})
+        over = min(
+            odds - usually([w for w in same_exclusion if w.action == number])
+            for number, (odds, _) in zip(numbers, lowering.actions)
+        )
+        clear.append(2.0 * threshold - over)
+    return min(clear, default=0.0)

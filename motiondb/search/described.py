@@ -26,8 +26,7 @@ from motiondb.language.vocabulary import as_said
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
 from motiondb.meaning.description_map import score_probabilities
-from motiondb.meaning.score_vectors import interval_vectors
-from motiondb.meaning.word_evidence import WINDOW_MARGIN
+from motiondb.meaning.place_fitting import window_vectors
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.search.asked_words import AskedWords
 
@@ -96,10 +95,7 @@ def segment_words(asked: AskedWords, capture: int) -> SegmentWords:
     """The words of every segment of a capture."""
     learned = asked.learned
     rows = learned.rows[capture]
-    starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
-    vectors = interval_vectors(
-        learned.segment_rows[rows], starts, ends, starts - WINDOW_MARGIN, ends + WINDOW_MARGIN
-    )
+    vectors = window_vectors(learned.segments, learned.segment_rows, rows)
     is_known = asked.is_known()
     probabilities = asked.widened(word_probabilities(learned, vectors)) * is_known
     aligned = np.zeros(probabilities.shape, dtype=bool)

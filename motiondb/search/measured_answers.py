@@ -26,11 +26,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
-from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import KnownQuestion, Part, Reading, say_duration
 from motiondb.language.question.tree import LIMBS, SIDES, Node, actions_of, core
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, as_said
-from motiondb.learn.learned import Learned
 from motiondb.meaning.edge_map import HALF, averaged
 from motiondb.meaning.limb_sides import (
     limb_speeds,
@@ -50,7 +48,7 @@ from motiondb.meaning.travelled import (
 from motiondb.records import Float32Array, FloatArray
 from motiondb.search.asked_words import AskedWords
 from motiondb.search.placing import Features, PartPlace, Placed
-from motiondb.search.takings import Taking
+from motiondb.search.takings import Sentence, Taking
 
 LEAST_LOOKED_AT = 30  # Feature frames (2 s) in which "in place" is measured
 OTHER = {"left": "right", "right": "left"}
@@ -66,25 +64,20 @@ def measured_words(action: Sequence[str]) -> set[str]:
     return {*directions_to_measure(action), *limbs}
 
 
-def only_action(text: str, learned: Learned) -> tuple[str, ...]:
+def only_action(sentence: Sentence) -> tuple[str, ...]:
     """The words, known or not, of a question of one action; () if it asks for more.
 
     The action may have a count or a duration: "walk in place for 5 seconds".
     """
-    action = core(parse(text, learned.synonyms, learned.lemmas).tree)
+    action = core(sentence.parsed.tree)
     return action.words if action is not None else ()
 
 
-def without_measured_words(
-    learned: Learned, text: str, takings: Mapping[str, Taking]
-) -> dict[str, Taking]:
+def without_measured_words(sentence: Sentence, takings: Mapping[str, Taking]) -> dict[str, Taking]:
     """Replacements of unknown words, but of no direction that is measured as it is written."""
-    action = [
-        takings[word].heard[0] if word in takings and takings[word].heard and word not in LEAST
-        else word
-        for word in only_action(text, learned)
-    ]  # fmt: skip
-    measured = measured_words(action)
+    heard = {word: taking.heard[0] for word, taking in takings.items() if taking.heard}
+    words = only_action(sentence)
+    measured = measured_words([w if w in LEAST else heard.get(w, w) for w in words])
     return {word: taking for word, taking in takings.items() if word not in measured}
 
 
@@ -151,14 +144,13 @@ def compare_with_motion(
     reading: Reading,
     placed: Placed,
     features: Features,
-    written: bool = True,
-    only: tuple[str, ...] = (),
+    only: tuple[str, ...],
 ) -> Placed:
     """Places with what the motion contradicts; parts go where their directions are seen.
 
     `only`: The words of the only action of the question, known or not.
     """
-    said = asked.evidence.written.get(capture) if written else None
+    said = asked.evidence.written.get(capture)
     believed = {
         word
         for word in MODIFIERS.intersection(asked.numbers)

@@ -5,22 +5,18 @@ The word map determines which captures answer, and their scores
 places (:mod:`motiondb.meaning.place_fitting`) and the captions of intervals. Two probabilities
 belong to a part: that the capture shows it, and that the interval does, which is the first times
 the probability that the place is right where the capture shows it
-(:mod:`motiondb.meaning.place_certainty`).
+(:mod:`motiondb.meaning.place_certainty`). The second is that of the interval before its boundaries
+are refined; an interval that is the whole take has the probability of the take.
 
 The place is unknown under two conditions: the interval is more likely wrong than right, or no other
 capture's captions list the words; and a caption of the whole capture is the only evidence for the
 part, which by the motion alone is more likely not shown.
 
-Actions in order get their intervals from the evidence for each frame
-(:mod:`motiondb.meaning.frame_order`), because a short take is one segment.
-
-Otherwise the interval ends where the evidence for each frame falls to half of its peak
-(:mod:`motiondb.meaning.edge_map`), so that a short action has the boundaries of the movement
+The evidence for each frame (:mod:`motiondb.meaning.edge_map`) gives actions in order their
+intervals, because a short take is one segment; they have no probability. Other intervals end where
+this evidence falls to half of its peak, so that a short action has the boundaries of the movement
 and not of the segments. If more than ``NARROW`` of the interval would remain, it is not narrowed:
-then it shows one long activity, and not a short action with something else around it. The
-probability is that of the interval before its boundaries are refined, and so is the comparison of
-an answer with others. Actions in order that frames place have none. An interval that is the whole
-take has the probability of the take: there is no other place that could be right.
+then it shows one long activity, and not a short action with something else around it.
 """
 
 from __future__ import annotations
@@ -35,18 +31,16 @@ from motiondb.body.features import FEATURE_STEP
 from motiondb.language.question.readings import Part, Reading
 from motiondb.meaning import by_question
 from motiondb.meaning.by_question import PlacedReading, QuestionHit
-from motiondb.meaning.edge_map import HALF, averaged, refine_interval
-from motiondb.meaning.frame_order import lay_in_order
+from motiondb.meaning.edge_map import HALF, averaged, lay_in_order, refine_interval
 from motiondb.meaning.place_certainty import PlaceCertainty, count_performers, interval_cues
 from motiondb.records import Float32Array, FloatArray
 from motiondb.search.asked_words import AskedWords
-from motiondb.search.chances import PartChance
+from motiondb.search.chances import LIKELY, PartChance
 
 Features = Callable[[int], Float32Array]
 """Capture number -> recognition features (frames, 130), 15 a second."""
 
 AROUND = 15  # Feature frames (1 s) around the segments of an order that may belong to it
-LIKELY = 0.5  # Probability above which a statement is more likely true than not
 NARROW = 0.6
 """Largest share of its interval that a short action fills. An activity that fills more keeps the
 boundaries of segments: people mark its preparation and its end as parts of it. Chosen among .3 to
@@ -81,7 +75,7 @@ class Placed:
     """Where a capture shows a reading of a question."""
 
     parts: tuple[PartPlace, ...]
-    # Whether the actions are seen in the order that the question asks for (``frame_order``); None
+    # Whether the actions are seen in the order that the question asks for (``edge_map``); None
     # if it asks for no order, or the evidence for each frame does not tell
     in_order: bool | None = None
     # What was measured against the question: "not backward", or "backward" where it is excluded
@@ -94,14 +88,13 @@ def place_answer(
     hit: QuestionHit,
     reading: Reading,
     said: Sequence[PartChance | None],
-    written: bool = True,
 ) -> tuple[PartPlace, ...]:
     """Where a capture shows every part of a reading."""
     sure = [None if one is None else one.probability for one in said]
-    placed = _placed(asked, capture, reading, written)
+    placed = _placed(asked, capture, reading)
     if placed is None:
         return tuple(
-            _unplaced(asked, capture, part, span, one, written)
+            _unplaced(asked, capture, part, span, one)
             for part, span, one in zip(reading.parts, hit.parts, said)
         )
     ends = int(placed.starts[0]), int(placed.ends[-1])
@@ -110,7 +103,7 @@ def place_answer(
         span = int(placed.starts[first]), int(placed.ends[behind - 1])
         part = reading.parts[k]
         right = None if sure[k] is None else _right(asked, capture, placed, part, k)
-        labelled = written and _is_labelled(asked, capture, part)
+        labelled = _is_labelled(asked, capture, part)
         unknown = (
             not labelled
             and _only_by_caption(said[k])
@@ -128,7 +121,6 @@ def refine_places(
     reading: Reading,
     places: Sequence[PartPlace],
     features: Features,
-    written: bool = True,
 ) -> Placed:
     """Places with the boundaries that the evidence for each frame gives.
 
@@ -147,7 +139,7 @@ def refine_places(
         or not part.actions
         or part.seconds > 0.0
         or not known.issuperset(words)
-        or (written and _is_labelled(asked, capture, part))
+        or _is_labelled(asked, capture, part)
         for part, words in zip(reading.parts, groups)
     ]
     ordered = is_order(reading) and not any(fixed)
@@ -170,7 +162,7 @@ def refine_places(
         end = place.end
     not_seen = is_order(reading) and not all(
         _reaches_half(found, refined[k])
-        or (written and _is_labelled_there(asked, capture, reading.parts[k], refined[k]))
+        or _is_labelled_there(asked, capture, reading.parts[k], refined[k])
         for k, found in evidence.items()
     )
     if not_seen:
@@ -245,9 +237,7 @@ def interval_probability(
     return probability * asked[0].right
 
 
-def _placed(
-    asked: AskedWords, capture: int, reading: Reading, written: bool
-) -> PlacedReading | None:
+def _placed(asked: AskedWords, capture: int, reading: Reading) -> PlacedReading | None:
     """Places by the evidence of places; None without it, or where it has no room for the parts.
 
     There is no such evidence for words that no caption held when the database learned.
@@ -260,7 +250,7 @@ def _placed(
     # exclusions may hold added words, of whose places nothing is known
     unplaced = np.zeros((len(take.starts), len(asked.added)))
     windows = np.concatenate([take.windows, unplaced], axis=1)
-    said = asked.said_places.get(capture) if written else None
+    said = asked.said_places.get(capture)
     take = replace(take, windows=windows if said is None else windows + said)
     return by_question.place_reading(take, reading, asked.numbers)
 
@@ -271,7 +261,6 @@ def _unplaced(
     part: Part,
     span: tuple[int, int],
     said: PartChance | None,
-    written: bool,
 ) -> PartPlace:
     """The interval of an answer without evidence of places.
 
@@ -279,7 +268,7 @@ def _unplaced(
     checked what the motion says.
     """
     unchecked = said is not None and said.probability is None and _only_by_caption(said)
-    if unchecked and not (written and _is_labelled(asked, capture, part)):
+    if unchecked and not _is_labelled(asked, capture, part):
         take = asked.evidence.takes[capture]
         return PartPlace(int(take.starts[0]), int(take.ends[-1]), None, None, True)
     return PartPlace(*span, None if said is None else said.probability)

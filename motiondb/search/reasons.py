@@ -6,19 +6,13 @@ The log-odds of a word in a window are linear in the window's score vector v
     log-odds(w) = const_w + v . k_w,    v = sum_i f_i z_i / |sum_i f_i z_i|
 
 with z_i the standardised scores of segment i and f_i its frames inside the window. Segment i
-therefore contributes f_i (z_i . k_w) / |...|; this share is attributed to the segment's symbol.
-Shares are already averaged over an action's words and over the windows (that of the action and the
-whole capture). To the whole capture the word's likeness (:mod:`motiondb.meaning.caption_map`) is
-added. The log-odds of several actions together are not the mean of their log-odds; the
-difference is one further part, ``together``. Excluded words are decomposed in the same way, and
-every exclusion lowers the answer by one number, ``Lowering.amount``. The parts of the requested
-words, ``together`` and these amounts sum (``math.fsum``) to exactly the number by which the answer
-is ranked.
-
-**Explanation of the rank of an answer to words, in words and seconds.**
-
-The numbers are those of :mod:`motiondb.search.reasons`; here word numbers become words,
-and frames become seconds.
+therefore contributes f_i (z_i . k_w) / |...| to its symbol's share, averaged over an action's words
+and over the windows (that of the action and the whole capture). To the whole capture the word's
+likeness (:mod:`motiondb.meaning.caption_map`) is added. The log-odds of several actions together
+are not the mean of their log-odds; the difference is one further part, ``together``. Every
+exclusion lowers the answer by one number, ``Lowering.amount``. The parts of the requested words,
+``together`` and these amounts sum (``math.fsum``) to exactly the number by which the answer is
+ranked.
 """
 
 from __future__ import annotations
@@ -30,18 +24,21 @@ from typing import ClassVar
 
 import numpy as np
 
-from motiondb.meaning.word_evidence import joint_log_odds
+from motiondb.meaning.by_question import QuestionHit, Statement
+from motiondb.meaning.word_evidence import WINDOW_MARGIN, joint_log_odds
 from motiondb.records import MOTION_FPS, FloatArray, IntArray
+from motiondb.search.asked_words import AskedWords
 
 
 @dataclass(frozen=True)
-class Share:
-    """Contribution of one segment to an answer's log-odds."""
+class SymbolShare:
+    """Contribution of a motion symbol, in one interval, to the log-odds of an answer."""
 
-    symbol: int  # Symbol of the segment
-    start: int
-    end: int  # One past the last frame
-    amount: float
+    __pydantic_config__: ClassVar = {"alias_generator": lambda name: name.rstrip("_")}
+    symbol: int
+    from_: float  # Start of the interval, seconds; "from" in JSON
+    to: float  # End of the interval, seconds
+    share: float  # Nats
 
 
 @dataclass(frozen=True)
@@ -53,7 +50,7 @@ class WordReason:
     log_odds: float  # Log-odds of the word alone: mean of its window and of the whole capture
     prior: float  # Contribution of the word's frequency, before any motion is considered
     written: float  # Contribution of captions of the capture
-    shares: tuple[Share, ...]  # Contributions of the segments, in order of time
+    shares: tuple[SymbolShare, ...]  # Contributions of the segments, in order of time
     # Number of the exclusion that the word belongs to, -1 if it is requested. The parts of an
     # excluded word sum to its share of the log-odds of its action, not to anything that is added to
     # the answer
@@ -63,7 +60,7 @@ class WordReason:
     @property
     def parts(self) -> tuple[float, ...]:
         """All summands of the log-odds of the word's action that are due to this word."""
-        return (self.prior, self.written, self.likeness, *(s.amount for s in self.shares))
+        return (self.prior, self.written, self.likeness, *(s.share for s in self.shares))
 
     @property
     def contribution(self) -> float:
@@ -98,52 +95,65 @@ def segment_shares(evidence: Evidence, low: int, high: int) -> FloatArray:
     return weights * (evidence.standardised @ evidence.slope) / (length if length > 0 else 1.0)
 
 
-@dataclass(frozen=True)
-class Look:
-    """The windows of a capture in which an action is evaluated."""
-
-    windows: tuple[tuple[int, int], ...]  # Frames of every window
-    peaks: tuple[int, ...]  # Numbers of the segments at their centres
-    weights: tuple[float, ...]  # Their weights, which sum to 1
-    near: float  # Share of the windows; the rest is of the whole capture
-
-
-@dataclass(frozen=True)
-class WordPlace:
-    """A word's place in a question."""
-
-    action: int  # Number of its action
-    # Weight of the word: 1 / (requested actions * words of the action); for an excluded word 1 /
-    # words of the action
-    weight: float
-    exclusion: int = -1  # Number of its exclusion, -1 if it is requested
-
-
-def explain_look(evidence: Evidence, word: int, look: Look, place: WordPlace) -> WordReason:
-    """Decompose the contribution of one word to an answer."""
-    amounts = (1.0 - look.near) * segment_shares(evidence, 0, int(evidence.ends[-1]))
-    said = (1.0 - look.near) * float(evidence.written.max())
-    for window, peak, weight in zip(look.windows, look.peaks, look.weights):
-        amounts = amounts + look.near * weight * segment_shares(evidence, *window)
-        said += look.near * weight * float(evidence.written[peak])
+def explain_word(
+    evidence: Evidence, word: int, action: int, statement: Statement, weight: float
+) -> WordReason:
+    """Decompose the contribution of one word of an action, with its weight in the answer."""
+    whole = 1.0 - statement.near
+    amounts = whole * segment_shares(evidence, 0, int(evidence.ends[-1]))
+    said = whole * float(evidence.written.max())
+    for frame, share in statement.places:
+        peak = int(np.searchsorted(evidence.starts, frame, side="right")) - 1
+        low = int(evidence.starts[peak]) - WINDOW_MARGIN
+        high = int(evidence.ends[peak]) + WINDOW_MARGIN
+        amounts = amounts + statement.near * share * segment_shares(evidence, low, high)
+        said += statement.near * share * float(evidence.written[peak])
     shares = tuple(
-        Share(int(symbol), int(start), int(end), float(place.weight * amount))
+        SymbolShare(int(symbol), int(start) / MOTION_FPS, int(end) / MOTION_FPS, weight * amount)
         for symbol, start, end, amount in zip(
-            evidence.symbols, evidence.starts, evidence.ends, amounts
+            evidence.symbols, evidence.starts, evidence.ends, amounts.tolist()
         )
     )
-    alike = 2.0 * (1.0 - look.near) * evidence.likeness
+    alike = 2.0 * whole * evidence.likeness
     log_odds = math.fsum([evidence.constant, said, alike, *amounts])
     return WordReason(
         word,
-        place.action,
+        action,
         log_odds,
-        place.weight * evidence.constant,
-        place.weight * said,
+        weight * evidence.constant,
+        weight * said,
         shares,
-        place.exclusion,
-        place.weight * alike,
+        statement.exclusion,
+        weight * alike,
     )
+
+
+def explain_hit(asked: AskedWords, capture: int, hit: QuestionHit) -> tuple[WordReason, ...]:
+    """The contribution of every word of a question to an answer, segment by segment."""
+    learned, table = asked.learned, asked.learned.segments
+    rows = learned.rows[capture]
+    standardised = learned.segment_rows[rows]
+    said = asked.evidence.written.get(capture)
+    alike = asked.likeness[learned.places_in_rows[capture]]
+    n_asked = sum(statement.exclusion < 0 for statement in hit.statements)
+    why = []
+    for action, statement in enumerate(hit.statements):
+        share = 1.0 if statement.exclusion >= 0 else 1.0 / n_asked
+        for word in statement.words:
+            slope, constant = asked.word_map.linear(word)
+            evidence = Evidence(
+                constant,
+                slope,
+                standardised,
+                table.starts[rows],
+                table.ends[rows],
+                table.symbols[rows],
+                np.zeros(len(standardised)) if said is None else said[:, word],
+                float(alike[word]),
+            )
+            weight = share / len(statement.words)
+            why.append(explain_word(evidence, word, action, statement, weight))
+    return tuple(why)
 
 
 def by_action(reasons: Sequence[WordReason]) -> list[tuple[float, float]]:
@@ -210,27 +220,16 @@ def total(reasons: Sequence[WordReason]) -> float:
     return math.fsum([*asked_parts(reasons), together(reasons), *amounts])
 
 
-def strongest(reason: WordReason, limit: int = 3) -> list[Share]:
+def strongest(reason: WordReason, limit: int = 3) -> list[SymbolShare]:
     """Shares of largest absolute value; those of neighbours with one symbol are added first."""
-    joined: list[Share] = []
-    for share in reason.shares:
-        if joined and joined[-1].symbol == share.symbol and joined[-1].end == share.start:
+    joined: list[SymbolShare] = []
+    for each in reason.shares:
+        if joined and joined[-1].symbol == each.symbol and joined[-1].to == each.from_:
             last = joined[-1]
-            joined[-1] = Share(last.symbol, last.start, share.end, last.amount + share.amount)
+            joined[-1] = SymbolShare(last.symbol, last.from_, each.to, last.share + each.share)
         else:
-            joined.append(share)
-    return sorted(joined, key=lambda share: -abs(share.amount))[:limit]
-
-
-@dataclass(frozen=True)
-class SymbolShare:
-    """Contribution of a motion symbol, in one interval, to the log-odds of an answer."""
-
-    __pydantic_config__: ClassVar = {"alias_generator": lambda name: name.rstrip("_")}
-    symbol: int
-    from_: float  # Start of the interval, seconds; "from" in JSON
-    to: float  # End of the interval, seconds
-    share: float  # Nats
+            joined.append(each)
+    return sorted(joined, key=lambda each: -abs(each.share))[:limit]
 
 
 @dataclass(frozen=True)
@@ -328,7 +327,7 @@ def explain(
 
 
 def _word(reason: WordReason, vocabulary: Sequence[str]) -> ExplainedWord:
-    shares = tuple(map(_in_seconds, strongest(reason)))
+    shares = tuple(strongest(reason))
     named = reason.prior + reason.written + reason.likeness
     return ExplainedWord(
         vocabulary[reason.word],
@@ -338,11 +337,7 @@ def _word(reason: WordReason, vocabulary: Sequence[str]) -> ExplainedWord:
         reason.prior,
         reason.written,
         reason.likeness,
-        tuple(map(_in_seconds, reason.shares)),
+        reason.shares,
         shares,
         reason.contribution - named - sum(s.share for s in shares),
     )
-
-
-def _in_seconds(share: Share) -> SymbolShare:
-    return SymbolShare(share.symbol, share.start / MOTION_FPS, share.end / MOTION_FPS, share.amount)

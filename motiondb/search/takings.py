@@ -1,23 +1,22 @@
 """Words of a question that no caption holds, and the known words that may replace them.
 
-Notation: p_i the probability, from the table, that the known word i may replace the word. If the
+First, words are tried as another phrase for the same motion, as a compound that the captions write
+apart, and as parts of one that they write as one (:func:`write_otherwise`).
+
+Then, with p_i the probability, from the table, that the known word i may replace the word: if the
 largest p_i is TAKEN or more, the word is replaced by all known words with p_i of SUGGESTED or more,
 with shares p_i / sum p. That a motion shows the known words does not say how probably it shows the
 word: on CMU captions, hidden words were replaced with a mean probability of .75, and .15 of the
 captures whose captions say the known word say the hidden one too. So such answers carry no
-probabilities. If the largest p_i is SUGGESTED or more,
-the known words are only suggested. Otherwise the word is unknown; if it is not an English word
-either, known words of similar spelling are suggested.
-
-Before this, words are tried as another phrase for the same motion, as a compound that the captions
-write apart, and as parts of one that they write as one (:func:`write_otherwise`).
+probabilities. If the largest p_i is SUGGESTED or more, the known words are only suggested. Words
+that are not English get known words of similar spelling as suggestions.
 
 What is left is heard by its meaning, if it is an English word (:func:`hear_by_meaning`): by the
 known words nearest to its vector (:mod:`motiondb.language.word_vectors`), and by its own likeness
 to the captions that motion suggests. This ranks answers, and never gives them a probability.
 
-Otherwise the word is not understood. If a head of an action stays unknown, the question is not
-understood (:func:`not_understood`): its answers are for the rest alone, and carry no probabilities.
+If a head of an action stays unknown, the question is not understood (:func:`not_understood`): its
+answers are for the rest alone, and carry no probabilities.
 """
 
 from __future__ import annotations
@@ -25,6 +24,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -32,7 +32,8 @@ from motiondb.errors import UnknownWordsError
 from motiondb.language.nearby.table import NearbyTable
 from motiondb.language.question.heads import missing_heads, verbs_in
 from motiondb.language.question.parse import parse
-from motiondb.language.question.readings import KnownQuestion, hold_to_known, say
+from motiondb.language.question.readings import KnownQuestion, hold_to_known
+from motiondb.language.question.tree import Question
 from motiondb.language.vocabulary import (
     MODIFIERS,
     STOP_WORDS,
@@ -213,7 +214,7 @@ def hear_by_meaning(
     return heard
 
 
-def hints_of(suggested: Mapping[str, Taking]) -> dict[str, tuple[str, ...]]:
+def hints_of(takings: Mapping[str, Taking]) -> dict[str, tuple[str, ...]]:
     """Unknown words that are not taken -> known words that may be meant, by sense or spelling.
 
     >>> hints_of({"circle": Taking("circle", ()), "hurl": Taking("hurl", (("shoot", 0.4),))})
@@ -221,96 +222,111 @@ def hints_of(suggested: Mapping[str, Taking]) -> dict[str, tuple[str, ...]]:
     """
     return {
         word: tuple(near for near, _ in taking.words) or taking.spelling
-        for word, taking in suggested.items()
+        for word, taking in takings.items()
+        if not taking.heard
     }
 
 
-def asked_forms(learned: Learned, text: str) -> dict[str, str]:
-    """Words of a question: lemma -> word as written."""
-    asked = split_actions(text, learned.synonyms, learned.lemmas)
-    forms = [form for form in reversed(forms_of(text)) if form not in STOP_WORDS]  # no lemma needed
-    written = {lemma(form, learned.lemmas): form for form in forms}
-    return {word: written.get(word, word) for action in asked for word in action}
+@dataclass(frozen=True, eq=False)
+class Sentence:
+    """What a person asks for, with the words that a database learned."""
+
+    learned: Learned
+    text: str
+
+    @cached_property
+    def parsed(self) -> Question:
+        """The question that it is."""
+        return parse(self.text, self.learned.synonyms, self.learned.lemmas)
+
+    @cached_property
+    def forms(self) -> dict[str, str]:
+        """Its words: lemma -> word as written."""
+        lemmas = self.learned.lemmas
+        asked = split_actions(self.text, self.learned.synonyms, lemmas)
+        forms = [f for f in reversed(forms_of(self.text)) if f not in STOP_WORDS]  # without a lemma
+        written = {lemma(form, lemmas): form for form in forms}
+        return {word: written.get(word, word) for action in asked for word in action}
+
+    @cached_property
+    def verbs(self) -> frozenset[str]:
+        """Lemmas of the words that name its actions, known or not."""
+        return verbs_in(self.text, self.learned.synonyms, self.learned.lemmas)
+
+    @cached_property
+    def known(self) -> frozenset[str]:
+        """The words that some caption of the database holds."""
+        return frozenset(self.learned.known_words)
+
+    def in_known_words(self, added: Mapping[str, int]) -> KnownQuestion:
+        """The question in the words that the database knows; `added`: further ones -> counts."""
+        association = self.learned.association
+        counted = zip(association.words, association.counts)
+        counts = {word: int(count) for word, count in counted if count > 0} | dict(added)
+        return hold_to_known(self.parsed, counts)
 
 
 def find_takings(
-    learned: Learned, text: str, table: NearbyTable, added: Collection[str] = ()
+    sentence: Sentence, table: NearbyTable, added: Collection[str] = ()
 ) -> dict[str, Taking]:
     """Lemma of every word that is in no caption -> its replacement or suggestions.
 
     `added`: words that are known to the question although they were not learned.
     """
+    learned = sentence.learned
     if learned.fitted_word_map is None:
         _ = learned.word_map  # raises NotLearnedError if no words were learned
-    known = frozenset((*learned.known_words, *added))
+    known = sentence.known.union(added)
     return {
         word: take_word(form, known, table)
-        for word, form in asked_forms(learned, text).items()
+        for word, form in sentence.forms.items()
         if word not in known and word not in learned.word_numbers
     }
 
 
 def unknown_words(
-    learned: Learned,
-    text: str,
+    sentence: Sentence,
     table: NearbyTable,
     added: Collection[str] = (),
+    is_replaced: bool = True,
     by_meaning: bool = False,
 ) -> dict[str, Taking]:
     """As :func:`find_takings`; a question without any known or replaced word is refused.
 
-    `by_meaning`: Whether words that are not replaced are heard by their meaning.
+    `is_replaced`: Whether unknown words are replaced or suggestions made for them; otherwise, known
+    words of similar spelling are suggested for those that are not English. `by_meaning`: Whether
+    words that are not replaced are heard by their meaning.
     """
-    takings = find_takings(learned, text, table, added)
+    takings = find_takings(sentence, table, added)
+    if not is_replaced:
+        takings = {word: replace(taking, words=()) for word, taking in takings.items()}
     if by_meaning:
-        takings = hear_by_meaning(learned, takings, table)
-    _check_known(learned, text, takings, added)
+        takings = hear_by_meaning(sentence.learned, takings, table)
+    is_known = not sentence.known.union(added).isdisjoint(sentence.forms)
+    if takings and not is_known and not any(taking.heard for taking in takings.values()):
+        raise UnknownWordsError(nothing_known(sentence.text, hints_of(takings)))
     return takings
 
 
-def leave_unknown(
-    learned: Learned, text: str, table: NearbyTable, added: Collection[str] = ()
-) -> dict[str, Taking]:
-    """As :func:`unknown_words`, but nothing is replaced.
+def near_sentence(sentence: Sentence, table: NearbyTable) -> Sentence | None:
+    """A question with near words in place of known ones; None if there are none.
 
-    Known words of similar spelling are suggested, only for words that are not English.
+    A word is near by the table, and if at least half of the actions of captions that say the known
+    word ("run/jog") say it too. So who says "jog" may also mean what others call "run" alone.
     """
-    found = find_takings(learned, text, table, added)
-    takings = {word: replace(taking, words=()) for word, taking in found.items()}
-    _check_known(learned, text, takings, added)
-    return takings
-
-
-def near_words(learned: Learned, text: str, table: NearbyTable) -> dict[str, str]:
-    """Known words of a question -> a word near to each, by the table and by its own captions.
-
-    At least half of the actions of captions that say the word ("run/jog") say the near one too. So
-    who says "jog" may also mean what other captions call "run" alone.
-    """
-    known, near = frozenset(learned.known_words), {}
+    learned, text = sentence.learned, sentence.text
     actions = [action for listed in learned.listed_actions.values() for action in listed]
-    for word in asked_forms(learned, text):
-        taking = take_word(word, known - {word}, table) if word in known else Taking(word, ())
+    for word, form in sentence.forms.items():
         said = [action for action in actions if learned.word_numbers.get(word, -1) in action]
-        if not taking.is_taken or word in MODIFIERS or not said:
+        if word not in sentence.known or word in MODIFIERS or not said:
+            continue
+        taking = take_word(word, sentence.known - {word}, table)
+        if not taking.is_taken:
             continue
         other = taking.words[0][0]
         if 2 * sum(learned.word_numbers[other] in action for action in said) >= len(said):
-            near[word] = other
-    return near
-
-
-def with_near(learned: Learned, text: str, near: Mapping[str, str]) -> str:
-    """A question with near words in place of its own."""
-    for word, form in asked_forms(learned, text).items():
-        if word in near:
-            text = re.sub(rf"\b{re.escape(form)}\b", near[word], text, flags=re.IGNORECASE)
-    return text
-
-
-def say_question(learned: Learned, text: str) -> str:
-    """A question as it is understood, with the words that the database does not know."""
-    return say(parse(text, learned.synonyms, learned.lemmas).tree)
+            text = re.sub(rf"\b{re.escape(form)}\b", other, text, flags=re.IGNORECASE)
+    return None if text == sentence.text else Sentence(learned, text)
 
 
 def with_likeliest(learned: Learned, takings: Mapping[str, Taking]) -> Learned:
@@ -322,61 +338,46 @@ def with_likeliest(learned: Learned, takings: Mapping[str, Taking]) -> Learned:
     return replace(learned, synonyms={**learned.synonyms, **likeliest}) if likeliest else learned
 
 
-def nearest_suggested(learned: Learned, text: str, table: NearbyTable) -> dict[str, str]:
+def nearest_suggested(sentence: Sentence, table: NearbyTable) -> dict[str, str]:
     """The likeliest suggestion for every word that no caption holds, where there is one.
 
     Known words of like spelling are suggested only where the table has none.
     """
     suggested = {}
-    for word, taking in find_takings(learned, text, table).items():
+    for word, taking in find_takings(sentence, table).items():
         known = [*(near for near, _ in taking.words), *taking.spelling]
         if known:
             suggested[word] = known[0]
     return suggested
 
 
-def _check_known(
-    learned: Learned, text: str, takings: Mapping[str, Taking], added: Collection[str]
-) -> None:
-    """Refuse a question without any known or replaced word."""
-    known = frozenset((*learned.known_words, *added))
-    if not takings or not known.isdisjoint(asked_forms(learned, text)):
-        return
-    if any(taking.heard for taking in takings.values()):
-        return
-    raise UnknownWordsError(nothing_known(text, hints_of(takings)))
-
-
 def write_otherwise(
-    learned: Learned, text: str, find: Callable[[], Collection[str]] = tuple
-) -> tuple[str, dict[str, Taking]]:
+    sentence: Sentence, find: Callable[[], Collection[str]] = tuple
+) -> tuple[Sentence, dict[str, Taking]]:
     """A question with unknown words written as known ones; and these, as they were written.
 
     `find` returns further known words. It is called only if a word of the question is not known.
     """
-    known = frozenset(learned.known_words)
-    if known.issuperset(asked_forms(learned, text)):
-        return text, {}
-    known = known.union(find())
-    changed, phrases = written_otherwise(text, known, learned.synonyms, learned.lemmas)
-    takings = {
-        word: Taking(word, ((phrase, 1.0),), is_same=True) for word, phrase in phrases.items()
-    }
-    return (changed if phrases else text), takings
+    if sentence.known.issuperset(sentence.forms):
+        return sentence, {}
+    learned, known = sentence.learned, sentence.known.union(find())
+    changed, phrases = written_otherwise(sentence.text, known, learned.synonyms, learned.lemmas)
+    if not phrases:
+        return sentence, {}
+    same = {word: Taking(word, ((phrase, 1.0),), is_same=True) for word, phrase in phrases.items()}
+    return Sentence(learned, changed), same
 
 
-def not_understood(learned: Learned, text: str, added: Collection[str] = ()) -> tuple[str, ...]:
+def not_understood(sentence: Sentence, added: Collection[str] = ()) -> tuple[str, ...]:
     """The heads of a question's actions that are not known, as they were written.
 
     `added`: words that are known to the question although they were not learned: those that are
     written somewhere, and those that known words replace.
     """
-    known = frozenset((*learned.known_words, *added))
-    written = asked_forms(learned, text)
+    known, written = sentence.known.union(added), sentence.forms
     if known.issuperset(written):
         return ()
-    verbs = verbs_in(text, learned.synonyms, learned.lemmas)
-    missing = missing_heads(parse(text, learned.synonyms, learned.lemmas).tree, verbs, known)
+    missing = missing_heads(sentence.parsed.tree, sentence.verbs, known)
     return tuple(dict.fromkeys(written.get(word, word) for heads in missing for word in heads))
 
 
@@ -387,15 +388,3 @@ def say_not_understood(missing: Collection[str]) -> str:
     "not understood: 'clapping'"
     """
     return f"not understood: {', '.join(map(repr, missing))}" if missing else ""
-
-
-def understand(
-    learned: Learned, text: str, added: Mapping[str, int] | None = None
-) -> KnownQuestion:
-    """Understand a question in the words that the database knows.
-
-    `added`: words that are known to this question although they were not learned -> their counts.
-    """
-    counted = zip(learned.association.words, learned.association.counts)
-    counts = {word: int(count) for word, count in counted if count > 0} | dict(added or {})
-    return hold_to_known(parse(text, learned.synonyms, learned.lemmas), counts)

@@ -14,7 +14,7 @@ from motiondb.generate.competing_words import (
     rival_gain,
 )
 from motiondb.generate.symbol_motion import log_clarity, symbol_clarity
-from motiondb.learn.described_segments import DescribedSegments
+from motiondb.learn.learned import DescribedSegments
 
 
 def test_clarity_of_a_stretch_is_the_mean_over_its_frames() -> None:

@@ -15,7 +15,7 @@ from motiondb.learn import checking, joining
 from motiondb.learn.joining import OwnRows, choose_ridge_and_calibration
 from motiondb.learn.knowledge import Started, begin
 from motiondb.meaning import regression as certainty
-from motiondb.meaning.counting import Counts, make_reference
+from motiondb.meaning.counting import Counted, Counts, make_reference
 from motiondb.meaning.regression import Certainties, Certainty, KindCertainty
 from motiondb.meaning.score_vectors import ScoreSpace
 from motiondb.meaning.word_map import map_words, word_moments
@@ -156,7 +156,7 @@ def test_published_counts_are_own_ones_and_the_weighted_ones_of_the_start() -> N
         word_moments(vectors, presence),
     )  # fmt: skip
     first = started()
-    joint = joining.publish(counts, reference, first, 1.0, CALIBRATION)
+    joint = joining.publish(Counted(counts, reference), first, 1.0, CALIBRATION)
     taught, weight = first.taught, joining.start_weight(10)
     expected = translation + weight * taught.expected.translation @ first.columns(JOINT)
     np.testing.assert_allclose(
@@ -164,7 +164,7 @@ def test_published_counts_are_own_ones_and_the_weighted_ones_of_the_start() -> N
     )
     np.testing.assert_array_equal(joint.association.counts, [5, 2, 2, 7])
     np.testing.assert_allclose(
-        joint.transitions, transitions + joining.start_weight(30) * taught.transitions
+        joint.transition_counts, transitions + joining.start_weight(30) * taught.transitions
     )
     assert joint.lengths == {(1, 1): 10, (2, 1): 4, (3, 2): 2}
     np.testing.assert_allclose(joint.association.alignment[1, 1], [[0.4, 0.6]])

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from motiondb.meaning.place_map import RIDGE, ListedTakes, PlaceMap, spreads_of, take_weights
+from motiondb.meaning.regression import fit_ridge
 from motiondb.meaning.score_vectors import unit
 from motiondb.meaning.word_evidence import TakeScores
 from motiondb.records import FloatArray
@@ -35,3 +37,15 @@ def made_captions(n: int, seed: int = 0) -> tuple[FloatArray, NDArray[np.bool_]]
     presence = rng.random((n, 5)) < 0.4
     presence[:, 0] |= ~presence.any(axis=1)
     return unit(rng.normal(size=(n, 6))), presence
+
+
+def weights_of(takes: ListedTakes) -> FloatArray:
+    """The weights of the rows of some takes."""
+    return take_weights(takes.seconds, takes.owners)
+
+
+def map_places(vectors: FloatArray, shown: FloatArray, weights: FloatArray) -> PlaceMap:
+    """The map of places (rows, words), fitted anew: the slow twin of leaving rows out."""
+    slopes, constants = fit_ridge(vectors, shown, RIDGE, weights)
+    mean = weights @ shown / weights.sum()
+    return PlaceMap(slopes, constants - mean, spreads_of(mean))

@@ -11,7 +11,6 @@ import motiondb
 from motiondb.learn.learned import Learned
 from motiondb.meaning import asked_certainty
 from motiondb.meaning.asked_certainty import fit_certainties
-from motiondb.meaning.counting import Described
 from motiondb.meaning.regression import Certainties
 from motiondb.meaning.word_map import solve_word_map, word_moments
 from motiondb.records import SegmentTable
@@ -104,14 +103,6 @@ def test_one_performer_or_too_few_answers_tell_nothing() -> None:
     assert fit_certainties(made_up(3, n_groups=1)) == Certainties()
     assert asked_certainty.words_certainty(made_up(3, n_groups=2, per_group=4)) is None
     assert asked_certainty.example_certainty(made_up(3, n_groups=2, per_group=2)) is None
-
-
-def test_intervals_are_those_of_the_training_rows() -> None:
-    twice = [Described(1, 0, 1, 0.0, 30.0, (word,), 1) for word in ("walk", "stroll")]
-    starts, ends = asked_certainty.intervals_of(
-        [*twice, Described(1, 1, 2, 30.0, 60.0, ("sit",), 1)]
-    )
-    assert (starts.tolist(), ends.tolist()) == ([0.0, 30.0], [30.0, 60.0])
 
 
 def test_answers_say_how_sure_they_are(learned_file: Path) -> None:

@@ -12,7 +12,7 @@ from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import Reading, readings
 from motiondb.meaning import by_question
 from motiondb.meaning.word_evidence import SLACK, TakeScores, take_extremes, upper_bounds
-from motiondb.search.finding import likeliest_takes
+from motiondb.search.by_words import likeliest_takes
 
 NUMBER = {"walk": 0, "turn": 1, "sit": 2}
 QUESTIONS = (

@@ -220,7 +220,7 @@ def test_runs_are_the_best_of_all(seed: int) -> None:
 
 
 def word_reason(word: int, action: int, parts: list[float], exclusion: int) -> reasons.WordReason:
-    shares = tuple(reasons.Share(0, n, n + 1, part) for n, part in enumerate(parts[2:]))
+    shares = tuple(reasons.SymbolShare(0, n, n + 1.0, part) for n, part in enumerate(parts[2:]))
     return reasons.WordReason(word, action, sum(parts), parts[0], parts[1], shares, exclusion)
 
 

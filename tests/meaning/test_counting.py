@@ -111,7 +111,7 @@ def model_of(
         context_space=ContextSpace(np.zeros(3), np.zeros(6), np.zeros((6, 2))),
         cutting=RecutSettings(),
         drift_baseline=DriftBaseline(np.arange(2), -1.0, -2.0, 3.0),
-        fitted_word_map=counting.publish_word_map(counts, 1.0, np.array([1.0, 1.0, 0.0])),
+        fitted_word_map=word_map.solve_word_map(counts.moments, 1.0, np.array([1.0, 1.0, 0.0])),
         lengths=dict(counts.shapes),
         counted=Counted(counts, reference),
         lemmas={"frobs": "frob"},

@@ -2,16 +2,8 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from motiondb.meaning import by_motion, extents
-
-
-def longest_gain_slowly(gains: np.ndarray, shortest: int) -> float:
-    """Largest sum over all intervals that are long enough."""
-    n = len(gains)
-    return max(gains[a:b].sum() for a in range(n) for b in range(a + shortest, n + 1))
 
 
 def swinging(n_frames: int, height: float, rng: np.random.Generator) -> np.ndarray:
@@ -22,18 +14,6 @@ def swinging(n_frames: int, height: float, rng: np.random.Generator) -> np.ndarr
         + np.sin(phase + np.arange(6))
         + rng.normal(0, 0.05, (n_frames, 6))
     )
-
-
-@settings(max_examples=60, deadline=None)
-@given(st.lists(st.floats(-5, 5, allow_nan=False), min_size=1, max_size=14), st.integers(1, 6))
-def test_the_interval_of_largest_gain_is_that_of_a_search_over_all(
-    gains: list[float], shortest: int
-) -> None:
-    values = np.array(gains)
-    start, end = extents.longest_gain(values, shortest)
-    assert end - start >= min(shortest, len(values))
-    if len(values) > shortest:
-        assert np.isclose(values[start:end].sum(), longest_gain_slowly(values, shortest))
 
 
 def test_an_activity_is_found_from_its_beginning_to_its_end(

@@ -6,7 +6,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motiondb.meaning.frame_order import SHORTEST, FrameOrder, best_spans, lay_in_order
+from motiondb.meaning.edge_map import SHORTEST, FrameOrder, lay_in_order
+from motiondb.meaning.extents import best_spans
 from motiondb.records import FloatArray
 
 
@@ -26,7 +27,7 @@ def _best_of_all(values: FloatArray) -> float:
 def test_the_best_spans_are_those_of_a_search_through_all(seed: int, n_actions: int) -> None:
     rng = np.random.default_rng(seed)
     values = rng.normal(size=(n_actions, int(rng.integers(SHORTEST * n_actions, 12))))
-    spans = best_spans(values)
+    spans = best_spans(values, SHORTEST)
     assert all(b - a >= SHORTEST for a, b in spans)
     assert all(before[1] <= after[0] for before, after in pairwise(spans))
     laid = sum(values[k, a:b].sum() for k, (a, b) in enumerate(spans))

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
 from motiondb.meaning.place_certainty import (
-    Elsewhere,
     IntervalCues,
     JoinedPart,
     Judged,
@@ -44,10 +46,10 @@ def plain_map() -> PlaceMap:
     return PlaceMap(np.eye(N_WORDS), np.zeros(N_WORDS), np.ones(N_WORDS))
 
 
-def all_known() -> Elsewhere:
+def all_known() -> Any:
     """Every performer knows every word, and every map is the plain one."""
     listed = dict.fromkeys(("ana", "ben", "cai", "dia", "eve"), range(N_WORDS))
-    return Elsewhere(lambda _: plain_map(), listed)
+    return SimpleNamespace(without=lambda _: plain_map(), listed_by=listed)
 
 
 def test_joined_captures_lie_one_after_another() -> None:
@@ -135,7 +137,7 @@ def test_performers_of_several_words_are_those_of_the_rarest() -> None:
 
 def test_what_no_other_performer_shows_is_not_asked() -> None:
     take = join([short(0), short(2), short(3)])
-    known = Elsewhere(lambda _: plain_map(), {"ana": {0, 2, 3}, "ben": {2}})
+    known = SimpleNamespace(without=lambda _: plain_map(), listed_by={"ana": {0, 2, 3}, "ben": {2}})
     assert [one.kind for one in judge(take, known)] == [("ana", (2,), 3)]
 
 
@@ -147,7 +149,10 @@ def test_the_map_without_all_performers_of_a_take_judges_it() -> None:
         return plain_map()
 
     listed = dict.fromkeys(("ana", "ben", "cai"), range(N_WORDS))
-    judge(join([short(0), short(1, "ben"), short(2)]), Elsewhere(without, listed))
+    judge(
+        join([short(0), short(1, "ben"), short(2)]),
+        SimpleNamespace(without=without, listed_by=listed),
+    )
     assert set(asked) == {frozenset({"ana", "ben"})}
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_takes import map_places, weights_of
 
 from motiondb.meaning.place_fitting import (
     Written,
@@ -17,7 +18,7 @@ from motiondb.meaning.place_fitting import (
     placed_takes,
     window_vectors,
 )
-from motiondb.meaning.place_map import fit_places, map_places, take_weights
+from motiondb.meaning.place_map import fit_places
 from motiondb.records import Caption, FloatArray, SegmentTable
 
 NUMBERS = {"walk": 0, "sit": 1, "jump": 2}
@@ -152,7 +153,7 @@ def test_evidence_of_a_later_capture_is_of_the_map_of_all() -> None:
     shown = np.zeros((9, 3))
     shown[:5, list(places.words[1])] = places.shown[1]
     shown[5:, list(places.words[2])] = places.shown[2]
-    fit = map_places(takes.vectors, shown, take_weights(takes))
+    fit = map_places(takes.vectors, shown, weights_of(takes))
     later = window_vectors(table, rows, slice(9, 13))
     of_later, of_first = evidence.take(3), evidence.take(1)
     assert of_later is not None
@@ -176,7 +177,7 @@ def test_evidence_without_places_is_of_the_map_of_the_other_takes() -> None:
     shares = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [1.0, 0.0, 0.0]]) ** 0.5
     even = np.repeat(shares, [5, 4, 4], axis=0)
     inside = slice(0, 5)
-    fit = map_places(takes.vectors, even, take_weights(takes))
+    fit = map_places(takes.vectors, even, weights_of(takes))
     assert evidence[1].shape == (5, 3)
     assert np.abs(evidence[1] - fit.evidence(takes.vectors[inside])).max() > 1e-3
     assert evidence[1] == pytest.approx(fit_places(takes, even).left_out(takes)[inside], abs=1e-8)

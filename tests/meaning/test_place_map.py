@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_takes import map_places, weights_of
 
 from motiondb.meaning import place_map
-from motiondb.meaning.place_map import ListedTakes, fit_place_map, map_places, take_weights
+from motiondb.meaning.place_map import ListedTakes, find_shown
 from motiondb.meaning.score_vectors import unit
 from motiondb.records import FloatArray
 
@@ -40,11 +41,15 @@ def made_up(seed: int, n_takes: int, listed: int) -> tuple[ListedTakes, FloatArr
 
 def test_places_of_listed_actions_are_found() -> None:
     takes, truth = made_up(1, 20, 3)
-    placed = fit_place_map(takes)
-    assert (placed.shown.argmax(axis=1) == truth).mean() > 0.9
+    shown = find_shown(takes)
+    assert (shown.argmax(axis=1) == truth).mean() > 0.9
     unseen, answers = made_up(1, 30, 3)
     unseen_rows = unseen.owners >= 20
-    actual = placed.fit.evidence(unseen.vectors[unseen_rows]).argmax(axis=1)
+    actual = (
+        map_places(takes.vectors, shown, weights_of(takes))
+        .evidence(unseen.vectors[unseen_rows])
+        .argmax(axis=1)
+    )
     assert (actual == answers[unseen_rows]).mean() > 0.9
 
 
@@ -55,15 +60,15 @@ def test_without_their_order_listed_actions_are_found_less_often() -> None:
     wrong = ListedTakes(
         takes.vectors, takes.seconds, takes.owners, shuffled, takes.further, N_WORDS
     )
-    right = (fit_place_map(takes).shown.argmax(axis=1) == truth).mean()
-    assert right > (fit_place_map(wrong).shown.argmax(axis=1) == truth).mean()
+    right = (find_shown(takes).argmax(axis=1) == truth).mean()
+    assert right > (find_shown(wrong).argmax(axis=1) == truth).mean()
 
 
 def test_a_caption_of_one_action_describes_all_of_its_take() -> None:
     takes, _ = made_up(3, 6, 1)
-    placed = fit_place_map(takes)
+    shown = find_shown(takes)
     for inside, actions in zip(takes.rows(), takes.actions):
-        assert placed.shown[inside, actions[0][0]] == pytest.approx(1.0)
+        assert shown[inside, actions[0][0]] == pytest.approx(1.0)
 
 
 def test_further_words_keep_an_even_share() -> None:
@@ -75,7 +80,7 @@ def test_further_words_keep_an_even_share() -> None:
     with_further = ListedTakes(
         takes.vectors, takes.seconds, takes.owners, takes.actions, spare, N_WORDS
     )
-    shown = fit_place_map(with_further).shown
+    shown = find_shown(with_further)
     for inside, words in zip(takes.rows(), spare):
         assert shown[inside, words] == pytest.approx(0.5)
 
@@ -84,7 +89,7 @@ def without_rows(
     takes: ListedTakes, shown: FloatArray, left: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """The weighted ridge regression on some rows alone, and what it says of all; centres of all."""
-    weights = take_weights(takes)
+    weights = weights_of(takes)
     centre, mean = weights @ takes.vectors / weights.sum(), weights @ shown / weights.sum()
     root = np.sqrt(weights[left])[:, None]
     x, y = (takes.vectors[left] - centre) * root, (shown[left] - mean) * root
@@ -95,7 +100,7 @@ def without_rows(
 def test_left_out_predictions_are_those_of_a_fit_without_the_take() -> None:
     takes, _ = made_up(5, 5, 2)
     shown = np.random.default_rng(5).uniform(size=(len(takes.vectors), N_WORDS))
-    weights = take_weights(takes)
+    weights = weights_of(takes)
     mean = weights @ shown / weights.sum()
     evidence = place_map.fit_places(takes, shown).left_out(takes)
     predicted = evidence * place_map.spreads_of(mean) / place_map.SHARPNESS + mean
@@ -112,7 +117,7 @@ def test_a_map_without_rows_is_that_of_a_fit_without_them(n_taken: int) -> None:
     slopes, told = without_rows(takes, shown, np.arange(n_taken, len(shown)))
     fit = place_map.fit_places(takes, shown).without(np.arange(n_taken))
     assert fit.weights == pytest.approx(slopes, abs=1e-8)
-    weights = take_weights(takes)
+    weights = weights_of(takes)
     mean = weights @ shown / weights.sum()
     expected = place_map.SHARPNESS * (told - mean) / place_map.spreads_of(mean)
     assert fit.evidence(takes.vectors) == pytest.approx(expected, abs=1e-8)
@@ -131,11 +136,11 @@ def test_labels_hold_and_draw_the_action_to_their_place() -> None:
     said = ListedTakes(
         takes.vectors, takes.seconds, takes.owners, takes.actions, takes.further, N_WORDS, labelled
     )
-    shown = fit_place_map(said).shown
+    shown = find_shown(said)
     assert shown[inside.start, word] == 1.0
     assert shown[inside.start + 1, word] == 0.0
     first = takes.actions[0][0][0]
-    assert shown[inside.start, first] < fit_place_map(takes).shown[inside.start, first]
+    assert shown[inside.start, first] < find_shown(takes)[inside.start, first]
 
 
 def test_an_action_that_no_caption_lists_is_learned_from_one_label() -> None:
@@ -146,7 +151,7 @@ def test_an_action_that_no_caption_lists_is_learned_from_one_label() -> None:
     first = next(rows for rows in takes.rows() if (truth[rows] == word).any())
     labelled[first, word] = truth[first] == word
     said = replace(takes, actions=actions, labelled=labelled)
-    shown = fit_place_map(said).shown[first.stop :, word]
+    shown = find_shown(said)[first.stop :, word]
     is_word = truth[first.stop :] == word
     assert (shown[is_word] > 0.5).mean() > 0.9
     assert (shown[~is_word] < 0.5).mean() > 0.9
@@ -156,7 +161,7 @@ def test_a_take_of_one_action_shows_no_unlisted_one() -> None:
     takes, _ = made_up(3, 6, 1)
     labelled = np.full((len(takes.vectors), N_WORDS), np.nan)
     labelled[0, :2] = 1.0
-    shown = fit_place_map(replace(takes, labelled=labelled)).shown
+    shown = find_shown(replace(takes, labelled=labelled))
     for inside, actions in zip(takes.rows()[1:], takes.actions[1:]):
         others = [word for word in range(N_WORDS) if [word] not in actions]
         assert (shown[inside][:, others] == 0.0).all()

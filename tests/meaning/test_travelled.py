@@ -14,7 +14,7 @@ from motiondb.body.pose_vectors import from_path
 from motiondb.language.vocabulary import IN_PLACE
 from motiondb.meaning.travelled import directions_to_measure, furthest, speeds_of
 from motiondb.records import Float32Array
-from motiondb.search.asked_words import learned_words
+from motiondb.search.asking import understand_learned
 from motiondb.search.by_words import search_words
 
 SECONDS = 2
@@ -88,9 +88,8 @@ def test_answers_that_turn_the_other_way_come_last_and_say_so(learned_file: Path
         features = db.session.features.of_capture
 
     def ask(written: bool) -> motiondb.WordAnswer:
-        words = learned_words(learned)
-        rows = list(learned.rows)
-        return search_words(words, "turn right", rows, 30, written=written, features=features)
+        question = understand_learned(learned, "turn right", looks_at_motion=True)
+        return search_words(question, list(learned.rows), 30, written, features)
 
     answer = ask(written=False)
     gone = [not match.contradicted for match in answer.matches]

@@ -16,7 +16,7 @@ from motiondb.meaning.word_evidence import WINDOW_MARGIN
 from motiondb.records import Caption
 from motiondb.search.asked_words import learned_words, with_replaced
 from motiondb.search.described import segment_words, word_probabilities
-from motiondb.search.takings import unknown_words
+from motiondb.search.takings import Sentence, unknown_words
 
 
 @pytest.fixture
@@ -104,7 +104,7 @@ def test_words_that_no_caption_holds_any_more_are_left_out(learned: Learned) -> 
 def test_a_taken_word_is_what_it_is_taken_as(learned: Learned, calibrated: bool) -> None:
     if not calibrated:  # as databases with a start, and of older versions
         learned = replace(learned, description_calibration=None)
-    takings = unknown_words(learned, "stroll", nearby_table())
+    takings = unknown_words(Sentence(learned, "stroll"), nearby_table())
     taken = with_replaced(learned_words(learned), takings)
     assert takings["stroll"].is_taken
     capture = _capture(learned, "ana/walk_1")

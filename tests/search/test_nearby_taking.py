@@ -15,7 +15,7 @@ from motiondb.language.question.tree import Action
 from motiondb.meaning.word_map import WordMap
 from motiondb.search.asked_words import mixture, with_virtual_words
 from motiondb.search.by_words import WordAnswer
-from motiondb.search.takings import Taking, near_words, say_question, take_word, with_near
+from motiondb.search.takings import Sentence, Taking, near_sentence, take_word
 
 SMALL = table(
     {
@@ -110,13 +110,13 @@ def test_a_taking_without_words_has_no_probability() -> None:
 @pytest.mark.parametrize(
     ("listed", "near"),
     [
-        ([{0, 1}, {0}, {1}, {2}], {"jog": "run"}),  # "run/jog" and "jog"
-        ([{0, 1}, {0}, {0}, {1}], {}),  # "jog" is mostly said without "run"
-        ([{1}, {2}], {}),
+        ([{0, 1}, {0}, {1}, {2}], "He run, then kicks"),  # "run/jog" and "jog"
+        ([{0, 1}, {0}, {0}, {1}], None),  # "jog" is mostly said without "run"
+        ([{1}, {2}], None),
     ],
 )
 def test_a_near_word_is_one_that_captions_say_with_it(
-    listed: list[set[int]], near: dict[str, str]
+    listed: list[set[int]], near: str | None
 ) -> None:
     """The table alone would do for a word that no caption says."""
     words = ("jog", "run", "kick")
@@ -127,9 +127,9 @@ def test_a_near_word_is_one_that_captions_say_with_it(
         synonyms={},
         lemmas={},
     )
-    assert near_words(learned, "He jogs, then kicks", table({"jog": [("run", 0.9)]})) == near
-    assert with_near(learned, "He jogs, then kicks", {"jog": "run"}) == "He run, then kicks"
-    assert say_question(learned, "He jogs sideways") == "jog sideways"
+    asked = Sentence(learned, "He jogs, then kicks")
+    found = near_sentence(asked, table({"jog": [("run", 0.9)]}))
+    assert (found and found.text) == near
 
 
 def test_the_whole_question_is_what_nothing_shows() -> None:

@@ -11,6 +11,7 @@ import pytest
 import motiondb
 from motiondb.answers.questions import search_answer
 from motiondb.language.vocabulary import written_otherwise
+from motiondb.search.takings import Sentence
 
 
 @pytest.fixture(scope="module")
@@ -64,6 +65,19 @@ def test_the_rest_of_a_question_carries_no_probability(db: motiondb.MotionDB) ->
     assert {one.interval_probability for one in chances} == {None}
     told = search_answer(answer)
     assert (told.missing, told.sentences[0]) == (("crawling",), answer.not_understood)
+
+
+def test_the_rest_of_a_question_is_answered_as_it_was_asked(
+    db: motiondb.MotionDB, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing shows it; near words stand only in place of a question that is understood."""
+    monkeypatch.setattr(
+        "motiondb.search.asking.near_sentence", lambda asked, _: Sentence(asked.learned, "kick")
+    )
+    assert db.search("raise both arms", limit=1).near == ("raise both arm", "kick")
+    answer = db.search("raise both arms, then crawl", limit=1)
+    assert (answer.missing, answer.near) == (("crawl",), ())
+    assert answer.question.understood == "raise both arm"
 
 
 def test_a_word_that_names_no_action_may_be_missing(db: motiondb.MotionDB) -> None:

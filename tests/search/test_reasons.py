@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from motiondb.meaning.by_question import Statement
 from motiondb.meaning.score_vectors import interval_vectors
 from motiondb.search import reasons
 
@@ -44,17 +45,17 @@ def test_shares_sum_to_the_linear_map(window: tuple[int, int]) -> None:
     assert math.isclose(math.fsum(shares), float(vector @ evidence.slope), rel_tol=1e-12)
 
 
-def near_and_whole(window: tuple[int, int], peak: int) -> reasons.Look:
-    """One window, which counts as much as the whole capture."""
-    return reasons.Look((window,), (peak,), (1.0,), 0.5)
+def near_and_whole(segment: int) -> Statement:
+    """The window around one segment, which counts as much as the whole capture."""
+    return Statement((), 0, -1, ((int(STARTS[segment]), 1.0),), 0.5, 0.0)
 
 
 def test_all_parts_sum_exactly_to_the_total() -> None:
-    here, there = near_and_whole((10, 70), 1), near_and_whole((60, 120), 3)
+    here, there = near_and_whole(1), near_and_whole(3)
     words = [
-        reasons.explain_look(make_evidence(4.0), 7, here, reasons.WordPlace(0, 0.25)),
-        reasons.explain_look(make_evidence(-1.0), 2, here, reasons.WordPlace(0, 0.25)),
-        reasons.explain_look(make_evidence(), 5, there, reasons.WordPlace(1, 0.5)),
+        reasons.explain_word(make_evidence(4.0), 7, 0, here, 0.25),
+        reasons.explain_word(make_evidence(-1.0), 2, 0, here, 0.25),
+        reasons.explain_word(make_evidence(), 5, 1, there, 0.5),
     ]
     parts = [part for word in words for part in word.parts]
     joint = reasons.together(words)
@@ -70,11 +71,11 @@ def test_all_parts_sum_exactly_to_the_total() -> None:
 
 def test_strongest_joins_neighbours_of_one_symbol() -> None:
     shares = (
-        reasons.Share(3, 0, 30, 0.5), reasons.Share(3, 30, 50, 0.25),
-        reasons.Share(1, 50, 90, -2.0), reasons.Share(3, 90, 120, 0.1),
+        reasons.SymbolShare(3, 0.0, 1.0, 0.5), reasons.SymbolShare(3, 1.0, 1.5, 0.25),
+        reasons.SymbolShare(1, 1.5, 3.0, -2.0), reasons.SymbolShare(3, 3.0, 4.0, 0.1),
     )  # fmt: skip
     reason = reasons.WordReason(0, 0, 1.0, 0.0, 0.0, shares)
     assert reasons.strongest(reason, 2) == [
-        reasons.Share(1, 50, 90, -2.0),
-        reasons.Share(3, 0, 50, 0.75),
+        reasons.SymbolShare(1, 1.5, 3.0, -2.0),
+        reasons.SymbolShare(3, 0.0, 1.5, 0.75),
     ]

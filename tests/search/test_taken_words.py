@@ -12,7 +12,7 @@ import motiondb
 from motiondb.database.loading import nearby_table
 from motiondb.errors import QueryError
 from motiondb.search.asked_words import learned_words, with_replaced
-from motiondb.search.takings import Taking, unknown_words, with_likeliest
+from motiondb.search.takings import Sentence, Taking, unknown_words, with_likeliest
 
 
 @pytest.fixture(scope="module")
@@ -91,13 +91,13 @@ def test_the_users_synonyms_win(learned_copy: Path, tmp_path: Path) -> None:
 
 
 def test_what_is_known_is_not_replaced(db: motiondb.MotionDB) -> None:
-    takings = unknown_words(db.searchable, "walk, kick", nearby_table())
+    takings = unknown_words(Sentence(db.searchable, "walk, kick"), nearby_table())
     assert takings == {}
     assert with_replaced(learned_words(db.searchable), takings).columns is None
 
 
 def test_for_one_sequence_the_likeliest_word_is_read(db: motiondb.MotionDB) -> None:
-    takings = unknown_words(db.searchable, "strolling", nearby_table())
+    takings = unknown_words(Sentence(db.searchable, "strolling"), nearby_table())
     assert takings["stroll"].word == "strolling"
     assert with_likeliest(db.searchable, takings).synonyms["stroll"] == "walk"
     answer = db.search("stroll", limit=1, by_symbols=True)

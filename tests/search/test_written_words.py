@@ -62,7 +62,7 @@ def test_reasons_of_written_words_add_up(db: MotionDB) -> None:
         by_word = {words[w.word]: w for w in why}
         said = match.capture in TIRED
         assert (by_word["exhaust"].written > 0.0) == said
-        assert all(abs(s.amount) < 1e-12 for s in by_word["exhaust"].shares)
+        assert all(abs(s.share) < 1e-12 for s in by_word["exhaust"].shares)
     (both,) = db.search("an exhausted stroll", limit=1).explanations  # one written, one taken
     assert {word.word for word in both.words} == {"exhaust", "stroll"}
 

@@ -50,7 +50,7 @@ from motiondb.learn.learned import Learned
 from motiondb.records import FloatArray
 from motiondb.search.asked_words import AskedWords, learned_words, with_replaced
 from motiondb.search.described import segment_words
-from motiondb.search.takings import Taking, find_takings, understand
+from motiondb.search.takings import Sentence, Taking, find_takings
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session
@@ -237,7 +237,7 @@ def _takings(material: Material, learned: Learned, tokens: Sequence[str]) -> dic
         return {}
     names = material.learned.grammar.terminals
     words = " ".join(t for t in tokens if t not in names and t not in (GAP, ANY))
-    made = find_takings(learned, words, nearby_table())
+    made = find_takings(Sentence(learned, words), nearby_table())
     return {word: taking for word, taking in made.items() if taking.is_taken}
 
 
@@ -269,7 +269,7 @@ def pattern_of(
 
 def _words_in_order(asked: AskedWords, text: str) -> list[str]:
     """Return the words of a sentence; anything but an order of actions is refused."""
-    known = understand(asked.learned, text, asked.added)
+    known = Sentence(asked.learned, text).in_known_words(asked.added)
     if known.unknown:
         raise QueryError(nothing_known(text, known.unknown))
     actions, not_used = plain_actions(known.tree)

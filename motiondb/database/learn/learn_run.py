@@ -10,8 +10,7 @@ from motiondb.database.arguments import seeded
 from motiondb.database.learn.start import find_start
 from motiondb.database.loading import load_features
 from motiondb.errors import MotionDBError, QueryError
-from motiondb.learn import name_order
-from motiondb.learn.fitting import fit_model
+from motiondb.learn import fitting
 from motiondb.learn.knowledge import Knowledge, begin
 from motiondb.learn.learned import performers_of
 from motiondb.learn.learned_model import LearnedModel, to_stored
@@ -47,10 +46,10 @@ def learn(
             let_go()
             rng = seeded(settings.seed)
             started = None if knowledge is None else begin(knowledge, taught.synonyms)
-            numbers = name_order.numbers_by_name(names)
-            model = fit_model(
-                name_order.renumber_pool(pool, numbers),
-                name_order.renumber_taught(taught, numbers),
+            numbers = fitting.numbers_by_name(names)
+            model = fitting.fit_model(
+                fitting.renumber_pool(pool, numbers),
+                fitting.renumber_taught(taught, numbers),
                 settings,
                 rng,
                 tell,
@@ -58,7 +57,7 @@ def learn(
                 workers,
             )
             own_numbers = {number: capture for capture, number in numbers.items()}
-            model = name_order.renumber_model(model, own_numbers)
+            model = fitting.renumber_model(model, own_numbers)
         with store.transaction(opened):
             if _same(_load_catalogue(opened, where), taught):
                 return _save(opened, settings, model, tell, where)

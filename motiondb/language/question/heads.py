@@ -47,12 +47,9 @@ _LIGHT_TEXT = """
 do does did doing done make makes making made perform performs performing performed show shows
 showing give gives giving try tries
 """
-_CLAUSE, _ARTICLES, _SINGULAR, _PLURAL, _AUXILIARY, _LIGHT = (
-    frozenset(text.split())
-    for text in (
-        _CLAUSE_TEXT, _ARTICLE_TEXT, _SINGULAR_TEXT, _PLURAL_TEXT, _AUXILIARY_TEXT, _LIGHT_TEXT
-    )
-)  # fmt: skip
+_CLAUSE, _ARTICLES = frozenset(_CLAUSE_TEXT.split()), frozenset(_ARTICLE_TEXT.split())
+_SINGULAR, _PLURAL = frozenset(_SINGULAR_TEXT.split()), frozenset(_PLURAL_TEXT.split())
+_AUXILIARY, _LIGHT = frozenset(_AUXILIARY_TEXT.split()), frozenset(_LIGHT_TEXT.split())
 
 
 def verbs_in(

@@ -59,16 +59,9 @@ from motiondb.language.question.tree import (
     without,
 )
 
-# The parts of a question in order, collected from left to right.
-
 
 class Chain:
-    """Parts read so far.
-
-    A chain receives one part after the other, each with the separator before it, and returns the
-    tree. The last connective of a list determines its meaning: with "or" all parts back to the last
-    "then" are alternatives.
-    """
+    """Parts read so far, received one after the other, each with the separator before it."""
 
     def __init__(self) -> None:
         self.parts: list[Node] = []  # in order
@@ -154,9 +147,6 @@ def together(left: Node, right: Node) -> Node:
         if isinstance(part, Without) and isinstance(part.part, Anything):
             return without(other, part.excluded)
     return at_once([left, right])
-
-
-# Pieces of a question: words, groups, exclusions.
 
 
 MOST_PARENTHESES = 20

@@ -12,12 +12,8 @@ three parts in order, which together make one statement. Parts that a search can
 and listed: upper limits of counts and durations, durations of whole orders, and the order, count
 and duration of exclusions.
 
-**A question reduced to the words that captions have; other words are removed and listed.**
-
-**A question's tree as one line, which is itself a question with the same tree.**
-
-``walk, then (run or jump), not sit``: a node that joins parts is written in parentheses if it is a
-part of another one.
+A question is also reduced to the words that captions have (:func:`hold_to_known`), and said in one
+line, which is itself a question with the same tree (:func:`say`).
 """
 
 from __future__ import annotations
@@ -447,22 +443,16 @@ def _before_exclusion(node: Node) -> str:
     return say(node) if isinstance(node, InOrder) else _inside(node)
 
 
-# A question's tree as a plain order of actions, for functions that accept only that.
-
-
 def plain_actions(tree: Node) -> tuple[tuple[tuple[str, ...], ...], tuple[NotUsed, ...]]:
     """The actions of a tree in order, () for anything; and the unused parts of the tree.
 
-    For functions that accept only an order of actions: only the first alternative is used,
-    simultaneous actions become one action, a repeated action is used once, and exclusions, counts
-    and durations are listed as unused.
+    Generation and the search by symbols decode words in order. Of alternatives they use the first;
+    simultaneous actions become one.
 
     >>> walk, run, sit = (Action((word,)) for word in ("walk", "run", "sit"))
     >>> plain_actions(Without(AnyOf((walk, run)), (sit,)))[1]
     (NotUsed(text='not sit', reason='nothing can be excluded'), NotUsed(text='or run', \
 reason='only the first alternative is used'))
-
-    Generation and the search by symbols decode words in order; they support nothing else.
     """
     left: list[NotUsed] = []
     return tuple(_plain(tree, left)), tuple(dict.fromkeys(left))

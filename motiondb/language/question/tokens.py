@@ -34,9 +34,6 @@ from motiondb.language.question.amounts import (
 from motiondb.language.question.tree import LIMBS, NotUsed
 from motiondb.language.vocabulary import MODIFIERS, VERBS, join_phrases, motion_word, split_compound
 
-# The words and signs that join, order, exclude and group the actions of a question.
-
-
 _WORDS = (
     ("skip", r"not\s+(?:only|just|merely|simply)(?=\W.*\bbut\b)"),
     (

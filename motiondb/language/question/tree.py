@@ -14,10 +14,9 @@
 Normal form: InOrder, AtOnce, Both and AnyOf hold two parts or more and no part of their own kind;
 an excluded AnyOf is a list of exclusions (not (a or b) is not a and not b).
 
-**Pieces of a question that name no action by themselves, and the action that they belong to.**
-
-A piece is bare when its words are directions, limbs or sizes alone (``vocabulary.MODIFIERS``), or
-when it holds nothing but a manner or an amount: "forward", "left hand", "slowly", "three times".
+A piece is *bare* when it names no action by itself and belongs to one before: its words are
+directions, limbs or sizes alone (``vocabulary.MODIFIERS``), or it holds nothing but a manner or an
+amount: "forward", "left hand", "slowly", "three times".
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ from motiondb.page.replies import (
 )
 from motiondb.page.routes.parameters import LONGEST_TEXT, End, Limit, RefText, Start, Where
 from motiondb.page.state import Page
-from motiondb.search.placing import LIKELY
+from motiondb.search.chances import LIKELY
 
 OFFERED, MOST_ASKED = 5, 14  # Questions that are offered, and most that are tried for it
 MOST_WORDS = 8  # Words that are offered where no question is proven

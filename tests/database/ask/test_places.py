@@ -15,7 +15,7 @@ from motiondb.learn.learned import Learned
 from motiondb.learn.learned_model import from_stored, to_stored
 from motiondb.meaning.regression import Certainty
 from motiondb.records import Match
-from motiondb.search.asked_words import learned_words
+from motiondb.search.asking import understand_learned
 from motiondb.search.by_words import search_words
 
 QUESTIONS = ("walk", "turn left", "walk, turn left, sit down", "kick or punch", "walk but not turn")
@@ -43,8 +43,8 @@ def is_whole(learned: Learned, match: Match) -> bool:
 @pytest.mark.parametrize("question", QUESTIONS)
 def test_places_change_neither_ranking_nor_reasons(learned: Learned, question: str) -> None:
     allowed = list(learned.rows)
-    with_places = search_words(learned_words(learned), question, allowed, 20)
-    without = search_words(learned_words(replace(learned, places=None)), question, allowed, 20)
+    with_places = search_words(understand_learned(learned, question), allowed, 20)
+    without = search_words(understand_learned(replace(learned, places=None), question), allowed, 20)
     assert learned.places is not None
     assert with_places.reasons == without.reasons
     for one, other in zip(with_places.matches, without.matches):
@@ -60,7 +60,7 @@ def test_places_change_neither_ranking_nor_reasons(learned: Learned, question: s
 def test_parts_are_in_order_apart_and_each_has_its_probability(
     learned: Learned, question: str
 ) -> None:
-    answer = search_words(learned_words(learned), question, list(learned.rows), 20)
+    answer = search_words(understand_learned(learned, question), list(learned.rows), 20)
     for match in answer.matches:
         known = [part for part in match.parts if part.place == "known"]
         assert all(one.end <= other.start + 1e-9 for one, other in pairwise(known))
@@ -72,11 +72,13 @@ def test_parts_are_in_order_apart_and_each_has_its_probability(
 
 
 def test_of_one_action_the_interval_is_the_capture_times_the_place(learned: Learned) -> None:
-    sure = learned_words(with_place(learned, np.log(3.0)))  # right with probability 3/4
-    for match in search_words(sure, "walk", list(learned.rows), 10).matches:
+    sure = with_place(learned, np.log(3.0))  # right with probability 3/4
+    for match in search_words(understand_learned(sure, "walk"), list(learned.rows), 10).matches:
         right = 1.0 if is_whole(learned, match) else 0.75
         assert match.interval_probability == pytest.approx(right * match.probability)
-    for match in search_words(sure, "walk, kick", list(learned.rows), 10).matches:
+    for match in search_words(
+        understand_learned(sure, "walk, kick"), list(learned.rows), 10
+    ).matches:
         assert match.interval_probability is None  # never measured for several actions
         assert match.parts[0].interval_probability == pytest.approx(
             0.75 * match.parts[0].probability
@@ -87,18 +89,18 @@ def test_a_place_that_only_a_caption_speaks_for_is_unknown(learned: Learned) -> 
     capture = next(c for c, info in learned.captures.items() if info.name == "ana/bow_1")
     captions = {**learned.captions, capture: (replace(learned.captions[capture][0], words="kick"),)}
     unsure = replace(with_place(learned, -5.0), captions=captions)
-    (match,) = search_words(learned_words(unsure), "kick", [capture]).matches
+    (match,) = search_words(understand_learned(unsure, "kick"), [capture]).matches
     assert match.place == match.parts[0].place == "unknown"
     assert (match.start, match.end) == (0.0, learned.captures[capture].duration)
     assert match.interval_probability is match.parts[0].interval_probability is None
     assert match.probability is not None
     assert match.reason == f"kick somewhere in 0-{match.end:.1f} s, by its caption"
-    (heard,) = search_words(learned_words(unsure), "bow", [capture]).matches  # by motion
+    (heard,) = search_words(understand_learned(unsure, "bow"), [capture]).matches  # by motion
     assert heard.place == "known"
-    (alone,) = search_words(learned_words(unsure), "kick", [capture], written=False).matches
+    (alone,) = search_words(understand_learned(unsure, "kick"), [capture], written=False).matches
     assert alone.place == "known"
     surer = replace(unsure, certainties=with_place(learned, 5.0).certainties)
-    assert search_words(learned_words(surer), "kick", [capture]).matches[0].place == "known"
+    assert search_words(understand_learned(surer, "kick"), [capture]).matches[0].place == "known"
 
 
 def test_what_was_found_is_stored(learned_file: Path) -> None:

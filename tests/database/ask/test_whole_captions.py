@@ -10,7 +10,7 @@ import pytest
 import motiondb
 from motiondb.learn.learned import Learned
 from motiondb.search import reasons
-from motiondb.search.asked_words import learned_words
+from motiondb.search.asking import understand_learned
 from motiondb.search.by_words import WordAnswer, search_words
 
 
@@ -21,7 +21,7 @@ def learned(learned_file: Path) -> Learned:
 
 
 def ask(learned: Learned, text: str) -> WordAnswer:
-    return search_words(learned_words(learned), text, list(learned.rows), 200)
+    return search_words(understand_learned(learned, text), list(learned.rows), 200)
 
 
 @pytest.mark.parametrize("text", ["walk", "walk, turn left, sit down", "walk but not turn"])

@@ -20,7 +20,7 @@ from motiondb.learn.checking import NO_EXAMPLES_CHECKED
 from motiondb.learn.joining import start_weight
 from motiondb.learn.learned_model import from_stored, to_stored
 from motiondb.meaning.regression import Certainties, Certainty
-from motiondb.search.asked_words import learned_words
+from motiondb.search.asking import understand_learned
 from motiondb.search.by_example import search_motion
 from motiondb.search.by_words import search_words
 from motiondb.search.described import describe
@@ -120,7 +120,7 @@ def test_probabilities_stand_beside_words_that_own_captions_hold(
     learned = replace(started.learned, certainties=Certainties(words=sure))
 
     def ask(text: str) -> tuple[str, set[bool]]:
-        every = search_words(learned_words(learned), text, sorted(learned.rows))
+        every = search_words(understand_learned(learned, text), sorted(learned.rows))
         return every.unchecked, {m.probability is not None for m in every.matches}
 
     reason = "no probabilities: no caption of this database holds 'kick'"

@@ -1,0 +1,189 @@
+"""A question in words as a database understands it, before any capture is looked at.
+
+Words that no caption holds are written as known ones, found where they are written, replaced,
+measured in the motion, heard by their meaning, or left out
+(:mod:`motiondb.search.takings`, :mod:`motiondb.search.asked_words`). If the head of an action stays
+unknown, the answers are for the rest alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+from motiondb.language.nearby.table import NearbyTable
+from motiondb.language.question.readings import (
+    KnownQuestion,
+    Reading,
+    hinted,
+    plain_actions,
+    readings,
+    with_hints,
+)
+from motiondb.language.question.tree import NotUsed, actions_of
+from motiondb.learn.learned import Learned
+from motiondb.search.asked_words import (
+    AskedWords,
+    WrittenWord,
+    learned_words,
+    with_replaced,
+    without_words_apart,
+    written_words_of,
+)
+from motiondb.search.measured_answers import (
+    is_measured,
+    measured_words,
+    only_action,
+    unmeasured_words,
+    without_measured,
+    without_measured_words,
+)
+from motiondb.search.placing import is_order
+from motiondb.search.takings import (
+    Sentence,
+    Taking,
+    hints_of,
+    near_sentence,
+    not_understood,
+    unknown_words,
+    with_likeliest,
+    write_otherwise,
+)
+
+QUOTES = (('"', '"'), ("\u201c", "\u201d"), ("\u201e", "\u201c"))
+"""Pairs of quotation marks, which may stand around a question."""
+
+
+@dataclass(frozen=True, eq=False)
+class AskedQuestion:
+    """A question in words, as it is understood."""
+
+    text: str  # As it was written
+    sentence: Sentence  # With unknown words written as known ones
+    asked: AskedWords  # The words that it may use
+    known: KnownQuestion  # In known words
+    actions: tuple[tuple[str, ...], ...]  # As a plain order of actions; () stands for any action
+    not_used: tuple[NotUsed, ...]
+    takings: Mapping[str, Taking]  # Of words that no caption holds
+    same: Mapping[str, Taking] = field(default_factory=dict)  # Known words, as they were written
+    missing: tuple[str, ...] = ()  # Heads of actions that are not understood, as written
+    # The rest is empty for a search by symbols
+    readings: tuple[Reading, ...] = ()
+    only: tuple[str, ...] = ()  # Words, known or not, of the only action; () if there are more
+    measured: tuple[str, ...] = ()  # Unknown words that are measured in the motion
+    unmeasured: tuple[str, ...] = ()  # Words that other questions measure and this one does not
+    is_order: bool = False  # Whether the order is looked for in the frames
+    is_measured: bool = False  # Whether something is compared with the motion
+
+    @property
+    def words(self) -> list[str]:
+        """The known words that are asked for, each once."""
+        actions = actions_of(self.known.tree)
+        return list(dict.fromkeys(word for action in actions for word in action.all_words))
+
+    @cached_property
+    def taken(self) -> dict[str, Taking]:
+        """Unknown words for which known ones stand."""
+        return {word: taking for word, taking in self.takings.items() if taking.heard}
+
+    def with_near_words(self, table: NearbyTable) -> AskedQuestion | None:
+        """The question with near words in place of its own; None if there are none."""
+        near = near_sentence(self.sentence, table)
+        if near is None:
+            return None
+        plain = replace(self.asked, heard=None)  # what is said apart depends on the question
+        instead = understand(plain, near, self.takings, looks_at_motion=True)
+        return replace(instead, text=self.text, same=self.same)
+
+
+def ask(
+    learned: Learned,
+    text: str,
+    table: NearbyTable,
+    find_written: Callable[[], Mapping[str, WrittenWord]],
+    exact: bool = False,
+    by_symbols: bool = False,
+) -> AskedQuestion:
+    """Understand a question as ``MotionDB.search`` does."""
+    sentence, same = Sentence(learned, unquote(text)), dict[str, Taking]()
+    if by_symbols:  # captions hold words, not symbols
+        takings = unknown_words(sentence, table, is_replaced=not exact)
+        question = plain_order(Sentence(with_likeliest(learned, takings), sentence.text), takings)
+    else:
+        if not exact:
+            sentence, same = write_otherwise(sentence, find_written)
+        asked = written_words_of(sentence, find_written, None if exact else table)
+        takings = unknown_words(sentence, table, asked.added, not exact, by_meaning=not exact)
+        takings = without_measured_words(sentence, takings)
+        asked = with_replaced(asked, takings)
+        question = understand(asked, sentence, takings, looks_at_motion=True)
+    missing = not_understood(sentence, {*question.asked.added, *question.taken})
+    return replace(question, text=text, same=same, missing=missing)
+
+
+def plain_order(sentence: Sentence, takings: Mapping[str, Taking]) -> AskedQuestion:
+    """Understand a question as an order of actions, for a search by symbols."""
+    hints = hints_of(takings)
+    known = with_hints(sentence.in_known_words({}), hints)
+    actions, not_decoded = plain_actions(known.tree)
+    unused = hinted((*known.not_used, *not_decoded), hints)
+    asked = learned_words(sentence.learned)
+    return AskedQuestion(sentence.text, sentence, asked, known, actions, unused, takings)
+
+
+def understand(
+    asked: AskedWords,
+    sentence: Sentence,
+    takings: Mapping[str, Taking] | None = None,
+    looks_at_motion: bool = False,
+) -> AskedQuestion:
+    """Understand a question in some words.
+
+    `looks_at_motion`: Whether orders and what is measured are looked for in the frames.
+    """
+    takings = takings or {}
+    hints = hints_of(takings)
+    known = with_hints(sentence.in_known_words(asked.added), hints)
+    only = tuple(map(asked.likeliest, only_action(sentence))) if looks_at_motion else ()
+    measured = tuple(sorted(measured_words(only) & known.unknown.keys()))
+    known = without_measured(known, measured)
+    read, not_searched = readings(known.tree)
+    is_single = looks_at_motion and len(read) == 1
+    unmeasured: tuple[str, ...] = ()
+    if looks_at_motion:
+        unmeasured = unmeasured_words(asked, sentence.parsed.tree, read, only)
+    return AskedQuestion(
+        sentence.text,
+        sentence,
+        without_words_apart(asked, read, sentence.verbs),
+        known,
+        plain_actions(known.tree)[0],
+        hinted((*known.not_used, *not_searched), hints),
+        takings,
+        readings=read,
+        only=only,
+        measured=measured,
+        unmeasured=unmeasured,
+        is_order=is_single and is_order(read[0]),
+        is_measured=is_single and is_measured(asked, read[0], only),
+    )
+
+
+def understand_learned(learned: Learned, text: str, looks_at_motion: bool = False) -> AskedQuestion:
+    """Understand a question in the learned words alone."""
+    sentence = Sentence(learned, unquote(text))
+    return understand(learned_words(learned), sentence, looks_at_motion=looks_at_motion)
+
+
+def unquote(text: str) -> str:
+    """A question without quotation marks around it.
+
+    >>> unquote('"walk, sit"'), unquote('walk')
+    ('walk, sit', 'walk')
+    """
+    bare = text.strip()
+    for opening, closing in QUOTES:
+        if len(bare) > 1 and bare.startswith(opening) and bare.endswith(closing):
+            return bare[1:-1]
+    return text
