@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sample_motions import sample_clip
 
 from motiondb.body import body, kinematics, retarget, rotation
 from motiondb.errors import SkeletonError
-from motiondb.files.formats import read_capture
 from motiondb.records import MOTION_FPS, Clip, FloatArray, Motion, Skeleton
 
 MotionMaker = Callable[..., Motion]
-SAMPLES = Path(__file__).parents[2] / "sample_data" / "captures"
 few = settings(deadline=None, max_examples=10)
 I = body.INDEX  # noqa: E741
 
@@ -217,7 +215,7 @@ def test_a_toe_that_points_anywhere_is_replaced() -> None:
 @pytest.mark.parametrize("name", ["ana/dance_1", "boris/kick_1", "fatou/layup_1"])
 def test_sample_captures_keep_their_joints(name: str) -> None:
     """Bone by bone, the canonical body points where the capture's own body points."""
-    clip = read_capture(SAMPLES / f"{name}.bvh")
+    clip = sample_clip(name)
     motion = retarget.to_motion(clip)
     points = retarget.clip_keypoints(clip) * (body.LEG_LENGTH / motion.leg_length)
     actual, _ = retarget.motion_positions(motion)

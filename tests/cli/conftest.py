@@ -1,4 +1,4 @@
-"""A database with two fights and the grammar of one, for tests of commands."""
+"""Small databases for tests of commands: two fights with a grammar, and two captures learned."""
 
 from __future__ import annotations
 
@@ -26,6 +26,18 @@ def taught(tmp_path_factory: pytest.TempPathFactory, samples_folder: Path) -> Pa
         search = TerminalSettings(n_starts=1, n_trials=150)
         settings = GrammarSettings(6, search=search, evaluations=300)
         db.grammars.learn(["boris/long_fight_1"], "fight", settings)
+    return path
+
+
+@pytest.fixture(scope="session")
+def small(tmp_path_factory: pytest.TempPathFactory, samples_folder: Path) -> Path:
+    """A database of two captures that has learned."""
+    path = tmp_path_factory.mktemp("small") / "small.duckdb"
+    with motiondb.open(path) as db:
+        for name in ("bow", "walk"):
+            db.add(samples_folder / f"ana/{name}_1.bvh")
+            db.set_words(f"{name}_1", name)
+        db.learn()
     return path
 
 

@@ -10,7 +10,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import duckdb
 import pytest
 
 
@@ -98,19 +97,6 @@ def test_wrong_data_ends_with_one(command: Any, some: Path) -> None:
         ended = command(*words)
         assert ended.code == 1
         assert sentence in ended.err
-
-
-def test_another_file_and_a_newer_database(command: Any, some: Path, tmp_path: Path) -> None:
-    Path("text.duckdb").write_text("no database" * 1000)
-    ended = command("list", "--db", "text.duckdb")
-    assert ended.code == 1
-    assert "text.duckdb: expected a database of motiondb, found another kind of file" in ended.err
-    command("add", some / "ana/bow_1.bvh")
-    with duckdb.connect("motions.duckdb") as connection:
-        connection.execute("UPDATE meta SET value = '999' WHERE key = 'schema'")
-    for words in (("list",), ("learn",), ("add", some), ("check",)):
-        ended = command(*words)
-        assert (ended.code, "newer" in ended.err) == (1, True)
 
 
 def test_help_and_version() -> None:

@@ -9,17 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dances import SETTINGS, TAKES
 
 import motiondb
 from motiondb import store
 from motiondb.database import MotionDB
-from motiondb.database.grammars.grammar_learning import GrammarSettings
 from motiondb.grammar.cfg import context_free
-from motiondb.grammar.terminals.terminals import TerminalSettings
-
-TAKES = ("ana/long_dance_2", "dora/long_dance_1")
-QUICK = TerminalSettings(n_starts=1, n_trials=150)
-SETTINGS = GrammarSettings(n_terminals=8, seed=1, search=QUICK, evaluations=300)
 
 
 @pytest.fixture(scope="session")

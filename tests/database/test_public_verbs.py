@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -136,32 +134,6 @@ def test_a_diagram_tells_what_it_asks_of_each_player(tmp_path: Path) -> None:
     assert Scenes.draw_diagram(text, tmp_path / "one.png").stat().st_size > 10_000
     by_name = Scenes.draw_diagram("give-and-go", tmp_path / "two.png")
     assert by_name.read_bytes() == (tmp_path / "one.png").read_bytes()
-
-
-CHANGES = """
-import sys, motiondb
-before = motiondb.changes_saved()
-with motiondb.open(sys.argv[1]) as db:
-    opened = motiondb.changes_saved()
-    db.add(sys.argv[2])
-print(before, opened, motiondb.changes_saved())
-"""
-
-
-def test_whether_changes_were_saved_is_known(some: Path, tmp_path: Path) -> None:
-    ended = subprocess.run(
-        [
-            sys.executable,
-            "-c",
-            CHANGES,
-            str(tmp_path / "m.duckdb"),
-            str(some / "ana" / "bow_1.bvh"),
-        ],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert ended.stdout.split() == ["False", "False", "True"]
 
 
 def standing() -> Motion:

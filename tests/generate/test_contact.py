@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from sample_motions import sample_motion
 
 from motiondb.body import body, kinematics, retarget, rotation
-from motiondb.files.formats import read_capture
 from motiondb.generate import contact
 from motiondb.records import FloatArray, Motion
 
-SAMPLES = Path(__file__).parents[2] / "sample_data" / "captures"
 NAMES = ("ana/walk_1", "emil/dance_1", "boris/kick_1")
 I = body.INDEX  # noqa: E741
 STANDING = body.LEG_LENGTH + body.ANKLE_HEIGHT
-
-
-def sample(name: str) -> Motion:
-    return retarget.to_motion(read_capture(SAMPLES / f"{name}.bvh"))
 
 
 def skating(motion: Motion, speed: float = 0.12) -> Motion:
@@ -51,7 +45,7 @@ def lowest(positions: FloatArray) -> float:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_skating_feet_are_held(name: str) -> None:
-    motion = skating(sample(name))
+    motion = skating(sample_motion(name))
     locked = contact.lock_feet(motion)
     assert contact.foot_slip(motion) > 0.06
     assert contact.foot_slip(locked) < min(0.06, 0.5 * contact.foot_slip(motion))
@@ -59,7 +53,7 @@ def test_skating_feet_are_held(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_no_foot_is_below_the_ground(name: str) -> None:
-    motion = sample(name)
+    motion = sample_motion(name)
     root = motion.root_positions - np.array([0, 0.02, 0], dtype=np.float32)
     positions, _ = retarget.motion_positions(
         contact.lock_feet(replace(motion, root_positions=root))
@@ -69,7 +63,7 @@ def test_no_foot_is_below_the_ground(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_nothing_jumps(name: str) -> None:
-    motion = skating(sample(name))
+    motion = skating(sample_motion(name))
     before, _ = retarget.motion_positions(motion)
     after, _ = retarget.motion_positions(contact.lock_feet(motion))
     jerk_before = np.linalg.norm(np.diff(before, 2, axis=0), axis=-1).max(axis=1)
@@ -79,7 +73,7 @@ def test_nothing_jumps(name: str) -> None:
 
 
 def test_only_legs_move_and_bones_keep_their_lengths() -> None:
-    motion = skating(sample("ana/walk_1"))
+    motion = skating(sample_motion("ana/walk_1"))
     locked = contact.lock_feet(motion)
     np.testing.assert_array_equal(locked.root_positions, motion.root_positions)
     legs = [I[f"{s}_{j}"] for s in "lr" for j in ("hip", "knee", "ankle")]

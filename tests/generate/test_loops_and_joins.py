@@ -3,31 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from sample_motions import sample_clip, sample_motion
 
-from motiondb.body import changes, kinematics, retarget, rotation
+from motiondb.body import changes, kinematics, rotation
 from motiondb.body.pose_vectors import yaw
 from motiondb.errors import QueryError
-from motiondb.files.formats import read_capture
 from motiondb.generate import contact
 from motiondb.generate.joining import join
 from motiondb.generate.loops import looped
 from motiondb.generate.stitching import Piece
-from motiondb.records import Motion
-
-CAPTURES = Path(__file__).parent.parent.parent / "sample_data" / "captures" / "ana"
-
-
-def motion(name: str) -> Motion:
-    return retarget.to_motion(read_capture(CAPTURES / f"{name}.bvh"))
 
 
 @pytest.mark.parametrize("fps", [30.0, 90.0])
 def test_a_cycle_of_a_walk_closes(fps: float) -> None:
-    clip = changes.resampled(read_capture(CAPTURES / "walk_1.bvh"), fps)
+    clip = changes.resampled(sample_clip("ana/walk_1"), fps)
     loop = looped(clip)
     assert 0.8 < loop.clip.duration < 3.0
     assert loop.clip.duration == pytest.approx(loop.end - loop.start)
@@ -45,7 +37,7 @@ def test_a_cycle_of_a_walk_closes(fps: float) -> None:
 
 def test_a_cycle_in_place_does_not_turn() -> None:
     """A walk in a circle of 45 degrees a second keeps its turn, unless it is played in place."""
-    clip = read_capture(CAPTURES / "walk_1.bvh")
+    clip = sample_clip("ana/walk_1")
     turns = yaw(np.arange(clip.n_frames) / clip.fps * np.radians(45.0))
     local = clip.local_rotations.copy()
     local[:, 0] = rotation.multiply(turns, local[:, 0])
@@ -60,7 +52,7 @@ def test_a_cycle_in_place_does_not_turn() -> None:
 
 
 def test_too_short_and_too_long_for_a_cycle() -> None:
-    clip = read_capture(CAPTURES / "walk_1.bvh")
+    clip = sample_clip("ana/walk_1")
     with pytest.raises(QueryError) as caught:
         looped(changes.part(clip, 0, 9))
     assert str(caught.value) == (
@@ -69,7 +61,7 @@ def test_too_short_and_too_long_for_a_cycle() -> None:
 
 
 def test_parts_keep_their_frames_away_from_seams() -> None:
-    motions = [motion("walk_1"), motion("jump_1")]
+    motions = [sample_motion("ana/walk_1"), sample_motion("ana/jump_1")]
     parts = [Piece(0, 10, 70), Piece(1, 0, 60), Piece(1, 60, 80)]
     joined = join(motions, parts)
     assert joined.made.motion.n_frames == 140
@@ -89,4 +81,4 @@ def test_parts_keep_their_frames_away_from_seams() -> None:
 
 def test_a_part_of_a_frame_is_refused() -> None:
     with pytest.raises(QueryError, match=r"part 2: expected at least 0\.1 s, found 0\.03 s\."):
-        join([motion("jump_1")], [Piece(0, 0, 30), Piece(0, 40, 41)])
+        join([sample_motion("ana/jump_1")], [Piece(0, 0, 30), Piece(0, 40, 41)])

@@ -9,25 +9,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rigs import RIGS, mixamo
+from sample_motions import sample_motion
 
 from motiondb.body import body, changes, kinematics, retarget
 from motiondb.database.catalogue.exporting import MotionChanges, write_motion
 from motiondb.files.bvh_writer import write_bvh
 from motiondb.files.formats import read_capture
 from motiondb.generate.onto import at_rest, onto
-from motiondb.records import Motion, Skeleton
-
-CAPTURES = Path(__file__).parent.parent.parent / "sample_data" / "captures" / "ana"
-
-
-def motion(name: str) -> Motion:
-    return retarget.to_motion(read_capture(CAPTURES / f"{name}.bvh"))
+from motiondb.records import Skeleton
 
 
 @pytest.mark.parametrize("rig", RIGS)
 @pytest.mark.parametrize("name", ["walk_1", "jump_1"])
 def test_feet_and_hands_are_kept(rig: str, name: str) -> None:
-    source = motion(name)
+    source = sample_motion(f"ana/{name}")
     fitted = onto(source, RIGS[rig]())
     fit = fitted.fit
     assert fit.foot_error < 0.006  # metres
@@ -44,7 +39,7 @@ def test_feet_and_hands_are_kept(rig: str, name: str) -> None:
 @pytest.mark.parametrize("rig", RIGS)
 def test_bones_keep_their_lengths_and_the_pose_of_the_rig_has_no_rotations(rig: str) -> None:
     made = RIGS[rig]()
-    fitted = onto(motion("walk_1"), made)
+    fitted = onto(sample_motion("ana/walk_1"), made)
     places = kinematics.clip_positions(fitted.clip)[0]
     rest = kinematics.clip_positions(fitted.rig)[0][0]
     parents = made.skeleton.parents
@@ -80,7 +75,7 @@ def test_hands_follow_the_arm_where_arms_are_much_longer() -> None:
         offsets[rig.skeleton.names.index(f"mixamorig:{name}")] *= 1.6
     long = rig.__class__(**{**vars(rig), "skeleton": rig.skeleton.__class__(
         rig.skeleton.names, rig.skeleton.parents, offsets)})  # fmt: skip
-    fit = onto(motion("walk_1"), long).fit
+    fit = onto(sample_motion("ana/walk_1"), long).fit
     assert fit.hands == "by the arm"
     assert fit.hand_error < 0.02
 
@@ -88,7 +83,7 @@ def test_hands_follow_the_arm_where_arms_are_much_longer() -> None:
 @pytest.mark.parametrize("rig", RIGS)
 def test_a_bvh_file_of_the_rig_is_followed_as_well(rig: str, tmp_path: Path) -> None:
     """Without rotations the bones of some rigs lie as nobody could stand."""
-    source, made = motion("walk_1"), RIGS[rig]()
+    source, made = sample_motion("ana/walk_1"), RIGS[rig]()
     write_bvh(made, tmp_path / "rig.bvh")
     asked = MotionChanges(onto=tmp_path / "rig.bvh")
     write_motion(source, tmp_path / "out.bvh", asked)
@@ -113,5 +108,5 @@ def test_a_foot_without_a_toe_rolls_and_does_not_slip() -> None:
         rig.skeleton.offsets[kept],
     )
     bare = replace(rig, skeleton=skeleton, local_rotations=rig.local_rotations[:, kept])
-    fit = onto(motion("walk_1"), bare).fit
+    fit = onto(sample_motion("ana/walk_1"), bare).fit
     assert fit.slip < fit.slip_of_motion + 0.001

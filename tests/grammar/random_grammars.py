@@ -1,4 +1,4 @@
-"""Small grammars for hypothesis, which tests of deriving and of parsing share."""
+"""The toy language of the paper, and small grammars for hypothesis."""
 
 from __future__ import annotations
 
@@ -6,7 +6,15 @@ from math import log
 
 from hypothesis import strategies as st
 
-from motiondb.grammar.cfg.context_free import Grammar, Rule, Tree
+from motiondb.grammar.cfg.context_free import Grammar, Rule, Tree, read_grammar
+
+TOY = read_grammar("""
+S -> r X1 X2 m
+X1 -> X3 X4 X3
+X2 -> p | s
+X3 -> f | empty
+X4 -> d | empty
+""")
 
 rules = st.builds(
     Rule,

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from random_grammars import TOY
 
 from grammar_tasks.language_match import match_languages
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Rule, read_grammar
@@ -25,13 +26,6 @@ from motiondb.grammar.languages import (
     held_out_coverage,
 )
 
-TOY = read_grammar("""
-S -> r X1 X2 m
-X1 -> X3 X4 X3
-X2 -> p | s
-X3 -> f | empty
-X4 -> d | empty
-""")
 SIX = [tuple(s) for s in ("rfdpm", "rfdsm", "rdfsm", "rdpm", "rdsm", "rpm")]
 
 
@@ -61,16 +55,6 @@ def test_a_finite_language_is_all_that_is_accepted(actual: list[Rule]) -> None:
         assert {s for s in whole if len(s) < 7} == short
     else:  # three nonterminals and two symbols a rule: no gap between lengths is above 8
         assert nearest_length(grammar, 40) >= 32
-
-
-def test_growing_and_merely_cyclic() -> None:
-    assert finite_language(read_grammar("S -> S [0.5] | A\nA -> S | a b | empty")) == {
-        (),
-        ("a", "b"),
-    }
-    assert finite_language(read_grammar("S -> S E | a\nE -> empty")) == {("a",)}
-    assert finite_language(read_grammar("S -> S E | a\nE -> empty | b")) is None
-    assert finite_language(read_grammar("S -> a | b S")) is None
 
 
 def test_precision_sampled_and_recall_exact() -> None:

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from itertools import pairwise, product
-from pathlib import Path
 
 import numpy as np
 import pytest
+from sample_motions import SAMPLES, sample_motion
 
 from motiondb.body import features, pose_vectors, retarget
 from motiondb.errors import QueryError
-from motiondb.files.formats import read_capture
 from motiondb.generate import contact, stitching
 from motiondb.grammar import synthesis
 from motiondb.grammar.terminals.terminals import Terminals
 from motiondb.records import FloatArray, Motion
-
-SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"
 
 
 def true_terminals(name: str, take: int = 0) -> tuple[Motion, Terminals]:
@@ -37,7 +34,7 @@ def true_terminals(name: str, take: int = 0) -> tuple[Motion, Terminals]:
         np.array([np.flatnonzero(labels == k)[0] for k in range(len(kinds))]),
         1.0,
     )
-    return retarget.to_motion(read_capture(SAMPLES / "captures" / f"{name}.bvh")), actual
+    return sample_motion(name), actual
 
 
 @pytest.fixture(scope="module")

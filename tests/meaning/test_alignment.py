@@ -67,12 +67,6 @@ def test_a_perfect_match_scores_one_where_it_stands() -> None:
     assert actual == (pytest.approx(1.0), 2, 5)
 
 
-def test_a_gap_costs_half_its_share_by_hand() -> None:
-    query, weights = np.array([0, 1, 2]), np.array([0.5, 0.25, 0.25])
-    score, first, last = alignment.align(query, weights, np.array([0, 2]), APART, 1.0)
-    assert (score, first, last) == (pytest.approx(0.5 - 0.5 * 0.25 + 0.25), 0, 2)
-
-
 @settings(deadline=None, max_examples=60)
 @given(st.integers(0, 10**6))
 def test_score_and_place_equal_plain_python(seed: int) -> None:
@@ -146,17 +140,6 @@ def test_a_part_finds_itself_exactly(seed: int, start: int, length: int) -> None
     capture = random_walk(seed, 100).astype("f4")
     actual = alignment.best_part(capture[start : start + length], capture)
     assert actual == (0.0, start, min(start + length, 100))
-
-
-def test_a_part_at_double_speed_is_found() -> None:
-    capture = random_walk(3, 100).astype("f4")
-    distance, start, end = alignment.best_part(capture[20:60:2], capture)
-    assert (distance, start, end) == (0.0, 20, 59)
-
-
-def test_distance_by_hand() -> None:
-    query, capture = np.array([[0.0], [1.0]], "f4"), np.array([[5.0], [1.0], [1.0]], "f4")
-    assert alignment.best_part(query, capture) == (0.5, 1, 3)
 
 
 @pytest.mark.parametrize("n_frames", [0, 1, 3])

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from made_tables import takes_of
+from sample_motions import sample_motion
 
-from motiondb.body import features, retarget
-from motiondb.files.formats import read_capture
+from motiondb.body import features
 from motiondb.meaning import alignment, by_motion, score_vectors
 from motiondb.meaning.resemblance import fit_pooled_map, meaning_space, pooled_statistics
 from motiondb.meaning.word_map import WordMap
@@ -17,7 +15,6 @@ from motiondb.records import Float32Array, FloatArray
 from motiondb.symbols.feature_space import fit_feature_space
 from motiondb.symbols.segmentation import segment
 
-SAMPLES = Path(__file__).parents[2] / "sample_data" / "captures"
 NAMES = (
     "ana/walk_1", "ana/long_1", "ana/dance_1", "ana/jump_1", "boris/kick_1", "boris/long_fight_1",
     "chidi/run_1", "chidi/layup_1", "dora/walk_1", "dora/bow_1", "emil/wave_1", "goran/punch_1",
@@ -29,7 +26,7 @@ class World:
     """Sample captures with symbols that are simply prototype frames, and what they say."""
 
     def __init__(self) -> None:
-        motions = [retarget.to_motion(read_capture(SAMPLES / f"{n}.bvh")) for n in NAMES]
+        motions = [sample_motion(name) for name in NAMES]
         raw = [features.recognition_features(m) for m in motions]
         space = fit_feature_space(raw, 12)
         self.features = {n: space.project(f) for n, f in enumerate(raw)}

@@ -8,29 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_takes import WALK_TURN_SIT, all_of, take
+from made_takes import all_of, take
 
 from motiondb.meaning import by_question, word_evidence, word_map
 from motiondb.meaning.score_vectors import unit
 from motiondb.records import FloatArray
 
 WALK, TURN, SIT = range(3)
-
-
-def test_one_action_is_found_where_it_is() -> None:
-    hit = by_question.search_order(WALK_TURN_SIT, [[TURN]])
-    assert hit is not None
-    assert (hit.start, hit.end, hit.parts) == (30, 40, ((30, 40),))
-    assert hit.log_odds == pytest.approx(0.5 * 4.0 + 0.5 * 1.0)
-    assert 1 / (1 + np.exp(-hit.log_odds)) == pytest.approx(1 / (1 + np.exp(-2.5)))
-
-
-def test_ordered_actions_are_found_in_order() -> None:
-    hit = by_question.search_order(WALK_TURN_SIT, [[WALK], [TURN], [SIT]])
-    assert hit is not None
-    assert hit.parts == ((0, 30), (30, 40), (40, 60))
-    assert (hit.start, hit.end) == (0, 60)
-    assert hit.log_odds == pytest.approx(all_of(2.0 + 1.0, 2.0 + 0.5, 2.0 + 1.5))
 
 
 def test_more_actions_than_segments_share_a_segment() -> None:
@@ -45,13 +29,6 @@ def test_more_actions_than_segments_share_a_segment() -> None:
 def test_more_actions_than_frames_are_not_found() -> None:
     one = word_evidence.TakeScores(np.array([0]), np.array([1]), np.ones((1, 3)), np.ones(3))
     assert by_question.search_order(one, [[WALK], [TURN]]) is None
-
-
-def test_an_empty_action_fills_the_gap() -> None:
-    hit = by_question.search_order(WALK_TURN_SIT, [[WALK], [], [SIT]])
-    assert hit is not None
-    assert hit.parts == ((0, 30), (30, 40), (40, 60))
-    assert hit.log_odds == pytest.approx(all_of(2.0 + 1.0, 2.0 + 1.5))
 
 
 def test_a_capture_that_says_the_same_throughout_is_found_whole() -> None:

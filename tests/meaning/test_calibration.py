@@ -10,7 +10,6 @@ from scipy.optimize import minimize
 
 from motiondb.meaning import by_motion
 from motiondb.meaning.regression import (
-    Certainty,
     fit_probability,
     probability,
     separate,
@@ -48,22 +47,6 @@ def test_the_fit_is_the_optimum_found_by_a_general_method(
     fitted = np.append(weights * spread, constant + weights @ centre)
     assert (weights >= 0.0).all()
     assert cost(fitted) <= best.fun + 1e-5
-
-
-def test_right_answers_are_as_many_as_the_probabilities_say() -> None:
-    cues, right = answers(3, (1.5, 0.0))
-    weights, constant = fit_probability(cues, right)
-    given_ = probability(Certainty(weights, constant, 0.0).log_odds(cues))
-    assert given_.sum() == pytest.approx(right.sum(), rel=1e-3)
-    assert weights[0] == pytest.approx(1.5, abs=0.4)
-    assert weights[1] == pytest.approx(0.0, abs=0.2)
-
-
-def test_a_cue_that_speaks_against_answers_gets_no_weight() -> None:
-    cues, right = answers(5, (-2.0,))
-    weights, constant = fit_probability(cues, right)
-    assert weights.tolist() == [0.0]
-    assert probability(constant) == pytest.approx(right.mean(), abs=1e-3)
 
 
 @few

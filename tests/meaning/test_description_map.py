@@ -69,12 +69,6 @@ def test_it_is_the_kernel_ridge_regression_of_captions_of_length_1(seed: int) ->
     np.testing.assert_allclose(scores, naive_scores(rows, asked), atol=1e-5)
 
 
-def test_the_kernel_by_hand() -> None:
-    v = np.array([[1.0, 0.0], [0.6, 0.8]])
-    apart = 0.6 + BETA * np.exp(-0.4 / TAU)
-    np.testing.assert_allclose(kernel(v, v), [[1.0 + BETA, apart], [apart, 1.0 + BETA]])
-
-
 def test_effective_performers_by_hand() -> None:
     """All of one performer: 1; three to one: exp(.5623); of none: one half."""
     groups = np.array([7, 7, 7, 9, 9])
@@ -82,15 +76,6 @@ def test_effective_performers_by_hand() -> None:
     np.testing.assert_allclose(
         effective_performers(presence, groups), [1.0, np.exp(0.562335), 0.5], 1e-5
     )
-
-
-def test_a_performer_with_many_captures_does_not_outweigh_the_others() -> None:
-    """Nine captures weigh three times as much as one, not nine times: a mean of 3 to 1."""
-    vectors = np.tile([[1.0, 0.0]], (10, 1))
-    presence = np.zeros((10, 2), dtype=bool)
-    presence[:9, 0], presence[9, 1] = True, True
-    scores = fit_description_map(vectors, presence, np.array([0] * 9 + [1])).scores(vectors[:1])
-    np.testing.assert_allclose(scores, [[0.75, 0.25]], atol=1e-6)
 
 
 def test_fewer_centres_than_intervals(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -47,22 +46,6 @@ def test_without_a_resemblance_nothing_changes() -> None:
     rows = np.eye(5)
     alike = -np.ones(5)
     assert with_feedback(alike, rows).tolist() == [-1.0] * 5
-
-
-def test_a_second_opinion_has_three_tenths() -> None:
-    words = WordMap(np.eye(2), np.zeros(2), np.ones(2), np.ones(2), np.ones(3))
-    vectors = np.array([[1.0, 0.0], [0.6, 0.8]])
-    # the map takes statistics of length 1 to twice themselves
-    pooled = PooledMap(np.zeros(2), np.ones(2), np.zeros(2), np.array([[2.0, 0.0], [0.0, 2.0]]))
-    space = meaning_space(words, pooled=pooled, dtype=np.float64)
-    rows = space.rows(vectors, np.array([[0.0, 2.0], [0.0, 5.0]]))
-    assert rows[0] @ rows[1] == pytest.approx(0.5 * 0.6 + 0.3 * 1.0 + 0.2 * 0.6)
-    np.testing.assert_allclose((rows * rows).sum(axis=1), 1.0)
-    space = meaning_space(words, emphasis=np.array([1.0, 0.5]), pooled=pooled, dtype=np.float64)
-    halved = space.rows(vectors, np.array([[1, 1], [1, 0.0]]))
-    assert halved[0] @ halved[1] == pytest.approx(
-        0.5 * 0.6 / np.hypot(0.6, 0.4) + 0.3 / np.sqrt(1.25) + 0.2 * 0.6
-    )
 
 
 def naive_rows(

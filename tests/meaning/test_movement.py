@@ -42,14 +42,6 @@ def test_columns_equal_a_loop_over_frames() -> None:
         np.testing.assert_allclose(row, slow_twin(frames, start, end), atol=1e-5)
 
 
-def test_a_still_body_has_no_rhythm() -> None:
-    frames = np.full((10, 2), 0.75, dtype=np.float32)
-    actual = score_vectors.describe_movement(frames, np.array([0]), np.array([10]))[0]
-    np.testing.assert_allclose(actual[6:8], [0.5, 0.5])  # on the level 0.75
-    np.testing.assert_allclose(actual[10:13], [0.5625] * 3)
-    np.testing.assert_allclose(actual[13:], 0.0)
-
-
 @pytest.mark.parametrize("n_dims", [1, 2, 24])
 def test_block_sizes_are_found_from_their_sum(n_dims: int) -> None:
     sizes = (5 * n_dims, n_dims * (n_dims + 1) // 2, 5 * n_dims)
@@ -123,16 +115,3 @@ def test_spreads_are_velocities() -> None:
     actual = score_vectors.travel(root.astype(np.float32))[0]
     np.testing.assert_allclose(actual[20:], 1.0, rtol=1e-6)
     np.testing.assert_allclose(actual[[12, 5, 14, 15]], 1 / (1 + np.exp([-1.0, 1.0, -1.0, -1.0])))
-
-
-def test_a_turn_to_the_left_is_not_one_to_the_right() -> None:
-    root = np.zeros((40, 4), dtype=np.float32)
-    root[:, 3] = SPREAD[3]
-    left, right = (
-        score_vectors.travel(root).mean(axis=0),
-        score_vectors.travel(-root).mean(axis=0),
-    )
-    turning = np.arange(3, 20, 4)
-    np.testing.assert_allclose(left[turning], 1.0 - right[turning][::-1])
-    assert left[15] > 0.7 > 0.1 > right[15]  # surely above 0.75 spreads, and not
-    assert left[23] == right[23] == pytest.approx(1.0)

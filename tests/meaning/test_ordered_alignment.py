@@ -104,14 +104,3 @@ def test_posteriors_are_probabilities(ratios: FloatArray) -> None:
     assert np.isfinite(placed).all()
     assert (placed >= 0.0).all()
     assert (placed.sum(axis=1) <= 1.0 + 1e-9).all()
-
-
-@given(
-    npst.arrays(
-        np.float64, st.tuples(st.integers(1, 6), st.integers(1, 3)), elements=st.floats(-9, 9)
-    )
-)
-def test_time_reversed_gives_the_same_reversed(ratios: FloatArray) -> None:
-    assert align_in_order(ratios[::-1, ::-1])[::-1, ::-1] == pytest.approx(
-        align_in_order(ratios), abs=1e-9
-    )

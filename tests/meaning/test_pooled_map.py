@@ -54,15 +54,6 @@ def test_the_map_is_the_ridge_regression_of_captions_of_length_1() -> None:
     np.testing.assert_allclose(fitted.evidence(statistics).mean(axis=0), 0.0, atol=1e-12)
 
 
-def test_two_intervals_by_hand() -> None:
-    """p is +-1 and t the unit vectors, so that u = 1 / (2 + ridge) for one word, less for both."""
-    fitted = fit_pooled_map(np.array([[2.0], [4.0]]), np.array([[True, False], [False, True]]))
-    assert (fitted.centre.tolist(), fitted.spread.tolist()) == ([3.0], [1.0])
-    size = 1.0 / (2.0 + POOLED_RIDGE)
-    np.testing.assert_allclose(fitted.weights, [[-size, size]])
-    np.testing.assert_allclose(fitted.evidence(np.array([[10.0]])), [[-size, size]])
-
-
 @pytest.mark.parametrize("n", [1, 2])
 def test_a_column_that_never_varies_counts_for_nothing(n: int) -> None:
     statistics = np.ones((n, 5))

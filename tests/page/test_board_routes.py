@@ -136,11 +136,11 @@ def test_a_text_outside_the_limits_of_requests_is_answered(client: TestClient) -
 
 
 def test_a_board_is_saved_as_the_file_that_the_command_line_reads(
-    learned_copy: Path, serve: Serve
+    tmp_path: Path, serve: Serve
 ) -> None:
-    client = serve(learned_copy)
+    client = serve(tmp_path / "new.duckdb")
     post(client, "/api/board", {"name": "my-drill", "text": DRILL}, "PUT")
-    path = learned_copy.parent / "boards" / "my-drill.tactics"
+    path = tmp_path / "boards" / "my-drill.tactics"
     assert path.read_text() == DRILL
     assert read_diagram(path.read_text(), str(path)).name == "Drill"
     drawn = [board for board in get(client, "/api/boards")["boards"] if not board["shipped"]]
@@ -152,26 +152,26 @@ def test_a_board_is_saved_as_the_file_that_the_command_line_reads(
 
 
 @pytest.mark.parametrize("name", ["../x", "/tmp/x", "con"])
-def test_a_name_of_a_board_is_no_path(learned_copy: Path, serve: Serve, name: str) -> None:
-    client = serve(learned_copy)
+def test_a_name_of_a_board_is_no_path(tmp_path: Path, serve: Serve, name: str) -> None:
+    client = serve(tmp_path / "new.duckdb")
     answer = client.put("/api/board", json={"name": name, "text": DRILL})
     assert answer.status_code == 400
     assert "expected a name of letters" in answer.json()["error"]["message"]
-    assert not (learned_copy.parent / "boards").exists()
+    assert not (tmp_path / "boards").exists()
 
 
-def test_a_shipped_board_is_not_overwritten(learned_copy: Path, serve: Serve) -> None:
-    client = serve(learned_copy)
+def test_a_shipped_board_is_not_overwritten(tmp_path: Path, serve: Serve) -> None:
+    client = serve(tmp_path / "new.duckdb")
     answer = client.put("/api/board", json={"name": "give-and-go", "text": DRILL})
     assert answer.status_code == 409
     assert client.delete("/api/board", params={"name": "give-and-go"}).status_code == 404
 
 
-def test_a_link_in_the_folder_of_boards_is_not_followed(learned_copy: Path, serve: Serve) -> None:
-    client = serve(learned_copy)
-    folder = learned_copy.parent / "boards"
+def test_a_link_in_the_folder_of_boards_is_not_followed(tmp_path: Path, serve: Serve) -> None:
+    client = serve(tmp_path / "new.duckdb")
+    folder = tmp_path / "boards"
     folder.mkdir()
-    secret = learned_copy.parent / "secret"
+    secret = tmp_path / "secret"
     secret.write_text("private")
     (folder / "link.tactics").symlink_to(secret)
     refused(client, "/api/board", 404, name="link")
@@ -179,8 +179,8 @@ def test_a_link_in_the_folder_of_boards_is_not_followed(learned_copy: Path, serv
     assert secret.read_text() == "private"
 
 
-def test_an_unreadable_scene_does_not_hide_the_others(learned_copy: Path, serve: Serve) -> None:
-    client = serve(learned_copy)
+def test_an_unreadable_scene_does_not_hide_the_others(tmp_path: Path, serve: Serve) -> None:
+    client = serve(tmp_path / "new.duckdb")
     folder = client.app.state.page.folder / "scenes" / "s0123456789"  # type: ignore[attr-defined]
     folder.mkdir()
     (folder / "facts.json").write_text("{}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from holding import holding
 from page_serving import ADDRESS, Serve, get, post, refused
 from starlette.testclient import TestClient
 
@@ -86,18 +87,6 @@ def test_words_are_set_and_undone_in_turn(learned_copy: Path, serve: Serve) -> N
         assert [c.words for c in db.captions(NAME)] == [c["words"] for c in before]
 
 
-def test_what_somebody_else_wrote_is_not_undone(learned_copy: Path, serve: Serve) -> None:
-    client = serve(learned_copy)
-    post(client, "/api/words", {"capture": NAME, "words": "walk"})
-    with motiondb.open(learned_copy, wait=5.0) as db:
-        db.set_words(NAME, "somebody else wrote this")
-    answer = client.post("/api/undo", json={})
-    assert answer.status_code == 409
-    assert "nothing has changed since" in answer.json()["error"]["message"]
-    with motiondb.open(learned_copy, read_only=True) as db:
-        assert db.captions(NAME)[0].words == "somebody else wrote this"
-
-
 def test_an_edit_that_could_not_be_undone_can_be_undone_later(
     learned_copy: Path, serve: Serve, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -114,47 +103,13 @@ def test_an_edit_that_could_not_be_undone_can_be_undone_later(
     assert post(client, "/api/undo", {})["words"] == before
 
 
-def test_words_without_sense_change_nothing(learned_copy: Path, serve: Serve) -> None:
-    client = serve(learned_copy)
-    answer = client.post("/api/words", json={"capture": NAME, "words": "walk", "end": 99})
-    assert answer.status_code == 400
-    assert "expected an interval within" in answer.json()["error"]["message"]
-    assert get(client, "/api/undo") == {"left": 0, "capture": None}
-
-
-def test_the_command_line_works_beside_the_page(
-    learned_copy: Path, serve: Serve, command: object
-) -> None:
-    client = serve(learned_copy)
-    get(client, "/api/captures")
-    ended = command("words", "set", NAME, "crawl", "--db", learned_copy)  # type: ignore[operator]
-    assert ended.code == 0
-    assert get(client, "/api/capture", name=NAME)["words"][0]["words"] == "crawl"
-    post(client, "/api/words", {"capture": NAME, "words": "walk"})
-    ended = command("show", NAME, "--db", learned_copy)  # type: ignore[operator]
-    assert "walk" in ended.out
-
-
 def test_a_database_that_is_held_is_told(learned_copy: Path, serve: Serve) -> None:
-    import subprocess
-    import sys
-
     client = serve(learned_copy, wait=0.2)
-    code = (
-        "import sys, duckdb; c = duckdb.connect(sys.argv[1]); print('held', flush=True);"
-        " sys.stdin.read()"
-    )
-    with subprocess.Popen(
-        [sys.executable, "-c", code, str(learned_copy)],
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-    ) as holder:  # fmt: skip
-        assert holder.stdout is not None
-        holder.stdout.readline()
+    with holding(learned_copy) as pid:
         answer = client.get("/api/captures")
-        holder.terminate()
     assert answer.status_code == 503
     assert answer.headers["retry-after"] == "1"
-    assert f"held by process {holder.pid}" in answer.json()["error"]["message"]
+    assert f"held by process {pid}" in answer.json()["error"]["message"]
     assert client.get("/api/captures").status_code == 200
 
 

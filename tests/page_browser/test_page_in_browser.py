@@ -151,21 +151,6 @@ def test_the_page_opens_on_a_question_that_finds_something(asked_server, new_pag
     page.get_by_label("Filter").wait_for()
 
 
-def test_the_filter_takes_plain_words_and_the_heads_of_the_table(asked_server, new_page):
-    page = new_page(f"{asked_server}#/catalogue")
-    for typed, found in (
-        ("kick", "fatou/kick_1"),  # in names and captions
-        ("fatou kick", "fatou/kick_1"),
-        ("length > 20 and words ~ turn", "ana/long_1"),
-        ("capture ~ bow_1", "ana/bow_1"),
-    ):
-        page.get_by_label("Filter").fill(typed)
-        page.keyboard.press("Enter")
-        page.get_by_text(" of 101 captures").wait_for()
-        page.locator(".row-capture", has_text=found).wait_for()
-        assert page.locator("#filter-fault").inner_text() == ""
-
-
 def test_small_things_are_where_they_are_looked_for(asked_server, new_page):
     page = new_page(f"{asked_server}#/catalogue?capture=fatou/kick_1")
     row = page.locator(".row-capture[aria-selected=true]")

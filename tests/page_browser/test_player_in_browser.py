@@ -47,15 +47,6 @@ def test_space_plays_and_pauses(player):
     assert _time(player) == paused
 
 
-def test_without_a_loop_it_stops_at_the_end(player):
-    _press(player, "l")
-    _press(player, "End")
-    player.keyboard.press("ArrowLeft")
-    player.keyboard.press(" ")
-    wait_for(player, "() => parseFloat(document.querySelector('.player-time').value) > 23")
-    player.get_by_role("button", name="Play (Space)").wait_for()
-
-
 def test_dragging_turns_the_camera_and_r_brings_it_back(player):
     _press(player, "r")
     seen = settled(player, ".player-canvas")

@@ -61,27 +61,6 @@ def test_answers_play_only_the_matched_interval(asked_server, new_page):
     assert max(places) <= lit[1] + 1
 
 
-def test_the_reason_is_told_word_by_word(asked_server, new_page):
-    page = _open(new_page, asked_server, "#/search?q=turn+left&limit=5")
-    answer = page.locator(".answer").first
-    answer.get_by_text("Why this answer").click()
-    rows = answer.locator(".reasons tbody tr")
-    amounts = [
-        float(text.replace("−", "-").replace("+", ""))
-        for text in rows.locator(".number-cell").all_inner_texts()
-    ]
-    caption = answer.locator(".reasons caption").inner_text()
-    total = float(re.search(r"log-odds ([+−]\d+\.\d+)", caption).group(1).replace("−", "-"))
-    assert abs(sum(amounts) - total) < 0.003
-    assert "usual" in answer.locator(".reason-detail").first.inner_text()
-
-
-def test_nothing_matching_is_said_plainly(asked_server, new_page):
-    page = _open(new_page, asked_server, "#/search?q=walk,+kick&where=performer%3Dana&limit=5")
-    page.get_by_role("heading", name="Not among these captures").wait_for()
-    assert page.locator(".answer:not(.likely)").count() == page.locator(".answer").count() > 0
-
-
 def test_what_is_seen_follows_what_is_likely(asked_server, new_page):
     page = _open(new_page, asked_server, "#/search?q=bow&limit=20")
     page.locator(".answer").first.wait_for()

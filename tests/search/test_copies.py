@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from naive_copies import find_everywhere
+from sample_motions import sample_motion
 
 from motiondb.body import retarget
-from motiondb.files.formats import read_capture
 from motiondb.records import Float32Array, Motion
 from motiondb.search import copies
 
-SAMPLES = Path(__file__).parents[2] / "sample_data" / "captures"
 NAMES = (
     "ana/walk_1",
     "ana/dance_1",
@@ -27,7 +25,7 @@ NAMES = (
 
 @pytest.fixture(scope="module")
 def motions() -> list[Motion]:
-    return [retarget.to_motion(read_capture(SAMPLES / f"{name}.bvh")) for name in NAMES]
+    return [sample_motion(name) for name in NAMES]
 
 
 def poses_of(motions: list[Motion]) -> list[Float32Array]:

@@ -2,26 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sample_motions import sample_motion
 
 from motiondb.body import retarget
-from motiondb.files.formats import read_capture
 from motiondb.records import Motion, Relation
 from motiondb.search import copies
 from motiondb.search.copies import group_duplicates
-
-SAMPLES = Path(__file__).parents[2] / "sample_data" / "captures"
-TAKES = tuple(
-    f"{who}/{what}"
-    for who, what in (
-        ("ana", "dance_1"), ("ana", "long_1"), ("ana", "turn_left_1"), ("boris", "stand_up_1"),
-        ("boris", "long_2"), ("boris", "sit_down_1"), ("boris", "push_1"),
-    )
-)  # fmt: skip
 
 
 def relation(capture: str, other: str, kind: str = "same") -> Relation:
@@ -89,35 +78,9 @@ def planted(motion: Motion, rng: np.random.Generator) -> list[tuple[str, Motion]
     ]
 
 
-def test_planted_duplicates_are_found_and_nothing_else() -> None:
-    """21 planted among 7 takes: all relations found are true, and each is of the right kind."""
-    rng = np.random.default_rng(0)
-    takes = [retarget.to_motion(read_capture(SAMPLES / f"{name}.bvh")) for name in TAKES]
-    truth, motions = {}, list(takes)
-    for number, take in enumerate(takes):
-        for kind, motion in planted(take, rng):
-            truth[len(motions)] = (number, kind)
-            motions.append(motion)
-    library = copies.build_library([copies.copy_poses(m) for m in motions])
-    actual = copies.find_copies(library, range(len(motions)))
-    right = {(c.query, c.take, c.kind) for c in actual if c.query in truth and c.take < len(takes)}
-    expected = {(query, *original) for query, original in truth.items()}
-    assert len(right & expected) >= 0.95 * len(expected)  # recall
-    names = [*TAKES, *(f"{TAKES[take]} {kind}" for take, kind in truth.values())]
-    relations = [
-        Relation(names[c.query], names[c.take], c.kind, c.start / 30, c.end / 30, c.distance)
-        for c in actual
-    ]
-    durations = {name: m.n_frames / 30 for name, m in zip(names, motions)}
-    groups = group_duplicates(relations, durations)
-    assert {frozenset(g.captures) for g in groups} == {  # precision: no group holds two takes
-        frozenset(name for name in names if name.split(" ")[0] == take) for take in TAKES
-    }
-
-
 def test_a_cut_between_frames_is_found() -> None:
     """Half a frame of a kick is more than copies may differ by; frames in between are looked at."""
-    take = retarget.to_motion(read_capture(SAMPLES / "boris/kick_1.bvh"))
+    take = sample_motion("boris/kick_1")
     poses = copies.copy_poses(take)
     between = (0.5 * poses[10:50] + 0.5 * poses[11:51]).astype(np.float32)
     for offset in (10, 11):

@@ -1,14 +1,13 @@
 from __future__ import annotations
 
-import sys
 from contextlib import ExitStack
 from pathlib import Path
-from subprocess import PIPE, Popen
 from types import ModuleType
 
 import duckdb
 import numpy as np
 import pytest
+from holding import holding
 
 from motiondb import store
 from motiondb.errors import StoreError
@@ -75,14 +74,6 @@ def test_compacting_nothing_is_refused(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-HOLDS = """
-import sys, time, duckdb
-connection = duckdb.connect(sys.argv[1])
-print("held", flush=True)
-sys.stdin.read()
-"""
-
-
 def test_a_compact_beside_another_is_refused(
     database: store.Store, samples: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -95,10 +86,7 @@ def test_a_compact_beside_another_is_refused(
 
         def begin_another(path: Path) -> tuple[int, int]:
             """Another process begins after this one has swept what killed ones left."""
-            program = [sys.executable, "-c", HOLDS, str(draft)]
-            other = others.enter_context(Popen(program, stdin=PIPE, stdout=PIPE, text=True))
-            assert other.stdout is not None
-            assert other.stdout.readline() == "held\n"
+            others.enter_context(holding(draft))
             return identity(path)
 
         monkeypatch.setattr(compaction, "_identity", begin_another)

@@ -106,13 +106,6 @@ def surprise_slowly(
     return -np.log(density)
 
 
-def test_one_part_by_hand() -> None:
-    values = np.array([[0.0], [2.0], [1.0]])
-    inside = np.array([True, True, False])
-    actual = activities.surprise(values, inside, np.random.default_rng(0), 1, 0.0)
-    assert np.allclose(actual, [0.5, 0.5, 0.0], atol=1e-6)  # mean 1, variance 1
-
-
 @settings(max_examples=20, deadline=None)
 @given(st.integers(0, 2**31), st.integers(1, 4))
 def test_as_in_plain_numpy(seed: int, n_parts: int) -> None:

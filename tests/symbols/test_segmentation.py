@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sample_motions import SAMPLES, sample_motion
 
-from motiondb.body import features, retarget
-from motiondb.files.formats import read_capture
+from motiondb.body import features
 from motiondb.records import FloatArray, Segment
 from motiondb.symbols import segmentation
 from motiondb.symbols.feature_space import fit_feature_space
 from motiondb.symbols.segmentation import SegmentationSettings
-
-SAMPLES = Path(__file__).parents[2] / "sample_data" / "captures"
 
 
 def cost_of(values: FloatArray, cut_costs: FloatArray, cuts: list[int]) -> float:
@@ -79,12 +76,6 @@ def test_segments_tile_and_keep_their_bounds(
         assert segments == [Segment(0, n_frames)]
 
 
-def test_a_change_is_cut_where_it_is_by_hand() -> None:
-    values = np.array([0.0, 0, 0, 5, 5, 5, 5])[:, None]
-    cuts = segmentation.optimal_cuts(values, np.ones(7), 1, 7)
-    assert cuts.tolist() == [0, 3, 7]
-
-
 def test_context_equals_a_loop() -> None:
     values = np.random.default_rng(0).normal(size=(20, 3))
     actual = segmentation.context(values, 5)
@@ -105,10 +96,10 @@ def test_pose_speed_by_hand() -> None:
 def test_true_boundaries_draw_cuts() -> None:
     """A quarter of a second around the cuts holds far more true boundaries than by chance."""
     names = ("ana/long_1", "boris/long_2", "chidi/long_3", "boris/long_fight_1")
-    motions = [retarget.to_motion(read_capture(SAMPLES / f"{n}.bvh")) for n in names]
+    motions = [sample_motion(name) for name in names]
     raw = [features.recognition_features(m) for m in motions]
     space = fit_feature_space(raw)
-    rows = (SAMPLES.parent / "segments.tsv").read_text(encoding="utf-8").splitlines()
+    rows = (SAMPLES / "segments.tsv").read_text(encoding="utf-8").splitlines()
     header = rows[0].split("\t")
     hits, covered = [], []
     for name, values in zip(names, raw):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dances import TAKES
 from PIL import Image
 
 import motiondb
@@ -25,8 +27,6 @@ from motiondb.errors import QueryError
 from motiondb.grammar.cfg.context_free import GrammarError, choices_of, derive_by, read_grammar
 from motiondb.grammar.cfg.parse import accepts, parse
 from motiondb.search.asked_words import learned_words
-
-TAKES = ("ana/long_dance_2", "dora/long_dance_1")
 
 
 @pytest.fixture
@@ -104,10 +104,11 @@ def test_sequences_of_a_loop_end_and_are_drawn_as_loops(looping: MotionDB, tmp_p
     assert high < wide / 3  # one node with all rounds: a chain of them would be as high as wide
 
 
-@pytest.fixture
-def fights(learned_copy: Path) -> Iterator[MotionDB]:
-    """The sample data with a grammar of two fights, whose terminals are motion symbols."""
-    with motiondb.open(learned_copy) as db:
+@pytest.fixture(scope="module")
+def fights(learned_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[MotionDB]:
+    """The sample data with a grammar of two fights, whose terminals are motion symbols: to ask."""
+    path = shutil.copy(learned_file, tmp_path_factory.mktemp("fights") / "motions.duckdb")
+    with motiondb.open(path) as db:
         settings = GrammarSettings(None, from_symbols=True, sentences="captures")
         db.grammars.learn(["goran/long_fight_2", "boris/long_fight_1"], "fight", settings)
         yield db

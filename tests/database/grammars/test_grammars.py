@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from dances import QUICK, SETTINGS, TAKES
 
 import motiondb
 from motiondb import store
@@ -18,11 +19,6 @@ from motiondb.errors import MotionDBError, QueryError
 from motiondb.grammar.cfg.context_free import derive_by
 from motiondb.grammar.cfg.parse import accepts
 from motiondb.grammar.derivation.edit import region_at
-from motiondb.grammar.terminals.terminals import TerminalSettings
-
-TAKES = ("ana/long_dance_2", "dora/long_dance_1")
-QUICK = TerminalSettings(n_starts=1, n_trials=150)
-SETTINGS = GrammarSettings(n_terminals=8, seed=1, search=QUICK, evaluations=300)
 
 
 def test_a_learned_grammar_is_whole_and_gives_its_strings_back(asked_dances: MotionDB) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from random_grammars import grammars
+from random_grammars import TOY, grammars
 
 from motiondb.grammar.cfg.context_free import (
     Grammar,
@@ -22,18 +22,9 @@ from motiondb.grammar.cfg.context_free import (
 from motiondb.grammar.cfg.loops import format_loops, with_loops
 from motiondb.grammar.derivation.derive import derive
 
-TOY = """
-S -> r X1 X2 m
-X1 -> X3 X4 X3
-X2 -> p | s
-X3 -> f | empty
-X4 -> d | empty
-"""
-
 
 def test_text_read_again_is_the_same_grammar():
-    grammar = read_grammar(TOY)
-    assert read_grammar(format_grammar(grammar)) == grammar
+    assert read_grammar(format_grammar(TOY)) == TOY
 
 
 def test_probabilities_given_are_kept_and_the_rest_is_shared():
@@ -58,7 +49,7 @@ def test_a_derivation_a_thousand_deep_is_read_back():
 )
 def test_choices_that_are_no_derivation_are_refused(choices, message):
     with pytest.raises(GrammarError, match=message):
-        derive_by(read_grammar(TOY), choices)
+        derive_by(TOY, choices)
 
 
 @pytest.mark.parametrize(

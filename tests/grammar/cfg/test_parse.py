@@ -8,7 +8,7 @@ from math import exp, inf, log
 import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
-from random_grammars import grammars, tree_log_probability
+from random_grammars import TOY, grammars, tree_log_probability
 
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Rule, choices_of, read_grammar
 from motiondb.grammar.cfg.parse import (
@@ -19,14 +19,6 @@ from motiondb.grammar.cfg.parse import (
     log_probability,
     parse,
 )
-
-TOY = read_grammar("""
-S -> r X1 X2 m
-X1 -> X3 X4 X3
-X2 -> p | s
-X3 -> f | empty
-X4 -> d | empty
-""")
 
 
 def plain_chart(grammar: Grammar, sentence: tuple[str, ...], best: bool) -> float | None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from random_grammars import tree_log_probability
+from random_grammars import TOY, tree_log_probability
 
 from motiondb.grammar.cfg.context_free import GrammarError, Tree, read_grammar
 from motiondb.grammar.cfg.parse import ParseError, accepts, parse
@@ -22,14 +22,6 @@ from motiondb.grammar.derivation.edit import (
     wider,
 )
 from motiondb.grammar.derivation.plan import plan
-
-TOY = read_grammar("""
-S -> r X1 X2 m
-X1 -> X3 X4 X3
-X2 -> p | s
-X3 -> f | empty
-X4 -> d | empty
-""")
 
 
 def test_the_generating_nonterminal_and_its_ancestors() -> None:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import re
 from pathlib import Path
 
 from motiondb.database.scenes import scene_texts
-from motiondb.scene.language import semantic_rules, tactics
+from motiondb.scene.language import tactics
 from motiondb.scene.language.expressions import expressions
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
@@ -40,23 +39,6 @@ def test_the_diagram_with_real_captures_is_one() -> None:
     diagram = read_diagram(block("tactics", 1), "page")
     asked = ["".join(map(str, items)) for items in expressions(diagram).values()]
     assert asked == ["(hold)(dribble)*(shoot)", "(run)*", "(run)*"]
-
-
-def test_the_weights_of_the_page_are_the_defaults() -> None:
-    assert "| 0.3 m | 20 deg | 0.1 s | 0.1 | 0.3 m | 0.1 | 1 | 0.1 | off |" in TEXT
-    actual = [
-        semantic_rules.PositionRule.weight,
-        round(math.degrees(semantic_rules.DirectionRule.weight), 9),
-        semantic_rules.SynchronisationRule.weight,
-        semantic_rules.DistanceRule.weight,
-        semantic_rules.LineRule.weight,
-        semantic_rules.Weights.user,
-        semantic_rules.Weights.smooth,
-        semantic_rules.Weights.collision,
-        semantic_rules.Weights.effort,
-    ]
-    assert actual == [0.3, 20.0, 0.1, 0.1, 0.3, 0.1, 1.0, 0.1, math.inf]
-    assert semantic_rules.PASS_SPEED == 8.0
 
 
 def test_every_element_and_shipped_file_stands_on_the_page() -> None:

@@ -5,13 +5,13 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import duckdb
 import pytest
+from holding import holding
 
 from motiondb import store
 from motiondb.database.catalogue.rescuing import rescue
@@ -20,33 +20,11 @@ from motiondb.database.check_process import check_file
 from motiondb.errors import HeldError, MotionDBError, StoreError
 from motiondb.files.safe_files import check_output
 
-_HOLD = """
-import sys, duckdb
-held = duckdb.connect(sys.argv[1], read_only=sys.argv[2] == "read")
-print("held", flush=True)
-sys.stdin.read()
-"""
-
-
-@contextmanager
-def _held(path: Path, mode: str) -> Iterator[int]:
-    """Another process that holds the file open; gives its number."""
-    with subprocess.Popen(
-        [sys.executable, "-c", _HOLD, str(path), mode],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    ) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline() == "held\n"
-        yield process.pid
-        process.communicate("")
-
 
 def test_a_second_process_is_told_who_holds_the_file(tmp_path: Path) -> None:
     path = tmp_path / "m.duckdb"
     store.open_store(path).close()
-    with _held(path, "write") as pid:
+    with holding(path, "write") as pid:
         for read_only in (False, True):
             with pytest.raises(StoreError) as error:
                 store.open_store(path, read_only=read_only)
@@ -104,7 +82,7 @@ def test_naming_the_open_file_as_input_or_output_keeps_other_writers_out(tmp_pat
 def test_readers_share_and_a_writer_waits(tmp_path: Path) -> None:
     path = tmp_path / "m.duckdb"
     store.open_store(path).close()
-    with _held(path, "read") as pid:
+    with holding(path, "read") as pid:
         with store.open_store(path, read_only=True) as database:
             assert store.load_captures(database) == []
         with pytest.raises(StoreError, match=f"held by process {pid} "):
