@@ -1,28 +1,95 @@
 /** Dialogs: a box over the page that has to be answered or closed. */
 
-import { h, type Child } from "../dom/element.ts";
+import { button } from "../dom/button.ts";
+import { messageOf } from "../api/client.ts";
+import { h, type Attributes, type Child } from "../dom/element.ts";
 import { icon } from "../dom/icons.ts";
 
 /** Open a dialog; it is removed when it closes. */
 export function openDialog(title: string, ...children: Child[]): HTMLDialogElement {
-  const dialog = h(
+  const dialog: HTMLDialogElement = h(
     "dialog",
     { class: "dialog", "aria-label": title, on: { close: () => dialog.remove() } },
     h(
       "div",
       { class: "dialog-head" },
       h("h2", {}, title),
-      h(
-        "button",
-        { class: "tool", type: "button", "aria-label": "Close", on: { click: () => dialog.close() } },
-        icon("close"),
-      ),
+      button("tool", icon("close"), () => dialog.close(), { "aria-label": "Close" }),
     ),
     ...children,
   );
   document.body.append(dialog);
   dialog.showModal();
   return dialog;
+}
+
+/**
+ * A form in a dialog. `send` does what was asked for; the dialog closes when it has, and stays open
+ * where it resolves to false or null. What it throws is shown in the dialog, which covers the rest.
+ */
+export function openForm(title: string, content: Child, yes: string, send: () => Promise<unknown>): void {
+  const fault = h("p", { class: "bad small", role: "alert" });
+  const submit = async (): Promise<void> => {
+    fault.textContent = "";
+    try {
+      const done = await send();
+      if (done !== false && done !== null) dialog.close();
+    } catch (problem) {
+      fault.textContent = messageOf(problem);
+    }
+  };
+  const form = h(
+    "form",
+    {},
+    content,
+    fault,
+    h(
+      "div",
+      { class: "row end" },
+      button("plain", "Cancel", () => dialog.close()),
+      h("button", { class: "button", type: "submit" }, yes),
+    ),
+  );
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    void submit();
+  });
+  const dialog = openDialog(title, form);
+}
+
+/** A dialog with one line to fill in. */
+export interface Line {
+  title: string;
+  label: string;
+  /** The word on the button that sends it. */
+  yes: string;
+  value?: string;
+  example?: string;
+  /** What stands above the line, and under it. */
+  about?: string;
+  note?: string;
+  /** Further attributes of the input. */
+  rules?: Attributes;
+}
+
+/** Ask for one line. */
+export function askLine(line: Line, send: (text: string) => Promise<unknown>): void {
+  const input = h("input", {
+    class: "field wide",
+    id: "asked-line",
+    required: true,
+    value: line.value ?? "",
+    placeholder: line.example,
+    ...line.rules,
+  });
+  const content = [
+    line.about ? h("p", { class: "muted" }, line.about) : null,
+    h("label", { for: "asked-line" }, line.label),
+    input,
+    line.note ? h("p", { class: "muted" }, line.note) : null,
+  ];
+  openForm(line.title, content, line.yes, () => send(input.value.trim()));
+  input.select();
 }
 
 /** Ask a question that has consequences; true: go on. */
@@ -39,12 +106,8 @@ export function askWhether(title: string, text: string, yes: string): Promise<bo
       h(
         "div",
         { class: "row end" },
-        h(
-          "button",
-          { class: "button plain", type: "button", autofocus: true, on: { click: () => choose(false) } },
-          "Cancel",
-        ),
-        h("button", { class: "button danger", type: "button", on: { click: () => choose(true) } }, yes),
+        button("plain", "Cancel", () => choose(false), { autofocus: true }),
+        button("danger", yes, () => choose(true)),
       ),
     );
     dialog.addEventListener("close", () => resolve(answer));

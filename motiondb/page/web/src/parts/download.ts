@@ -2,7 +2,7 @@
 
 import { postForFile } from "../api/client.ts";
 import type { Part } from "../api/types.ts";
-import { h } from "../dom/element.ts";
+import { button } from "../dom/button.ts";
 import { icon } from "../dom/icons.ts";
 import { makeMenu } from "./menu.ts";
 
@@ -46,22 +46,15 @@ export function downloadMenu(
   const formats = (Object.keys(NAMES) as FileFormat[]).filter((format) => writes.includes(format));
   return makeMenu(
     label,
-    formats.map((format) => formatButton(format, save)),
+    formats.map((format) => downloadButton(format, save)),
   );
 }
 
-function formatButton(format: FileFormat, save: (format: FileFormat) => void): HTMLElement {
-  return h(
-    "button",
-    {
-      class: "button plain",
-      type: "button",
-      "aria-label": `Download as ${NAMES[format]}`,
-      on: { click: () => save(format) },
-    },
-    icon("download"),
-    NAMES[format],
-  );
+/** A button that saves one format. */
+export function downloadButton(format: FileFormat, save: (format: FileFormat) => void): HTMLElement {
+  return button("plain", [icon("download"), NAMES[format]], () => save(format), {
+    "aria-label": `Download as ${NAMES[format]}`,
+  });
 }
 
 /**
@@ -76,9 +69,6 @@ export function downloadButtons(
   const offered = (Object.keys(NAMES) as FileFormat[]).filter((format) =>
     format === "source" ? source : writes.includes(format),
   );
-  const button = (format: FileFormat): HTMLElement => formatButton(format, save);
-  return [
-    ...offered.slice(0, OUTSIDE).map(button),
-    makeMenu("Other formats", offered.slice(OUTSIDE).map(button)),
-  ];
+  const buttons = offered.map((format) => downloadButton(format, save));
+  return [...buttons.slice(0, OUTSIDE), makeMenu("Other formats", buttons.slice(OUTSIDE))];
 }

@@ -1,34 +1,10 @@
 /** Ask for the name under which something generated is kept as a capture. */
 
-import { h } from "../dom/element.ts";
-import { openDialog } from "./asking.ts";
+import { askLine } from "./asking.ts";
 
-/** Open the dialog; it closes when `keep` succeeds, and stays open when it fails. */
-export function askToKeep(
-  title: string,
-  suggested: string,
-  keep: (name: string) => Promise<void>,
-  fail: (fault: unknown) => void,
-): void {
-  const input = h("input", { class: "field wide", id: "kept-name", required: true, value: suggested });
-  const form = h(
-    "form",
-    {},
-    h("label", { for: "kept-name" }, "Name of the capture"),
-    input,
-    h(
-      "p",
-      { class: "muted" },
-      "It is marked as generated: it can be searched and exported, but nothing learns from it.",
-    ),
-    h("div", { class: "row end" }, h("button", { class: "button", type: "submit" }, "Keep")),
-  );
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
-    keep(input.value.trim()).then(() => dialog.close(), fail);
-  });
-  const dialog = openDialog(title, form);
-  input.select();
+export function askToKeep(title: string, suggested: string, keep: (name: string) => Promise<void>): void {
+  const note = "It is marked as generated: it can be searched and exported, but nothing learns from it.";
+  askLine({ title, label: "Name of the capture", yes: "Keep", value: suggested, note }, keep);
 }
 
 /** A name for a generated capture: the words, without signs, and the seed. */

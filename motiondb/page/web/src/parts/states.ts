@@ -1,5 +1,6 @@
 /** The states of a view without content: why it is empty, and what the user can do. */
 
+import { button } from "../dom/button.ts";
 import { h, type Child } from "../dom/element.ts";
 
 export interface Action {
@@ -9,11 +10,7 @@ export interface Action {
 }
 
 export function actionButton(action: Action): HTMLButtonElement {
-  return h(
-    "button",
-    { class: action.plain ? "button plain" : "button", type: "button", on: { click: action.run } },
-    action.label,
-  );
+  return button(action.plain ? "plain" : "main", action.label, action.run);
 }
 
 /** An empty state with a heading, a sentence and actions. */

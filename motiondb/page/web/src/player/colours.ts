@@ -1,6 +1,7 @@
 /** Colours of the stage, read from the style tokens; and a colour for every number. */
 
 import * as THREE from "three";
+import type { Shades } from "./painter.ts";
 
 export interface StageColours {
   background: THREE.Color;
@@ -35,4 +36,9 @@ export function stageColours(): StageColours {
   };
 }
 
-export const DARK = matchMedia("(prefers-color-scheme: dark)");
+/** The colours of painted figures: near, middle and far strokes. */
+export function figureShades(): Shades {
+  const style = getComputedStyle(document.documentElement);
+  const shade = (name: string): string => style.getPropertyValue(`--figure-${name}`);
+  return [shade("near"), shade("middle"), shade("far")];
+}

@@ -1,9 +1,10 @@
 /** The ground of a scene: the lines of a court with its basket, or a field with its places. */
 
+import { DARK } from "../dom/wishes.ts";
 import * as THREE from "three";
 import type { CourtShape, PlaceShape } from "../api/types.ts";
 import { courtLines } from "../parts/court.ts";
-import { DARK, stageColours } from "./colours.ts";
+import { stageColours } from "./colours.ts";
 import type { Screen } from "./screen.ts";
 
 export interface CourtPlan {

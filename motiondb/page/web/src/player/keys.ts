@@ -1,5 +1,6 @@
 /** The list of the player's keys. */
 
+import { button } from "../dom/button.ts";
 import { h } from "../dom/element.ts";
 
 const KEYS: readonly [string, string][] = [
@@ -21,7 +22,7 @@ const KEYS: readonly [string, string][] = [
 
 /** Open the list over a player. */
 export function showKeys(player: HTMLElement): void {
-  const dialog = h(
+  const dialog: HTMLDialogElement = h(
     "dialog",
     { class: "dialog keys", "aria-label": "Keys of the player", on: { close: () => dialog.remove() } },
     h("h2", {}, "Keys of the player"),
@@ -35,11 +36,7 @@ export function showKeys(player: HTMLElement): void {
       { class: "muted" },
       "The keys work while the picture has the focus. Drag to turn the camera, drag with Shift to move it, and use the wheel to zoom.",
     ),
-    h(
-      "button",
-      { class: "button", type: "button", autofocus: true, on: { click: () => dialog.close() } },
-      "Close",
-    ),
+    button("main", "Close", () => dialog.close(), { autofocus: true }),
   );
   player.append(dialog);
   dialog.showModal();

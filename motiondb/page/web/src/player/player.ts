@@ -1,5 +1,6 @@
 /** The player: a screen with its buttons, its keys and the time. */
 
+import { button } from "../dom/button.ts";
 import { fill, h } from "../dom/element.ts";
 import { icon, type IconName } from "../dom/icons.ts";
 import { pan, turn, zoom } from "./camera.ts";
@@ -39,12 +40,8 @@ const SWITCHES: readonly [keyof Switches, IconName, string][] = [
   ["contacts", "contact", "Feet on the ground (C)"],
 ];
 
-function button(name: IconName, label: string, click: () => void): HTMLButtonElement {
-  return h(
-    "button",
-    { class: "tool", type: "button", "aria-label": label, title: label, on: { click } },
-    icon(name),
-  );
+function tool(name: IconName, label: string, click: () => void): HTMLButtonElement {
+  return button("tool", icon(name), click, { "aria-label": label, title: label });
 }
 
 /** Make a player. */
@@ -61,7 +58,7 @@ export function makePlayer(stage: Stage, options: PlayerOptions): Player {
   steer(screen, true);
   const names = makeNames(screen);
 
-  const playButton = button("play", "Play (Space)", () => change("toggle"));
+  const playButton = tool("play", "Play (Space)", () => change("toggle"));
   const readout = h("output", { class: "player-time", "aria-live": "off" });
   const slider = h("input", {
     type: "range",
@@ -85,8 +82,8 @@ export function makePlayer(stage: Stage, options: PlayerOptions): Player {
     },
     SPEEDS.map((one) => h("option", { value: one, selected: one === 1 }, `${one}×`)),
   );
-  const loopButton = button("loop", "Loop (L)", () => change("loop"));
-  const switchButtons = SWITCHES.map(([name, picture, label]) => button(picture, label, () => change(name)));
+  const loopButton = tool("loop", "Loop (L)", () => change("loop"));
+  const switchButtons = SWITCHES.map(([name, picture, label]) => tool(picture, label, () => change(name)));
   const element = h(
     "section",
     { class: "player", "aria-label": options.label },
@@ -95,16 +92,16 @@ export function makePlayer(stage: Stage, options: PlayerOptions): Player {
     h(
       "div",
       { class: "player-bar" },
-      button("back", "One frame back (left)", () => stepBy(-1)),
+      tool("back", "One frame back (left)", () => stepBy(-1)),
       playButton,
-      button("forward", "One frame forward (right)", () => stepBy(1)),
+      tool("forward", "One frame forward (right)", () => stepBy(1)),
       readout,
       speed,
       loopButton,
       ...switchButtons,
-      button("camera", "See everything (R)", () => screen.frameAll()),
-      button("full", "Full screen", () => void toggleFull()),
-      button("help", "Keys of the player (?)", () => showKeys(element)),
+      tool("camera", "See everything (R)", () => screen.frameAll()),
+      tool("full", "Full screen", () => void toggleFull()),
+      tool("help", "Keys of the player (?)", () => showKeys(element)),
     ),
   );
 

@@ -6,8 +6,9 @@
  * drawn. Where there is no WebGL, `Stage` says so and players draw flat figures instead.
  */
 
+import { DARK } from "../dom/wishes.ts";
 import * as THREE from "three";
-import { DARK, stageColours, type StageColours } from "./colours.ts";
+import { stageColours, type StageColours } from "./colours.ts";
 
 export interface StageView {
   readonly canvas: HTMLCanvasElement;

@@ -1,16 +1,15 @@
 /** Long work: a button that shows how much is running, and the list behind it. */
 
 import { onPage } from "../api/advice.ts";
-import { remove } from "../api/client.ts";
+import { cancelJob, failureOf, isActive } from "../api/jobs.ts";
 import type { JobReply } from "../api/types.ts";
+import { button } from "../dom/button.ts";
 import { fill, h } from "../dom/element.ts";
 import type { Context } from "../views/view.ts";
 import { plural, roughly } from "../parts/text.ts";
 import { go, routeTo } from "./router.ts";
 import { openLearning } from "../views/catalogue/learning.ts";
 import { progressBar } from "../parts/progress.ts";
-
-const isActive = (job: JobReply): boolean => job.state === "running" || job.state === "waiting";
 
 /** The share of the whole job that is done; of its present step where only that is known. */
 const shareOf = (job: JobReply): number => job.whole ?? job.share;
@@ -24,7 +23,7 @@ function saidOf(job: JobReply): string {
 /** One sentence on what a job did. */
 export function outcome(job: JobReply): string {
   const { result } = job;
-  if (job.state === "failed") return onPage(job.message ?? "It failed.");
+  if (job.state === "failed") return failureOf(job);
   if (job.state === "cancelled") return "Cancelled. The database stays as it was.";
   if (result?.kind === "add") {
     const problems = result.problems.length;
@@ -94,7 +93,7 @@ function problemList(job: JobReply): HTMLElement | null {
 /** The part of the header that shows jobs. */
 export function makeJobs(context: Context): { element: HTMLElement } {
   const count = h("span", {});
-  const button = h(
+  const opener = h(
     "button",
     {
       class: "jobs-button",
@@ -106,19 +105,11 @@ export function makeJobs(context: Context): { element: HTMLElement } {
     count,
   );
   const panel = h("section", { id: "jobs", class: "jobs-panel", "aria-label": "Jobs", hidden: true });
-  const element = h("div", { class: "jobs", hidden: true }, button, panel);
+  const element = h("div", { class: "jobs", hidden: true }, opener, panel);
 
   function toggle(open = panel.hidden): void {
     panel.hidden = !open;
-    button.setAttribute("aria-expanded", String(open));
-  }
-
-  async function cancel(job: JobReply): Promise<void> {
-    try {
-      await remove(`/api/jobs/${encodeURIComponent(job.id)}`);
-    } catch (fault) {
-      context.fail(fault);
-    }
+    opener.setAttribute("aria-expanded", String(open));
   }
 
   function row(job: JobReply): HTMLElement {
@@ -137,9 +128,7 @@ export function makeJobs(context: Context): { element: HTMLElement } {
         : h("p", {}, outcome(job)),
       addedList(job),
       problemList(job),
-      active
-        ? h("button", { class: "link", type: "button", on: { click: () => void cancel(job) } }, "Cancel")
-        : null,
+      active ? button("link", "Cancel", () => void cancelJob(job).catch(context.fail)) : null,
     );
   }
 
@@ -147,7 +136,7 @@ export function makeJobs(context: Context): { element: HTMLElement } {
     const jobs = context.live.jobs();
     const active = jobs.filter(isActive);
     element.hidden = jobs.length === 0;
-    button.classList.toggle("active", active.length > 0);
+    opener.classList.toggle("active", active.length > 0);
     const first = active[0];
     count.textContent = first
       ? `${first.title} ${first.state === "waiting" ? "waits" : `${Math.round(shareOf(first) * 100)} %`}${active.length > 1 ? ` +${active.length - 1}` : ""}`

@@ -1,5 +1,6 @@
 /** Messages in a corner of the page: news goes away by itself, faults stay until closed. */
 
+import { button } from "../dom/button.ts";
 import { h } from "../dom/element.ts";
 import { icon } from "../dom/icons.ts";
 
@@ -44,11 +45,7 @@ export function makeMessages(): Messages {
   }
 
   function add(where: HTMLElement, kind: string, ...children: (Node | string)[]): HTMLElement {
-    const close = h(
-      "button",
-      { class: "tool", type: "button", "aria-label": "Close", on: { click: () => message.remove() } },
-      icon("close"),
-    );
+    const close = button("tool", icon("close"), () => message.remove(), { "aria-label": "Close" });
     const message = h("div", { class: `message ${kind}` }, h("p", {}, ...children), close);
     where.append(message);
     while (where.childElementCount > MOST) where.firstElementChild!.remove();
@@ -59,23 +56,13 @@ export function makeMessages(): Messages {
   return {
     element,
     notify(text, action) {
-      const button = action
-        ? h(
-            "button",
-            {
-              class: "link",
-              type: "button",
-              on: {
-                click: () => {
-                  message.remove();
-                  action.run();
-                },
-              },
-            },
-            action.label,
-          )
+      const offer = action
+        ? button("link", action.label, () => {
+            message.remove();
+            action.run();
+          })
         : null;
-      const message: HTMLElement = button ? add(news, "news", text, " ", button) : add(news, "news", text);
+      const message: HTMLElement = add(news, "news", text, ...(offer ? [" ", offer] : []));
       setTimeout(() => message.remove(), SHOWN_FOR);
     },
     fail(text, kind = "") {

@@ -1,5 +1,6 @@
 /** A small player in a list: it plays an interval in a loop while it is on screen. */
 
+import { REDUCED } from "../dom/wishes.ts";
 import type { Track } from "../api/container.ts";
 import type { Motions } from "../api/motions.ts";
 import { messageOf } from "../api/client.ts";
@@ -33,8 +34,6 @@ export interface Clip {
 
 /** Seconds around the interval that are loaded with it. */
 const AROUND = 1;
-
-export const REDUCED = matchMedia("(prefers-reduced-motion: reduce)");
 
 /** Make a clip; it loads when it comes near the window. */
 export function makeClip(context: { stage: Stage; motions: Motions }, options: ClipOptions): Clip {

@@ -1,5 +1,6 @@
 /** The times of a selected part, as numbers that can be typed, and actions for the part. */
 
+import { button } from "../dom/button.ts";
 import { h, type Child } from "../dom/element.ts";
 import { icon } from "../dom/icons.ts";
 import type { Interval } from "../timeline/timeline.ts";
@@ -43,32 +44,19 @@ export function makePartBar(
     "p",
     { class: "hint" },
     "Drag on the timeline to select a part, or ",
-    h(
-      "button",
-      { class: "link", type: "button", on: { click: () => change([0, Math.min(1, whole)]) } },
-      "type its times",
-    ),
+    button("link", "type its times", () => change([0, Math.min(1, whole)])),
     ".",
   );
   const fields = h(
     "div",
     { class: "part-fields", hidden: true },
     h("span", { class: "part-times" }, "Part ", from, " to ", to, " s"),
-    actions.map(({ label, run }) =>
-      h("button", { class: "button plain", type: "button", on: { click: () => part && run(part) } }, label),
-    ),
+    actions.map(({ label, run }) => button("plain", label, () => part && run(part))),
     more,
-    h(
-      "button",
-      {
-        class: "tool",
-        type: "button",
-        "aria-label": "Clear the part",
-        title: "Clear the part",
-        on: { click: () => change(null) },
-      },
-      icon("close"),
-    ),
+    button("tool", icon("close"), () => change(null), {
+      "aria-label": "Clear the part",
+      title: "Clear the part",
+    }),
   );
   return {
     element: h("div", { class: "part-bar" }, hint, fields),

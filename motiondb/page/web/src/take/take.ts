@@ -1,5 +1,6 @@
 /** A take: the player, its timeline, and a part that is selected by dragging and then looped. */
 
+import { REDUCED } from "../dom/wishes.ts";
 import type { Track } from "../api/container.ts";
 import type { Motions } from "../api/motions.ts";
 import { messageOf } from "../api/client.ts";
@@ -91,7 +92,7 @@ export function makeTake(context: { stage: Stage; motions: Motions }, options: T
     fill(timelineBox, timeline.element);
     select(contents.selection ?? null);
     if (contents.selection) player.screen.frameNow();
-    if (!matchMedia("(prefers-reduced-motion: reduce)").matches) player.play();
+    if (!REDUCED.matches) player.play();
   }
 
   return {

@@ -2,6 +2,7 @@
 
 import { ApiError, get, messageOf } from "../api/client.ts";
 import type { VocabularyReply } from "../api/types.ts";
+import { button } from "../dom/button.ts";
 import { fill, h } from "../dom/element.ts";
 import { faultState } from "../parts/states.ts";
 
@@ -24,11 +25,7 @@ export function faultWithWords(fault: unknown, choose: (word: string) => void): 
         h(
           "div",
           { class: "row" },
-          answer.words
-            .slice(0, MOST)
-            .map(({ word }) =>
-              h("button", { class: "button plain", type: "button", on: { click: () => choose(word) } }, word),
-            ),
+          answer.words.slice(0, MOST).map(({ word }) => button("plain", word, () => choose(word))),
         ),
       );
     },
@@ -38,7 +35,7 @@ export function faultWithWords(fault: unknown, choose: (word: string) => void): 
   const near = NEAR.exec(message)?.[1]?.split(" or ") ?? [];
   const choices = near.map((word, i) => [
     i > 0 ? " or " : " Perhaps ",
-    h("button", { class: "link", type: "button", on: { click: () => choose(word) } }, word),
+    button("link", word, () => choose(word)),
   ]);
   return h(
     "div",

@@ -1,6 +1,7 @@
 /** The message of a view in a database that has not learned. */
 
 import { ApiError, messageOf } from "../api/client.ts";
+import { isActive } from "../api/jobs.ts";
 import { h } from "../dom/element.ts";
 import { emptyState } from "../parts/states.ts";
 import { openLearning } from "./catalogue/learning.ts";
@@ -32,8 +33,7 @@ export function notLearned(fault: unknown, context: Context): HTMLElement | null
     [{ label: "Learn…", run: () => openLearning(context) }],
   );
   const element = h("div", {}, state);
-  const isLearning = (): boolean =>
-    context.live.jobs().some((job) => job.kind === "learn" && ["waiting", "running"].includes(job.state));
+  const isLearning = (): boolean => context.live.jobs().some((job) => job.kind === "learn" && isActive(job));
   const show = (): void =>
     element.replaceChildren(
       isLearning() ? emptyState("Learning…", "What was asked is answered here when it is done.") : state,

@@ -1,6 +1,7 @@
 /** The tactics board: draw a play, see what cannot be played, make the scene, change it. */
 
 import { get, messageOf, post } from "../../api/client.ts";
+import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { askWhether } from "../../parts/asking.ts";
@@ -64,21 +65,12 @@ function open(host: HTMLElement, context: Context): OpenView {
   const side = h("div", { class: "board-side" });
   const warm = h("input", { type: "checkbox", id: "board-warm", checked: true });
   const seed = h("input", { type: "number", class: "number", id: "board-seed", min: 0, step: 1, value: 0 });
-  const makeButton = h(
-    "button",
-    {
-      class: "button",
-      type: "button",
-      on: { click: () => board && making.make(board.text, seed.valueAsNumber || 0) },
-    },
+  const makeButton = button(
+    "main",
     "Make the scene",
+    () => board && making.make(board.text, seed.valueAsNumber || 0),
   );
-  const undoButton = h(
-    "button",
-    { class: "button plain", type: "button", disabled: true, on: { click: () => undo() } },
-    icon("undo"),
-    "Undo",
-  );
+  const undoButton = button("plain", [icon("undo"), "Undo"], () => undo(), { disabled: true });
   const tools = makeTools(() => show());
   const files = makeFiles(context, {
     open: (chosen) => go(routeTo("board", { board: chosen })),

@@ -1,8 +1,9 @@
 /** Boards as files: the shipped ones and the user's are opened and saved, also as text. */
 
 import { get, put } from "../../api/client.ts";
+import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
-import { openDialog } from "../../parts/asking.ts";
+import { askLine, openDialog } from "../../parts/asking.ts";
 import { saveBlob } from "../../parts/download.ts";
 import type { Context } from "../view.ts";
 import type { BoardFile, BoardReply, BoardsReply } from "../../api/types.ts";
@@ -51,37 +52,22 @@ export function makeFiles(context: Context, actions: FileActions): Files {
       },
     },
   });
-  const button = (label: string, run: () => void): HTMLElement =>
-    h("button", { class: "button plain", type: "button", on: { click: run } }, label);
 
   function save(): void {
     const { name, text } = actions.present();
-    const field = h("input", {
-      class: "field wide",
-      id: "board-save",
-      required: true,
-      pattern: "[A-Za-z0-9][A-Za-z0-9_\\-]{0,59}",
-      title: "Letters, digits, - and _",
+    const line = {
+      title: "Save the board",
+      label: "Name of the board",
       value: name,
+      note: "Saved as a text file that the command line reads too.",
+      yes: "Save",
+      rules: { pattern: "[A-Za-z0-9][A-Za-z0-9_\\-]{0,59}", title: "Letters, digits, - and _" },
+    };
+    askLine(line, async (chosen) => {
+      const board = await put<BoardReply>("/api/board", { name: chosen, text });
+      context.notify(`Saved as ${board.name}${ENDING}.`);
+      actions.saved(board);
     });
-    const form = h(
-      "form",
-      {},
-      h("label", { for: "board-save" }, "Name of the board"),
-      field,
-      h("p", { class: "muted" }, "Saved as a text file that the command line reads too."),
-      h("div", { class: "row end" }, h("button", { class: "button", type: "submit" }, "Save")),
-    );
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      put<BoardReply>("/api/board", { name: field.value.trim(), text }).then((board) => {
-        dialog.close();
-        context.notify(`Saved as ${board.name}${ENDING}.`);
-        actions.saved(board);
-      }, context.fail);
-    });
-    const dialog = openDialog("Save the board", form);
-    field.select();
   }
 
   function editText(): void {
@@ -97,20 +83,10 @@ export function makeFiles(context: Context, actions: FileActions): Files {
       h(
         "div",
         { class: "row end" },
-        h(
-          "button",
-          {
-            class: "button",
-            type: "button",
-            on: {
-              click: () => {
-                dialog.close();
-                actions.openText(area.value);
-              },
-            },
-          },
-          "Use this text",
-        ),
+        button("main", "Use this text", () => {
+          dialog.close();
+          actions.openText(area.value);
+        }),
       ),
     );
   }
@@ -122,13 +98,13 @@ export function makeFiles(context: Context, actions: FileActions): Files {
       h("label", { for: "board-name" }, "Board"),
       select,
       input,
-      button("Open a file…", () => input.click()),
-      button("Save…", save),
-      button("Download", () => {
+      button("plain", "Open a file…", () => input.click()),
+      button("plain", "Save…", save),
+      button("plain", "Download", () => {
         const { name, text } = actions.present();
         saveBlob(`${name || "play"}${ENDING}`, new Blob([text], { type: "text/plain" }));
       }),
-      button("Text…", editText),
+      button("plain", "Text…", editText),
     ),
     editText,
     async list(chosen, grammars) {

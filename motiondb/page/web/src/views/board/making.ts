@@ -1,13 +1,15 @@
 /** Make the scene of a board: show its error while it is sampled, play it, and update it when the board changes. */
 
-import { get, messageOf, post, remove } from "../../api/client.ts";
+import { REDUCED } from "../../dom/wishes.ts";
+import { get, messageOf, post } from "../../api/client.ts";
+import { cancelJob, failureOf, isActive } from "../../api/jobs.ts";
 import type { Track } from "../../api/container.ts";
+import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { download } from "../../parts/download.ts";
 import { progressBar } from "../../parts/progress.ts";
 import { faultState } from "../../parts/states.ts";
 import { makePlayer } from "../../player/player.ts";
-import { REDUCED } from "../../take/clip.ts";
 import type { Context } from "../view.ts";
 import { makeErrorCurve } from "./curve.ts";
 import { sceneReport } from "./rules.ts";
@@ -30,8 +32,6 @@ export interface Making {
   open(scene: string | null, job: string | null): void;
   close(): void;
 }
-
-const isActive = (job: JobReply): boolean => job.state === "running" || job.state === "waiting";
 
 export function makeMaking(
   context: Context,
@@ -81,15 +81,7 @@ export function makeMaking(
       state,
       h("p", {}, h("b", {}, job.title), job.error === null ? "" : ` error ${job.error.toPrecision(3)}`),
       progressBar(job.state === "waiting" ? null : job.share, job.what || job.state),
-      h(
-        "button",
-        {
-          class: "button plain",
-          type: "button",
-          on: { click: () => void remove(`/api/jobs/${encodeURIComponent(job.id)}`).catch(context.fail) },
-        },
-        "Cancel",
-      ),
+      button("plain", "Cancel", () => void cancelJob(job).catch(context.fail)),
     );
   }
 
@@ -100,7 +92,7 @@ export function makeMaking(
       state.replaceChildren();
       void show(job.result.ref);
     } else if (job.state === "failed") {
-      fill(state, faultState(job.message ?? "The scene could not be made."));
+      fill(state, faultState(failureOf(job)));
     } else if (job.kind === "scene") {
       fill(state, h("p", { class: "muted" }, "Cancelled."));
     } else if (scene) state.replaceChildren();
@@ -207,12 +199,10 @@ export function makeMaking(
 
   function showButtons(ref: string): void {
     buttons.hidden = false;
-    const plain = (label: string, run: () => void): HTMLElement =>
-      h("button", { class: "button plain", type: "button", on: { click: run } }, label);
     fill(
       buttons,
-      plain("Download", () => void download([{ ref }], "bvh").catch(context.fail)),
-      context.status().read_only ? null : plain("Keep in the database…", () => keep(ref)),
+      button("plain", "Download", () => void download([{ ref }], "bvh").catch(context.fail)),
+      context.status().read_only ? null : button("plain", "Keep in the database…", () => keep(ref)),
     );
   }
 

@@ -1,5 +1,6 @@
 /** The selected element of the board: its settings, and why it cannot be played. */
 
+import { button } from "../../dom/button.ts";
 import { h } from "../../dom/element.ts";
 import { nameOf } from "./drawing.ts";
 import { needsOther, type Selection } from "./edits.ts";
@@ -60,7 +61,7 @@ function reasonLine(reason: string | null): HTMLElement | null {
 }
 
 function removeButton(what: string, remove: () => void): HTMLElement {
-  return h("button", { class: "link danger", type: "button", on: { click: remove } }, `Remove ${what}`);
+  return button("remove", `Remove ${what}`, remove);
 }
 
 function elementPanel(
@@ -104,13 +105,7 @@ function elementPanel(
         choose: (kind) => kind !== ADD && actions.addElement(element.player, kind, index),
       }),
     ),
-    element.via.length
-      ? h(
-          "button",
-          { class: "link", type: "button", on: { click: () => change({ via: [] }) } },
-          "Make the path straight",
-        )
-      : null,
+    element.via.length ? button("link", "Make the path straight", () => change({ via: [] })) : null,
     removeButton("this action", actions.remove),
   );
 }
@@ -199,15 +194,7 @@ function overview(diagram: DiagramShape, board: BoardReply | null, actions: Pane
             return h(
               "li",
               { class: reason ? "infeasible" : "" },
-              h(
-                "button",
-                {
-                  class: "link",
-                  type: "button",
-                  on: { click: () => actions.select({ what: "element", index, point }) },
-                },
-                nameOf(diagram, index),
-              ),
+              button("link", nameOf(diagram, index), () => actions.select({ what: "element", index, point })),
               reason ? h("span", { class: "board-reason" }, ` ${reason}`) : null,
             );
           }),

@@ -1,5 +1,6 @@
 /** The report of a scene in sentences: impossible motions first, then every rule, with its moment. */
 
+import { button } from "../../dom/button.ts";
 import { h } from "../../dom/element.ts";
 import { plural } from "../../parts/text.ts";
 import type { DiagramShape, MeasuredRule, SceneReply } from "../../api/types.ts";
@@ -102,16 +103,9 @@ function value(rules: readonly MeasuredRule[]): string {
 }
 
 function frameButton(frame: number, jump: (time: number) => void): HTMLElement {
-  return h(
-    "button",
-    {
-      class: "link time",
-      type: "button",
-      "aria-label": `Show ${(frame / FPS).toFixed(2)} s, frame ${frame}`,
-      on: { click: () => jump(frame / FPS) },
-    },
-    `${(frame / FPS).toFixed(2)} s`,
-  );
+  return button("time", `${(frame / FPS).toFixed(2)} s`, () => jump(frame / FPS), {
+    "aria-label": `Show ${(frame / FPS).toFixed(2)} s, frame ${frame}`,
+  });
 }
 
 function rowOf(

@@ -1,5 +1,6 @@
 /** The tools above the board: select, place a player, draw an action. */
 
+import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import type { Ground } from "../../api/types.ts";
 import type { Team } from "./spot.ts";
@@ -33,36 +34,28 @@ export function makeTools(change: () => void): Tools {
   let ground: Ground = { grammar: "", kinds: [], teams: [], places: [] };
   const element = h("div", { class: "board-tools", role: "toolbar", "aria-label": "Tools of the board" });
 
-  function button(value: string, label: string, title: string): HTMLElement {
-    return h(
-      "button",
-      {
-        class: "button plain",
-        type: "button",
-        title,
-        "aria-pressed": String(chosen === value),
-        "data-tool": value,
-        on: {
-          click: () => {
-            chosen = chosen === value ? "" : value;
-            draw();
-            change();
-          },
-        },
-      },
+  function tool(value: string, label: string, title: string): HTMLElement {
+    return button(
+      "plain",
       label,
+      () => {
+        chosen = chosen === value ? "" : value;
+        draw();
+        change();
+      },
+      { title, "aria-pressed": String(chosen === value), "data-tool": value },
     );
   }
 
   function draw(): void {
     fill(
       element,
-      h("div", { class: "row" }, button("", "Select", "Select and move (Escape)")),
+      h("div", { class: "row" }, tool("", "Select", "Select and move (Escape)")),
       h(
         "div",
         { class: "row", role: "group", "aria-label": "Players" },
         ground.teams.map((team) =>
-          button(`team:${team}`, `+ ${team}`, `Click on the ground to place a ${PEOPLE[team] ?? team}`),
+          tool(`team:${team}`, `+ ${team}`, `Click on the ground to place a ${PEOPLE[team] ?? team}`),
         ),
       ),
       GROUPS.map(([title, members]) => {
@@ -72,7 +65,7 @@ export function makeTools(change: () => void): Tools {
           "div",
           { class: "row", role: "group", "aria-label": title },
           known.map((kind) =>
-            button(
+            tool(
               kind,
               kind.replace("_", " "),
               `Drag from a player, or from the end of a path, to draw: ${kind.replace("_", " ")}`,

@@ -3,6 +3,7 @@
 import { onPage } from "../../api/advice.ts";
 import { get, messageOf, post } from "../../api/client.ts";
 import type { FolderReply, JobReply, UploadReply } from "../../api/types.ts";
+import { button } from "../../dom/button.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { openDialog } from "../../parts/asking.ts";
 import { fromList, onDrop, type NamedFile } from "../../parts/dropping.ts";
@@ -42,7 +43,7 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
       "span",
       {},
       input,
-      h("button", { class: "button plain", type: "button", on: { click: () => input.click() } }, label),
+      button("plain", label, () => input.click()),
     );
   }
 
@@ -132,25 +133,17 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
             ? h(
                 "li",
                 {},
-                h(
-                  "button",
-                  { class: "link", type: "button", on: { click: () => void browse(into, root, up) } },
-                  "one folder up",
-                ),
+                button("link", "one folder up", () => void browse(into, root, up)),
               )
             : null,
           listing.folders.map((folder) =>
             h(
               "li",
               {},
-              h(
-                "button",
-                {
-                  class: "link",
-                  type: "button",
-                  on: { click: () => void browse(into, root, path ? `${path}/${folder}` : folder) },
-                },
+              button(
+                "link",
                 `${folder}/`,
+                () => void browse(into, root, path ? `${path}/${folder}` : folder),
               ),
             ),
           ),

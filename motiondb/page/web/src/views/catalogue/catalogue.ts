@@ -2,6 +2,7 @@
 
 import { ApiError, get, isAbort, messageOf } from "../../api/client.ts";
 import type { Caption, CapturePage, CaptureRow, UndoState } from "../../api/types.ts";
+import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { onDrop } from "../../parts/dropping.ts";
@@ -125,28 +126,16 @@ function open(host: HTMLElement, context: Context): OpenView {
   );
   const summary = h("p", { class: "summary", role: "status" });
   const canWrite = !context.status().read_only;
-  const undo = toolbarButton("undo", "Undo the last change", () => void actions.undo());
-  const duplicates = h(
-    "button",
-    {
-      class: "button plain",
-      type: "button",
-      title: "List the captures that show the same motion",
-      on: { click: () => route({ duplicates: !wanted.duplicates }) },
-    },
-    "Copies",
-  );
-  const asGrid = h(
-    "button",
-    {
-      class: "button plain",
-      type: "button",
-      title: "Large previews, which play while they are pointed at",
-      on: { click: () => route({ grid: !wanted.grid }) },
-    },
-    icon("grid"),
-    "Previews",
-  );
+  const undo = button("plain", [icon("undo"), "Undo"], () => void actions.undo(), {
+    class: "button plain undo-button",
+    title: "Undo the last change",
+  });
+  const duplicates = button("plain", "Copies", () => route({ duplicates: !wanted.duplicates }), {
+    title: "List the captures that show the same motion",
+  });
+  const asGrid = button("plain", [icon("grid"), "Previews"], () => route({ grid: !wanted.grid }), {
+    title: "Large previews, which play while they are pointed at",
+  });
   const tools = h(
     "div",
     { class: "row" },
@@ -155,21 +144,12 @@ function open(host: HTMLElement, context: Context): OpenView {
     canWrite
       ? [
           undo,
-          h(
-            "button",
-            { class: "button plain", type: "button", on: { click: () => openLearning(context) } },
-            "Learn…",
-          ),
-          h(
-            "button",
-            {
-              class: "button",
-              type: "button",
-              "aria-label": "Add captures",
-              on: { click: () => openAdding(context) },
-            },
-            icon("plus"),
-            h("span", {}, "Add", h("span", { class: "wide-only" }, " captures")),
+          button("plain", "Learn…", () => openLearning(context)),
+          button(
+            "main",
+            [icon("plus"), h("span", {}, "Add", h("span", { class: "wide-only" }, " captures"))],
+            () => openAdding(context),
+            { "aria-label": "Add captures" },
           ),
         ]
       : null,
@@ -201,15 +181,6 @@ function open(host: HTMLElement, context: Context): OpenView {
     route({ typed: filter.value });
   });
   filter.addEventListener("search", () => route({ typed: filter.value }));
-
-  function toolbarButton(name: "undo", label: string, click: () => void): HTMLButtonElement {
-    return h(
-      "button",
-      { class: "button plain undo-button", type: "button", title: label, on: { click } },
-      icon(name),
-      "Undo",
-    );
-  }
 
   function route(change: Partial<Wanted>): void {
     const place = change.capture === undefined ? wanted.place : WHOLE;
@@ -307,7 +278,7 @@ function open(host: HTMLElement, context: Context): OpenView {
 
   function showRows(): void {
     const status = context.status();
-    host.classList.toggle("no-captures", status.captures === 0);
+    showTools();
     const filtered = wanted.typed.trim() !== "" || wanted.picks.length > 0;
     summary.textContent = filtered
       ? `${rows.total.toLocaleString("en")} of ${plural(status.captures, "capture")}`
@@ -353,6 +324,9 @@ function open(host: HTMLElement, context: Context): OpenView {
     }
   }
 
+  /** Nothing to filter, to learn from or to compare yet: one step at a time. */
+  const showTools = (): void => void host.classList.toggle("no-captures", context.status().captures === 0);
+
   function showNotice(): void {
     const reason = canWrite ? reasonToLearn(context.status()) : null;
     fill(notice, reason ? banner(reason, [{ label: "Learn…", run: () => openLearning(context) }]) : null);
@@ -388,6 +362,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     void details.show(shown, wanted.place);
   }
 
+  showTools(); // at once: a button must not vanish while it is pressed
   showNotice();
   void refreshUndo();
   return {

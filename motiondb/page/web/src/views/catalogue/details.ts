@@ -3,9 +3,10 @@
 import { onPage } from "../../api/advice.ts";
 import { ApiError, get, messageOf, post } from "../../api/client.ts";
 import type { CaptureDetails, CapturesChanged, DescribeReply } from "../../api/types.ts";
+import { button } from "../../dom/button.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
-import { askWhether } from "../../parts/asking.ts";
+import { askLine, askWhether } from "../../parts/asking.ts";
 import { download, downloadButtons, downloadMenu, type FileFormat } from "../../parts/download.ts";
 import { faultState } from "../../parts/states.ts";
 import { interval, seconds } from "../../parts/text.ts";
@@ -16,7 +17,6 @@ import { go, routeTo } from "../../shell/router.ts";
 import type { Context } from "../view.ts";
 import { isEditing, makeCaptionList, type WordsActions } from "./editing.ts";
 import { addressWith } from "../compare/address.ts";
-import { askWords } from "./part_words.ts";
 
 export interface Details {
   readonly element: HTMLElement;
@@ -63,22 +63,18 @@ export function makeDetails(
   const tools = h(
     "div",
     { class: "row actions" },
-    h(
-      "button",
-      {
-        class: "button plain",
-        type: "button",
-        on: { click: () => go(routeTo("search", { like: ref() })) },
-      },
-      "More like this",
-    ),
+    button("plain", "More like this", () => go(routeTo("search", { like: ref() }))),
     downloadButtons(context.status().writes, (format) => void save(format), true),
   );
   const ref = (): string => `capture:${name}`;
 
   const writeWords = (part: Interval): void => {
     const capture = name;
-    askWords(capture, part, (words) => actions.addPart(capture, words, part[0], part[1]));
+    const label = "What happens in this part?";
+    const about = `${capture}, ${interval(...part)}`;
+    askLine({ title: "Words of a part", label, about, example: "turns left", yes: "Save words" }, (words) =>
+      actions.addPart(capture, words, ...part),
+    );
   };
   const likeThis = (part: Interval): void =>
     go(routeTo("search", { like: ref(), start: part[0].toFixed(3), end: part[1].toFixed(3) }));
@@ -141,17 +137,7 @@ export function makeDetails(
       "div",
       { class: "details-head" },
       title,
-      h(
-        "button",
-        {
-          class: "tool",
-          type: "button",
-          "aria-label": "Close the capture",
-          title: "Close (Escape)",
-          on: { click: leave },
-        },
-        icon("close"),
-      ),
+      button("tool", icon("close"), leave, { "aria-label": "Close the capture", title: "Close (Escape)" }),
     ),
     take.element,
     tools,
@@ -196,11 +182,7 @@ export function makeDetails(
       factList(facts),
       context.status().read_only
         ? null
-        : h(
-            "button",
-            { class: "link danger", type: "button", on: { click: () => void removeCapture() } },
-            "Remove this capture…",
-          ),
+        : button("remove", "Remove this capture…", () => void removeCapture()),
     );
   }
 

@@ -2,6 +2,7 @@
 
 import { ApiError, post, put } from "../../api/client.ts";
 import type { Caption, WordsEdited, WordsUndone } from "../../api/types.ts";
+import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { askWhether } from "../../parts/asking.ts";
@@ -190,28 +191,14 @@ export function makeCaptionList(
     const when =
       start === null || end === null
         ? h("span", { class: "muted" }, "whole")
-        : h(
-            "button",
-            {
-              class: "link time",
-              type: "button",
-              title: "Play this part",
-              on: { click: () => play(start, end) },
-            },
-            `${start.toFixed(2)}–${end.toFixed(2)}`,
-          );
+        : button("time", `${start.toFixed(2)}–${end.toFixed(2)}`, () => play(start, end), {
+            title: "Play this part",
+          });
     const removal = canEdit
-      ? h(
-          "button",
-          {
-            class: "tool",
-            type: "button",
-            "aria-label": `Remove “${words}”`,
-            title: "Remove",
-            on: { click: () => void actions.replace(capture, others, captions) },
-          },
-          icon("close"),
-        )
+      ? button("tool", icon("close"), () => void actions.replace(capture, others, captions), {
+          "aria-label": `Remove “${words}”`,
+          title: "Remove",
+        })
       : null;
     return h("li", { class: "caption" }, when, cell, removal);
   }

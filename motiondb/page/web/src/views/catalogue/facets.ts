@@ -2,6 +2,7 @@
 
 import { get } from "../../api/client.ts";
 import type { FacetRow, FacetsReply } from "../../api/types.ts";
+import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { combine, type Pick } from "./filter.ts";
 
@@ -40,20 +41,10 @@ export function makeFacets(toggle: (pick: Pick) => void): Facets {
         ),
       ),
       rest > 0
-        ? h(
-            "button",
-            {
-              class: "link",
-              type: "button",
-              on: {
-                click: () => {
-                  opened.add(facet.column);
-                  void show();
-                },
-              },
-            },
-            `${rest} more`,
-          )
+        ? button("link", `${rest} more`, () => {
+            opened.add(facet.column);
+            void show();
+          })
         : null,
       facet.more > 0 ? h("p", { class: "muted" }, `and ${facet.more} rarer`) : null,
     );

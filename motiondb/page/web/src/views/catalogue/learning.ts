@@ -3,7 +3,7 @@
 import { post } from "../../api/client.ts";
 import type { JobReply, Status } from "../../api/types.ts";
 import { h } from "../../dom/element.ts";
-import { openDialog } from "../../parts/asking.ts";
+import { openForm } from "../../parts/asking.ts";
 import { plural } from "../../parts/text.ts";
 import type { Context } from "../view.ts";
 
@@ -63,9 +63,7 @@ export function openLearning(context: Context): void {
   }
 
   const described = status.captures_with_words;
-  const form = h(
-    "form",
-    {},
+  const content = [
     h(
       "p",
       {},
@@ -95,22 +93,13 @@ export function openLearning(context: Context): void {
         "Without a number, it is chosen from the data. The same seed gives the same result.",
       ),
     ),
-    h(
-      "div",
-      { class: "row end" },
-      h("button", { class: "button plain", type: "button", on: { click: () => dialog.close() } }, "Cancel"),
-      h("button", { class: "button", type: "submit", autofocus: true }, "Learn"),
-    ),
-  );
+  ];
   showStart();
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
-    const body = {
+  openForm("Learn", content, "Learn", () =>
+    post<JobReply>("/api/learn", {
       symbols: symbols.value ? symbols.valueAsNumber : null,
       seed: seed.valueAsNumber || 0,
       start: start.value,
-    };
-    post<JobReply>("/api/learn", body).then(() => dialog.close(), context.fail);
-  });
-  const dialog = openDialog("Learn", form);
+    }),
+  );
 }

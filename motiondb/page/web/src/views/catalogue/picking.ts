@@ -2,8 +2,9 @@
 
 import { isAbort, post } from "../../api/client.ts";
 import type { CapturesChanged } from "../../api/types.ts";
+import { button } from "../../dom/button.ts";
 import { h } from "../../dom/element.ts";
-import { askWhether, openDialog } from "../../parts/asking.ts";
+import { askLine, askWhether } from "../../parts/asking.ts";
 import { download, downloadButtons, type FileFormat } from "../../parts/download.ts";
 import { plural } from "../../parts/text.ts";
 import type { Context } from "../view.ts";
@@ -58,11 +59,13 @@ export function makePicking(context: Context, options: PickingOptions): Picking 
     "div",
     { class: "selection-bar", role: "region", "aria-label": "Selected captures", hidden: true },
     count,
-    link("Select all", async () => set(await options.all(), true)),
+    button("link", "Select all", async () => set(await options.all(), true)),
     canWrite
       ? [
-          action("Words…", () => ask("Add words", "What do all of them show?", "a person walks", addWords)),
-          action("Tags…", () =>
+          button("plain", "Words…", () =>
+            ask("Add words", "What do all of them show?", "a person walks", addWords),
+          ),
+          button("plain", "Tags…", () =>
             ask(
               "Set a tag",
               "A tag and its value, such as performer = ana. Without a value it is removed.",
@@ -70,24 +73,16 @@ export function makePicking(context: Context, options: PickingOptions): Picking 
               setTag,
             ),
           ),
-          action("Licence…", () =>
+          button("plain", "Licence…", () =>
             ask("Set the licence", "The licence of all of them", "CC0-1.0", setLicence),
           ),
-          action("Rename…", () => rename()),
-          action("Remove…", () => void removeAll()),
+          button("plain", "Rename…", () => rename()),
+          button("plain", "Remove…", () => void removeAll()),
         ]
       : null,
     downloadButtons(context.status().writes, (format) => void save(format), true),
-    link("Clear", () => clear()),
+    button("link", "Clear", () => clear()),
   );
-
-  function link(label: string, run: () => unknown): HTMLElement {
-    return h("button", { class: "link", type: "button", on: { click: () => void run() } }, label);
-  }
-
-  function action(label: string, run: () => void): HTMLElement {
-    return h("button", { class: "button plain", type: "button", on: { click: run } }, label);
-  }
 
   function show(): void {
     element.hidden = chosen.size === 0;
@@ -115,68 +110,37 @@ export function makePicking(context: Context, options: PickingOptions): Picking 
     if (gone.length > 0) set(gone, false);
   }
 
-  async function change(path: string, body: object, done: string): Promise<boolean> {
-    try {
-      const { changed } = await post<CapturesChanged>(`/api/captures/${path}`, body);
-      context.notify(
-        changed.length > 0
-          ? `${done} of ${plural(changed.length, "capture")}.`
-          : "Nothing had to be changed.",
-        changed.length > 0 ? { label: "Undo", run: () => void options.undo() } : undefined,
-      );
-      await context.refresh();
-      return true;
-    } catch (fault) {
-      context.fail(fault);
-      return false;
-    }
+  async function change(path: string, body: object, done: string): Promise<void> {
+    const { changed } = await post<CapturesChanged>(`/api/captures/${path}`, body);
+    context.notify(
+      changed.length > 0 ? `${done} of ${plural(changed.length, "capture")}.` : "Nothing had to be changed.",
+      changed.length > 0 ? { label: "Undo", run: () => void options.undo() } : undefined,
+    );
+    await context.refresh();
   }
 
-  /** Ask for one line; the dialog stays open where it cannot be done. */
-  function ask(title: string, label: string, example: string, run: (line: string) => Promise<boolean>): void {
-    const input = h("input", {
-      class: "field wide",
-      id: "bulk",
-      required: true,
-      autofocus: true,
-      placeholder: example,
-    });
-    const form = h(
-      "form",
-      {},
-      h("p", { class: "muted" }, plural(chosen.size, "capture")),
-      h("label", { for: "bulk" }, label),
-      input,
-      h("div", { class: "row end" }, h("button", { class: "button", type: "submit" }, title)),
-    );
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      void run(input.value.trim()).then((done) => done && dialog.close());
-    });
-    const dialog = openDialog(title, form);
+  function ask(title: string, label: string, example: string, run: (line: string) => Promise<void>): void {
+    askLine({ title, label, example, about: plural(chosen.size, "capture"), yes: title }, run);
   }
 
   const names = (): string[] => [...chosen];
-  const addWords = (words: string): Promise<boolean> =>
-    change("words", { captures: names(), words }, "Words");
-  const setLicence = (licence: string): Promise<boolean> =>
+  const addWords = (words: string): Promise<void> => change("words", { captures: names(), words }, "Words");
+  const setLicence = (licence: string): Promise<void> =>
     change("tags", { captures: names(), tags: { licence } }, "Licence");
-  const setTag = (line: string): Promise<boolean> => {
+  const setTag = async (line: string): Promise<void> => {
     const [key, ...value] = line.split("=");
     if (!key?.trim() || value.length === 0) {
-      context.fail(new Error("Write a tag and its value with = between them, such as performer = ana."));
-      return Promise.resolve(false);
+      throw new Error("Write a tag and its value with = between them, such as performer = ana.");
     }
-    return change("tags", { captures: names(), tags: { [key.trim()]: value.join("=").trim() } }, "Tags");
+    await change("tags", { captures: names(), tags: { [key.trim()]: value.join("=").trim() } }, "Tags");
   };
 
   function rename(): void {
     const chosen = names();
     if (chosen.length > 0) {
       askNames(chosen, async (body) => {
-        const done = await change("rename", body, "Name");
-        if (done) clear();
-        return done;
+        await change("rename", body, "Name");
+        clear();
       });
     }
   }
@@ -187,7 +151,13 @@ export function makePicking(context: Context, options: PickingOptions): Picking 
       "They are removed with their words and what was learned from these. Undo brings them back.",
       "Remove",
     );
-    if (sure && (await change("remove", { captures: names() }, "Removal"))) clear();
+    if (!sure) return;
+    try {
+      await change("remove", { captures: names() }, "Removal");
+      clear();
+    } catch (fault) {
+      context.fail(fault);
+    }
   }
 
   async function save(format: FileFormat): Promise<void> {

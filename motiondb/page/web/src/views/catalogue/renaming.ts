@@ -1,7 +1,7 @@
 /** Ask for new names: one for a capture, or a pattern for several. */
 
 import { h } from "../../dom/element.ts";
-import { openDialog } from "../../parts/asking.ts";
+import { openForm } from "../../parts/asking.ts";
 import { plural } from "../../parts/text.ts";
 
 /** In a pattern: any letters. */
@@ -33,7 +33,7 @@ export function byPattern(name: string, old: string, fresh: string): string | nu
 }
 
 /** Open the dialog; it stays open where the captures cannot be renamed. */
-export function askNames(names: readonly string[], run: (body: Renaming) => Promise<boolean>): void {
+export function askNames(names: readonly string[], run: (body: Renaming) => Promise<void>): void {
   const [only] = names;
   const several = names.length > 1;
   const pattern = several ? commonPattern(names) : only!;
@@ -56,9 +56,9 @@ export function askNames(names: readonly string[], run: (body: Renaming) => Prom
         : `None fits. Write ${ANY} once in both: it stands for any letters.`;
   }
 
-  const form = h(
-    "form",
-    { on: { input: show } },
+  old.addEventListener("input", show);
+  fresh.addEventListener("input", show);
+  const content = [
     several
       ? [
           h("p", { class: "muted" }, `${plural(names.length, "capture")}. ${ANY} stands for any letters.`),
@@ -69,16 +69,12 @@ export function askNames(names: readonly string[], run: (body: Renaming) => Prom
     h("label", { for: "new-names" }, several ? "become" : `The new name of ${only}`),
     fresh,
     shown,
-    h("div", { class: "row end" }, h("button", { class: "button", type: "submit" }, "Rename")),
-  );
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
+  ];
+  openForm("Rename", content, "Rename", () => {
     const name = fresh.value.trim();
-    const body = several
-      ? { old: old.value.trim(), new: name, captures: [...names] }
-      : { old: only!, new: name };
-    void run(body).then((done) => done && dialog.close());
+    return run(
+      several ? { old: old.value.trim(), new: name, captures: [...names] } : { old: only!, new: name },
+    );
   });
-  const dialog = openDialog("Rename", form);
   show();
 }

@@ -1,9 +1,9 @@
 /** Small moving figures: one clock paints all that are on screen. */
 
+import { DARK, REDUCED } from "../../dom/wishes.ts";
+import { figureShades } from "../../player/colours.ts";
 import type { Motions } from "../../api/motions.ts";
 import { paint, sketchOf, type Sketch } from "../../player/painter.ts";
-import { DARK } from "../../player/colours.ts";
-import { REDUCED } from "../../take/clip.ts";
 
 export interface Thumbs {
   /** Show the figure of a capture on a canvas; null clears it. */
@@ -21,18 +21,9 @@ export function makeThumbs(motions: Motions, still = false): Thumbs {
   const moving = new Set<HTMLCanvasElement>();
   const wanted = new Map<HTMLCanvasElement, string>();
   const sketches = new Map<HTMLCanvasElement, Sketch>();
-  let colours = readColours();
+  let colours = figureShades();
   let painted = 0;
   let closed = false;
-
-  function readColours(): [string, string, string] {
-    const style = getComputedStyle(document.documentElement);
-    return [
-      style.getPropertyValue("--figure-near"),
-      style.getPropertyValue("--figure-middle"),
-      style.getPropertyValue("--figure-far"),
-    ];
-  }
 
   function draw(canvas: HTMLCanvasElement, sketch: Sketch, now: number): void {
     const context = canvas.getContext("2d");
@@ -52,7 +43,7 @@ export function makeThumbs(motions: Motions, still = false): Thumbs {
   /** The moment that a standing figure shows, seconds from its start. */
   const momentOf = (sketch: Sketch): number => 0.5 * Math.min(sketch.motion.frames / sketch.motion.fps, 2);
   function recolour(): void {
-    colours = readColours();
+    colours = figureShades();
     for (const [canvas, sketch] of sketches) draw(canvas, sketch, momentOf(sketch));
   }
   DARK.addEventListener("change", recolour);

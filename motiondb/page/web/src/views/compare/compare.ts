@@ -1,7 +1,9 @@
 /** Compare: two to four parts on one clock and one ground, and how far their poses are apart. */
 
+import { REDUCED } from "../../dom/wishes.ts";
 import { messageOf } from "../../api/client.ts";
 import type { BodyTrack } from "../../api/container.ts";
+import { button } from "../../dom/button.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { emptyState, faultState } from "../../parts/states.ts";
@@ -10,7 +12,6 @@ import { rgbOf } from "../../parts/tint.ts";
 import { makePlayer } from "../../player/player.ts";
 import { spanOf } from "../../player/screen.ts";
 import { go, routeTo } from "../../shell/router.ts";
-import { REDUCED } from "../../take/clip.ts";
 import type { Lane } from "../../timeline/lanes.ts";
 import { makeTimeline, type Interval, type Timeline } from "../../timeline/timeline.ts";
 import type { Context, OpenView, View } from "../view.ts";
@@ -134,16 +135,7 @@ function open(host: HTMLElement, context: Context): OpenView {
         ? h("a", { class: "capture-name", href: address }, name)
         : h("span", { class: "capture-name" }, name),
       h("span", { class: "time muted" }, interval(part.start, part.end)),
-      h(
-        "button",
-        {
-          class: "tool",
-          type: "button",
-          "aria-label": `Remove ${name} from the comparison`,
-          on: { click: remove },
-        },
-        icon("close"),
-      ),
+      button("tool", icon("close"), remove, { "aria-label": `Remove ${name} from the comparison` }),
     );
   }
 

@@ -2,6 +2,7 @@
 
 import { get, messageOf } from "../../api/client.ts";
 import type { ActionVerdict, MadeReply, SearchReply, ShownBlock } from "../../api/types.ts";
+import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { openDialog } from "../../parts/asking.ts";
@@ -99,15 +100,7 @@ function pickExcerpt(context: Context, wish: Wish, picked: (part: Partial<Wish>)
             "li",
             {},
             clip.element,
-            h(
-              "button",
-              {
-                class: "link",
-                type: "button",
-                on: { click: () => choose(match.capture, match.start, match.end) },
-              },
-              label,
-            ),
+            button("link", label, () => choose(match.capture, match.start, match.end)),
           );
         }),
       );
@@ -179,11 +172,7 @@ export function blocksOf(
         "p",
         { class: "made-block-head" },
         h("span", { class: "mark", "aria-hidden": "true" }, mark),
-        h(
-          "button",
-          { class: "link", type: "button", on: { click: () => judged && seek(judged.start) } },
-          block.phrase,
-        ),
+        button("link", block.phrase, () => judged && seek(judged.start)),
         h("span", { class: "small" }, ` ${text}`),
       ),
       judged?.reason && !judged.shown ? h("p", { class: "small" }, judged.reason) : null,
@@ -210,17 +199,10 @@ export function blocksOf(
         tool(`Pick an excerpt for ${block.phrase}`, "Pick…", () =>
           pickExcerpt(context, wishes[at]!, (part) => change(at, part)),
         ),
-        h(
-          "button",
-          {
-            class: "tool",
-            type: "button",
-            "aria-label": `Leave ${block.phrase} out`,
-            disabled: blocks.length === 1,
-            on: { click: () => ask(wishes.filter((_, i) => i !== at)) },
-          },
-          icon("close"),
-        ),
+        button("tool", icon("close"), () => ask(wishes.filter((_, i) => i !== at)), {
+          "aria-label": `Leave ${block.phrase} out`,
+          disabled: blocks.length === 1,
+        }),
       ),
     );
   }
@@ -231,16 +213,9 @@ export function blocksOf(
     { class: "row" },
     phrase,
     h("button", { class: "button plain", type: "submit" }, icon("plus"), "Add"),
-    h(
-      "button",
-      {
-        class: "button plain",
-        type: "button",
-        title: "Add it as an excerpt that you pick: no caption needs to say it",
-        on: { click: () => pickFurther() },
-      },
-      "Add by hand…",
-    ),
+    button("plain", "Add by hand…", () => pickFurther(), {
+      title: "Add it as an excerpt that you pick: no caption needs to say it",
+    }),
   );
   /** The typed action; null: nothing is typed. */
   function further(): Wish | null {

@@ -2,6 +2,7 @@
 
 import { get, messageOf, post } from "../../api/client.ts";
 import type { GenerateReply, MadeReply } from "../../api/types.ts";
+import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { emptyState, faultState } from "../../parts/states.ts";
 import { go, routeTo } from "../../shell/router.ts";
@@ -48,16 +49,9 @@ function open(host: HTMLElement, context: Context): OpenView {
   const exact = h("input", { type: "checkbox", id: "exact" });
   const understood = h("div", { "aria-live": "polite" });
   const results = h("section", { class: "answers", "aria-label": "Generated motion" });
-  const sync = h(
-    "button",
-    {
-      class: "button plain",
-      type: "button",
-      title: "Start all variants at the same moment",
-      on: { click: () => void together() },
-    },
-    "Play together",
-  );
+  const sync = button("plain", "Play together", () => void together(), {
+    title: "Start all variants at the same moment",
+  });
   const form = h(
     "form",
     { class: "search-form" },
@@ -67,20 +61,14 @@ function open(host: HTMLElement, context: Context): OpenView {
       { class: "row settings" },
       h("label", { for: "seed" }, "Seed"),
       seed,
-      h(
-        "button",
-        {
-          class: "button plain",
-          type: "button",
-          title: "Generate with the next seed",
-          on: {
-            click: () => {
-              seed.value = String((seed.valueAsNumber || 0) + Number(count.value));
-              form.requestSubmit();
-            },
-          },
-        },
+      button(
+        "plain",
         "Next seed",
+        () => {
+          seed.value = String((seed.valueAsNumber || 0) + Number(count.value));
+          form.requestSubmit();
+        },
+        { title: "Generate with the next seed" },
       ),
       h("label", { for: "variants" }, "Variants"),
       count,

@@ -3,9 +3,9 @@
 import { post } from "../../api/client.ts";
 import type { Motions } from "../../api/motions.ts";
 import type { MadeReply, Saved } from "../../api/types.ts";
+import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
-import { icon } from "../../dom/icons.ts";
-import { download } from "../../parts/download.ts";
+import { download, downloadButton, type FileFormat } from "../../parts/download.ts";
 import { askToKeep, suggestedName } from "../../parts/keeping.ts";
 import { sourceList } from "../../parts/sources.ts";
 import { probability, seconds, sharedReason } from "../../parts/text.ts";
@@ -66,11 +66,7 @@ function shownList(made: MadeReply, seek: (time: number) => void, said: number):
           reason && reason !== shared ? `: ${reason}` : "",
           " ",
         ),
-        h(
-          "button",
-          { class: "link time", type: "button", on: { click: () => seek(start) } },
-          `${start.toFixed(1)}–${end.toFixed(1)} s`,
-        ),
+        button("time", `${start.toFixed(1)}–${end.toFixed(1)} s`, () => seek(start)),
       ),
     ),
     made.question.not_used.map(({ text, reason }) =>
@@ -122,11 +118,10 @@ export function makeVariant(
       showSaved(capture);
       actions?.notify(`Kept as ${capture}.`);
     };
-    const fail = (fault: unknown): void => actions?.fail(fault);
-    askToKeep("Keep this motion", suggestedName(made.words, made.seed), keep, fail);
+    askToKeep("Keep this motion", suggestedName(made.words, made.seed), keep);
   }
 
-  const save = (format: "bvh" | "glb"): void => void run(download([{ ref: made.ref }], format));
+  const save = (format: FileFormat): void => void run(download([{ ref: made.ref }], format));
   if (made.saved) showSaved(made.saved);
   const blocks = actions?.blocks(made, (time) => void clip.seek(time)) ?? null;
   const element = h(
@@ -150,31 +145,8 @@ export function makeVariant(
         ? h(
             "div",
             { class: "row answer-actions" },
-            h(
-              "button",
-              {
-                class: "button plain",
-                type: "button",
-                "aria-label": "Download as BVH",
-                on: { click: () => save("bvh") },
-              },
-              icon("download"),
-              "BVH",
-            ),
-            h(
-              "button",
-              {
-                class: "button plain",
-                type: "button",
-                "aria-label": "Download as glTF",
-                on: { click: () => save("glb") },
-              },
-              icon("download"),
-              "glTF",
-            ),
-            actions.canSave
-              ? h("button", { class: "link", type: "button", on: { click: askName } }, "Keep…")
-              : null,
+            (["bvh", "glb"] as const).map((format) => downloadButton(format, save)),
+            actions.canSave ? button("link", "Keep…", askName) : null,
             h("a", { class: "link", href: routeTo("search", { like: made.ref }) }, "More like this"),
             saved,
           )

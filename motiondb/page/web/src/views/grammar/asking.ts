@@ -2,6 +2,7 @@
 
 import { get, messageOf, post } from "../../api/client.ts";
 import type { CompareReply, GrammarReply, ParseAnswer, SuggestReply } from "../../api/types.ts";
+import { button } from "../../dom/button.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { interval, probability } from "../../parts/text.ts";
 import { routeTo } from "../../shell/router.ts";
@@ -45,11 +46,7 @@ export function makeAsking(): Asking {
     h("button", { class: "button plain", type: "submit" }, "What may come next"),
   );
   const compared = h("div", { "aria-live": "polite" });
-  const compareButton = h(
-    "button",
-    { class: "button plain", type: "button", on: { click: () => void compare() } },
-    "Compare with a finite state machine",
-  );
+  const compareButton = button("plain", "Compare with a finite state machine", () => void compare());
   const element = h(
     "section",
     { class: "grammar-asking", "aria-label": "Questions to the grammar" },
@@ -155,11 +152,7 @@ export function makeAsking(): Asking {
             {},
             name === null
               ? h("span", { class: "muted" }, "the end")
-              : h(
-                  "button",
-                  { class: "link", type: "button", title: "Go on after this terminal", on: { click: add } },
-                  letter(name),
-                ),
+              : button("link", letter(name), add, { title: "Go on after this terminal" }),
             h("span", { class: "time" }, ` ${probability(row.probability)} `),
             h("span", { class: "muted small" }, words?.join(" ") ?? ""),
           );

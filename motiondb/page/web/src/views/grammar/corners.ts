@@ -1,5 +1,6 @@
 /** The alternatives of a region, playing in the corners of the stage. */
 
+import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { makeClip, type Clip } from "../../take/clip.ts";
 import type { Context } from "../view.ts";
@@ -90,18 +91,11 @@ export function makeCorners(context: Context, choose: (sequence: SequenceReply) 
           `chance ${chanceText(one.log_probability)}`,
         ),
         playable
-          ? h(
-              "button",
-              {
-                class: "button",
-                type: "button",
-                title: `Choose alternative ${number} (${number})`,
-                "aria-label": `Choose alternative ${number}: ${text}`,
-                "data-alternative": number,
-                on: { click: () => choose(playable) },
-              },
-              "Choose",
-            )
+          ? button("main", "Choose", () => choose(playable), {
+              title: `Choose alternative ${number} (${number})`,
+              "aria-label": `Choose alternative ${number}: ${text}`,
+              "data-alternative": number,
+            })
           : null,
       ),
     );

@@ -1,9 +1,10 @@
 /** Above the sequence: undo, redo, the tree, keep, download; and how the sequence was made. */
 
 import { post } from "../../api/client.ts";
+import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
-import { icon, type IconName } from "../../dom/icons.ts";
-import { download } from "../../parts/download.ts";
+import { icon } from "../../dom/icons.ts";
+import { download, downloadButton, type FileFormat } from "../../parts/download.ts";
 import { askToKeep, suggestedName } from "../../parts/keeping.ts";
 import { sourceList } from "../../parts/sources.ts";
 import { plural, seconds } from "../../parts/text.ts";
@@ -24,34 +25,22 @@ export interface BarActions {
   showTree(shown: boolean): void;
 }
 
-function button(picture: IconName | null, label: string, title: string, run: () => void): HTMLButtonElement {
-  return h(
-    "button",
-    { class: "button plain", type: "button", title, on: { click: run } },
-    picture ? icon(picture) : null,
-    label,
-  );
-}
-
 export function makeEditorBar(context: Context, actions: BarActions): EditorBar {
   let sequence: SequenceReply | null = null;
   let shown = false;
   const title = h("h2", {});
   const saved = h("span", { class: "small" });
-  const undo = button("undo", "Undo", "Undo this edit (Ctrl Z)", actions.undo);
-  const redo = button("redo", "Redo", "Redo the edit (Ctrl Y)", actions.redo);
-  const tree = button(null, "Parse tree", "Show the parse tree over the strip", () =>
-    actions.showTree(!shown),
-  );
-  const keep = button(null, "Keep…", "Keep the sequence as a capture of the database", askName);
-  const save = (format: "bvh" | "glb"): void => {
+  const undo = button("plain", [icon("undo"), "Undo"], actions.undo, { title: "Undo this edit (Ctrl Z)" });
+  const redo = button("plain", [icon("redo"), "Redo"], actions.redo, { title: "Redo the edit (Ctrl Y)" });
+  const tree = button("plain", "Parse tree", () => actions.showTree(!shown), {
+    title: "Show the parse tree over the strip",
+  });
+  const keep = button("plain", "Keep…", askName, { title: "Keep the sequence as a capture of the database" });
+  const save = (format: FileFormat): void => {
     if (sequence) download([{ ref: sequence.ref }], format).catch(context.fail);
   };
-  const bvh = button("download", "BVH", "Download as BVH", () => save("bvh"));
-  const glb = button("download", "glTF", "Download as glTF", () => save("glb"));
-  bvh.setAttribute("aria-label", "Download as BVH");
-  glb.setAttribute("aria-label", "Download as glTF");
-  const tools = h("div", { class: "row" }, undo, redo, tree, keep, bvh, glb, saved);
+  const files = (["bvh", "glb"] as const).map((format) => downloadButton(format, save));
+  const tools = h("div", { class: "row" }, undo, redo, tree, keep, files, saved);
   const element = h("div", { class: "row editor-bar" }, title, tools);
 
   function showSaved(name: string | null): void {
@@ -66,7 +55,7 @@ export function makeEditorBar(context: Context, actions: BarActions): EditorBar 
       if (sequence?.id === one.id) showSaved(capture);
       context.notify(`Kept as ${capture}.`);
     };
-    askToKeep("Keep this sequence", suggestedName(one.grammar, one.seed), send, context.fail);
+    askToKeep("Keep this sequence", suggestedName(one.grammar, one.seed), send);
   }
 
   return {

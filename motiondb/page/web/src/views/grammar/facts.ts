@@ -1,5 +1,6 @@
 /** One grammar: its facts, rules, terminals (each plays its medoid), captures, and kept sequences. */
 
+import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { interval, plural, probability, seconds } from "../../parts/text.ts";
 import { routeTo } from "../../shell/router.ts";
@@ -77,15 +78,7 @@ export function makeFacts(context: Context): FactsPanel {
       ),
       context.status().read_only
         ? null
-        : h(
-            "button",
-            {
-              class: "button plain",
-              type: "button",
-              on: { click: () => askTerminalName(context, facts, one.terminal) },
-            },
-            `Rename ${one.terminal}…`,
-          ),
+        : button("plain", `Rename ${one.terminal}…`, () => askTerminalName(context, facts, one.terminal)),
     );
   }
 

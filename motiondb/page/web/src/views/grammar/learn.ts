@@ -2,6 +2,7 @@
 
 import { get, messageOf, post } from "../../api/client.ts";
 import type { CapturePage, CaptureRow, JobReply } from "../../api/types.ts";
+import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { openDialog } from "../../parts/asking.ts";
 import { plural, seconds } from "../../parts/text.ts";
@@ -207,7 +208,7 @@ export function openGrammarLearning(context: Context, started: (job: JobReply) =
     h(
       "div",
       { class: "row end" },
-      h("button", { class: "button plain", type: "button", on: { click: () => dialog.close() } }, "Cancel"),
+      button("plain", "Cancel", () => dialog.close()),
       submit,
     ),
   );

@@ -1,7 +1,7 @@
 /** The learned grammars, and the job that learns one. */
 
-import { remove } from "../../api/client.ts";
-import type { JobReply } from "../../api/types.ts";
+import { cancelJob, failureOf, isActive } from "../../api/jobs.ts";
+import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { progressBar } from "../../parts/progress.ts";
 import { emptyState, faultState } from "../../parts/states.ts";
@@ -9,8 +9,6 @@ import { seconds } from "../../parts/text.ts";
 import { go, routeTo } from "../../shell/router.ts";
 import type { Context } from "../view.ts";
 import type { ListedGrammar } from "../../api/types.ts";
-
-const isActive = (job: JobReply): boolean => job.state === "running" || job.state === "waiting";
 
 /** Failed jobs whose message was closed. */
 const closed = new Set<string>();
@@ -94,9 +92,7 @@ export function grammarList(
       "div",
       { class: "row" },
       h("p", { class: "summary" }, "Grammars of long takes. Choose one to make sequences with it."),
-      context.status().read_only
-        ? null
-        : h("button", { class: "button", type: "button", on: { click: learn } }, "Learn a grammar…"),
+      context.status().read_only ? null : button("main", "Learn a grammar…", learn),
     ),
     tableOf(rows),
     context.status().learned
@@ -118,10 +114,10 @@ export function jobState(host: HTMLElement, context: Context): void {
       closed.add(job.id);
       fill(host);
     };
-    const message = `${job.title}: ${job.message ?? "It failed."}`;
+    const message = `${job.title}: ${failureOf(job)}`;
     return fill(host, faultState(message, [{ label: "Close", run: close, plain: true }]));
   }
-  const cancel = (): void => void remove(`/api/jobs/${encodeURIComponent(job.id)}`).catch(context.fail);
+  const cancel = (): void => void cancelJob(job).catch(context.fail);
   fill(
     host,
     h(
@@ -129,7 +125,7 @@ export function jobState(host: HTMLElement, context: Context): void {
       { class: "grammar-job" },
       h("b", {}, job.title),
       progressBar(job.state === "waiting" ? null : job.share, job.what || job.state),
-      h("button", { class: "button plain", type: "button", on: { click: cancel } }, "Cancel"),
+      button("plain", "Cancel", cancel),
     ),
   );
 }

@@ -1,5 +1,6 @@
 /** Make a sequence of a grammar: seed, length, or a pattern that it must match. */
 
+import { button } from "../../dom/button.ts";
 import { h } from "../../dom/element.ts";
 import type { Wish } from "./selection.ts";
 
@@ -35,20 +36,14 @@ export function makeMaker(make: (wish: Wish) => void): Maker {
     title: "Terminals and words in their order, ? for any one terminal, ... for any number of them",
   });
   const submit = h("button", { class: "button", type: "submit" }, "Make a sequence");
-  const next = h(
-    "button",
-    {
-      class: "button plain",
-      type: "button",
-      title: "Make a sequence with the next seed",
-      on: {
-        click: () => {
-          seed.value = String((seed.valueAsNumber || 0) + 1);
-          element.requestSubmit();
-        },
-      },
-    },
+  const next = button(
+    "plain",
     "Next seed",
+    () => {
+      seed.value = String((seed.valueAsNumber || 0) + 1);
+      element.requestSubmit();
+    },
+    { title: "Make a sequence with the next seed" },
   );
   const element = h(
     "form",

@@ -1,5 +1,6 @@
 /** The panel of the chosen terminal: its nonterminal, the region, wider and narrower. */
 
+import { button } from "../../dom/button.ts";
 import { h } from "../../dom/element.ts";
 import { interval, plural } from "../../parts/text.ts";
 import type { TerminalColours } from "./colours.ts";
@@ -16,7 +17,7 @@ export interface RegionActions {
 }
 
 const plain = (label: string, title: string, disabled: boolean, run: () => void): HTMLElement =>
-  h("button", { class: "button plain", type: "button", title, disabled, on: { click: run } }, label);
+  button("plain", label, run, { title, disabled });
 
 /** Instructions, shown while nothing is chosen. */
 export function regionHint(): HTMLElement {
@@ -75,7 +76,7 @@ export function regionPanel(
       plain("Wider", "The nonterminal above (W)", !region || region.parent < 0, actions.widen),
       plain("Narrower", "The nonterminal below (N)", wider === 0, actions.narrow),
       plain("Four others", "Derive other alternatives", !region, actions.others),
-      h("button", { class: "link", type: "button", on: { click: actions.clear } }, "Clear"),
+      button("link", "Clear", actions.clear),
     ),
   );
 }

@@ -2,8 +2,9 @@
 
 import { messageOf, post, put } from "../../api/client.ts";
 import type { GrammarEdited, GrammarReply } from "../../api/types.ts";
+import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
-import { openDialog } from "../../parts/asking.ts";
+import { askLine } from "../../parts/asking.ts";
 import type { Context } from "../view.ts";
 import { coloursOf, type TerminalColours } from "./colours.ts";
 
@@ -37,40 +38,19 @@ function tell(context: Context, done: string, { no_longer_editable: lost }: Gram
 
 /** Ask for a new name of a terminal. */
 export function askTerminalName(context: Context, facts: GrammarReply, terminal: string): void {
-  const field = h("input", { class: "field wide", id: "terminal-name", required: true, value: terminal });
-  const fault = h("p", { class: "bad small", role: "alert" });
-  const form = h(
-    "form",
-    {},
-    h("label", { for: "terminal-name" }, `Name of the terminal ${terminal}`),
-    field,
-    h("p", { class: "muted small" }, "A word such as dribble reads better than a letter. The rules follow."),
-    fault,
-    h("div", { class: "row end" }, h("button", { class: "button", type: "submit" }, "Rename")),
-  );
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
-    const body = { grammar: facts.grammar, run: facts.run, terminal, to: field.value.trim() };
-    put<GrammarEdited>("/api/grammar/terminal", body).then(
-      (edited) => {
-        dialog.close();
-        tell(context, `${terminal} is now ${body.to}.`, edited);
-        void context.refresh().catch(context.fail);
-      },
-      (problem: unknown) => void (fault.textContent = messageOf(problem)),
-    );
+  const label = `Name of the terminal ${terminal}`;
+  const note = "A word such as dribble reads better than a letter. The rules follow.";
+  askLine({ title: "Rename a terminal", label, value: terminal, note, yes: "Rename" }, async (to) => {
+    const body = { grammar: facts.grammar, run: facts.run, terminal, to };
+    tell(context, `${terminal} is now ${to}.`, await put<GrammarEdited>("/api/grammar/terminal", body));
+    void context.refresh().catch(context.fail);
   });
-  const dialog = openDialog("Rename a terminal", form);
-  field.select();
 }
 
 export function makeRules(context: Context): RulesPanel {
   const element = h("div", {});
   let facts: GrammarReply | null = null;
   let editing = false;
-
-  const button = (label: string, run: () => void, plain = true): HTMLElement =>
-    h("button", { class: plain ? "button plain" : "button", type: "button", on: { click: run } }, label);
 
   function edit(): void {
     const edited = facts!;
@@ -111,8 +91,8 @@ export function makeRules(context: Context): RulesPanel {
       h(
         "div",
         { class: "row" },
-        button("Save the rules", () => void save(), false),
-        button("Cancel", leave),
+        button("main", "Save the rules", () => void save()),
+        button("plain", "Cancel", leave),
       ),
     );
     area.focus();
@@ -140,8 +120,8 @@ export function makeRules(context: Context): RulesPanel {
         : h(
             "div",
             { class: "row" },
-            button("Edit the rules…", edit),
-            last ? button(`Undo: ${last}`, () => void undo()) : null,
+            button("plain", "Edit the rules…", edit),
+            last ? button("plain", `Undo: ${last}`, undo) : null,
             last ? h("span", { class: "muted small" }, "Edited by hand since it was learned.") : null,
           ),
     );

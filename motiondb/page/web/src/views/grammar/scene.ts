@@ -1,5 +1,6 @@
 /** The sequence in the player, with its path on the ground and room for alternatives in the corners. */
 
+import { REDUCED } from "../../dom/wishes.ts";
 import type { Track } from "../../api/container.ts";
 import { messageOf } from "../../api/client.ts";
 import { makePlayer, type Player } from "../../player/player.ts";
@@ -22,7 +23,6 @@ export interface Scene {
   close(): void;
 }
 
-const REDUCED = matchMedia("(prefers-reduced-motion: reduce)");
 /** Seconds around a region that are looped with it: the seams are seen. */
 const AROUND = 0.4;
 /** Where the camera stands above the ground, radians, and from a figure, metres. Chosen by eye. */

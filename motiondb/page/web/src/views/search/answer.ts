@@ -2,6 +2,7 @@
 
 import { get } from "../../api/client.ts";
 import type { CaptureDetails, ShownMatch, MatchPart } from "../../api/types.ts";
+import { button } from "../../dom/button.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { interval, probability, seconds } from "../../parts/text.ts";
 import { routeTo } from "../../shell/router.ts";
@@ -110,10 +111,11 @@ function placesOf(match: ShownMatch, options: AnswerOptions, seek: (time: number
     if (part.place !== "known") return h("span", {}, "somewhere in it, as its caption says");
     if (isWhole(part, match.duration)) return h("span", {}, "from beginning to end");
     return [
-      h(
-        "button",
-        { class: "link time", type: "button", title: "Go there", on: { click: () => seek(part.start) } },
+      button(
+        "time",
         `${part.interval_probability === null ? "about " : ""}${interval(part.start, part.end)}`,
+        () => seek(part.start),
+        { title: "Go there" },
       ),
       part.interval_probability === null
         ? null
@@ -191,11 +193,7 @@ export function makeAnswer(
   const explain = match.explain
     ? h("details", { class: "why" }, h("summary", {}, "Why this answer"), reasonsElement(match.explain))
     : null;
-  const wordsButton = h(
-    "button",
-    { class: "link", type: "button", on: { click: () => void addWords() } },
-    "Likely words",
-  );
+  const wordsButton = button("link", "Likely words", () => void addWords());
 
   async function addWords(): Promise<void> {
     wordsButton.remove();

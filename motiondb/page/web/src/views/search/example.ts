@@ -2,6 +2,7 @@
 
 import { get, isAbort } from "../../api/client.ts";
 import type { CaptureDetails, DescribeReply } from "../../api/types.ts";
+import { button } from "../../dom/button.ts";
 import { h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { makeTake } from "../../take/take.ts";
@@ -51,11 +52,7 @@ export function makeExample(
       "div",
       { class: "details-head" },
       title,
-      h(
-        "button",
-        { class: "tool", type: "button", "aria-label": "Remove the example", on: { click: leave } },
-        icon("close"),
-      ),
+      button("tool", icon("close"), leave, { "aria-label": "Remove the example" }),
     ),
     take.element,
   );

@@ -1,6 +1,7 @@
 /** The question as it was understood, as chips: actions, their order, and unused parts. */
 
 import type { Decoding, UnderstoodQuestion, WordProbability } from "../../api/types.ts";
+import { button } from "../../dom/button.ts";
 import { h, type Child } from "../../dom/element.ts";
 import { signed } from "../../parts/text.ts";
 import { routeTo } from "../../shell/router.ts";
@@ -124,10 +125,7 @@ export function questionElement(
   replace: (word: string, by: string) => void,
 ): HTMLElement {
   const link = (word: string, known: readonly string[]): Child =>
-    known.map((one, i) => [
-      i > 0 ? " or " : "",
-      h("button", { class: "link", type: "button", on: { click: () => replace(word, one) } }, one),
-    ]);
+    known.map((one, i) => [i > 0 ? " or " : "", button("link", one, () => replace(word, one))]);
   // One remark for a word: the sentence that names it, else one of its own, with words to ask instead.
   const near = new Map<string, readonly string[]>(Object.entries(unknown));
   for (const [word, words] of Object.entries(suggested)) {

@@ -1,6 +1,7 @@
 /** Answers that were selected, and the bar that downloads them. */
 
 import type { ShownMatch } from "../../api/types.ts";
+import { button } from "../../dom/button.ts";
 import { h } from "../../dom/element.ts";
 import { download, downloadButtons, type FileFormat } from "../../parts/download.ts";
 import { plural } from "../../parts/text.ts";
@@ -20,11 +21,7 @@ export function makeSelection(context: Context): Selection {
   let cleared: () => void = () => undefined;
   const count = h("span", { role: "status" });
   const whole = h("input", { type: "checkbox", id: "whole-takes" });
-  const compareButton = h(
-    "button",
-    { class: "button", type: "button", on: { click: () => compare() } },
-    "Compare",
-  );
+  const compareButton = button("main", "Compare", () => compare());
   const element = h(
     "div",
     { class: "selection-bar", role: "region", "aria-label": "Selected answers", hidden: true },
@@ -32,20 +29,10 @@ export function makeSelection(context: Context): Selection {
     compareButton,
     downloadButtons(context.status().writes, (format) => void save(format), false),
     h("label", { class: "check", for: "whole-takes" }, whole, "whole takes"),
-    h(
-      "button",
-      {
-        class: "link",
-        type: "button",
-        on: {
-          click: () => {
-            cleared();
-            clear();
-          },
-        },
-      },
-      "Clear",
-    ),
+    button("link", "Clear", () => {
+      cleared();
+      clear();
+    }),
   );
 
   async function save(format: FileFormat): Promise<void> {

@@ -1,12 +1,12 @@
 /** Small moving figures on the dots of the map, painted on one canvas under it. */
 
+import { DARK, REDUCED } from "../../dom/wishes.ts";
+import { figureShades } from "../../player/colours.ts";
 import type { BodyTrack } from "../../api/container.ts";
 import type { Motions } from "../../api/motions.ts";
 import type { PlacedSymbol } from "../../api/types.ts";
 import { h } from "../../dom/element.ts";
-import { DARK } from "../../player/colours.ts";
-import { paintAt, sketchOf, type Shades, type Sketch } from "../../player/painter.ts";
-import { REDUCED } from "../../take/clip.ts";
+import { paintAt, sketchOf, type Sketch } from "../../player/painter.ts";
 import { alignTracks } from "../compare/aligned.ts";
 import { FIGURE } from "./labels.ts";
 
@@ -32,16 +32,10 @@ export function makeMapFigures(motions: Motions, size: { width: number; height: 
   const element = h("canvas", { class: "symbol-figures", "aria-hidden": "true" });
   const sketches = new Map<number, Sketch>();
   let spots: readonly Spot[] = [];
-  let colours = readColours();
+  let colours = figureShades();
   let painted = 0;
   let stale = true;
   let closed = false;
-
-  function readColours(): Shades {
-    const style = getComputedStyle(document.documentElement);
-    const token = (name: string): string => style.getPropertyValue(name);
-    return [token("--figure-near"), token("--figure-middle"), token("--figure-far")];
-  }
 
   function draw(seconds: number): void {
     const scale = Math.min(devicePixelRatio, 2);
@@ -70,7 +64,7 @@ export function makeMapFigures(motions: Motions, size: { width: number; height: 
     draw(REDUCED.matches ? 0.4 : now / 1000);
   }
   const recolour = (): void => {
-    colours = readColours();
+    colours = figureShades();
     stale = true;
   };
   DARK.addEventListener("change", recolour);

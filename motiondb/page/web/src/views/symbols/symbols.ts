@@ -2,6 +2,7 @@
 
 import { get, messageOf } from "../../api/client.ts";
 import type { PlacedSymbol, SegmentsReply, SpaceReply } from "../../api/types.ts";
+import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { emptyState, faultState } from "../../parts/states.ts";
 import { interval, plural, seconds } from "../../parts/text.ts";
@@ -72,17 +73,10 @@ function open(host: HTMLElement, context: Context): OpenView {
   }
 
   function zoomButton(text: string, label: string, by: number): HTMLElement {
-    return h(
-      "button",
-      {
-        class: "button plain",
-        type: "button",
-        title: label,
-        ...(text === "All" ? {} : { "aria-label": label }),
-        on: { click: () => map.enlarge(by) },
-      },
-      text,
-    );
+    return button("plain", text, () => map.enlarge(by), {
+      title: label,
+      ...(text === "All" ? {} : { "aria-label": label }),
+    });
   }
 
   function axisChoice(which: 0 | 1): HTMLElement {
@@ -212,16 +206,7 @@ function open(host: HTMLElement, context: Context): OpenView {
           h(
             "li",
             {},
-            h(
-              "button",
-              {
-                class: "link",
-                type: "button",
-                title: "Play this segment",
-                on: { click: () => play(box, segment) },
-              },
-              segment.capture,
-            ),
+            button("link", segment.capture, () => play(box, segment), { title: "Play this segment" }),
             h("span", { class: "muted time" }, ` ${interval(segment.start, segment.end)} `),
             h(
               "a",
@@ -240,20 +225,10 @@ function open(host: HTMLElement, context: Context): OpenView {
       );
       const next = offset + answer.segments.length;
       if (next < answer.total) {
-        const more = h(
-          "button",
-          {
-            class: "button plain",
-            type: "button",
-            on: {
-              click: () => {
-                more.remove();
-                void moreSegments(symbol, box, list, next);
-              },
-            },
-          },
-          `${answer.total - next} more`,
-        );
+        const more = button("plain", `${answer.total - next} more`, () => {
+          more.remove();
+          void moreSegments(symbol, box, list, next);
+        });
         list.after(more);
       }
       if (offset === 0 && answer.segments[0]) play(box, answer.segments[0]);

@@ -1,0 +1,13 @@
+/** What is known of long work, and how it is ended. */
+
+import { onPage } from "./advice.ts";
+import { remove } from "./client.ts";
+import type { JobReply } from "./types.ts";
+
+export const isActive = (job: JobReply): boolean => job.state === "running" || job.state === "waiting";
+
+export const cancelJob = (job: JobReply): Promise<unknown> =>
+  remove(`/api/jobs/${encodeURIComponent(job.id)}`);
+
+/** Why a job failed, as advice for this page. */
+export const failureOf = (job: JobReply): string => onPage(job.message ?? "It failed.");
