@@ -67,7 +67,8 @@ def test_an_action_that_cannot_be_played_turns_red_with_the_reason(asked_server,
     drag(page, (3.2, 0.6), (5.0, 4.0))
     page.locator(".board-element.infeasible").wait_for()
     reason = page.locator(".board-reason").first.inner_text()
-    assert "expected one player with the ball at the beginning, found 2" in reason
+    assert reason.strip().startswith("Only one player can have the ball at the beginning, here 2")
+    assert "line" not in reason
     assert page.get_by_role("button", name="Make the scene").is_disabled()
     page.get_by_role("button", name="Undo").click()
     page.locator(".board-element.infeasible").wait_for(state="detached")

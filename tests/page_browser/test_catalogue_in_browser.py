@@ -163,14 +163,25 @@ def test_dropped_files_are_added_and_a_reload_keeps_the_job(
     page.locator(".jobs-button").click()
     page.locator(".job", has_text="3 added").wait_for()
     page.locator(".row-capture", has_text="a person walks").wait_for()
+    filled = page.locator(".table-head .cell:visible").all_inner_texts()
+    assert filled == ["Figure", "Capture", "Length", "Words"]  # nothing else is known of them
     with motiondb.open(tmp_path / "empty.duckdb", read_only=True) as db:
         assert len(db.captures()) == 3
 
 
 def test_a_folder_of_the_computer_is_added(serve_copy, new_page, samples_folder, tmp_path):
     address = serve_copy(str(samples_folder), database=tmp_path / "empty.duckdb")
-    page = new_page(f"{address}#/catalogue")
-    page.get_by_role("button", name="Add captures").first.click()
+    page = new_page("about:blank")
+    held = []
+    page.route("**/api/captures?*", lambda route: held.append(route))
+    page.goto(f"{address}#/catalogue")
+    page.locator(".catalogue-bar").wait_for(state="attached")
+    assert page.locator(".catalogue-bar .button:visible").count() == 0  # none that vanishes later
+    while not held:
+        page.wait_for_timeout(50)
+    page.unroute("**/api/captures?*")
+    page.reload()
+    page.get_by_role("button", name="Add captures").click()
     page.get_by_text(re.compile("Folder captures on the server")).click()
     page.get_by_role("button", name="ana/").click()
     page.get_by_text("12 captures here").wait_for()
@@ -265,7 +276,7 @@ def test_bad_files_are_named_and_what_was_added_is_linked(
     (tmp_path / "empty.bvh").write_bytes(b"")
     (tmp_path / "binary.bvh").write_bytes(bytes(range(256)) * 8)
     page = new_page(f"{serve_copy(database=tmp_path / 'new.duckdb')}#/catalogue")
-    page.get_by_role("button", name="Add captures").first.click()
+    page.get_by_role("button", name="Add captures").click()
     names = ("good.bvh", "odd.txt", "empty.bvh", "binary.bvh")
     page.get_by_label("Choose files…").set_input_files([tmp_path / name for name in names])
     page.get_by_text("3 captures ready to be added.").wait_for()
@@ -309,6 +320,11 @@ def test_captures_are_browsed_as_previews_and_changed_together(serve_copy, new_p
     assert focused == "Select ana/jump_1"  # the card was not made anew
     bar = page.get_by_role("region", name="Selected captures")
     bar.get_by_text("2 captures selected").wait_for()
+    bar.get_by_role("button", name="Tags…").click()
+    page.get_by_role("dialog").get_by_role("textbox").fill("hall")
+    page.keyboard.press("Enter")
+    page.get_by_role("dialog").get_by_text("Write a tag and its value").wait_for()
+    page.keyboard.press("Escape")
     bar.get_by_role("button", name="Licence…").click()
     page.get_by_label("The licence of all of them").fill("CC-BY-4.0")
     page.get_by_role("dialog").get_by_role("button", name="Set the licence").click()

@@ -171,9 +171,30 @@ def test_a_card_says_the_probability_of_all_that_was_asked(asked_server, new_pag
         answer = route.fetch().json()
         answer["matches"][0]["parts"][0]["interval_probability"] = 0.04
         answer["matches"][0]["parts"][0]["end"] = answer["matches"][0]["end"] = 1.0
+        answer["matches"][0]["probability"] = 0.3  # it stands below the likely one
         route.fulfill(json=answer)
 
     page.route("**/api/search?*", elsewhere)
     page.goto(f"{asked_server}#/search?q=walk&limit=2")
     page.get_by_text("at this place only 0.04").wait_for()
-    assert page.locator(".answer").first.locator(".timeline-lit:not(.unlikely)").count() == 0
+    assert page.locator(".rank").all_inner_texts() == ["1", "2"]
+    placed = page.locator(".answer.unlikely").locator(".timeline-lit:not(.unlikely)")
+    assert placed.count() == 0
+
+
+def test_figures_stand_still_while_an_answer_is_awaited(asked_server, new_page):
+    page = _open(new_page, asked_server, "#/search?q=jump", reduced_motion="no-preference")
+    wait_for_figure(page, ".answer .clip-canvas")
+    held = []
+    page.route("**/api/search?*", lambda route: held.append(route))
+    _ask(page, "kick")
+    wait_for(page, "() => document.querySelector('.view').classList.contains('busy')")
+    place = "() => document.querySelector('.answer .timeline-cursor').style.left"
+    before = page.evaluate(place)
+    page.wait_for_timeout(700)
+    assert page.evaluate(place) == before
+    for route in held:
+        route.continue_()
+    page.locator(".answer", has_text="kick").first.wait_for()
+    before = page.evaluate(place)
+    wait_for(page, f"before => ({place})() !== before", before)  # and go on

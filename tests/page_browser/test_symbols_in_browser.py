@@ -11,6 +11,11 @@ def test_the_map_has_every_symbol_and_a_click_plays_one(asked_server, new_page):
     symbols = page.request.get(f"{asked_server}api/symbols").json()["symbols"]
     assert page.locator(".dot").count() == len(symbols)
     assert page.locator("ellipse.cluster").count() == 0  # one cluster alone says nothing
+    ends = page.locator(".map-axis").all_text_contents()  # what the axes are about
+    assert len(ends) == 4
+    low, high = ends[0].removeprefix("← "), ends[1].removesuffix(" →")
+    axis = page.get_by_label("Horizontal axis").locator("option").first.inner_text()
+    assert axis == f"axis 1: {low.split(', ')[0]} to {high.split(', ')[0]}"
     page.locator(".dot[data-symbol='3'] circle").click(force=True)
     page.get_by_role("heading", name="Symbol 3", exact=True).wait_for()
     wait_for_figure(page, ".symbol-clip .clip-canvas")

@@ -12,6 +12,7 @@ import {
 } from "../src/views/board/edits.ts";
 import { curvePoints, triesOf } from "../src/views/board/curve.ts";
 import { draftKey } from "../src/views/board/draft.ts";
+import { sayReason } from "../src/views/board/reasons.ts";
 import { inOrder, ruleSentence } from "../src/views/board/rules.ts";
 import { smoothCurve, strokeOf, waved, zigzag } from "../src/views/board/strokes.ts";
 import type { MeasuredRule } from "../src/api/types.ts";
@@ -225,4 +226,35 @@ test("a draft belongs to one database, one board, and one text of its file", () 
   const keys = [{}, ...others].map((change) => draftKey({ ...edited, ...change }));
   assert.equal(new Set(keys).size, 4);
   assert.equal(draftKey({ ...edited }), keys[0]);
+});
+
+test("reasons are said to somebody who draws", () => {
+  assert.equal(
+    sayReason(
+      "'dribble A1': expected A1 to have the ball, found A1 without the ball since 'shoot A1' (line 6). Let it be passed back.",
+    ),
+    "A1 does not have the ball since 'shoot A1'. Let it be passed back.",
+  );
+  assert.equal(
+    sayReason(
+      "'cut A1': expected A1 without the ball, found A1 with it. Who has the ball dribbles, pivots or fakes; or pass it on before.",
+    ),
+    "A1 has the ball. Who has the ball dribbles, pivots or fakes; or pass it on before.",
+  );
+  assert.equal(
+    sayReason(
+      "'A2': expected a place at least 0.5 m from A1 (line 5), found 0.1 m. Players this close touch each other: move one of them.",
+    ),
+    "It is 0.1 m from A1; at least 0.5 m is needed. Players this close touch each other: move one of them.",
+  );
+  assert.equal(
+    sayReason(
+      "expected of A1 what the grammar basketball allows, found (guard)*. grammar: expected a string from S_A with guard, but guard cannot come at all. Leave it out, change the order, or add a rule that allows it.",
+    ),
+    "The grammar basketball has no guard for A1. Leave it out.",
+  );
+  assert.equal(
+    sayReason("'guard A1 on A1': expected two players, found A1 twice. A1 cannot do this to themselves."),
+    "Needed: two players. Here: A1 twice. A1 cannot do this to themselves.",
+  );
 });

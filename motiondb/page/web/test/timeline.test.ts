@@ -5,7 +5,7 @@ import { bytesText, plural, seconds, signed } from "../src/parts/text.ts";
 import { packRows, stretchLane, symbolLane, wordLane } from "../src/timeline/lanes.ts";
 import { niceTicks } from "../src/timeline/ticks.ts";
 import type { PlacedSymbol } from "../src/api/types.ts";
-import { clustersOf, foundSymbols } from "../src/views/symbols/clusters.ts";
+import { axisEnds, clustersOf, foundSymbols } from "../src/views/symbols/clusters.ts";
 import { placeMarks } from "../src/views/symbols/labels.ts";
 import { ellipseOf, fitAxes, NO_ZOOM, zoomAt, zoomed } from "../src/views/symbols/projection.ts";
 
@@ -183,4 +183,13 @@ test("a cluster is named by the words of most of its segments, and symbols are f
   assert.deepEqual([...foundSymbols(all, "WA")!], [0]);
   assert.deepEqual([...foundSymbols(all, "2")!], [2]);
   assert.equal(foundSymbols(all, " "), null);
+});
+
+test("the ends of an axis are named by the outermost movements with a probable word", () => {
+  const one = (at: number, word: string, probability: number): PlacedSymbol =>
+    ({ at: [at], words: [{ word, probability }] }) as unknown as PlacedSymbol;
+  const all = [one(-3, "odd", 0.1), one(-2, "sit", 0.9), one(-1, "sit", 0.8), one(0, "bow", 0.5)];
+  assert.deepEqual(axisEnds(all, 0), { low: ["sit", "bow"], high: [] });
+  const more = [...all, one(3, "run", 0.7), one(2, "walk", 0.9)];
+  assert.deepEqual(axisEnds(more, 0), { low: ["sit", "bow"], high: ["run", "walk"] });
 });

@@ -64,8 +64,3 @@ export function openLive(): Live {
     jobs: () => [...jobs.values()].sort((a, b) => (b.started ?? Infinity) - (a.started ?? Infinity)),
   };
 }
-
-/** Nothing changes in a page without a server. */
-export function noLive(): Live {
-  return { listen: () => () => undefined, jobs: () => [] };
-}

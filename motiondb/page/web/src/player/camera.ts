@@ -32,7 +32,11 @@ export function orbitAround(
   const high = max[1]! - min[1]! + 0.35;
   const half = Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
   const distance = Math.max(high / (2 * half), wide / (2 * half * Math.max(aspect, 0.2)));
-  return { target, azimuth, elevation, distance: between(distance, 1.6, FARTHEST) };
+  // What stands nearer than the target looks larger; the depth of one figure does not matter.
+  const [dx, dz] = [max[0]! - min[0]!, max[2]! - min[2]!];
+  const deep = Math.abs(dx * Math.sin(azimuth)) + Math.abs(dz * Math.cos(azimuth));
+  const nearer = Math.max(deep - 1, 0) / 2;
+  return { target, azimuth, elevation, distance: between(distance + nearer, 1.6, FARTHEST) };
 }
 
 /** Where the camera stands. */

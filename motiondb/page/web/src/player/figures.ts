@@ -1,7 +1,7 @@
 /** The figures of a stage: every body, ball, trail and mark becomes capsules of one array. */
 
 import type { BallMotion, Motion } from "./motion.ts";
-import { poseAt } from "./motion.ts";
+import { frameAt, poseAt } from "./motion.ts";
 import { bonesOf, CAPSULE, sharesOf, writeCapsules, type Bone } from "./body.ts";
 
 export type Colour = readonly [red: number, green: number, blue: number];
@@ -139,9 +139,9 @@ function put(drawn: Drawn, numbers: readonly number[], colour: Colour): void {
 
 /** A print under each foot that stands on the ground, as long as the foot. */
 function drawContacts(drawn: Drawn, figure: Prepared, time: number, colour: Colour): void {
-  const { contacts, points, fps, start, frames } = figure.motion;
+  const { contacts, points } = figure.motion;
   if (!contacts) return;
-  const frame = Math.min(Math.max(Math.floor((time - start) * fps + 1e-6), 0), frames - 1);
+  const frame = frameAt(figure.motion, time);
   FEET.forEach((ends, bit) => {
     const [heel, toe] = ends.map((name) => points.indexOf(name));
     if (heel! < 0 || toe! < 0 || !(contacts[frame]! & (1 << bit))) return;

@@ -13,7 +13,7 @@ import { makeFigures, type Colour, type Figures } from "./figures.ts";
 import { paintFlat } from "./flat.ts";
 import { makeGround } from "./ground.ts";
 import { boundsOf, unite, type Box } from "./motion.ts";
-import { advance, seek, startPlayback, type Playback } from "./playback.ts";
+import { advance, startPlayback, type Playback } from "./playback.ts";
 import type { Stage } from "./stage.ts";
 
 export interface Shown {
@@ -260,9 +260,4 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
     },
   };
   return screen;
-}
-
-/** Show a time, whether or not the motion is playing. */
-export function showTime(screen: Screen, time: number): void {
-  screen.setPlayback(seek(screen.playback, time));
 }

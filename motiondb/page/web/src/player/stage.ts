@@ -54,6 +54,11 @@ export interface Stage {
   readonly available: boolean;
   /** Start drawing a view; returns a function that stops it. */
   add(view: StageView): () => void;
+  /**
+   * Let everything stand still while an answer is awaited, or go on. A processor that draws figures
+   * has no time to answer and to draw the answers; with a graphics processor nothing rests.
+   */
+  rest(resting: boolean): void;
 }
 
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
@@ -95,6 +100,7 @@ export function makeStage(): Stage {
   let software = false;
   let colours: StageColours | null = null;
   let running = false;
+  let resting = false;
   let turn = 0;
   // The size of the renderer's picture for what moves, and whether a smoothed one has changed it.
   let most: [width: number, height: number] = [1, 1];
@@ -165,6 +171,7 @@ export function makeStage(): Stage {
       return;
     }
     requestAnimationFrame(frame);
+    if (resting && software) return;
     const all = [...entries.values()];
     const began = performance.now();
     const first = turn % all.length;
@@ -199,6 +206,10 @@ export function makeStage(): Stage {
     get available() {
       begin();
       return renderer !== null;
+    },
+    rest(next) {
+      resting = next;
+      if (!next) for (const entry of entries.values()) entry.last = performance.now();
     },
     add(view) {
       begin();

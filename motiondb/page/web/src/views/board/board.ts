@@ -27,6 +27,7 @@ import {
 import { makeFiles } from "./files.ts";
 import { makeMaking } from "./making.ts";
 import { panelOf } from "./panel.ts";
+import { sayReason } from "./reasons.ts";
 import { makeTools } from "./tools.ts";
 import type { BoardReply, BoardKinds, DiagramShape } from "../../api/types.ts";
 import type { Spot, Team } from "./spot.ts";
@@ -39,6 +40,20 @@ const CHECK_AFTER = 250;
 const MOST_UNDONE = 200;
 /** Where the end of an action that was added by the keyboard lies from its player: towards the rim. */
 const AHEAD: Spot = [0, -1.5];
+
+/** A board that was read, with its reasons for somebody who draws. */
+function spoken(board: BoardReply): BoardReply {
+  const said = <T extends { reason: string | null }>(one: T): T => ({
+    ...one,
+    reason: one.reason === null ? null : sayReason(one.reason),
+  });
+  return {
+    ...board,
+    elements: board.elements.map(said),
+    players: board.players.map(said),
+    faults: board.faults.map((one) => ({ ...one, message: sayReason(one.message) })),
+  };
+}
 
 /** Whether a board was opened since the page was loaded: then an address names no scene to begin with. */
 let opened = false;
@@ -239,12 +254,12 @@ function open(host: HTMLElement, context: Context): OpenView {
       diagram = answer.diagram;
       selection = null;
     }
-    board = answer;
+    board = answer.diagram ? spoken(answer) : answer;
     if (!answer.diagram) {
       diagram = blankDiagram(); // nobody stands on a board that cannot be read
       const edit = { label: "Edit the text…", run: () => files.editText() };
       fill(faults, faultState(answer.fault ?? "The text is not a diagram.", [edit]));
-    } else showFaults(answer);
+    } else showFaults(board);
     show();
   }
 

@@ -257,6 +257,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     missed = isEditing(table.element);
     if (missed) return; // typing began while the rows were on their way
     host.classList.toggle("no-facets", facets.element.childElementCount === 0);
+    table.leaveOut(new Set([...facets.columns(), ...rows.tags()]));
     showRows();
     welcome.load();
   }

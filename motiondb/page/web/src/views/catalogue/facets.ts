@@ -9,6 +9,8 @@ import { combine, type Pick } from "./filter.ts";
 export interface Facets {
   readonly element: HTMLElement;
   load(typed: string, picks: readonly Pick[]): Promise<void>;
+  /** The columns and tags that are offered, with or without values to choose from. */
+  columns(): string[];
 }
 
 const SHOWN = 8;
@@ -50,20 +52,23 @@ export function makeFacets(toggle: (pick: Pick) => void): Facets {
     );
   }
 
-  let last: { facets: FacetRow[]; picks: readonly Pick[] } = { facets: [], picks: [] };
+  let last: { facets: FacetRow[]; picks: readonly Pick[] } | null = null;
   function show(): void {
+    if (!last) return;
+    const { facets, picks } = last;
     // A column with one value cannot narrow anything down.
-    const useful = last.facets.filter(
-      ({ column, values }) => values.length > 1 || last.picks.some((pick) => pick.column === column),
+    const useful = facets.filter(
+      ({ column, values }) => values.length > 1 || picks.some((pick) => pick.column === column),
     );
     fill(
       element,
-      useful.map((facet) => group(facet, last.picks)),
+      useful.map((facet) => group(facet, picks)),
     );
   }
 
   return {
     element,
+    columns: () => last?.facets.map(({ column }) => column) ?? [],
     async load(typed, picks) {
       asked += 1;
       const mine = asked;

@@ -131,6 +131,7 @@ export function makeGrid(options: Omit<TableOptions, "onSort" | "onEdit" | "canE
       chosen = name;
       list.refresh();
     },
+    leaveOut: () => undefined, // a card shows none of these
     reveal: (index) => list.reveal(Math.floor(index / columns)),
     focus(name) {
       const cards = [...element.querySelectorAll<HTMLElement>("[data-name]")];

@@ -20,6 +20,8 @@ export interface Rows {
   find(name: string): number;
   /** The names of a range of rows, both ends included, also of those that have not arrived. */
   names(low: number, high: number): Promise<string[]>;
+  /** The tags of the rows that are there. */
+  tags(): string[];
   /** Replace a row that was edited. */
   replace(row: CaptureRow): void;
 }
@@ -105,6 +107,10 @@ export function makeRows(arrived: () => void, failed: (fault: unknown) => void):
       }
       return names;
     },
+    tags: () =>
+      [...pages.values()].flatMap((page) =>
+        page === "asked" ? [] : page.flatMap((row) => Object.keys(row.tags)),
+      ),
     replace(row) {
       for (const rows of pages.values()) {
         if (rows === "asked") continue;

@@ -15,6 +15,8 @@ export interface Table {
   reset(sort: string): void;
   refresh(): void;
   choose(name: string | null): void;
+  /** Leave out the columns of tags that no listed capture has. */
+  leaveOut(known: ReadonlySet<string>): void;
   /** Bring a row into sight. */
   reveal(index: number): void;
   /** Give the row of a capture the focus, if it is in sight; else the table. */
@@ -35,6 +37,9 @@ export interface TableOptions {
   onPick(names: readonly string[], picked: boolean): void;
   failed(fault: unknown): void;
 }
+
+/** Columns and tags that do not stand in the column of tags. */
+const NO_TAGS = new Set(["kind", "format", "performer", "licence"]);
 
 export function makeTable(options: TableOptions): Table {
   const { rows } = options;
@@ -163,6 +168,12 @@ export function makeTable(options: TableOptions): Table {
       list.reset(rows.total);
     },
     refresh: () => list.refresh(),
+    leaveOut(known) {
+      const others = [...known].some((tag) => !NO_TAGS.has(tag));
+      for (const kind of ["performer", "licence"])
+        element.classList.toggle(`without-${kind}`, !known.has(kind));
+      element.classList.toggle("without-tags", !others);
+    },
     choose(name) {
       chosen = name;
       list.refresh();

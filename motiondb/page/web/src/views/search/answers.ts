@@ -12,6 +12,9 @@ import type { Selection } from "./selection.ts";
 
 type Answer = LikeReply | SearchReply;
 
+/** The groups of answers, from the top to the bottom. */
+const GROUPS: readonly (readonly Grade[])[] = [["likely", "unmeasured"], ["unlikely"], ["folded"]];
+
 export interface Answers {
   readonly element: HTMLElement;
   /** `among`: not the whole database was asked, but the captures of a filter. */
@@ -66,9 +69,9 @@ export function makeAnswers(
 
   /** The cards by how likely they are: those below the floor are folded. */
   function groups(): Child {
-    const of = (...grades: Grade[]): HTMLElement[] =>
-      cards.filter((card) => grades.includes(card.grade)).map((card) => card.element);
-    const [main, unlikely, folded] = [of("likely", "unmeasured"), of("unlikely"), of("folded")];
+    const [main, unlikely, folded] = GROUPS.map((grades) =>
+      cards.filter((card) => grades.includes(card.grade)).map((card) => card.element),
+    ) as [HTMLElement[], HTMLElement[], HTMLElement[]];
     return [
       main.length > 0 ? h("div", { class: "answer-grid" }, main) : null,
       unlikely.length > 0
@@ -105,16 +108,24 @@ export function makeAnswers(
         return;
       }
       const replaced = "taken" in answer ? replacedWords(answer) : NOTHING_REPLACED;
-      cards = answer.matches.map((match: ShownMatch) =>
-        makeAnswer(context, match, {
-          replaced,
-          scored:
-            !("missing" in answer) ||
-            (answer.missing.length === 0 && Object.keys(answer.by_meaning).length === 0),
-          ...(selection
-            ? { actions: { select: (one: ShownMatch, on: boolean) => selection.set(one, on) } }
-            : {}),
-        }),
+      // The groups are read one after the other: their answers are numbered as they stand.
+      const ordered = GROUPS.flatMap((grades) =>
+        answer.matches.filter((match) => grades.includes(certaintyOf(match).grade)),
+      );
+      cards = ordered.map((match: ShownMatch, i) =>
+        makeAnswer(
+          context,
+          { ...match, rank: i + 1 },
+          {
+            replaced,
+            scored:
+              !("missing" in answer) ||
+              (answer.missing.length === 0 && Object.keys(answer.by_meaning).length === 0),
+            ...(selection
+              ? { actions: { select: (one: ShownMatch, on: boolean) => selection.set(one, on) } }
+              : {}),
+          },
+        ),
       );
       selection?.onClear(() => cards.forEach((card) => card.setSelected(false)));
       fill(element, verdict(answer, among), groups());

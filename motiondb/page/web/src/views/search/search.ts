@@ -127,6 +127,7 @@ function open(host: HTMLElement, context: Context): OpenView {
   function busy(on: boolean): void {
     answers.element.setAttribute("aria-busy", String(on));
     host.classList.toggle("busy", on);
+    context.stage.rest(on);
   }
 
   async function ask(): Promise<void> {
@@ -217,6 +218,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     },
     close() {
       abort.abort();
+      context.stage.rest(false);
       answers.clear();
       example?.close();
     },

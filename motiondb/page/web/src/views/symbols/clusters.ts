@@ -37,6 +37,25 @@ export function clustersOf(symbols: readonly PlacedSymbol[]): Cluster[] {
   return rows.sort((a, b) => b.segments - a.segments).map(({ row }) => row);
 }
 
+/** The words at both ends of an axis; none where no movement has a probable word. */
+export interface AxisEnds {
+  low: string[];
+  high: string[];
+}
+
+/** Most words that an end of an axis is known by. */
+const ENDS = 2;
+
+/** The words of the movements that lie farthest out at both ends of an axis of the space. */
+export function axisEnds(symbols: readonly PlacedSymbol[], axis: number): AxisEnds {
+  const likely = symbols.filter((one) => (one.words[0]?.probability ?? 0) >= LIKELY);
+  const sorted = [...likely].sort((a, b) => (a.at[axis] ?? 0) - (b.at[axis] ?? 0));
+  const words = sorted.map((one) => one.words[0]!.word);
+  const low = [...new Set(words)].slice(0, ENDS);
+  const high = [...new Set(words.reverse())].filter((word) => !low.includes(word)).slice(0, ENDS);
+  return { low, high };
+}
+
 /** The symbols that a text looks for: its number, or a word that begins with it; null: all. */
 export function foundSymbols(symbols: readonly PlacedSymbol[], text: string): Set<number> | null {
   const typed = text.trim().toLowerCase();

@@ -2,9 +2,9 @@
 
 import type { PlacedSymbol, SpaceReply } from "../../api/types.ts";
 import { h, svg } from "../../dom/element.ts";
-import { tintOf } from "../../parts/tint.ts";
+import { tintOf, type Tint } from "../../parts/tint.ts";
 import type { Motions } from "../../api/motions.ts";
-import { LIKELY } from "./clusters.ts";
+import { axisEnds, LIKELY, type AxisEnds } from "./clusters.ts";
 import { makeMapFigures, type Spot } from "./figures.ts";
 import { placeMarks, type Placed } from "./labels.ts";
 import { ellipseOf, fitAxes, NO_ZOOM, zoomAt, zoomed, type Zoom } from "./projection.ts";
@@ -20,6 +20,7 @@ export interface SymbolMap {
   close(): void;
 }
 
+const PLAIN: Tint = { soft: "var(--accent-soft)", strong: "var(--accent-line)" };
 const WIDE = { width: 900, height: 640, margin: 60 };
 /** On a phone the same units would be too small to read. */
 const NARROW = { width: 420, height: 460, margin: 36 };
@@ -52,7 +53,8 @@ export function makeSymbolMap(motions: Motions, click: (symbol: number) => void)
 
   function dot(facts: PlacedSymbol, placed: Placed, written: boolean): SVGElement {
     const { x, y, radius: size } = placed;
-    const tint = tintOf(facts.cluster);
+    // One cluster alone needs no colour of its own.
+    const tint = shown!.space.clusters.length > 1 ? tintOf(facts.cluster) : PLAIN;
     const press = (): void => click(facts.symbol);
     return svg(
       "g",
@@ -134,10 +136,25 @@ export function makeSymbolMap(motions: Motions, click: (symbol: number) => void)
         { viewBox: `0 0 ${SIZE.width} ${SIZE.height}`, role: "group", "aria-label": "Map of motion symbols" },
         ellipses,
         [...dots.values()],
+        axisNames(shown.space.symbols, shown.axes),
         svg("g", { class: "map-words", "aria-hidden": "true" }, words),
       ),
     );
     markChosen();
+  }
+
+  /** What lies at the ends of both axes, at the edges of the picture. */
+  function axisNames(symbols: readonly PlacedSymbol[], axes: readonly [number, number]): SVGElement[] {
+    const [across, up] = axes.map((axis) => axisEnds(symbols, axis)) as [AxisEnds, AxisEnds];
+    const { width, height } = SIZE;
+    const name = (words: readonly string[], before: string, after: string, place: object): SVGElement[] =>
+      words.length ? [svg("text", { class: "map-axis", ...place }, before + words.join(", ") + after)] : [];
+    return [
+      ...name(across.low, "← ", "", { x: 4, y: height - 6 }),
+      ...name(across.high, "", " →", { x: width - 4, y: height - 6, "text-anchor": "end" }),
+      ...name(up.high, "↑ ", "", { x: 4, y: 14 }),
+      ...name(up.low, "↓ ", "", { x: width / 2, y: height - 6, "text-anchor": "middle" }),
+    ];
   }
 
   function markChosen(): void {

@@ -10,7 +10,7 @@ import { go, routeTo } from "../../shell/router.ts";
 import { makeClip, type Clip } from "../../take/clip.ts";
 import { notLearned } from "../not_learned.ts";
 import type { Context, OpenView, View } from "../view.ts";
-import { clustersOf, foundSymbols } from "./clusters.ts";
+import { axisEnds, clustersOf, foundSymbols } from "./clusters.ts";
 import { makeSymbolMap } from "./map.ts";
 
 const PAGE = 30;
@@ -92,9 +92,11 @@ function open(host: HTMLElement, context: Context): OpenView {
           },
         },
       },
-      Array.from({ length: space!.dimensions }, (_, i) =>
-        h("option", { value: i, selected: axes[which] === i }, `axis ${i + 1}`),
-      ),
+      Array.from({ length: space!.dimensions }, (_, i) => {
+        const { low, high } = axisEnds(space!.symbols, i);
+        const about = low.length && high.length ? `: ${low[0]} to ${high[0]}` : "";
+        return h("option", { value: i, selected: axes[which] === i }, `axis ${i + 1}${about}`);
+      }),
     );
     return select;
   }
@@ -115,7 +117,7 @@ function open(host: HTMLElement, context: Context): OpenView {
         zoomButton("+", "Enlarge the map", 1.5),
         zoomButton("All", "See the whole map", 0),
       ),
-      space.dimensions > 2 ? h("span", { class: "row" }, axisChoice(0), "by", axisChoice(1)) : null,
+      space.dimensions > 2 ? h("span", { class: "row" }, "Across", axisChoice(0), "up", axisChoice(1)) : null,
     );
     map.show(space, axes);
     map.choose(chosen);
