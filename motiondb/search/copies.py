@@ -25,10 +25,10 @@ from functools import lru_cache
 import numpy as np
 
 from motiondb.body import body, features, retarget, rotation
-from motiondb.records import DuplicateGroup, Float32Array, IntArray, Motion, Relation
+from motiondb.records import DuplicateGroup, Float32Array, FloatArray, IntArray, Motion, Relation
 from motiondb.search.copy_outlines import (
+    Int16Array,
     Keys,
-    Outlines,
     join_outlines,
     likely_places,
     make_boxes,
@@ -44,6 +44,7 @@ RELATIVE = 0.25  # Largest distance of a copy, as a share of the motion's spread
 KEY_FRAMES = 12  # Frames of the query that are compared first
 LEAST_FRAMES = 20  # Least length of a query, frames (2/3 s): shorter ones agree by chance
 KEPT = 64  # Takes whose poses are kept while others are compared; bounds memory
+AT_ONCE = 2**20  # Frames (10 hours) of takes that are put into boxes together; bounds memory
 SLACK = 2  # Largest difference in length of two files of one take, frames
 
 
@@ -63,7 +64,9 @@ class Copy:
 class Library:
     """Takes to look in and to look for."""
 
-    outlines: Outlines  # Small outlines of all takes, by which most places are ruled out
+    sizes: IntArray  # (takes,): frames
+    reaches: FloatArray  # (takes,): how far a copy may be at key frames (:func:`reach`), metres
+    outline_of: Callable[[int], Int16Array]  # Outline of a take, by which most are ruled out
     poses_of: PosesOf  # Poses of one take (frames, 63); called only for takes that may be copies
 
 
@@ -83,8 +86,10 @@ def mirror_poses(poses: Float32Array) -> Float32Array:
 
 def build_library(poses: Sequence[Float32Array]) -> Library:
     """A library of takes in memory; `poses` each (frames, 63)."""
+    outlines = [outline(p) for p in poses]
+    sizes = np.array([len(p) for p in poses], dtype=np.int64)
     reaches = np.array([reach(p) for p in poses])
-    return Library(join_outlines([outline(p) for p in poses], reaches), lambda take: poses[take])
+    return Library(sizes, reaches, lambda take: outlines[take], lambda take: poses[take])
 
 
 def find_copies(
@@ -97,16 +102,13 @@ def find_copies(
 
     Of two takes of equal length the one of larger number is reported as the copy.
     """
-    sizes = np.diff(library.outlines.bounds)
+    sizes = library.sizes
     places = list(range(len(sizes)) if takes is None else takes)
-    held = library.outlines if takes is None else library.outlines.only(places)
     asked = [(q, m) for q in queries if sizes[q] >= LEAST_FRAMES for m in (False, True)]
-    pieces = runs(
-        [(n, _keys_of(library, *each)) for n, each in enumerate(asked)], workers.n_pieces()
-    )
-    found = workers.map(likely_places, pieces, make_boxes(held), SLACK)
-    likely = np.concatenate([np.zeros((0, 2), dtype=np.int64), *found])
-    number = np.searchsorted(held.bounds, likely[:, 1], side="right") - 1
+    keys = [_keys_of(library, *each) for each in asked]
+    likely = _likely(library, places, keys, workers)
+    bounds = np.concatenate([[0], np.cumsum(sizes[places])])
+    number = np.searchsorted(bounds, likely[:, 1], side="right") - 1
     poses_of = lru_cache(maxsize=KEPT)(library.poses_of)
     copies: list[Copy] = []
     firsts = np.searchsorted(likely[:, 0], np.arange(len(asked) + 1))
@@ -116,7 +118,7 @@ def find_copies(
         if not others.any():
             continue
         shape = mirror_poses(poses_of(query)) if mirrored else poses_of(query)
-        starts = likely[first:last, 1] - held.bounds[some]
+        starts = likely[first:last, 1] - bounds[some]
         hits = [
             (places[n], *best)
             for n in np.unique(some[others]).tolist()
@@ -132,9 +134,30 @@ def find_copies(
     return copies
 
 
+def _likely(
+    library: Library, places: Sequence[int], keys: Sequence[Keys], workers: Workers
+) -> IntArray:
+    """Where copies may be, in order: array (places, 2), query and frame of the takes end to end."""
+    pieces = runs(list(enumerate(keys)), workers.n_pieces())
+    found, first, n_frames = [np.zeros((0, 2), dtype=np.int64)], 0, 0
+    while first < len(places):
+        parts, n_held = list[Int16Array](), 0
+        for take in places[first:]:
+            if parts and n_held + library.sizes[take] > AT_ONCE:
+                break
+            parts.append(library.outline_of(take))
+            n_held += len(parts[-1])
+        boxes = make_boxes(join_outlines(parts))
+        here = np.concatenate([found[0], *workers.map(likely_places, pieces, boxes, SLACK)])
+        found.append(here + np.array([0, n_frames]))
+        first, n_frames = first + len(parts), n_frames + n_held
+    likely = np.concatenate(found)
+    return likely[np.lexsort((likely[:, 1], likely[:, 0]))]
+
+
 def _keys_of(library: Library, query: int, mirrored: bool) -> Keys:
     """The key frames of a query, or of its mirror image."""
-    limbs, far = library.outlines.take(query), float(library.outlines.reaches[query])
+    limbs, far = library.outline_of(query), float(library.reaches[query])
     frames = _keys(len(limbs))
     chosen = mirror_outline(limbs[frames]) if mirrored else limbs[frames]
     return Keys(frames, chosen, len(limbs), far)

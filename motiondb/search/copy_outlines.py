@@ -29,7 +29,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from motiondb.body import body
-from motiondb.records import Float32Array, FloatArray, IntArray
+from motiondb.records import Float32Array, IntArray
 
 Int16Array = NDArray[np.int16]
 Int32Array = NDArray[np.int32]
@@ -54,16 +54,6 @@ class Outlines:
 
     limbs: Int16Array  # (frames, 12): outline of every frame, in ``UNIT``
     bounds: IntArray  # (takes + 1,): where each take begins and ends in ``limbs``
-    # (takes,): largest root mean square distance of the joints at key frames, metres
-    reaches: FloatArray
-
-    def take(self, number: int) -> Int16Array:
-        """The outline of one take: array (frames, 12)."""
-        return self.limbs[self.bounds[number] : self.bounds[number + 1]]
-
-    def only(self, takes: Sequence[int]) -> Outlines:
-        """The outlines of some takes, in their order."""
-        return join_outlines([self.take(t) for t in takes], self.reaches[list(takes)])
 
 
 def outline(poses: Float32Array) -> Int16Array:
@@ -80,11 +70,11 @@ def mirror_outline(limbs: Int16Array) -> Int16Array:
     return (swapped * np.array([-1, 1, 1], dtype=np.int16)).reshape(limbs.shape)
 
 
-def join_outlines(parts: Sequence[Int16Array], reaches: FloatArray) -> Outlines:
-    """Outlines of several takes; `parts` each (frames, 12), `reaches` (takes,)."""
+def join_outlines(parts: Sequence[Int16Array]) -> Outlines:
+    """Outlines of several takes; `parts` each (frames, 12)."""
     bounds = np.concatenate([[0], np.cumsum([len(p) for p in parts])]).astype(np.int64)
     none = np.zeros((0, N_AXES), dtype=np.int16)
-    return Outlines(np.concatenate(parts) if len(parts) else none, bounds, np.asarray(reaches))
+    return Outlines(np.concatenate(parts) if len(parts) else none, bounds)
 
 
 @dataclass(frozen=True, eq=False)

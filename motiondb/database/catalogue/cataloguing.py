@@ -28,7 +28,7 @@ from motiondb.files import folder as files
 from motiondb.files.safe_files import is_file, is_folder, odd_kind
 from motiondb.files.sheets import EventSheet, SheetEntry, capture_name
 from motiondb.records import Caption, CaptureInfo, Event
-from motiondb.workers import HERE
+from motiondb.workers import HERE, Workers
 
 if TYPE_CHECKING:
     from motiondb.database.cluster import Cluster
@@ -71,43 +71,18 @@ def add_captures(
         for name, path in sorted(names.items())
     ]
     store.check_writable(opened)
-    report, run_id = AddReport((), (), tuple(problems), (), (), 0.0), None
-    left = store.NotSaved(folders)
-    takes: list[tuple[str, ...]] = []
-    batches = _batches(opened, read_all(jobs, settings.jobs, workers), len(jobs), tell)
-    for of_files, n_read in batches:
-        readings = [reading for of_file in of_files for reading in of_file]
-        takes += [tuple(r.name for r in of_file) for of_file in of_files if len(of_file) > 1]
-        faults = [r.problem for r in readings if r.problem]
-        left.faulty.update({r.path: r.problem for r in readings if r.problem})
-        with store.reading(opened):  # where nothing is new, nothing is written
-            chosen = _sort_readings(opened, readings, settings.replace)
-            part = _report_known(opened, sheets, chosen, faults)
-            left.same.update(_renamed(readings, chosen))
-            is_noted = n_read < len(jobs) or store.is_noted(opened, left)
-        if chosen.new or not is_noted:
-            outlines, made = copy_search.load_outlines(opened), dict[int, copy_search.Made]()
-            with store.transaction(opened):  # others may have added meanwhile
-                chosen = _sort_readings(opened, readings, settings.replace)
-                if chosen.new and run_id is None:
-                    run_id = _start_run(opened, folders, sheets, settings)
-                part = _report_known(opened, sheets, chosen, faults)
-                if chosen.new and run_id is not None:
-                    part = _save(opened, sheets, settings, chosen, part, run_id)
-                    made = copy_search.new_outlines(opened, outlines)
-                    found = copy_search.find_relations(
-                        opened, set(part.added), outlines, made, workers or HERE
-                    )
-                    store.save_relations(opened, found)
-                    part = replace(part, relations=tuple(found))
-                if n_read == len(jobs):
-                    store.save_not_saved(opened, left)
-            copy_search.load_outlines(opened, made)  # so that the next ``add`` has them
-        tell("saving captures", n_read, len(jobs))
-        report = _joined(report, part)
+    readings = read_all(jobs, settings.jobs, workers)
+    adding = _Adding(opened, folders, sheets, settings, workers or HERE, readings, len(jobs), tell)
+    report = AddReport((), (), tuple(problems), (), (), 0.0)
+    while True:
+        # No name here holds a batch, so that it is gone before the next one is read
+        report = _joined(report, adding.save(adding.read()))
+        tell("saving captures", adding.n_read, len(jobs))
+        if adding.n_read == len(jobs):
+            break
     others = [sentence for folder in folders for sentence in files.not_read(folder)]
-    others += [_takes_note(each, sheets) for each in takes]
-    unknown = sheets.unknown({*names, *(name for each in takes for name in each)})
+    others += [_takes_note(each, sheets) for each in adding.takes]
+    unknown = sheets.unknown({*names, *(name for each in adding.takes for name in each)})
     return replace(
         report,
         notes=(*others, *report.notes),
@@ -134,27 +109,72 @@ def _takes_note(takes: Sequence[str], sheets: Sheets) -> str:
     )
 
 
-def _batches(
-    opened: store.Store, readings: Iterator[Readings], n_files: int, tell: Progress
-) -> Iterator[tuple[list[Readings], int]]:
-    """Readings of files that fit into memory together, and the number of files read until then.
+@dataclass
+class _Adding:
+    """An ``add`` under way: what is left to read, and what it keeps from batch to batch."""
 
-    The file is free while they are read.
-    """
-    done = 0
-    while True:
+    opened: store.Store
+    folders: Sequence[Path]
+    sheets: Sheets
+    settings: AddSettings
+    workers: Workers
+    readings: Iterator[Readings]
+    n_files: int
+    tell: Progress
+    n_read: int = 0
+    run_id: int | None = None  # The run of all batches, begun with the first new capture
+    takes: list[tuple[str, ...]] = field(default_factory=list)  # Names, of files with several
+
+    def __post_init__(self) -> None:
+        """Note no file yet."""
+        self.left = store.NotSaved(self.folders)
+
+    def read(self) -> list[Readings]:
+        """Read files that fit into memory together; the file of the database is free meanwhile."""
         batch, n_bytes = list[Readings](), 0
-        with store.released(opened):
-            for reading in readings:
+        with store.released(self.opened):
+            for reading in self.readings:
                 batch.append(reading)
                 n_bytes += sum(each.n_bytes for each in reading)
-                done += 1
-                tell("reading captures", done, n_files)
+                self.n_read += 1
+                self.tell("reading captures", self.n_read, self.n_files)
                 if n_bytes > BATCH_BYTES:
                     break
-        yield batch, done
-        if done == n_files:
-            return
+        return batch
+
+    def save(self, batch: Sequence[Readings]) -> AddReport:
+        """Save what is new in a batch, in one transaction; gives the report of it."""
+        opened, sheets, settings = self.opened, self.sheets, self.settings
+        is_last = self.n_read == self.n_files
+        readings = [reading for of_file in batch for reading in of_file]
+        self.takes += [tuple(r.name for r in of_file) for of_file in batch if len(of_file) > 1]
+        faults = [r.problem for r in readings if r.problem]
+        self.left.faulty.update({r.path: r.problem for r in readings if r.problem})
+        with store.reading(opened):  # where nothing is new, nothing is written
+            chosen = _sort_readings(opened, readings, settings.replace)
+            part = _report_known(opened, sheets, chosen, faults)
+            self.left.same.update(_renamed(readings, chosen))
+            is_noted = not is_last or store.is_noted(opened, self.left)
+        if not chosen.new and is_noted:
+            return part
+        outlines, made = copy_search.load_outlines(opened), dict[int, copy_search.Made]()
+        with store.transaction(opened):  # others may have added meanwhile
+            chosen = _sort_readings(opened, readings, settings.replace)
+            if chosen.new and self.run_id is None:
+                self.run_id = _start_run(opened, self.folders, sheets, settings)
+            part = _report_known(opened, sheets, chosen, faults)
+            if chosen.new and self.run_id is not None:
+                part = _save(opened, sheets, settings, chosen, part, self.run_id)
+                made = copy_search.new_outlines(opened, outlines)
+                found = copy_search.find_relations(
+                    opened, set(part.added), outlines, made, self.workers
+                )
+                store.save_relations(opened, found)
+                part = replace(part, relations=tuple(found))
+            if is_last:
+                store.save_not_saved(opened, self.left)
+        copy_search.load_outlines(opened, made)  # so that the next ``add`` has them
+        return part
 
 
 def _joined(first: AddReport, second: AddReport) -> AddReport:

@@ -14,7 +14,7 @@ import numpy as np
 from motiondb import store
 from motiondb.records import MOTION_FPS, Float32Array, Motion, Relation
 from motiondb.search import copies
-from motiondb.search.copy_outlines import N_AXES, Int16Array, Outlines, outline
+from motiondb.search.copy_outlines import Int16Array, outline
 from motiondb.workers import HERE, Workers
 
 KIND = "outlines"  # Name of the outlines of all captures in the cache of the database
@@ -38,7 +38,8 @@ def new_outlines(opened: store.Store, known: store.CaptureRows) -> dict[int, Mad
     """Outlines of the captures that were saved after ``known`` was loaded, by number."""
     held = set(known.capture_ids.tolist())
     numbers = [i.capture_id for i in store.load_captures(opened) if i.capture_id not in held]
-    return dict(zip(numbers, _make([store.load_motion(opened, number) for number in numbers])))
+    # One after another: a merge may bring many hours
+    return {number: _make([store.load_motion(opened, number)])[0] for number in numbers}
 
 
 def find_relations(
@@ -57,26 +58,22 @@ def find_relations(
     `made`: Those of :func:`new_outlines`; made here if they are not given.
     """
     infos = store.load_captures(opened)
-    held = {number: place for place, number in enumerate(known.capture_ids.tolist())}
     made = new_outlines(opened, known) if made is None else made
-    parts, reaches = list[Int16Array](), list[float]()
-    for number in (info.capture_id for info in infos):
-        if number in made:
-            part, reach = made[number]
-        else:
-            place = held[number]
-            part = known.rows[known.bounds[place] : known.bounds[place + 1]]
-            reach = float(known.values[place])
-        parts.append(part)
-        reaches.append(reach)
+    numbers = [info.capture_id for info in infos]
+    held = {number: place for place, number in enumerate(known.capture_ids.tolist())}
 
-    def poses_of(number: int) -> Float32Array:
-        return copies.copy_poses(store.load_motion(opened, infos[number].capture_id))
+    def outline_of(n: int) -> Int16Array:
+        if numbers[n] in made:
+            return made[numbers[n]][0]
+        place = held[numbers[n]]
+        return known.rows[known.bounds[place] : known.bounds[place + 1]]
 
-    sizes = [0, *(len(part) for part in parts)]
-    limbs = np.concatenate(parts) if parts else np.zeros((0, N_AXES), dtype=np.int16)
-    outlines = Outlines(limbs, np.cumsum(sizes, dtype=np.int64), np.array(reaches))
-    library = copies.Library(outlines, poses_of)
+    def poses_of(n: int) -> Float32Array:
+        return copies.copy_poses(store.load_motion(opened, numbers[n]))
+
+    sizes = np.array([info.motion_frames for info in infos], dtype=np.int64)
+    reaches = [made[n][1] if n in made else float(known.values[held[n]]) for n in numbers]
+    library = copies.Library(sizes, np.array(reaches), outline_of, poses_of)
     fresh = [n for n, info in enumerate(infos) if info.name in new]
     old = [n for n, info in enumerate(infos) if info.name not in new]
     found = copies.find_copies(library, fresh, None, workers)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 import shutil
-from collections.abc import Callable
+import weakref
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +16,7 @@ import pytest
 import motiondb
 from motiondb.body import body, retarget
 from motiondb.database.catalogue import cataloguing
-from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
+from motiondb.database.catalogue.file_reading import AddSettings, Readings, read_joint_map
 from motiondb.database.catalogue.sheets import ImportReport
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.formats import read_capture
@@ -278,6 +280,25 @@ def test_batches_add_what_one_batch_adds(
     assert reports[0] == reports[1]
     assert len(relations[0]) >= 4
     assert relations[0] == relations[1]
+
+
+def test_a_batch_is_gone_before_the_next_one_is_read(
+    tmp_path: Path, some: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """So memory does not grow with the number of batches."""
+    read_all, read, alive = cataloguing.read_all, list[weakref.ref[object]](), list[int]()
+
+    def watched(*given: Any) -> Iterator[Readings]:
+        for readings in read_all(*given):
+            alive.append(sum(of_file() is not None for of_file in read))
+            read.extend(weakref.ref(each) for each in readings)
+            yield readings
+
+    monkeypatch.setattr(cataloguing, "read_all", watched)
+    monkeypatch.setattr(cataloguing, "BATCH_BYTES", 1)
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        assert len(db.add(some).added) == 4
+    assert alive == [0, 0, 0, 0]
 
 
 def test_files_may_be_left_out(tmp_path: Path, some: Path) -> None:
