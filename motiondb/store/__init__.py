@@ -85,7 +85,7 @@ from motiondb.store.catalogue.where import (
 from motiondb.store.checks import check_quickly, check_store
 from motiondb.store.compaction import backup, compact, count_rows, unused_bytes
 from motiondb.store.connection.faults import DamagedFileError, damage_sentence
-from motiondb.store.connection.handle import Store, released
+from motiondb.store.connection.handle import Store, bounded_memory, released
 from motiondb.store.connection.opening import open_store
 from motiondb.store.connection.transactions import (
     check_writable,

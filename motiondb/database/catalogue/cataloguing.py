@@ -157,13 +157,21 @@ class _Adding:
             is_noted = not is_last or store.is_noted(opened, self.left)
         if not chosen.new and is_noted:
             return part
+        with store.bounded_memory(opened, sum(reading.n_bytes for reading in readings)):
+            return self._save_chosen(readings, faults, is_last)
+
+    def _save_chosen(
+        self, readings: Sequence[ReadFile], faults: Sequence[str], is_last: bool
+    ) -> AddReport:
+        """Save what is new, if others have not added it meanwhile; look for copies of it."""
+        opened, sheets, settings = self.opened, self.sheets, self.settings
         outlines, made = copy_search.load_outlines(opened), dict[int, copy_search.Made]()
-        with store.transaction(opened):  # others may have added meanwhile
+        with store.transaction(opened):
             chosen = _sort_readings(opened, readings, settings.replace)
-            if chosen.new and self.run_id is None:
-                self.run_id = _start_run(opened, self.folders, sheets, settings)
             part = _report_known(opened, sheets, chosen, faults)
-            if chosen.new and self.run_id is not None:
+            if chosen.new:
+                if self.run_id is None:
+                    self.run_id = _start_run(opened, self.folders, sheets, settings)
                 part = _save(opened, sheets, settings, chosen, part, self.run_id)
                 made = copy_search.new_outlines(opened, outlines)
                 found = copy_search.find_relations(

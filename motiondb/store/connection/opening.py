@@ -15,7 +15,7 @@ import re
 import socket
 import subprocess
 import time
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -31,6 +31,7 @@ from motiondb.files.safe_files import (
     delete_all,
     draft_stem,
     is_duckdb,
+    is_running,
     link_target,
     log_of,
     plain_name,
@@ -99,6 +100,7 @@ def _connect_current(
         sweep_drafts(path.parent, re.escape(draft_stem(path)))
         if not read_only:
             _sweep_copies(path)
+            _sweep_spilled(path)
             somebody_waits(path)  # removes the note of a process that was killed while it waited
     except duckdb.Error as error:
         connection.close()
@@ -137,6 +139,17 @@ def _sweep_copies(path: Path) -> None:
     """Delete copies that a killed ``compact`` left; for a writer, beside whom none can run."""
     for left in path.parent.glob(f"{glob.escape(beside(path, COPY).name)}*"):
         delete_all(left)
+
+
+def _sweep_spilled(path: Path) -> None:
+    """Delete what killed processes left of the rows that DuckDB had no memory for."""
+    folder = path.with_name(f"{path.name}.tmp")
+    for left in folder.glob("duckdb_temp_*"):
+        owner = re.match(r"duckdb_temp_(\d+)_", left.name)
+        if owner is not None and not is_running(int(owner[1])):
+            delete_all(left)
+    with suppress(OSError):  # there is none, or it holds something else
+        folder.rmdir()
 
 
 def connect(

@@ -154,3 +154,19 @@ def test_a_cut_log_is_not_told_from_one_that_was_never_longer(logged: Path, tmp_
     assert motiondb.check_file(path) == []
     with store.open_store(path, read_only=True) as opened:
         assert len(store.load_synonyms(opened)) == CHANGES - 1
+
+
+def test_rows_that_a_killed_process_moved_out_of_memory_are_deleted(tmp_path: Path) -> None:
+    path, folder = tmp_path / "motions.duckdb", tmp_path / "motions.duckdb.tmp"
+    store.open_store(path).close()
+    folder.mkdir()
+    killed, other = folder / "duckdb_temp_99999999_0_owner", folder / "duckdb_temp_1_0_owner"
+    for left in (killed, other):
+        left.write_bytes(b"rows")
+    store.open_store(path, read_only=True).close()
+    assert killed.exists()
+    store.open_store(path).close()
+    assert list(folder.iterdir()) == [other]
+    other.unlink()
+    store.open_store(path).close()
+    assert not folder.exists()

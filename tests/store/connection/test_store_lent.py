@@ -164,3 +164,19 @@ def beside(work: Callable[[], None]) -> None:
     thread = threading.Thread(target=work)
     thread.start()
     thread.join()
+
+
+@pytest.mark.parametrize(("n_bytes", "bound"), [(0, "1.0 GiB"), (2**29, "2.0 GiB")])
+def test_memory_is_bounded_while_captures_are_saved_and_no_longer(
+    database: store.Store, n_bytes: int, bound: str
+) -> None:
+    def limit() -> str:
+        row = database.connection.execute("SELECT current_setting('memory_limit')").fetchone()
+        return str(row[0]) if row else ""
+
+    usual = limit()
+    with store.bounded_memory(database, n_bytes):
+        store.save_synonyms(database, {"stroll": "walk"})
+        assert limit() == bound != usual
+    assert limit() == usual
+    assert store.load_synonyms(database) == {"stroll": "walk"}
