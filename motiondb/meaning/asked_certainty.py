@@ -204,13 +204,15 @@ def example_certainty(written: Written) -> Certainty | None:
     is on the resemblance. None if too little was written.
     """
     cues, right, present, absent = [], [], [], []
-    share = _shared(written)
-    elsewhere = share & (written.groups[:, None] != written.groups)
-    able = np.flatnonzero(elsewhere.any(axis=1))
+    actions = written.presence[:, written.is_action]
+    said = [actions[written.groups == group].any(axis=0) for group in np.unique(written.groups)]
+    elsewhere = np.sum(said, axis=0) > 1  # actions that captions of two performers name
+    able = np.flatnonzero((actions & elsewhere).any(axis=1))
     chosen = able[np.linspace(0, len(able) - 1, min(len(able), MOST_EXAMPLES)).astype(int)]
     for row in np.unique(chosen) if len(able) else ():
         same = written.groups == written.groups[row]
-        gallery = find_windows(written, int(row), ~same, share[row])
+        share = (actions & actions[row]).any(axis=1)  # rows that show an action of this one
+        gallery = find_windows(written, int(row), ~same, share)
         if not gallery.right.any():
             continue
         words = written.without(same)
@@ -220,7 +222,7 @@ def example_certainty(written: Written) -> Certainty | None:
         cues.append(np.column_stack([alike[best], np.full(len(best), clear)]))
         right += gallery.right[best].tolist()
         if not gallery.shows.all():
-            nothing = gallery.alike(written, int(row), written.without(same | share[row]))
+            nothing = gallery.alike(written, int(row), written.without(same | share))
             present.append(float(alike.max()))
             absent.append(float(nothing[~gallery.shows].max()))
     return _if_helpful(_fit(np.concatenate(cues), right, present, absent)) if cues else None
@@ -320,13 +322,6 @@ def performer_folds(groups: IntArray) -> IntArray:
 def _odds_of_action(takes: Sequence[TakeScores], word: int) -> FloatArray:
     """Log-odds in every capture of a word as the only action: array (captures,)."""
     return np.array([0.5 * t.windows[:, word].max() + 0.5 * t.whole[word] for t in takes])
-
-
-def _shared(written: Written) -> NDArray[np.bool_]:
-    """Whether two rows show the same action, according to captions: array (rows, rows)."""
-    actions = written.presence[:, written.is_action].astype(np.float32)
-    shared: NDArray[np.bool_] = actions @ actions.T > 0
-    return shared
 
 
 def _counting_answers(values: FloatArray) -> IntArray:

@@ -64,6 +64,17 @@ def fit_ridge(
 
     Shapes: `vectors` (n, columns); `target` (n, words); `weights` (n,).
     """
+    (fitted,) = fit_ridges(vectors, target, [ridge], weights)
+    return fitted
+
+
+def fit_ridges(
+    vectors: FloatArray,
+    target: FloatArray,
+    ridges: Sequence[float],
+    weights: FloatArray | None = None,
+) -> list[tuple[FloatArray, FloatArray]]:
+    """As :func:`fit_ridge`, for several ridges: the products of the rows are computed once."""
     if weights is None:
         mean_v, mean_y = vectors.mean(axis=0), target.mean(axis=0)
         v, y = vectors - mean_v, target - mean_y
@@ -72,10 +83,12 @@ def fit_ridge(
         mean_v, mean_y = weights @ vectors / weights.sum(), weights @ target / weights.sum()
         v, y = root * (vectors - mean_v), root * (target - mean_y)
     if len(v) < v.shape[1]:  # the dual solution, whose matrix is smaller
-        slopes = v.T @ np.linalg.solve(v @ v.T + ridge * np.eye(len(v)), y)
+        gram, eye = v @ v.T, np.eye(len(v))
+        slopes = [v.T @ np.linalg.solve(gram + ridge * eye, y) for ridge in ridges]
     else:
-        slopes = np.linalg.solve(v.T @ v + ridge * np.eye(v.shape[1]), v.T @ y)
-    return slopes, mean_y - mean_v @ slopes
+        gram, cross, eye = v.T @ v, v.T @ y, np.eye(v.shape[1])
+        slopes = [np.linalg.solve(gram + ridge * eye, cross) for ridge in ridges]
+    return [(each, mean_y - mean_v @ each) for each in slopes]
 
 
 class Additive:
@@ -226,19 +239,23 @@ def shared_words(presence: NDArray[np.bool_], groups: IntArray) -> NDArray[np.bo
     return shared if shared.any() else np.ones_like(shared)
 
 
-def left_out(vectors: FloatArray, target: FloatArray, groups: IntArray, ridge: float) -> FloatArray:
-    """Predicted target of every interval, by the regression without its group: array (n, words).
+def left_out(
+    vectors: FloatArray, target: FloatArray, groups: IntArray, ridges: Sequence[float]
+) -> list[FloatArray]:
+    """For each ridge, the target of every interval by the map without its group: (n, words).
 
     Shapes: `vectors` (n, symbols); `target` (n, words); `groups` (n,).
     """
-    predicted = np.zeros_like(target)
+    predicted = [np.zeros_like(target) for _ in ridges]
     for group in np.unique(groups):
         test = groups == group
         if test.all():
-            predicted[test] = target.mean(axis=0)
+            for each in predicted:
+                each[test] = target.mean(axis=0)
             continue
-        weights, offsets = fit_ridge(vectors[~test], target[~test], ridge)
-        predicted[test] = vectors[test] @ weights + offsets
+        fitted = fit_ridges(vectors[~test], target[~test], ridges)
+        for each, (weights, offsets) in zip(predicted, fitted):
+            each[test] = vectors[test] @ weights + offsets
     return predicted
 
 

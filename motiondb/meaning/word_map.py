@@ -113,11 +113,11 @@ def choose_ridge_and_calibration(
     priors = word_priors(target)
     if len(np.unique(groups)) < 2:
         groups = np.arange(len(vectors)) % 5
-    held_out = {ridge: left_out(vectors, target, groups, ridge) for ridge in RIDGES}
+    held_out = dict(zip(RIDGES, left_out(vectors, target, groups, RIDGES)))
     shared = shared_words(presence, groups)
     ridge = largest_good_ridge(held_out, presence, shared)
     spreads = word_spreads(priors)
-    known_group = left_out(vectors, target, np.arange(len(vectors)) % 10, ridge)
+    (known_group,) = left_out(vectors, target, np.arange(len(vectors)) % 10, [ridge])
     both = np.concatenate([held_out[ridge], known_group])[:, shared] - target.mean(axis=0)[shared]
     twice = np.concatenate([target, target])[:, shared]
     logits = np.broadcast_to(logit(priors[shared]), both.shape)
