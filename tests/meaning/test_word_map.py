@@ -73,9 +73,26 @@ def test_what_is_left_out_does_not_take_part() -> None:
     target = presence.astype(float)
     changed = target.copy()
     changed[groups == 3] = 9.0
-    before = regression.left_out(vectors, target, groups, 1.0)
-    after = regression.left_out(vectors, changed, groups, 1.0)
+    (before,) = regression.left_out(vectors, target, groups, [1.0])
+    (after,) = regression.left_out(vectors, changed, groups, [1.0])
     np.testing.assert_allclose(after[groups == 3], before[groups == 3])
+
+
+@pytest.mark.parametrize(
+    "n", [40, 4]
+)  # the other solution, where there are fewer rows than columns
+def test_several_ridges_give_what_each_gives_alone(n: int) -> None:
+    vectors, presence, groups = described(4, n, 5, 2)
+    ridges = [0.1, 1.0]
+    for ridge, predicted in zip(
+        ridges, regression.left_out(vectors, presence.astype(float), groups, ridges)
+    ):
+        for group in np.unique(groups):
+            rest = groups != group
+            slopes, constants = regression.fit_ridge(
+                vectors[rest], presence[rest].astype(float), ridge
+            )
+            np.testing.assert_array_equal(predicted[~rest], vectors[~rest] @ slopes + constants)
 
 
 def test_calibration_finds_a_known_line() -> None:
