@@ -100,7 +100,7 @@ def test_calibration_finds_a_known_line() -> None:
     z, priors = rng.normal(size=(4000, 3)), np.array([0.1, 0.3, 0.6])
     logits = 1.7 * z + 0.8 * np.log(priors / (1 - priors)) - 0.3
     target = (rng.uniform(size=logits.shape) < 1 / (1 + np.exp(-logits))).astype(float)
-    actual = regression.calibrate(z, np.broadcast_to(word_map._logit(priors), z.shape), target)
+    actual = regression.calibrate(z, np.broadcast_to(word_map.logit(priors), z.shape), target)
     np.testing.assert_allclose(actual, [1.7, 0.8, -0.3], atol=0.12)
 
 

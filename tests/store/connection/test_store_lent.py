@@ -166,17 +166,17 @@ def beside(work: Callable[[], None]) -> None:
     thread.join()
 
 
-@pytest.mark.parametrize(("n_bytes", "bound"), [(0, "1.0 GiB"), (2**29, "2.0 GiB")])
-def test_memory_is_bounded_while_captures_are_saved_and_no_longer(
-    database: store.Store, n_bytes: int, bound: str
+def test_memory_is_bounded_while_many_captures_are_saved_and_no_longer(
+    database: store.Store,
 ) -> None:
     def limit() -> str:
         row = database.connection.execute("SELECT current_setting('memory_limit')").fetchone()
         return str(row[0]) if row else ""
 
     usual = limit()
-    with store.bounded_memory(database, n_bytes):
-        store.save_synonyms(database, {"stroll": "walk"})
-        assert limit() == bound != usual
-    assert limit() == usual
-    assert store.load_synonyms(database) == {"stroll": "walk"}
+    for n_bytes, bound in ((0, usual), (2**29, "2.0 GiB"), (2**30, "4.0 GiB")):
+        with store.bounded_memory(database, n_bytes):
+            store.save_synonyms(database, {"stroll": f"walk{n_bytes}"})
+            assert limit() == bound
+        assert limit() == usual
+    assert store.load_synonyms(database) == {"stroll": f"walk{2**30}"}
