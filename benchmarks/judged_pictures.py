@@ -13,11 +13,10 @@ hand, before the verdicts are seen. Without ``--draw`` the verdicts are compared
 A row whose motion has changed since it was looked at does not count.
 
 ``--rule`` chooses the limits of the verdicts on pairs of real captures, those of the judge's
-calibration, with the performer left out: the smallest probability from which on at most 1 in 12 of
-the captures without a word would be shown (also by their first word), the largest below which at
-most 1 in 15 of those with it would not be, and the smallest of a measured action from which on at
-most 1 in 12 of the captures without the word, but fully measured, would be shown.
-"""
+calibration, with the performer left out: the smallest probability from which on at most 1 in 16 of
+the captures without a word would be shown (sentences have several actions), the largest below which
+at most 1 in 15 of those with it would not be, and the smallest of a measured action from which on
+at most 1 in 12 of the captures without the word, but fully measured, would be shown."""
 
 from __future__ import annotations
 
@@ -39,7 +38,7 @@ from motiondb.generate.direction import ACTIONS, FULLY, gone
 from motiondb.generate.motion_making import SPEED_NAMES
 from motiondb.generate.occurrences import measured_track
 from motiondb.generate.sentence_plan import plan_sentence
-from motiondb.generate.shown_actions import N_DESCRIBED, Asked, judge_motion
+from motiondb.generate.shown_actions import Asked, judge_motion
 from motiondb.language.question.heads import verbs_in
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import hold_to_known
@@ -49,6 +48,7 @@ from motiondb.meaning.motion_judge import (
     _draw_pairs,
     judge_without,
     judging_table,
+    pool_windows,
     said_words,
 )
 from motiondb.meaning.regression import fit_probability, probability
@@ -161,20 +161,18 @@ def choose_limits(db: MotionDB) -> None:
         judge, {c: s for c, s in said.items() if c in inside}, len(learned.word_numbers)
     )
     rng = np.random.default_rng(0)
-    seen = []  # cues, performer, whether the word is said, is first, is measured, is an action
+    seen = []  # cues, performer, whether the word is said, is measured, is an action
     with one_blas_thread():
-        sums = table.sums()
         for word, with_it, without in _draw_pairs(table, learned.performers, rng):
-            left = judge_without(table, (with_it, without), sums)
+            left = judge_without(table, (with_it, without))
             if left is None or left.n_captures[word] < 1.0:
                 continue
             name = learned.association.words[word]
             for capture in (with_it, without):
-                rows = judge.rows[judge.captures == capture]
+                rows = pool_windows(learned.frames_of(capture, db.session.features.of_capture))
                 n_rows = min(int(rng.integers(1, PARTS + 1)), len(rows))
                 start = int(rng.integers(len(rows) - n_rows + 1))
                 scores = left.scores(rows[start : start + n_rows])
-                first = left.likeliest(scores, N_DESCRIBED)[0][0] == word
                 begin = start * (WINDOW // 2) * FEATURE_STEP
                 end = begin + ((n_rows - 1) * (WINDOW // 2) + WINDOW) * FEATURE_STEP
                 done = False
@@ -184,18 +182,18 @@ def choose_limits(db: MotionDB) -> None:
                 said_here, is_action = capture == with_it, name in ACTIONS
                 cues = left.cues(scores, word)
                 performer = learned.performers[capture]
-                seen.append((cues, performer, said_here, first, done, is_action))
+                seen.append((cues, performer, said_here, done, is_action))
     cues = np.array([one[0] for one in seen])
     performers = np.array([one[1] for one in seen])
-    right, first, done, action = np.array([one[2:] for one in seen], dtype=bool).T
+    right, done, action = np.array([one[2:] for one in seen], dtype=bool).T
     p = np.zeros(len(seen))
     for performer in np.unique(performers):
         out = performers == performer
         weights, constant = fit_probability(cues[~out], right[~out])
         p[out] = probability(cues[out] @ weights + constant)
     limits = np.arange(0.0, 1.0, 0.01)
-    shown = [t for t in limits if ((p >= t) | first)[~right].mean() <= 1 / 12]
-    unshown = [t for t in limits if ((p < t) & ~first)[right].mean() <= 1 / 15]
+    shown = [t for t in limits if (p >= t)[~right].mean() <= 1 / 16]
+    unshown = [t for t in limits if (p < t)[right].mean() <= 1 / 15]
     of_action = [t for t in limits if ((p >= t) & done)[action & ~right].mean() <= 1 / 12]
     print(f"{len(seen) // 2} pairs; of measured actions {action.sum() // 2}")
     print(f"shown from {shown[0]:.2f}, not shown below {unshown[-1]:.2f}")

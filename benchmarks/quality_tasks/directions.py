@@ -11,7 +11,7 @@ from pathlib import Path
 
 from motiondb.language.vocabulary import split_actions
 from motiondb.meaning.limb_sides import limb_speeds, limbs_to_measure, moves_otherwise
-from motiondb.meaning.travelled import TURNS, directions_to_measure, furthest, speeds_of
+from motiondb.meaning.travelled import directions_to_measure, furthest, speeds_of, turning
 from quality_protocol.captures import Capture, load_bandai, load_cmu, without_copies
 from quality_protocol.confidence import mean_of
 from quality_protocol.report import Measure, TaskReport
@@ -27,16 +27,16 @@ def run(data: Path, seed: int) -> TaskReport:
         reverse: dict[str, list[float]] = {}
         for capture in without_copies(captures):
             for words in _actions(capture):
-                turns = not TURNS.isdisjoint(words)
+                turn = turning(words)
                 for direction in directions_to_measure(words):
-                    said.setdefault(direction, []).append(_goes(capture, direction, turns))
+                    said.setdefault(direction, []).append(_goes(capture, direction, turn))
                     if direction in OPPOSITE:
-                        away = _goes(capture, OPPOSITE[direction], turns)
+                        away = _goes(capture, OPPOSITE[direction], turn)
                         reverse.setdefault(direction, []).append(away)
                 for side, limb in limbs_to_measure(words):
-                    said.setdefault(f"{side} {limb}", []).append(_moves(capture, side, limb))
+                    said.setdefault(f"{side} {limb}", []).append(_moves(capture, side, limb, words))
                     if side in OPPOSITE:
-                        other = _moves(capture, OPPOSITE[side], limb)
+                        other = _moves(capture, OPPOSITE[side], limb, words)
                         reverse.setdefault(f"{side} {limb}", []).append(other)
         for asked, values in sorted(said.items()):
             against = mean_of(reverse[asked], seed) if asked in reverse else "-"
@@ -56,9 +56,9 @@ def _actions(capture: Capture) -> list[tuple[str, ...]]:
     return sorted(set(actions))
 
 
-def _goes(capture: Capture, direction: str, turns: bool) -> float:
-    return float(furthest(speeds_of(capture.features), direction, turns)[0] >= 1.0)
+def _goes(capture: Capture, direction: str, turn: str) -> float:
+    return float(furthest(speeds_of(capture.features), direction, turn)[0] >= 1.0)
 
 
-def _moves(capture: Capture, side: str, limb: str) -> float:
-    return float(not moves_otherwise(limb_speeds(capture.features, limb), side))
+def _moves(capture: Capture, side: str, limb: str, words: tuple[str, ...]) -> float:
+    return float(not moves_otherwise(limb_speeds(capture.features, limb, words), side))

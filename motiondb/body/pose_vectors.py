@@ -53,14 +53,37 @@ def heading_rotations(motion: Motion) -> tuple[FloatArray, FloatArray]:
 def to_path(motion: Motion) -> tuple[FloatArray, FloatArray]:
     """Split a motion into its path over the ground and its rotations; result (frames, 4)."""
     local, heading = heading_rotations(motion)
-    root = motion.root_positions.astype(np.float64)
-    step = np.diff(root, axis=0, append=root[-1:]) * MOTION_FPS
-    turning = np.diff(heading, append=heading[-1:]) * MOTION_FPS
+    return path_of(motion.root_positions.astype(np.float64), heading, MOTION_FPS), local
+
+
+def path_of(root: FloatArray, heading: FloatArray, fps: float) -> FloatArray:
+    """The path (frames, 4) of root positions (frames, 3) and headings (frames,)."""
+    step = np.diff(root, axis=0, append=root[-1:]) * fps
+    turning = np.diff(heading, append=heading[-1:]) * fps
     if len(root) > 1:
         step[-1], turning[-1] = step[-2], turning[-2]
     planar = rotation.rotate(yaw(-heading), step)
-    path = np.stack([root[:, 1], planar[:, 0], planar[:, 2], turning], axis=1)
-    return path, local
+    return np.stack([root[:, 1], planar[:, 0], planar[:, 2], turning], axis=1)
+
+
+def headings_of(path: FloatArray, heading: float, fps: float) -> FloatArray:
+    """The headings (frames,) of a path (frames, 4) from that of its first frame on."""
+    return heading + np.concatenate([[0.0], np.cumsum(path[:-1, 3]) / fps])
+
+
+def steps_of(path: FloatArray, headings: FloatArray, fps: float) -> FloatArray:
+    """The way over the ground to the next frame, in the world: array (frames, 3)."""
+    planar = np.zeros((len(path), 3))
+    planar[:, [0, 2]] = path[:, 1:3]
+    return rotation.rotate(yaw(headings), planar) / fps
+
+
+def along_path(path: FloatArray, start: FloatArray, heading: float, fps: float) -> FloatArray:
+    """The root positions (frames, 3) of a path; `start` (3,): of the first frame."""
+    steps = steps_of(path, headings_of(path, heading, fps), fps)
+    root = start + np.concatenate([np.zeros((1, 3)), np.cumsum(steps[:-1], axis=0)])
+    root[:, 1] = path[:, 0]
+    return root
 
 
 def from_path(
@@ -71,13 +94,8 @@ def from_path(
     leg_length: float = body.LEG_LENGTH,
 ) -> Motion:
     """The motion of a path (frames, 4) and of rotations relative to the heading."""
-    turns = heading + np.concatenate([[0.0], np.cumsum(path[:-1, 3]) / MOTION_FPS])
-    planar = np.zeros((len(path), 3))
-    planar[:, [0, 2]] = path[:, 1:3]
-    steps = rotation.rotate(yaw(turns), planar) / MOTION_FPS
-    root = np.concatenate([np.zeros((1, 3)), np.cumsum(steps[:-1], axis=0)])
-    root += np.array([start[0], 0.0, start[1]])
-    root[:, 1] = path[:, 0]
+    turns = headings_of(path, heading, MOTION_FPS)
+    root = along_path(path, np.array([start[0], 0.0, start[1]]), heading, MOTION_FPS)
     world = local.copy()
     world[:, 0] = rotation.multiply(yaw(turns), local[:, 0])
     return Motion(

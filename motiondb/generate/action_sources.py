@@ -11,7 +11,7 @@ for segment i of such a capture:
     r_i   how much more evidence a map of whole captions has for the words than for others, nats a
           second (both: :mod:`motiondb.generate.competing_words`),
     x_i   the largest evidence for an excluded action,
-    u     number of words of the captions besides those of the action,
+    u     number of words of the captions besides those of the action and of those beside it,
     d     distance of posture and travel from those of the other sources, in standard deviations,
     a     largest unlikelihood of a segment of the capture among all motion, nats a frame.
 
@@ -66,6 +66,9 @@ UNASKED_WEIGHT = 0.7  # U; .35 makes no difference to how many excerpts the judg
 MOST_UNASKED = 6  # Number of further words above which the cost of a caption no longer rises
 APART = 1.0  # Cost of a caption that says the words in different actions ("walk, veer left")
 SPEED_SAID = 1.0  # Gain of a capture whose caption says the speed asked for
+BESIDE_SAID = 4.0
+"""Gain of a capture whose captions say what "and" joins with the action: "run and veer left" is not
+a walk that veers left."""
 USUAL = 0.7
 """Share of the captures of an action whose captions say a direction with it, from which on the
 direction belongs to it."""
@@ -295,11 +298,14 @@ def _source(
             values = values - EXCLUDED_WEIGHT * unwanted
     all_said = frozenset().union(*actions)
     every = {word for words in asked for word in words}
-    cost = apart + UNASKED_WEIGHT * min(len(all_said - every), MOST_UNASKED)
+    beside = _numbers(learned, action.beside)
+    cost = apart + UNASKED_WEIGHT * min(len(all_said - every - beside), MOST_UNASKED)
+    if beside and beside <= all_said:
+        cost -= BESIDE_SAID
     if action.speed and all_said & _speed_words(learned, action.speed):
         cost -= SPEED_SAID
-    beside = frozenset().union(*(said for said in actions if every <= said)) - every
-    return Source(capture, rows, starts, ends, values, cost, is_placed, beside)
+    same = frozenset().union(*(said for said in actions if every <= said)) - every
+    return Source(capture, rows, starts, ends, values, cost, is_placed, same)
 
 
 def _speed_words(learned: Learned, speed: str) -> frozenset[int]:

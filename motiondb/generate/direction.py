@@ -9,7 +9,7 @@ amount. Besides:
 words            measured                                      full amount
 ===============  ============================================  =====================
 up, down         lasting change of the height of the pelvis    0.15 m
-turn             turning to either side                        0.7 rad (40 degrees)
+turn             turning to either side that lasts             0.7 rad (40 degrees)
 spin, pirouette  turning to either side                        4.7 rad (270 degrees)
 stop             loss of speed along the ground, up to MOVING  0.5 m/s
 start            gain of speed along the ground, up to MOVING  0.5 m/s
@@ -17,6 +17,10 @@ jump             time during which the pelvis is aloft (RISE)  0.2 s
 leap, jete       the same                                      0.2 s
 hop, kick,       occurrences                                   1
 punch            (:mod:`motiondb.generate.occurrences`)
+bend, bow        angle of the trunk from upright               0.7, 0.5 rad
+cartwheel, flip  the same: head downwards                      2.0 rad
+squat, crouch    height that the pelvis loses or gains         0.3, 0.2 m
+duck             height that the head loses or gains           0.3 m
 ===============  ============================================  =====================
 
 A loss of speed from 3 to 2 m/s is no stop, because speeds above ``MOVING`` count as that. The
@@ -33,9 +37,9 @@ from scipy.ndimage import median_filter, uniform_filter1d
 from motiondb.generate.occurrences import LASTING, aloft, find_occurrences
 from motiondb.language.question.tree import LIMBS, SIDES
 from motiondb.language.vocabulary import IN_PLACE, as_said
-from motiondb.meaning import travelled
 from motiondb.meaning.limb_sides import (
     LEGS,
+    PUNCHES,
     is_at_rest,
     limbs_to_measure,
     say_other_limb,
@@ -46,8 +50,10 @@ from motiondb.meaning.travelled import (
     directions_to_measure,
     furthest,
     largest_part,
+    lasting_turns,
     say_not_gone,
     share_of_full,
+    turning,
     ways,
 )
 from motiondb.records import MOTION_FPS, FloatArray
@@ -66,13 +72,27 @@ FULL = {
     "hop": 1.0,
     "kick": 1.0,
     "punch": 1.0,
+    "bend": 0.7,
+    "bow": 0.5,
+    "cartwheel": 2.0,
+    "flip": 2.0,
+    "backflip": 2.0,
+    "somersault": 2.0,
+    "squat": 0.3,
+    "crouch": 0.2,
+    "duck": 0.3,
 }
 """Word -> full amount, in the units of the table."""
 VERTICAL = ("up", "down")
 TURNS = ("turn", "spin", "pirouette")
+PLAIN_TURNS = ("turn", "spin", "veer", "swerve")  # Of which nothing but the turning has to be seen
 ALOFT = ("jump", "leap", "jete")
 OCCURRING = ("hop", "kick", "punch")
-ACTIONS = (*TURNS, "stop", "start", *ALOFT, *OCCURRING)
+OUT = " out"  # After the limb of a punch, of which only the way from the shoulder counts
+LEANING = ("bend", "bow", "cartwheel", "flip", "backflip", "somersault")
+LOWERING = {"squat": 0, "crouch": 0, "duck": 15}  # Word -> column of the track
+POSTURES = (*LEANING, *LOWERING)
+ACTIONS = (*TURNS, "stop", "start", *ALOFT, *OCCURRING, *POSTURES)
 """Words that name actions; the others are directions of actions."""
 ONCE = (*ACTIONS, *VERTICAL, "left", "right", "turn left", "turn right", "turn around")
 """What is over when it is done, so that a part that shows it is not repeated to make it longer."""
@@ -87,9 +107,9 @@ NEARLY = 0.9  # Share of the largest distance that counts as nearly as far
 def directions_of(words: Sequence[str]) -> tuple[str, ...]:
     """What of an action is measured: words, or a word with its turn or limb ("left hand").
 
-    A word that names an action is measured where the action has no direction; jumps, hops, kicks
-    and punches are measured beside one too. A kick with the left leg is not, because a kick is one
-    of either leg.
+    A word that names an action is measured where the action has no direction; jumps, hops, kicks,
+    punches and postures are measured beside one too. A kick with the left leg is not cut to the
+    kicks, because these are of either leg.
 
     >>> directions_of(("sit", "down")), directions_of(("wave", "left", "hand"))
     (('down',), ('left hand',))
@@ -99,14 +119,19 @@ def directions_of(words: Sequence[str]) -> tuple[str, ...]:
     (('turn around',), ())
     >>> directions_of(("jump", "left")), directions_of(("start", "walk", "forward"))
     (('left', 'jump'), ('forward',))
+    >>> directions_of(("spin", "left")), directions_of(("punch", "left", "hand"))
+    (('spin left',), ('left hand out',))
     """
-    limbs = [f"{side} {limb}" for side, limb in limbs_to_measure(words)]
+    out = "" if PUNCHES.isdisjoint(words) else OUT
+    limbs = [
+        f"{side} {limb}{'' if limb in LEGS else out}" for side, limb in limbs_to_measure(words)
+    ]
     is_sided = bool(SIDES.intersection(words) and LIMBS.intersection(words))
     vertical = [word for word in words if word in VERTICAL]
     named = [word for word in words if word in ACTIONS and not (word in OCCURRING and is_sided)]
     directed = [*limbs, *_travelled(words), *vertical]
     if directed:
-        named = [word for word in named if word in (*ALOFT, *OCCURRING)]
+        named = [word for word in named if word in (*ALOFT, *OCCURRING, *POSTURES)]
     return tuple(dict.fromkeys([*directed, *named]))
 
 
@@ -116,9 +141,9 @@ def _travelled(words: Sequence[str]) -> tuple[str, ...]:
     >>> _travelled(("turn", "left")), _travelled(("walk", "backward")), _travelled(("sit", "down"))
     (('turn left',), ('backward',), ())
     """
-    turns = not travelled.TURNS.isdisjoint(words)
+    turn = turning(words)
     return tuple(
-        f"turn {word}" if turns and word != IN_PLACE else word
+        f"{turn} {word}" if turn and word != IN_PLACE else word
         for word in directions_to_measure(words)
     )
 
@@ -126,6 +151,11 @@ def _travelled(words: Sequence[str]) -> tuple[str, ...]:
 def is_as_in_search(measured: str) -> bool:
     """Whether a measured word is a direction or the side of a limb, which search measures too."""
     return measured not in FULL
+
+
+def is_of_limb(measured: str) -> bool:
+    """Whether a measured word is the side of a limb."""
+    return not LIMBS.isdisjoint(measured.split())
 
 
 def words_of_measured(measured: Sequence[str]) -> set[str]:
@@ -158,13 +188,19 @@ def say_not_done(measured: str, amount: float) -> str:
     """
     if measured in ACTIONS:
         return f"it does not {measured}"
-    first, _, second = measured.partition(" ")
+    first, _, second = measured.removesuffix(OUT).partition(" ")
     if second in LIMBS and amount <= 0.0:
         which = measured if first == "both" else f"the {measured}"
         return f"it does not move {say_measured(which)}"
     if second in LIMBS:
         return f"it {say_other_limb(first, second)}"
-    return f"it {say_not_gone(second or first, bool(second))}"
+    return f"it {say_not_gone(*_of_travel(measured))}"
+
+
+def _of_travel(measured: str) -> tuple[str, str]:
+    """A direction as search measures it, and how the action turns: "spin left" is left, spin."""
+    turn, _, direction = measured.rpartition(" ")
+    return direction, turn
 
 
 def say_hardly_done(measured: str) -> str:
@@ -173,7 +209,7 @@ def say_hardly_done(measured: str) -> str:
     >>> say_hardly_done("backward"), say_hardly_done("left hand")
     ('backward only a little, as measured', 'left hand hardly more than the other, as measured')
     """
-    if measured.split()[-1] in LIMBS and not measured.startswith("both"):
+    if is_of_limb(measured) and not measured.startswith("both"):
         return f"{measured} hardly more than the other, as measured"
     return f"{say_measured(measured)} only a little, as measured"
 
@@ -187,13 +223,12 @@ def progress(track: FloatArray, measured: str) -> FloatArray:
     >>> [float(progress(track, word)[-1].round(3)) for word in ("forward", "backward")]
     [1.0, -1.667]
     """
-    first, _, second = measured.partition(" ")
-    if second in LIMBS:
-        left, right = _limbs(track, second).T
+    if is_of_limb(measured):
+        left, right = _limbs(track, measured).T
         of = {"left": left - right, "right": right - left, "both": np.minimum(left, right)}
-        return np.asarray(np.cumsum(of[first]) / MOTION_FPS)
+        return np.asarray(np.cumsum(of[measured.split()[0]]) / MOTION_FPS)
     if measured not in FULL:
-        every = ways(track[:-1, 1:4], second or first, bool(second), fps=MOTION_FPS)
+        every = ways(track[:-1, 1:4], *_of_travel(measured), fps=MOTION_FPS)
         way = max(every, key=largest_part)
         return np.concatenate([[0.0], np.cumsum(way)]) / CLEARLY
     if measured in VERTICAL:
@@ -204,13 +239,17 @@ def progress(track: FloatArray, measured: str) -> FloatArray:
         way = np.minimum(speed, MOVING)
     elif measured in ALOFT:
         way = np.cumsum(aloft(track[:, 0])) / MOTION_FPS
+    elif measured in LEANING:
+        way = track[:, 14]
+    elif measured in LOWERING:
+        way = -track[:, LOWERING[measured]]
     elif measured in OCCURRING:
         share = np.zeros(len(track))
         for start, end in find_occurrences(track, measured):
             share[start:end] = 1.0 / (end - start)
         way = np.cumsum(share)
     else:
-        way = np.concatenate([[0.0], np.cumsum(track[:-1, 3] / MOTION_FPS)])
+        way = np.concatenate([[0.0], np.cumsum(lasting_turns(track[:-1, 1:4], MOTION_FPS))])
     sign = -1.0 if measured in ("down", "stop") else 1.0
     return np.asarray(sign * way / FULL[measured])
 
@@ -223,19 +262,22 @@ def gone(track: FloatArray, measured: str) -> float:
     """
     if not len(track):
         return 0.0
-    first, _, second = measured.partition(" ")
-    if second in LIMBS:
-        speeds = _limbs(track, second)
-        return 0.0 if is_at_rest(speeds) else side_amount(speeds, first) / CLEARLY
+    if is_of_limb(measured):
+        speeds = _limbs(track, measured)
+        side = measured.split()[0]
+        return 0.0 if is_at_rest(speeds) else side_amount(speeds, side) / CLEARLY
     if measured not in FULL:
-        amount = furthest(track[:, 1:4], second or first, bool(second), fps=MOTION_FPS)[0]
-        return share_of_full(amount, second or first)
+        direction, turn = _of_travel(measured)
+        amount = furthest(track[:, 1:4], direction, turn, fps=MOTION_FPS)[0]
+        return share_of_full(amount, direction, turn)
     way = progress(track, measured)
     if measured == "stop":
         return float(way[-1] - way.min())
     if measured == "start":
         return float(way.max() - way[0])
-    if measured in TURNS:
+    if measured in LEANING:
+        return float(way.max())
+    if measured in (*TURNS, *LOWERING):
         return float(way.max() - way.min())
     return float(way[-1])
 
@@ -253,9 +295,10 @@ def lacking(amount: float, measured: str) -> float:
     return 2.0 if amount < REACHED else max(1.0 - amount, 0.0)
 
 
-def _limbs(track: FloatArray, limb: str) -> FloatArray:
+def _limbs(track: FloatArray, measured: str) -> FloatArray:
     """Squared speeds of the left and the right wrist or ankle, (m/s)^2: array (frames, 2)."""
-    return np.asarray(track[:, [10, 11] if limb in LEGS else [7, 9]] ** 2)
+    columns = [10, 11] if LEGS.intersection(measured.split()) else [7, 9]
+    return np.asarray(track[:, [12, 13] if measured.endswith(OUT) else columns] ** 2)
 
 
 def furthest_part(track: FloatArray, measured: str, longest: int) -> tuple[int, int]:

@@ -122,7 +122,7 @@ class ExcerptMotion:
 class _Material(Material):
     """Captures as paths and pose vectors with what excerpts are compared by."""
 
-    tracks: Mapping[int, FloatArray]  # Capture -> measured track: array (frames, 10)
+    tracks: Mapping[int, FloatArray]  # Capture -> measured track: array (frames, 16)
     scale: FloatArray  # (values,): standard deviations of the pose vectors
     takes: dict[int, cuts.Take]  # Capture -> what cutting looks at
     contacts: Mapping[int, NDArray[np.bool_]]  # Capture -> feet on the ground: array (frames, 2)
@@ -166,25 +166,9 @@ def excerpt_motion(
         for each, wish in zip(actions, wishes)
     ]
     material = _gather(takes, {e.capture for each in likely for e in each})
-    directed = [
-        _direct(material, of, each) if wish.excerpt is None else (each, ())
-        for of, each, wish in zip(actions, likely, wishes)
-    ]
-    unseen = [
-        {} if wish.excerpt or _AT_ENDS & {*words} else _unseen(learned, takes, of.action, each)
-        for of, (each, words), wish in zip(actions, directed, wishes)
-    ]
-    excerpts = [with_unseen(each, where) for (each, _), where in zip(directed, unseen)]
-    speeds = [_speeds(material, each) for each in excerpts]
-    costs = [_speed_costs(one.action, of) for of, one in zip(speeds, actions)]
-    values = [np.array([e.score for e in each]) - cost for each, cost in zip(excerpts, costs)]
-    does = [_does(material, each, words) for each, words in directed]
-    places = [number_places(*each) for each in zip(excerpts, values, does)]
     rows = [
-        _Rows(of, each, words, cost, value, numbers, where, wish)
-        for of, each, (_, words), cost, value, numbers, where, wish in zip(
-            actions, excerpts, directed, costs, values, places, unseen, wishes
-        )
+        _rows(learned, takes, material, of, excerpts, wish)
+        for of, excerpts, wish in zip(actions, likely, wishes)
     ]
     if choice.wishes:
         _check_places(rows, choice.wishes)
@@ -193,11 +177,7 @@ def excerpt_motion(
     origins: dict[int, tuple[int, float]] = {c: (c, 1.0) for c in sources}
     for number, (row, n, excerpt) in enumerate(zip(rows, owners, picked)):
         is_last = number == len(actions) - 1
-        one = _lay_out(material, row.of.action, excerpt, speeds[number], row.words, is_last)
-        is_picked = row.wish.excerpt is not None
-        numbers = -1 if is_picked else int(row.places[n]), int(row.places.max()) + 1
-        one = replace(one, place=numbers[0], n_places=numbers[1], does=bool(does[number][n]))
-        one = replace(one, is_picked=is_picked)
+        one = _lay_out(material, row, n, excerpt, is_last)
         key = excerpt.capture
         if one.rate != 1.0:
             key = -2 - number
@@ -229,11 +209,36 @@ class _Rows:
     of: ActionSources
     excerpts: list[Excerpt]
     words: tuple[str, ...]  # Measured words that its captures can show
+    speeds: FloatArray  # (excerpts,): mean speed of the joints, m/s
     costs: FloatArray  # (excerpts,): of the distance from the speed that is asked for
     values: FloatArray  # (excerpts,)
+    does: NDArray[np.bool_]  # (excerpts,): whether each does what is measured
     places: IntArray  # (excerpts,)
     unseen: Mapping[int, FloatArray]  # Capture -> 1 where the action is not to be seen: (frames,)
     wish: PlaceWish
+
+
+def _rows(
+    learned: Learned,
+    takes: Takes,
+    material: _Material,
+    of: ActionSources,
+    excerpts: list[Excerpt],
+    wish: PlaceWish,
+) -> _Rows:
+    """The excerpts of an action, cut to what is measured, with what they are chosen by."""
+    words: tuple[str, ...] = ()
+    unseen: dict[int, FloatArray] = {}
+    if wish.excerpt is None:
+        excerpts, words = _direct(material, of, excerpts)
+        unseen = {} if _AT_ENDS & {*words} else _unseen(learned, takes, of.action, excerpts)
+    excerpts = with_unseen(excerpts, unseen)
+    speeds = _speeds(material, excerpts)
+    costs = _speed_costs(of.action, speeds)
+    values = np.array([e.score for e in excerpts]) - costs
+    does = _does(material, excerpts, words)
+    places = number_places(excerpts, values, does)
+    return _Rows(of, excerpts, words, speeds, costs, values, does, places, unseen, wish)
 
 
 def _check_places(rows: Sequence[_Rows], wishes: Sequence[PlaceWish]) -> None:
@@ -482,22 +487,17 @@ def _speed_costs(action: PlannedAction, speeds: FloatArray) -> FloatArray:
 
 
 def _lay_out(
-    material: _Material,
-    action: PlannedAction,
-    excerpt: Excerpt,
-    speeds: FloatArray,
-    directions: tuple[str, ...],
-    is_last: bool,
+    material: _Material, row: _Rows, n: int, excerpt: Excerpt, is_last: bool
 ) -> ShownExcerpt:
-    """Play an excerpt at the tempo, as often and as long as its action asks for."""
-    rate, range_of = 1.0, None
+    """Play excerpt n of an action, as cut, at the tempo and as often and long as is asked for."""
+    action, rate, range_of = row.of.action, 1.0, None
     if action.speed:
         speed = float(_speeds(material, [excerpt])[0])
         fast = action.speed == "fast"
-        wanted = wanted_speed(speeds, fast)
-        rate = natural_rate(speed, wanted, speeds, fast)
+        wanted = wanted_speed(row.speeds, fast)
+        rate = natural_rate(speed, wanted, row.speeds, fast)
         rate = round(rate, 3) if abs(rate - 1.0) >= LEAST_CHANGE else 1.0
-        range_of = (speed, float(speeds.min()), float(speeds.max()))
+        range_of = (speed, float(row.speeds.min()), float(row.speeds.max()))
     take = material.takes[excerpt.capture]
     poses, edges, restless = take.poses, take.edges, take.restless
     span = excerpt.start, excerpt.end
@@ -511,13 +511,24 @@ def _lay_out(
     movement = Movement(
         poses,
         edges,
-        any(word in ONCE for word in directions),
+        any(word in ONCE for word in row.words),
         occurrences_in(excerpt, action, material.tracks[excerpt.capture], rate),
         is_last,
         restless,
     )
-    layout = lay_out(action, span, movement)
-    return ShownExcerpt(action, excerpt, layout, rate, range_of, directions)
+    is_picked = row.wish.excerpt is not None
+    return ShownExcerpt(
+        action,
+        excerpt,
+        lay_out(action, span, movement),
+        rate,
+        range_of,
+        row.words,
+        -1 if is_picked else int(row.places[n]),
+        int(row.places.max()) + 1,
+        bool(row.does[n]),
+        is_picked,
+    )
 
 
 def joint_speeds(motion: Motion) -> FloatArray:

@@ -41,7 +41,7 @@ def report_excerpt(
 ) -> tuple[tuple[str, ...], tuple[NotUsed, ...]]:
     """Return the counts, durations and speeds that an action has, and those that were not met.
 
-    `track` (frames, 12): What is measured in its part of the motion.
+    `track` (frames, 16): What is measured in its part of the motion.
     """
     action, layout = shown.action, shown.layout
     name = learned.captures[shown.excerpt.capture].name

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from motiondb.body import body, changes, kinematics, retarget, rotation
+from motiondb.body import body, changes, kinematics, pose_vectors, retarget, rotation
 from motiondb.body.features import runs
 from motiondb.body.pose_vectors import yaw
 from motiondb.errors import QueryError
@@ -132,20 +132,11 @@ def _relative(points: FloatArray) -> FloatArray:
 
 
 def _to_path(clip: Clip, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Split a clip into its path and its rotations relative to the heading.
-
-    Shapes: result (frames, 4), as :func:`motiondb.body.pose_vectors.to_path`, and (frames, joints,
-    4); the path is that of the root.
-    """
-    heading, root = _headings(points), clip.root_positions
-    step = np.diff(root, axis=0, append=root[-1:]) * clip.fps
-    turning = np.diff(heading, append=heading[-1:]) * clip.fps
-    if len(root) > 1:
-        step[-1], turning[-1] = step[-2], turning[-2]
-    planar = rotation.rotate(yaw(-heading), step)
+    """The path (frames, 4) of a clip's root, and its rotations relative to the heading."""
+    heading = _headings(points)
     local = rotation.normalize(clip.local_rotations)
     local[:, 0] = rotation.multiply(yaw(-heading), local[:, 0])
-    return np.stack([root[:, 1], planar[:, 0], planar[:, 2], turning], axis=1), local
+    return pose_vectors.path_of(clip.root_positions, heading, clip.fps), local
 
 
 def _straight(path: FloatArray, fps: float, whole: bool) -> tuple[FloatArray, float]:
@@ -158,13 +149,11 @@ def _straight(path: FloatArray, fps: float, whole: bool) -> tuple[FloatArray, fl
         path[:, 3] -= turn * fps / len(path)
     else:
         turn = 0.0
-    headings = np.concatenate([[0.0], np.cumsum(path[:-1, 3]) / fps])
-    planar = np.zeros((len(path), 3))
-    planar[:, [0, 2]] = path[:, 1:3]
-    steps = rotation.rotate(yaw(headings), planar)
-    if np.linalg.norm(steps.sum(axis=0)) / fps < STANDING:
+    headings = pose_vectors.headings_of(path, 0.0, fps)
+    steps = pose_vectors.steps_of(path, headings, fps)
+    if np.linalg.norm(steps.sum(axis=0)) < STANDING:
         steps -= steps.mean(axis=0)
-        path[:, 1:3] = rotation.rotate(yaw(-headings), steps)[:, [0, 2]]
+        path[:, 1:3] = rotation.rotate(yaw(-headings), steps * fps)[:, [0, 2]]
     return path, turn
 
 
@@ -173,13 +162,8 @@ def _from_path(
 ) -> Clip:
     """Return the clip of a path and of rotations relative to the heading, from its own place."""
     heading = float(_headings(points)[part[0]])
-    turns = heading + np.concatenate([[0.0], np.cumsum(path[:-1, 3]) / clip.fps])
-    planar = np.zeros((len(path), 3))
-    planar[:, [0, 2]] = path[:, 1:3]
-    steps = rotation.rotate(yaw(turns), planar) / clip.fps
-    root = np.concatenate([np.zeros((1, 3)), np.cumsum(steps[:-1], axis=0)])
-    root += clip.root_positions[part[0]]
-    root[:, 1] = path[:, 0]
+    turns = pose_vectors.headings_of(path, heading, clip.fps)
+    root = pose_vectors.along_path(path, clip.root_positions[part[0]], heading, clip.fps)
     world = local.copy()
     world[:, 0] = rotation.multiply(yaw(turns), local[:, 0])
     moved = clip.joint_positions
@@ -203,13 +187,11 @@ def _measure(
     clip: Clip, path: FloatArray, user_map: Mapping[str, str] | None
 ) -> tuple[float, float, float]:
     """Return the step of joints over the seam, the largest other one, and the travel, metres."""
-    planar = np.zeros((len(path), 3))
-    planar[:, [0, 2]] = path[:, 1:3]
-    headings = np.concatenate([[0.0], np.cumsum(path[:, 3]) / clip.fps])
-    way = rotation.rotate(yaw(headings[:-1]), planar).sum(axis=0) / clip.fps
+    headings = pose_vectors.headings_of(path, 0.0, clip.fps)
+    way = pose_vectors.steps_of(path, headings, clip.fps).sum(axis=0)
     places = kinematics.clip_positions(clip)[0]
     begin = _headings(retarget.clip_keypoints(clip, user_map))[0]
-    turned = yaw(np.array(headings[-1]))
+    turned = yaw(np.array(path[:, 3].sum() / clip.fps))
     next_first = places[0] - places[0, 0]
     next_first = rotation.rotate(np.broadcast_to(turned, (len(next_first), 4)), next_first)
     start = places[0, 0] + rotation.rotate(yaw(np.array(begin)), way)

@@ -392,7 +392,8 @@ def judge(
     ]
     left = [one for one in asked if one.end > one.start]
     with one_blas_thread():
-        judged = iter(judge_motion(learned, made.motion, left, asked_for.sources))
+        bent = np.array([edit.startswith("blend") for edit in made.edits])
+        judged = iter(judge_motion(learned, made.motion, left, asked_for.sources, bent))
         recognised = recognise(learned, made.motion).symbols
         smoothness = measure_smoothness(made, takes.motion)
     why = "the cycle that was cut out does not hold it"

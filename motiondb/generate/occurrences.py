@@ -23,10 +23,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-from motiondb.body import body, retarget
-from motiondb.body.features import runs
+from motiondb.body import body, retarget, rotation
+from motiondb.body.features import runs, velocity
 from motiondb.body.pose_vectors import to_path
 from motiondb.generate.contact import FEET, MAX_HEIGHT, foot_heights
+from motiondb.meaning.limb_sides import outward_speeds
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 
 COUNTED = ("jump", "hop", "leap", "jete", "kick", "punch")  # Words whose occurrences are counted
@@ -50,14 +51,15 @@ _ARMS = tuple(_I[f"{side}_{joint}"] for side in "lr" for joint in ("shoulder", "
 
 
 def measured_track(motion: Motion) -> FloatArray:
-    """What measured words look at: array (frames, 12).
+    """What measured words look at: array (frames, 16).
 
     Height of the pelvis (m), speed to the left and ahead (m/s), turning (rad/s); heights of the
     left and the right foot above standing (m); for the left and the right hand, whether it is
     extended (1 or 0), and its speed relative to the pelvis (m/s); the same speed of the left and
-    the right ankle.
+    the right ankle; the speed of the left and the right hand away from the shoulder; the angle of
+    the trunk from upright (rad); height of the head (m).
     """
-    positions = retarget.motion_positions(motion, (0, *FEET, *_ARMS))[0]
+    positions = retarget.motion_positions(motion, (0, *FEET, *_ARMS, _I["neck"], _I["head"]))[0]
     positions = positions.astype(np.float64)
     arms = []
     for side in "lr":
@@ -70,7 +72,11 @@ def measured_track(motion: Motion) -> FloatArray:
         arms += [(far & high).astype(float), _speeds(wrist - positions[:, 0])]
     ankles = [_speeds(positions[:, ankle] - positions[:, 0]) for ankle in FEET[::2]]
     path, _ = to_path(motion)
-    return np.column_stack([path, foot_heights(positions), *arms, *ankles])
+    outward = outward_speeds(positions, velocity(positions, MOTION_FPS))
+    trunk = rotation.normalize(positions[:, _I["neck"]] - positions[:, 0])[:, 1]
+    leaning = np.arccos(np.clip(trunk, -1.0, 1.0))
+    head = positions[:, _I["head"], 1]
+    return np.column_stack([path, foot_heights(positions), *arms, *ankles, outward, leaning, head])
 
 
 def _speeds(places: FloatArray) -> FloatArray:

@@ -84,6 +84,7 @@ class PlannedAction:
     excluded: tuple[tuple[str, ...], ...] = ()  # Words of every action that must not be shown
     times: Amount | None = None
     seconds: Amount | None = None
+    beside: tuple[str, ...] = ()  # Words of the actions that "and" joins with it
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -156,10 +157,13 @@ def _plan(node: Node, rng: np.random.Generator, notes: _Notes) -> list[PlannedAc
             return _lasting(_plan(node.part, rng, notes), node, notes)
         case AtOnce():
             return _at_once([_plan(part, rng, notes) for part in node.parts], node, notes)
-        case Both() | InOrder():
-            if isinstance(node, Both):
-                notes.decided.append(f"{say(node)!r}: made one after the other")
+        case InOrder():
             return [action for part in node.parts for action in _plan(part, rng, notes)]
+        case Both():
+            notes.decided.append(f"{say(node)!r}: made one after the other")
+            planned = [action for part in node.parts for action in _plan(part, rng, notes)]
+            words = [word for action in planned for word in action.words]
+            return [replace(a, beside=tuple(w for w in words if w not in a.words)) for a in planned]
 
 
 def _plan_action(node: Action, notes: _Notes) -> list[PlannedAction]:

@@ -6,25 +6,25 @@ Two witnesses are heard, neither of which is used in making the motion.
   (:mod:`motiondb.generate.direction`), directions and sides as in a search. A motion that does less
   than half of the full amount does not show the action, and one that fully does what is excluded
   does not either. A direction or a side that is done by half or more, but not fully, is not sure.
-  What is fully done needs no other confirmation, nor does the turn to a side.
+  What is fully done needs no other confirmation, nor does a turn. Frames that a seam bends towards
+  the neighbours of a part may be left out: who sits down has sat down, though the seam lifts him.
 * *The judge* (:mod:`motiondb.meaning.motion_judge`), which never uses the captures from which the
   motion was made, looks at the other words of an action together, as one word that all captures
   have whose captions say these words; where no other capture says all of them, at the least
   probable word. So "walk forward" is shown where the motion goes forward and looks like walking.
 
-The words that the judge looks at are shown if their probability is ``SHOWN`` or more, or if the
-motion's own first word (that of the largest probability among those of the largest evidence) is one
-of them; they are not shown below ``NOT_SHOWN``. Between these it is not sure. A measured action
-("kick", "jump") is shown if it is fully measured and its probability is ``MEASURED`` or more; it is
-never called not shown for its looks. Neither is an action whose direction or side was asked for and
-is measured: who steps sideways as asked is not denied for looking little like other steps, but who
-walks forward without a jump does not show "jump forward".
+The words that the judge looks at are shown if their probability is ``SHOWN`` or more; they are not
+shown below ``NOT_SHOWN``, unless no other capture says all of them. Between these it is not sure. A
+measured action ("kick", "jump") is shown if it is fully measured and its probability is
+``MEASURED`` or more; it is never called not shown for its looks. Neither is an action whose
+direction or side was asked for and is measured: who steps sideways as asked is not denied for
+looking little like other steps, but who walks forward without a jump does not show "jump forward".
 
 Captions describe whole captures. Where no other capture (of the same performer, if there are any)
 is described with the action alone, the judge cannot tell it from the actions that are always listed
 with it ("wave" from "point" where all captions say "wave, point"). There its probability is
 multiplied by the probability that the part comes from the right place of its capture
-(:mod:`motiondb.meaning.place_certainty`), and the first word does not count. Where all these
+(:mod:`motiondb.meaning.place_certainty`). Where all these
 captures list the same other action, which in turn is mostly listed with this one ("sit, stand up"),
 neither can tell the two apart, and the judge is not sure.
 """
@@ -34,12 +34,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from motiondb.body.features import FEATURE_STEP, recognition_features
 from motiondb.generate.direction import (
     ACTIONS,
     ALOFT,
     FULLY,
     OCCURRING,
+    PLAIN_TURNS,
+    POSTURES,
     REACHED,
     TURNS,
     directions_of,
@@ -65,12 +70,13 @@ from motiondb.meaning.motion_judge import (
 from motiondb.records import Float32Array, FloatArray, Motion
 from motiondb.search.measured_answers import excluded_words
 
-SHOWN, NOT_SHOWN, MEASURED = 0.66, 0.16, 0.49
+SHOWN, NOT_SHOWN, MEASURED = 0.58, 0.16, 0.26
 """Smallest probability that is shown, largest that is not, and smallest of a measured action.
 
 By a rule, on the 508 pairs of real CMU captures of the judge's calibration with the performers left
-out (``benchmarks/judged_pictures.py --rule``): of the captures without the word at most 1 in 12 is
-shown, of those with it at most 1 in 15 is not shown. No generated motion was used."""
+out (``benchmarks/judged_pictures.py --rule``): of the captures without the word at most 1 in 16 is
+shown (1 in 12 with the measured action), of those with it at most 1 in 15 is not shown. No
+generated motion was used."""
 ENTANGLED = 0.4
 """If all captures of one action list another word, smallest share of that word's captures listing
 the action for which the two cannot be told apart."""
@@ -139,13 +145,25 @@ class Asked:
 
 
 def judge_motion(
-    learned: Learned, motion: Motion, asked: Sequence[Asked], sources: Sequence[int]
+    learned: Learned,
+    motion: Motion,
+    asked: Sequence[Asked],
+    sources: Sequence[int],
+    bent: NDArray[np.bool_] | None = None,
 ) -> tuple[JudgedAction, ...]:
-    """Judge every action of a motion."""
+    """Judge every action of a motion; `bent` (frames,): which frames a seam bends, if any."""
     numbers = learned.word_numbers
     path = measured_track(motion)
-    amounts = [{d: gone(path[one.start : one.end], d) for d in one.directions} for one in asked]
+    bent = np.zeros(len(path), dtype=bool) if bent is None else bent
+    tracks = [_tracks(path, one, bent) for one in asked]
+    amounts = [
+        {d: max(gone(track, d) for track in each) for d in one.directions}
+        for one, each in zip(asked, tracks)
+    ]
     measured = [[d for d, amount in each.items() if amount >= FULLY] for each in amounts]
+    for one, (track, *_), done in zip(asked, tracks, measured):
+        occurring = [w for w in one.action.words if w in OCCURRING and w not in one.directions]
+        done += [w for w in occurring if gone(track, w) >= FULLY]
     looked_at = [
         tuple(filter(None, (_unmeasured(group, done) for group in one.action.groups)))
         for one, done in zip(asked, measured)
@@ -160,7 +178,7 @@ def judge_motion(
     features = learned.feature_space.project(recognition_features(motion))
     judged = []
     for one, done, rest, amount in zip(asked, measured, looked_at, amounts):
-        undone = [w for w in one.action.words if w in (*ALOFT, *OCCURRING)]
+        undone = [w for w in one.action.words if w in (*ALOFT, *OCCURRING, *POSTURES)]
         undone = [w for w in undone if gone(path[one.start : one.end], w) < REACHED]
         as_asked = any(map(is_as_in_search, one.directions)) and not undone
         looked = Looked(rest, tuple(done), as_asked)
@@ -175,6 +193,16 @@ def judge_motion(
             answer = replace(answer, shown=None, probability=None, reason=why)
         judged.append(_less_than_asked(answer, one))
     return tuple(judged)
+
+
+def _tracks(path: FloatArray, asked: Asked, bent: NDArray[np.bool_]) -> list[FloatArray]:
+    """The measured track of a part, and that without the frames bent towards its neighbours."""
+    still = asked.start + np.flatnonzero(~bent[asked.start : asked.end])
+    if not len(still):
+        return [path[asked.start : asked.end]]
+    first = still[0] if asked.start > 0 else asked.start
+    behind = still[-1] + 1 if asked.end < len(path) else asked.end
+    return [path[asked.start : asked.end], path[first:behind]]
 
 
 def _excluded_measures(asked: Asked, excluded: Sequence[str]) -> tuple[str, ...]:
@@ -212,16 +240,16 @@ class Looked:
 
 
 def _unmeasured(group: Sequence[str], done: Sequence[str]) -> tuple[str, ...]:
-    """The words of a group that are no measured direction; a turn to a side is measured with it.
+    """The words of a group that are no measured direction and no measured turn.
 
     >>> _unmeasured(("walk", "forward"), ["forward"]), _unmeasured(("turn", "left"), ["turn left"])
     (('walk',), ())
-    >>> _unmeasured(("kick",), ["kick"])
-    ('kick',)
+    >>> _unmeasured(("kick",), ["kick"]), _unmeasured(("turn",), ["turn"])
+    (('kick',), ())
     """
-    measured = words_of_measured([one for one in done if one not in ACTIONS])
-    if not measured.isdisjoint(TURNS):
-        measured |= {*TURNS}
+    measured = words_of_measured([w for w in done if w not in ACTIONS or w in PLAIN_TURNS])
+    if not measured.isdisjoint(PLAIN_TURNS):
+        measured |= {*PLAIN_TURNS}
     return tuple(word for word in group if word not in measured)
 
 
@@ -262,7 +290,7 @@ def _judge_part(
     """The verdict on a part, before what it does less than is asked for is taken into account."""
     measured = ", ".join(f"{say_measured(word)} is measured" for word in looked.measured)
     answer = JudgedAction(asked.words, asked.start, asked.end, None, done=asked.done)
-    if judge is None or judge.table.judge.calibration is None:
+    if judge is None or judge.table.judge.certainty is None:
         why = "the database has no judge of motion: learn again, with more captions"
         if not learned.described:
             why = "no caption of this database can confirm it"
@@ -277,15 +305,14 @@ def _judge_part(
         for word, p in judge.likeliest(scores, N_DESCRIBED + len(groups))
         if word < len(named)
     )[:N_DESCRIBED]
-    first = described[0][0] if described else ""
-    seen = _Seen(learned, judge, groups, scores, first, looked)
+    seen = _Seen(learned, judge, groups, scores, looked)
     each = [_judge_words(seen, asked, words) for words in looked.groups]
     worst = min(each, key=lambda one: _RANK[one[0]], default=(True, None, ""))
     known = [p for _, p, _ in each if p is not None]
     shown, reason = worst[0], ", ".join(filter(None, [worst[2], measured]))
     probability = min(known) if len(known) == len(each) and known else None
     for words in asked.action.excluded:
-        unwanted = _probability(seen, words)
+        unwanted, _ = _probability(seen, words)
         if unwanted is not None and unwanted >= SHOWN:
             shown, probability = False, None
             reason = f"it shows {' '.join(words)!r} ({unwanted:.2f}), not wanted"
@@ -303,7 +330,6 @@ class _Seen:
     judge: WithoutSources
     groups: dict[tuple[int, ...], int]  # Groups of words -> their numbers for the judge
     scores: FloatArray  # (words and groups,): z of the part
-    first: str  # Its first word
     looked: Looked
 
 
@@ -311,16 +337,18 @@ def _judge_words(
     seen: _Seen, asked: Asked, words: tuple[str, ...]
 ) -> tuple[bool | None, float | None, str]:
     """The judge's verdict on a group of words, its probability, and what the verdict rests on."""
-    learned, judge, first, unsure = seen.learned, seen.judge, seen.first, ""
-    probability = _probability(seen, words)
+    learned, judge, unsure = seen.learned, seen.judge, ""
+    probability, is_whole = _probability(seen, words)
     if probability is None:
         return None, None, "no other capture shows it, so that nothing can confirm it"
-    only = replace(asked, action=replace(asked.action, groups=(words,)))
-    companion = None if asked.directions else find_companion(learned, judge, only)
+    companion = None
+    if not asked.directions:
+        companion = find_companion(learned, judge, words, asked.performer)
     if companion is not None:
         return None, None, f"all captions that could confirm it list {companion!r} too"
-    if asked.placed is not None and _is_mixed(learned, judge, only):
-        first = ""
+    said_by = _saying(learned, judge, words, asked.performer)
+    is_mixed = all(judge.table.said[capture][1] > 1 for capture in said_by)
+    if asked.placed is not None and is_mixed:
         if probability >= SHOWN:
             unsure = (
                 "its captions list other actions too, and the probability that this is the right "
@@ -329,27 +357,31 @@ def _judge_words(
         probability *= asked.placed
     is_measured = set(words) <= set(seen.looked.measured)
     said = " ".join(words)
-    if probability >= (MEASURED if is_measured else SHOWN):
+    if probability >= SHOWN:
         return True, probability, f"{said} by its looks"
-    if first in words:
-        return True, probability, f"{first} is its first word"
-    if probability < NOT_SHOWN and not is_measured and not seen.looked.is_as_asked:
+    if is_measured and probability >= MEASURED:
+        return True, None, ""  # the verdict rests on the measurement
+    may_deny = is_whole and not is_measured and not seen.looked.is_as_asked
+    if probability < NOT_SHOWN and may_deny:
         return False, probability, unsure or "it does not look like other captures of it"
     return None, probability, unsure or f"{said} only a little by its looks"
 
 
-def _probability(seen: _Seen, words: Sequence[str]) -> float | None:
-    """Probability that a part shows a group of words; None where the judge cannot tell."""
+def _probability(seen: _Seen, words: Sequence[str]) -> tuple[float | None, bool]:
+    """Probability that a part shows a group of words, and whether another capture says them all.
+
+    None where the judge cannot tell; the least one of the words where no other capture says all.
+    """
     names, judge, scores = seen.learned.word_numbers, seen.judge, seen.scores
     numbers = tuple(names[w] for w in words if w in names)
     if not numbers:
-        return None
+        return None, False
     whole = judge.probability(scores, seen.groups[numbers])
     if whole is not None:
-        return whole
+        return whole, True
     each = [judge.probability(scores, number) for number in numbers]
     known = [p for p in each if p is not None]
-    return min(known) if len(known) == len(each) else None
+    return (min(known) if len(known) == len(each) else None), False
 
 
 def _saying(
@@ -365,29 +397,21 @@ def _saying(
     return of_performer if len(of_performer) >= fewest else saying
 
 
-def _is_mixed(learned: Learned, judge: WithoutSources, asked: Asked) -> bool:
-    """Whether the judge knows an action of a part only together with other actions."""
-    said = judge.table.said
-    return any(
-        all(said[c][1] > 1 for c in _saying(learned, judge, words, asked.performer))
-        for words in asked.action.groups
-    )
-
-
-def find_companion(learned: Learned, judge: WithoutSources, asked: Asked) -> str | None:
+def find_companion(
+    learned: Learned, judge: WithoutSources, words: Sequence[str], performer: str
+) -> str | None:
     """A word that all captions which could confirm an action also list; None if there is none.
 
     It counts if all of these captions list several actions, and if at least ``ENTANGLED`` of its
     own captures list the action.
     """
     said, together = judge.table.said, judge.table.together
-    for words in asked.action.groups:
-        numbers = [learned.word_numbers[w] for w in words if w in learned.word_numbers]
-        saying = _saying(learned, judge, words, asked.performer, FEWEST_OWN)
-        if not saying or not numbers or any(said[c][1] == 1 for c in saying):
-            continue
-        common = frozenset.intersection(*(said[c][0] for c in saying)) - set(numbers)
-        for other in sorted(number for number in common if number < len(learned.word_numbers)):
-            if together[other, numbers].min() >= ENTANGLED * together[other, other]:
-                return learned.association.words[other]
+    numbers = [learned.word_numbers[w] for w in words if w in learned.word_numbers]
+    saying = _saying(learned, judge, words, performer, FEWEST_OWN)
+    if not saying or not numbers or any(said[c][1] == 1 for c in saying):
+        return None
+    common = frozenset.intersection(*(said[c][0] for c in saying)) - set(numbers)
+    for other in sorted(number for number in common if number < len(learned.word_numbers)):
+        if together[other, numbers].min() >= ENTANGLED * together[other, other]:
+            return learned.association.words[other]
     return None

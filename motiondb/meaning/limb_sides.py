@@ -1,9 +1,10 @@
 """Whether a capture moves the limb of the side that a question names ("wave with the left hand").
 
 The share of a side is that of the squared speeds of its wrist (for words of the arm) or ankle (for
-words of the leg), relative to the pelvis, in those of both sides. A side below ``LEAST`` is not the
-one that moves; neither are both if one of them is. Who walks moves both alike, so that this
-contradicts only what is clearly otherwise, and nothing where both limbs rest.
+words of the leg), relative to the pelvis, in those of both sides. Of punches only the speed away
+from the shoulder counts, since the other hand is often drawn back as quickly. A side below
+``LEAST`` is not the one that moves; neither are both if one of them is. Who walks moves both alike,
+so that this contradicts only what is clearly otherwise, and nothing where both limbs rest.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from motiondb.body import body
+from motiondb.body import body, rotation
 from motiondb.body.features import VELOCITY_SECONDS, VELOCITY_WEIGHT
 from motiondb.language.question.tree import LIMBS, SIDES
 from motiondb.records import Float32Array, FloatArray
@@ -22,6 +23,7 @@ LEAST = 1.0 / 3.0  # Smallest share of a limb that moves
 LEAST_OF_BOTH = 0.15  # Smallest share of each of two limbs that move
 RESTING = 0.1  # Root mean square of the speeds, m/s, below which a limb rests
 LEGS = frozenset(("leg", "foot", "knee", "hip", "ankle", "toe", "heel", "thigh"))
+PUNCHES = frozenset(("punch", "jab", "uppercut", "box", "hit", "thrust"))
 _HOLDING_TEXT = "stand hop balance land lean rest support hang hold kneel"
 HOLDING = frozenset(_HOLDING_TEXT.split())
 """Actions whose limb is the one that rests: who hops on the left leg may move the other."""
@@ -41,18 +43,33 @@ def limbs_to_measure(words: Sequence[str]) -> tuple[tuple[str, str], ...]:
     return tuple((side, limb) for side, limb in pairs if side in SIDES and limb in LIMBS)
 
 
-def limb_speeds(features: Float32Array, limb: str) -> FloatArray:
+def limb_speeds(features: Float32Array, limb: str, action: Sequence[str] = ()) -> FloatArray:
     """Squared speeds of the left and the right wrist or ankle, (m/s)^2: array (frames, 2).
 
-    `features` (frames, 130): recognition features.
+    `features` (frames, 130): recognition features. `action`: the words that name the limb.
     """
     n = len(body.JOINTS)
-    moving = features[:, 3 * n : 6 * n].astype(np.float64).reshape(len(features), n, 3)
+    places, moving = (
+        features[:, start * n : (start + 3) * n].astype(np.float64).reshape(len(features), n, 3)
+        for start in (0, 3)
+    )
     moving /= VELOCITY_WEIGHT * VELOCITY_SECONDS
+    if limb not in LEGS and not PUNCHES.isdisjoint(action):
+        return outward_speeds(places, moving) ** 2
     joint = "ankle" if limb in LEGS else "wrist"
     sides = [body.INDEX[f"{side}_{joint}"] for side in "lr"]
     relative = moving[:, sides] - moving[:, :1]
     return np.asarray((relative**2).sum(axis=2))
+
+
+def outward_speeds(places: FloatArray, moving: FloatArray) -> FloatArray:
+    """Speed of the wrists away from their shoulders, m/s, of places and velocities: (frames, 2)."""
+    wrists, shoulders = (
+        [body.INDEX[f"{side}_{joint}"] for side in "lr"] for joint in ("wrist", "shoulder")
+    )
+    along = rotation.normalize(places[:, wrists] - places[:, shoulders])
+    apart = moving[:, wrists] - moving[:, shoulders]
+    return np.asarray(np.maximum((apart * along).sum(axis=2), 0.0))
 
 
 def is_at_rest(speeds: FloatArray) -> bool:

@@ -13,7 +13,8 @@ pooled map         described intervals         pooled statistics     y / |y|
 place map          segments of captioned takes vectors of windows    places y, estimated in rounds
 edge map           frames of captioned takes   soft levels of        places y, estimated in rounds
                                                features and change
-judge              windows of 3 s              pooled statistics     1 / sqrt(actions) for each word
+judge              windows of 3 s              kernels of pooled     1 / sqrt(actions) for each word
+                                               statistics
 unplaced           windows of segments         vectors of windows    the words of the whole take
 =================  ==========================  ====================  ===============================
 
@@ -24,10 +25,10 @@ rows by their weights, the slopes minimise
 
     sum_i w_i |y_i - mean y - (x_i - mean x) . slopes|^2 + ridge |slopes|^2.
 
-Rows are left out in one of three ways: by another fit (:func:`left_out`), by subtracting their sums
-(:class:`Sums`), or, where the means may stay, from the residuals with all rows
-(:meth:`Fitted.without`). With X the rows left out, A the inverse of the sum of products with
-the ridge, H = X A X' and e their residuals with all rows, those without them are (I - H)^-1 e.
+Rows are left out in one of two ways: by another fit (:func:`left_out`) or, where the means may
+stay, from the residuals with all rows (:meth:`Fitted.without`). With X the rows left out, A the
+inverse of the sum of products with the ridge, H = X A X' and e their residuals with all rows, those
+without them are (I - H)^-1 e.
 
 **Calibrated probabilities of answers.** Cues x_1 ... x_n of an answer (such as its similarity) give
 the probability that it is right by
@@ -106,8 +107,8 @@ class Additive:
 
 
 @dataclass(frozen=True, eq=False)
-class Sums(Additive):
-    """Weighted sums over rows, from which the sums of some rows can be subtracted."""
+class Sums:
+    """Weighted sums over rows."""
 
     n: float  # Sum of the weights
     vectors: FloatArray  # (columns,): sum of x
@@ -124,18 +125,6 @@ class Sums(Additive):
             slopes = np.linalg.solve(matrix, goal).astype(np.float64, copy=False)
         # one order of summation: a matrix product's last bits depend on the number of threads
         return slopes, np.asarray(np.einsum("i,ij->j", mean_v, slopes, optimize=False))
-
-
-def sum_rows(vectors: FloatArray, targets: FloatArray, weights: FloatArray) -> Sums:
-    """Sums of rows: `vectors` (n, columns); `targets` (n, words); `weights` (n,)."""
-    weighted = (vectors * weights[:, None]).T
-    return Sums(
-        float(weights.sum()),
-        weights @ vectors,
-        weights @ targets,
-        weighted @ vectors,
-        weighted @ targets,
-    )
 
 
 @dataclass(frozen=True, eq=False)

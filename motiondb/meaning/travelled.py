@@ -13,11 +13,13 @@ sideways         way to either side                             0.2 m
 left, right      turning to that side, or, if the action does   0.35 rad (20 degrees)
                  not name a turn, way to that side              0.2 m
 around           turning to either side                         2.1 rad (120 degrees)
+spin left, ...   turning to that side, or to either one         2.35 rad (135 degrees)
 in place         frames in a square of 0.45 m (half of a leg)   0.8 of them
 ===============  =============================================  ==========================
 
 Way along an axis counts in frames in which the person moves faster along it than across it, so that
-the sway of a person who walks ahead is no way to a side. The amounts are those that some part of
+the sway of a person who walks ahead is no way to a side. A turn on the spot that is taken back
+within two seconds, as in a twist of the trunk, is no turn. The amounts are those that some part of
 the frames covers. A motion that does less than the least amount clearly goes elsewhere; from
 ``CLEARLY`` on it clearly does what the word says. Search and the judge of generated motion both
 measure in this way.
@@ -50,9 +52,11 @@ SQUARE = 0.45  # Side of the square on the ground that a motion in place does no
 CLEARLY = 2.0  # Least amounts of a direction from which a motion clearly goes there
 _CLEARLY = {"around": 2.5 / 2.1, IN_PLACE: 1.0 / 0.8}  # 143 degrees, and all frames
 SHORTEST_STAY = 1.0  # Seconds for which a motion must stay in place, unless it is shorter
-TURNS = frozenset(
-    ("turn", "spin", "rotate", "pivot", "pirouette", "twirl", "whirl")
-)  # Words for turning
+SPINS = frozenset(
+    ("spin", "pirouette", "twirl", "whirl")
+)  # Words for turning most of the way round
+TURNS = SPINS | {"turn", "rotate", "pivot", "veer", "swerve"}  # Words for turning
+SPUN = 2.35  # Least turning of a spin, rad
 _TRAVELS_TEXT = """
 walk run jog sprint dash step stride stroll march sneak tiptoe limp stagger stumble shuffle wander
 pace trot gallop skip hop jump leap crawl creep move go travel slide dribble sidestep amble saunter
@@ -62,6 +66,9 @@ TRAVELS = frozenset(_TRAVELS_TEXT.split())
 """Words for travelling over the ground. Other actions have directions that are not travelled: a
 person can lean back, reach forward and look left in place."""
 STEADY = 1.0  # Seconds over which speeds are averaged before they are compared
+LASTING = 2.0
+"""Seconds from which on a turn on the spot lasts; twists are taken back after 1 to 2."""
+ON_THE_SPOT = 0.4  # Averaged speed over the ground, m/s, below which a person is on the spot
 
 
 def directions_to_measure(words: Sequence[str]) -> tuple[str, ...]:
@@ -89,13 +96,22 @@ def directions_to_measure(words: Sequence[str]) -> tuple[str, ...]:
     )
 
 
-def say_not_gone(direction: str, turns: bool = False) -> str:
+def turning(words: Sequence[str]) -> str:
+    """How an action turns: "spin", "turn", or "" if it names no turn.
+
+    >>> turning(("twirl", "left")), turning(("turn", "left")), turning(("walk", "left"))
+    ('spin', 'turn', '')
+    """
+    return "spin" if SPINS.intersection(words) else "turn" if TURNS.intersection(words) else ""
+
+
+def say_not_gone(direction: str, turn: str = "") -> str:
     """What a motion lacks that does not go in a direction.
 
-    >>> say_not_gone("left"), say_not_gone("left", turns=True), say_not_gone(IN_PLACE)
+    >>> say_not_gone("left"), say_not_gone("left", "turn"), say_not_gone(IN_PLACE)
     ('does not go left', 'does not turn left', 'does not stay in place')
     """
-    verb = "stay" if direction == IN_PLACE else "turn" if turns else "go"
+    verb = "stay" if direction == IN_PLACE else turn or "go"
     return f"does not {verb} {as_said(direction)}"
 
 
@@ -111,14 +127,14 @@ def speeds_of(features: Float32Array) -> FloatArray:
 def furthest(
     speeds: FloatArray,
     direction: str,
-    turns: bool = False,
+    turn: str = "",
     shown: NDArray[np.bool_] | None = None,
     fps: float = FEATURE_FPS,
 ) -> tuple[float, int, int]:
     """How far some frames go in a direction, in least amounts, and the part [a, b) that does.
 
-    `speeds` (frames, 3): those of ``speeds_of``, or of another rate `fps`. `turns`: Whether the
-    action names a turn. `shown` (frames,): frames that count; without it, all.
+    `speeds` (frames, 3): those of ``speeds_of``, or of another rate `fps`. `turn`: How the action
+    turns (``turning``). `shown` (frames,): frames that count; without it, all.
 
     >>> speeds = np.zeros((60, 3)); speeds[:30, 1], speeds[30:, 1] = 1.0, -0.45  # ahead, then back
     >>> furthest(speeds, "left")
@@ -130,13 +146,13 @@ def furthest(
     """
     if direction == IN_PLACE:
         return _longest_stay(speeds, np.ones(len(speeds), bool) if shown is None else shown, fps)
-    return max(largest_part(way) for way in ways(speeds, direction, turns, shown, fps))
+    return max(largest_part(way) for way in ways(speeds, direction, turn, shown, fps))
 
 
 def ways(
     speeds: FloatArray,
     direction: str,
-    turns: bool = False,
+    turn: str = "",
     shown: NDArray[np.bool_] | None = None,
     fps: float = FEATURE_FPS,
 ) -> list[FloatArray]:
@@ -145,21 +161,40 @@ def ways(
     Parameters are those of ``furthest``. A direction has several where either side counts, or
     turning and travelling do. What stays in place has no way.
     """
-    counted = speeds if shown is None else speeds * shown[:, None]
-    turning, aside = counted[:, 2] / fps, _along(counted, 0, fps) / fps
+    counted = np.ones(len(speeds)) if shown is None else shown
+    kept, turned = speeds * counted[:, None], lasting_turns(speeds, fps) * counted
+    aside = _along(kept, 0, fps) / fps
     if direction in ("forward", "backward", "back"):
         sign = 1.0 if direction == "forward" else -1.0
-        return [sign * _along(counted, 1, fps) / fps / LEAST[direction]]
+        return [sign * _along(kept, 1, fps) / fps / LEAST[direction]]
     if direction == "sideways":
         return [sign * aside / LEAST[direction] for sign in (1.0, -1.0)]
+    least = SPUN if turn == "spin" else LEAST[direction]
     if direction == "around":
-        return [sign * turning / LEAST[direction] for sign in (1.0, -1.0)]
+        return [sign * turned / least for sign in (1.0, -1.0)]
     sign = 1.0 if direction == "left" else -1.0
-    turned = sign * turning / LEAST[direction]
-    return [turned] if turns else [turned, sign * aside / LEAST["sideways"]]
+    return [sign * turned / least, *([] if turn else [sign * aside / LEAST["sideways"]])]
 
 
-def share_of_full(amount: float, direction: str) -> float:
+def lasting_turns(speeds: FloatArray, fps: float) -> FloatArray:
+    """Turning to the left of every frame, rad, without turns on the spot that are taken back.
+
+    `speeds` (frames, 3): those of ``furthest``.
+
+    >>> back = np.zeros((90, 3)); back[30:38, 2], back[45:53, 2] = 1, -1
+    >>> float(np.abs(lasting_turns(back, 15.0)).max())
+    0.0
+    """
+    from scipy.ndimage import median_filter, uniform_filter1d  # other questions do without
+
+    heading = np.concatenate([[0.0], np.cumsum(speeds[:, 2])]) / fps
+    median = median_filter(heading, size=2 * round(LASTING * fps) + 1, mode="nearest")
+    steady = uniform_filter1d(speeds[:, :2], round(STEADY * fps), axis=0, mode="nearest")
+    moves = np.hypot(*steady.T) > ON_THE_SPOT
+    return np.asarray(np.where(moves, speeds[:, 2] / fps, np.diff(median)))
+
+
+def share_of_full(amount: float, direction: str, turn: str = "") -> float:
     """Least amounts as a share of what is clear: 0.5 for the least amount, 1 for a clear one.
 
     >>> share_of_full(0.5, "left"), share_of_full(2.0, "left"), share_of_full(2.5 / 2.1, "around")
@@ -167,7 +202,8 @@ def share_of_full(amount: float, direction: str) -> float:
     """
     if amount < 1.0:
         return amount / 2.0
-    return 0.5 + 0.5 * (amount - 1.0) / (_CLEARLY.get(direction, CLEARLY) - 1.0)
+    clearly = CLEARLY if turn == "spin" else _CLEARLY.get(direction, CLEARLY)
+    return 0.5 + 0.5 * (amount - 1.0) / (clearly - 1.0)
 
 
 def _longest_stay(

@@ -38,12 +38,12 @@ from motiondb.meaning.limb_sides import (
 )
 from motiondb.meaning.travelled import (
     LEAST,
-    TURNS,
     directions_to_measure,
     furthest,
     say_not_gone,
     share_of_full,
     speeds_of,
+    turning,
 )
 from motiondb.records import Float32Array, FloatArray
 from motiondb.search.asked_words import AskedWords
@@ -205,16 +205,17 @@ def _compare_action(
     against = [
         say_other_limb(side, limb)
         for side, limb in limbs_to_measure(action)
-        if side not in believed and _is_otherwise(limb_speeds(frames, limb), side, place, shown[0])
+        if side not in believed
+        and _is_otherwise(limb_speeds(frames, limb, action), side, place, shown[0])
     ]
     for direction in directions_to_measure(action):
         speeds, is_said = speeds_of(frames), direction in believed
         ways = _ways(speeds, direction, action, place, shown[int(is_said)], seconds)
         if ways is not None:
             place = place if place.unknown else _moved(place, *ways)
-        elif not is_said or furthest(speeds, direction, not TURNS.isdisjoint(action))[0] >= 1.0:
+        elif not is_said or furthest(speeds, direction, turning(action))[0] >= 1.0:
             lasting = f" {say_duration(seconds, None)}" if seconds > 0.0 else ""
-            against.append(say_not_gone(direction, not TURNS.isdisjoint(action)) + lasting)
+            against.append(say_not_gone(direction, turning(action)) + lasting)
     return against, _unsure(place) if against else place
 
 
@@ -240,17 +241,17 @@ def _done_though_excluded(
     frames: Float32Array, action: Sequence[str], excluded: Sequence[str]
 ) -> list[str]:
     """What of "walk, but not backward" the frames clearly show; `frames` (frames, 130)."""
-    words, turns = excluded_words(action, excluded), not TURNS.isdisjoint(action)
+    words, turn = excluded_words(action, excluded), turning(action)
     gone = [
-        f"{'stays' if direction == IN_PLACE else 'turns' if turns else 'goes'} "
+        f"{'stays' if direction == IN_PLACE else f'{turn}s' if turn else 'goes'} "
         f"{as_said(direction)}, which is excluded"
         for direction in directions_to_measure(words)
-        if share_of_full(furthest(speeds_of(frames), direction, turns)[0], direction) >= 1.0
+        if share_of_full(furthest(speeds_of(frames), direction, turn)[0], direction, turn) >= 1.0
     ]
     moved = [
         f"moves the {side} {limb}, which is excluded"
         for side, limb in limbs_to_measure(words)
-        if side in OTHER and moves_otherwise(limb_speeds(frames, limb), OTHER[side])
+        if side in OTHER and moves_otherwise(limb_speeds(frames, limb, words), OTHER[side])
     ]
     return gone + moved
 
@@ -279,10 +280,10 @@ def _ways(
 
     They are those of the place, if the place does. Others must last `seconds`.
     """
-    turns, inside = not TURNS.isdisjoint(action), _inside(place)
-    if furthest(speeds[_looked_at(inside, direction, len(speeds))], direction, turns)[0] >= 1.0:
+    turn, inside = turning(action), _inside(place)
+    if furthest(speeds[_looked_at(inside, direction, len(speeds))], direction, turn)[0] >= 1.0:
         return inside.start, inside.stop
-    amount, first, behind = furthest(speeds, direction, turns, shown)
+    amount, first, behind = furthest(speeds, direction, turn, shown)
     return (first, behind) if amount >= 1.0 and behind - first >= seconds * FEATURE_FPS else None
 
 

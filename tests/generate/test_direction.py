@@ -70,7 +70,7 @@ N_FRAMES = 150
 
 def _track() -> np.ndarray:
     """Somebody who stands on both feet, arms down."""
-    track = np.zeros((N_FRAMES, 12))
+    track = np.zeros((N_FRAMES, 16))
     track[:, 0] = 0.9
     return track
 
@@ -131,6 +131,38 @@ def test_what_lacks_of_a_side_is_the_share_of_the_other_limb() -> None:
     assert furthest_part(track, "left hand", 90)[1] <= 50
 
 
+def test_the_side_of_a_punch_is_that_of_the_hand_that_goes_out() -> None:
+    track = _track()
+    track[:, 7] = track[:, 9] = 2.0  # both hands move alike
+    track[:, 13] = 2.0  # the right one goes out
+    assert gone(track, "right hand") == gone(track, "left hand") == pytest.approx(0.75)
+    assert gone(track, "right hand out") == pytest.approx(1.5)
+    assert gone(track, "left hand out") == 0.0
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "word", "amount"),
+    [
+        (14, 0.7, "bend", 1.0),
+        (14, 0.7, "bow", 1.4),
+        (14, 1.0, "cartwheel", 0.5),
+        (0, 0.6, "squat", 1.0),
+        (0, 0.8, "crouch", 0.5),
+        (15, 1.3, "duck", 1.0),
+    ],
+)
+def test_postures_are_measured_at_their_extreme(
+    column: int, value: float, word: str, amount: float
+) -> None:
+    track = _track()
+    track[:, 15] = 1.6
+    assert gone(track, word) == 0.0
+    track[60:70, column] = value
+    assert gone(track, word) == pytest.approx(amount)
+    first, behind = furthest_part(track, word, 60)
+    assert first <= 60 < behind
+
+
 def test_a_punch_begins_quickly() -> None:
     track = _track()
     track[20:25, 6] = track[60:90, 6] = track[100:104, 8] = 1.0
@@ -159,7 +191,7 @@ def test_a_track_is_measured_in_a_motion() -> None:
     for local, kicks in ((rotations, []), (lifted, [(20, 30)])):
         motion = Motion(local.astype(np.float32), roots.astype(np.float32), body.LEG_LENGTH)
         track = measured_track(motion)
-        assert track.shape == (60, 12)
+        assert track.shape == (60, 16)
         np.testing.assert_allclose(track[:10, :6], [[0.93, 0, 0, 0, 0, 0]] * 10, atol=1e-3)
         assert find_occurrences(track, "kick") == kicks
         assert all(find_occurrences(track, word) == [] for word in COUNTED if word != "kick")

@@ -57,3 +57,9 @@ def test_alternatives_are_drawn_and_told() -> None:
 def test_too_much_is_refused(text: str, what: str) -> None:
     with pytest.raises(QueryError, match=what):
         _plan(text)
+
+
+def test_and_keeps_what_it_joins_in_mind() -> None:
+    both, ordered = _plan("run and veer left"), _plan("run, then veer left")
+    assert [action.beside for action in both] == [("veer", "left"), ("run",)]
+    assert [action.beside for action in ordered] == [(), ()]

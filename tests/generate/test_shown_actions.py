@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import motiondb
@@ -92,7 +93,46 @@ def test_a_measured_action_is_never_denied_for_its_looks(db: motiondb.MotionDB) 
     asked = _asked(motion, "jump", "jump")
     jumps = judge_motion(db.learned, motion, [asked], [])[0]
     assert jumps.reason.endswith("jump is measured")
-    assert jumps.shown is (True if jumps.probability >= MEASURED else None)
+    assert jumps.shown is (None if (jumps.probability or 1.0) < MEASURED else True)
     less = replace(asked, not_done=(NotUsed("3 times", "found 1"),))
     unsure = judge_motion(db.learned, motion, [less], [])[0]
     assert (unsure.shown, unsure.reason) == (None, "'3 times' is left out: found 1")
+
+
+def test_frames_that_a_seam_bends_do_not_take_back_what_was_done(db: motiondb.MotionDB) -> None:
+    """Who sat down and is lifted in the half second of the seam has sat down."""
+    motion = db.motion("ana/sit_down_1")
+    lifted = motion.root_positions.copy()
+    lifted[-15:, 1] = motion.root_positions[0, 1]
+    after = replace(
+        motion,
+        local_rotations=np.concatenate([motion.local_rotations] * 2),
+        root_positions=np.concatenate([lifted, lifted]),
+    )
+    asked = _asked(motion, "sit down", "down")
+    bent = np.zeros(after.n_frames, dtype=bool)
+    denied = judge_motion(db.learned, after, [asked], [])[0]
+    assert (denied.shown, denied.reason) == (False, "it does not go down")
+    bent[motion.n_frames - 15 : motion.n_frames + 15] = True
+    assert judge_motion(db.learned, after, [asked], [], bent)[0].shown is not False
+
+
+def test_a_measured_turn_needs_no_looks(db: motiondb.MotionDB) -> None:
+    motion = db.motion("ana/turn_left_1")
+    turned = judge_motion(db.learned, motion, [_asked(motion, "turn", "turn")], [])[0]
+    assert (turned.shown, turned.probability, turned.reason) == (True, None, "turn is measured")
+
+
+def test_words_that_no_other_capture_says_together_are_not_denied(
+    db: motiondb.MotionDB, walk: Motion
+) -> None:
+    said: dict[int, set[str]] = {}
+    for described in db.learned.described:
+        said.setdefault(described.capture_id, set()).update(described.words)
+    beside = set().union(*(words for words in said.values() if "kick" in words))
+    other = min(set().union(*said.values()) - beside)
+    alone = judge_motion(db.learned, walk, [_asked(walk, "kick")], [])[0]
+    both = judge_motion(db.learned, walk, [_asked(walk, f"kick {other}")], [])[0]
+    assert alone.shown is False
+    assert both.shown is None
+    assert both.probability < NOT_SHOWN

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from motiondb.body import body, rotation
-from motiondb.body.features import recognition_features
+from motiondb.body.features import VELOCITY_SECONDS, VELOCITY_WEIGHT, recognition_features
 from motiondb.meaning.limb_sides import limb_speeds, limbs_to_measure, moves_otherwise
 from motiondb.records import Float32Array, Motion
 
@@ -43,3 +43,22 @@ def test_only_sides_before_limbs_are_measured() -> None:
     assert limbs_to_measure(("kick", "right", "leg")) == (("right", "leg"),)
     for words in (("turn", "left"), ("hop", "left", "leg"), ("left", "kick", "leg")):
         assert limbs_to_measure(words) == ()
+
+
+def test_the_hand_that_is_drawn_back_does_not_punch() -> None:
+    """A punch of karate: the right hand goes out as quickly as the left one comes back."""
+    n = len(body.JOINTS)
+    features = np.zeros((10, 6 * n + 4), dtype=np.float32)
+    places, moving = (features[:, a : a + 3 * n].reshape(10, n, 3) for a in (0, 3 * n))
+    for side, speed in (("l", -3.0), ("r", 3.0)):
+        places[:, body.INDEX[f"{side}_wrist"]] = [0.0, 0.0, 0.4]
+        moving[:, body.INDEX[f"{side}_wrist"], 2] = speed * VELOCITY_WEIGHT * VELOCITY_SECONDS
+    features[:, : 3 * n], features[:, 3 * n : 6 * n] = (
+        places.reshape(10, -1),
+        moving.reshape(10, -1),
+    )
+    alike, punched = limb_speeds(features, "hand"), limb_speeds(features, "hand", ("punch", "left"))
+    np.testing.assert_allclose(alike, np.full((10, 2), 9.0), rtol=1e-5)
+    np.testing.assert_allclose(punched, np.tile([0.0, 9.0], (10, 1)), rtol=1e-5)
+    assert not moves_otherwise(alike, "left")
+    assert moves_otherwise(punched, "left")

@@ -5,7 +5,9 @@ import pytest
 
 from motiondb.meaning.motion_judge import (
     LEAST_PAIRS,
+    MOST_WINDOWS,
     PAIRS_OF_A_WORD,
+    RIDGE,
     MotionJudge,
     _draw_pairs,
     fit_judge,
@@ -71,16 +73,32 @@ def test_nothing_is_told_of_a_word_without_another_capture(fitted) -> None:
 def test_leaving_captures_out_is_fitting_without_them(fitted) -> None:
     judge, said = fitted
     out = {1, 25, 39}
-    left = judge_without(judging_table(judge, said, 3), out)
-    alone = {c: words for c, words in said.items() if c not in out}
-    without = MotionJudge(
-        judge.mean, judge.spread, judge.rows, judge.captures, judge.calibration
-    ).only(set(alone))
-    twin = judge_without(judging_table(without, alone, 3), ())
+    table = judging_table(judge, said, 3)
+    left = judge_without(table, out)
     assert left is not None
-    assert twin is not None
-    np.testing.assert_allclose(left.slopes, twin.slopes, atol=1e-6)
-    np.testing.assert_allclose(left.mean, twin.mean, atol=1e-12)
+    kept = ~np.isin(judge.captures, list(out))
+    targets = np.array([[float(w in said[c][0]) for w in range(3)] for c in judge.captures])
+    matrix = judge.likeness(judge.rows) + np.diag(RIDGE / judge.weights)
+    slow = np.linalg.solve(matrix[np.ix_(kept, kept)], (targets - table.mean)[kept])
+    np.testing.assert_allclose(left.coefficients[kept], slow, atol=1e-8)
+    assert not left.coefficients[~kept].any()
+    assert left.n_captures.tolist() == [19.0, 18.0, 1.0]
+
+
+def test_what_is_like_nothing_is_neither_shown_nor_denied(fitted) -> None:
+    judge, said = fitted
+    left = judge_without(judging_table(judge, said, 3), ())
+    assert left is not None
+    far = judge.mean + judge.spread * np.array([[3.0, -3.0, 3.0, -3.0, 3.0, -3.0]])
+    near = left.scores(_windows(np.random.default_rng(9), WALK))
+    assert np.abs(left.scores(far)).max() < 0.1 * np.abs(near).max()
+
+
+def test_a_judge_of_many_windows_keeps_some_of_every_capture() -> None:
+    windows, said = _captures()
+    windows = {capture: np.tile(rows, (4, 1)) for capture, rows in windows.items()}
+    judge = fit_judge(windows, said, 3, dict.fromkeys(windows, "p"), np.random.default_rng(0))
+    assert np.unique(judge.captures, return_counts=True)[1].tolist() == [MOST_WINDOWS] * 41
 
 
 def test_words_of_the_same_captures_are_related() -> None:
@@ -98,7 +116,7 @@ def test_too_few_captures_leave_the_judge_without_calibration() -> None:
     judge = fit_judge(
         few, {c: said[c] for c in few}, 3, dict.fromkeys(few, "p"), np.random.default_rng(0)
     )
-    assert judge.calibration is None
+    assert judge.certainty is None
     left = judge_without(judging_table(judge, {c: said[c] for c in few}, 3), ())
     assert left is not None
     assert left.probability(left.scores(few[0]), WALK) is None

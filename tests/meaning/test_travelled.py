@@ -12,7 +12,7 @@ from motiondb.answers.questions import search_answer
 from motiondb.body.features import recognition_features
 from motiondb.body.pose_vectors import from_path
 from motiondb.language.vocabulary import IN_PLACE
-from motiondb.meaning.travelled import directions_to_measure, furthest, speeds_of
+from motiondb.meaning.travelled import directions_to_measure, furthest, share_of_full, speeds_of
 from motiondb.records import Float32Array
 from motiondb.search.asking import understand_learned
 from motiondb.search.by_words import search_words
@@ -71,7 +71,36 @@ def test_only_the_frames_that_show_an_action_count_as_in_place() -> None:
 def test_a_turn_is_no_way_to_a_side() -> None:
     aside = speeds_of(moving(left=0.5))
     assert furthest(aside, "left")[0] > 1.0
-    assert furthest(aside, "left", turns=True) == (0.0, 0, 0)
+    assert furthest(aside, "left", "turn") == (0.0, 0, 0)
+
+
+def _turning(*steps: tuple[float, float, float]) -> np.ndarray:
+    """Speeds (frames, 3) from steps of (m/s ahead, rad/s to the left, seconds)."""
+    return np.concatenate([np.tile([0.0, v, w], (round(15 * t), 1)) for v, w, t in steps])
+
+
+@pytest.mark.parametrize(
+    ("steps", "amount"),
+    [
+        # a twist of the trunk: 0.7 rad to the left and back within 1.6 s
+        (((0, 0, 3), (0, 1, 0.7), (0, 0, 0.2), (0, -1, 0.7), (0, 0, 3)), 0.0),
+        # back after 3 s: first it was a turn
+        (((0, 0, 3), (0, 1, 0.8), (0, 0, 3), (0, -1, 0.8), (0, 0, 3)), 0.8 / 0.35),
+        # around an obstacle
+        (((1, 0, 3), (1, 1, 0.8), (1, -1, 0.8), (1, 0, 3)), 0.8 / 0.35),
+    ],
+)
+def test_a_turn_on_the_spot_that_is_taken_back_is_none(steps: tuple, amount: float) -> None:
+    actual = furthest(_turning(*steps), "left", "turn")[0]
+    assert actual == pytest.approx(amount, abs=0.01)
+
+
+def test_a_spin_is_more_than_a_turn() -> None:
+    quarter, round_about = _turning((0, 1.57, 1)), _turning((0, 4.7, 1))
+    for direction in ("left", "around"):
+        assert furthest(quarter, direction, "spin")[0] == pytest.approx(1.57 / 2.35, rel=0.01)
+        assert furthest(round_about, direction, "spin")[0] == pytest.approx(2.0, rel=0.01)
+    assert share_of_full(2.0, "around", "spin") == 1.0
 
 
 def test_actions_in_place_and_limbs_have_no_measured_direction() -> None:
