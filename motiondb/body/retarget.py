@@ -96,15 +96,14 @@ def motion_positions(
     )
 
 
-def to_clip(motion: Motion, leg_length: float | None = None) -> Clip:
-    """Turn a motion into a clip on the canonical skeleton."""
-    length = motion.leg_length if leg_length is None else leg_length
-    skeleton = body.standard_skeleton(length)
+def to_clip(motion: Motion) -> Clip:
+    """Turn a motion into a clip on the canonical skeleton, in the performer's size."""
     return Clip(
-        skeleton=skeleton,
+        skeleton=body.standard_skeleton(motion.leg_length),
         fps=MOTION_FPS,
         local_rotations=rotation.normalize(motion.local_rotations.astype(np.float64)),
-        root_positions=motion.root_positions.astype(np.float64) * (length / body.LEG_LENGTH),
+        root_positions=motion.root_positions.astype(np.float64)
+        * (motion.leg_length / body.LEG_LENGTH),
         unit=0.01,
     )
 

@@ -69,22 +69,8 @@ OTHER_FORMATS = MappingProxyType(
     }
 )  # Ending of a format that motiondb does not read -> its name
 GENERIC_SKELETONS = frozenset(
-    {
-        "skeleton",
-        "skel",
-        "body",
-        "actor",
-        "performer",
-        "subject",
-        "character",
-        "rig",
-        "model",
-        "base",
-        "default",
-        "template",
-        "mocap",
-        "human",
-    }
+    {"skeleton", "skel", "body", "actor", "performer", "subject", "character", "rig", "model"}
+    | {"base", "default", "template", "mocap", "human"}
 )
 """Names of an ASF that say nothing about whose it is."""
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069]")

@@ -330,9 +330,9 @@ def read_bounded(path: Path, most: int = MOST_TEXT) -> bytes:
     return data
 
 
-def read_bounded_text(path: Path, encoding: str = "utf-8-sig") -> str:
+def read_bounded_text(path: Path) -> str:
     r"""Return the text of a file that is not too large, with ``\n`` for every end of line."""
-    return io.TextIOWrapper(io.BytesIO(read_bounded(path)), encoding).read()
+    return io.TextIOWrapper(io.BytesIO(read_bounded(path)), "utf-8-sig").read()
 
 
 def read_user_text(path: Path, what: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -148,7 +149,7 @@ def test_to_clip_gives_the_performers_size_back() -> None:
     motion = retarget.motion_from_positions(points, 30.0)
     positions, _ = kinematics.clip_positions(retarget.to_clip(motion))
     np.testing.assert_allclose(positions - positions[:1, :1], points - points[:1, :1], atol=1e-5)
-    again = retarget.to_motion(retarget.to_clip(motion, 1.7))
+    again = retarget.to_motion(retarget.to_clip(replace(motion, leg_length=1.7)))
     np.testing.assert_allclose(again.root_positions, motion.root_positions, atol=1e-5)
     assert again.leg_length == pytest.approx(1.7)
 

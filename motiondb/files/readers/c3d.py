@@ -45,14 +45,7 @@ from motiondb.records import Clip, FloatArray, Skeleton
 Markers = Mapping[str, FloatArray]  # Marker name -> array (frames, 3), metres, y up
 
 ALIASES = MappingProxyType(
-    {
-        "LFWT": "LASI",
-        "RFWT": "RASI",
-        "LBWT": "LPSI",
-        "RBWT": "RPSI",
-        "SACRUM": "SACR",
-        "CV7": "C7",
-    }
+    {"LFWT": "LASI", "RFWT": "RASI", "LBWT": "LPSI", "RBWT": "RPSI", "SACRUM": "SACR", "CV7": "C7"}
 )  # Other names -> the names used here
 REQUIRED = ("LASI", "RASI", "LKNE", "RKNE", "LANK", "RANK", "LSHO", "RSHO", "LELB", "RELB")
 """Markers that every joint set needs; the back of the pelvis and the neck are needed as well."""

@@ -47,9 +47,9 @@ def read_takes(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> di
     return _read(data, path, replace(options, take=ALL))
 
 
-def read_pose(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip:
+def read_pose(data: bytes, path: object) -> Clip:
     """Read the pose in which the joints of an FBX file stand: a clip of one frame."""
-    (clip,) = _read(data, path, replace(options, take=POSE)).values()
+    (clip,) = _read(data, path, replace(AS_USUAL, take=POSE)).values()
     return clip
 
 

@@ -78,15 +78,12 @@ def noting_edits(store: Store, run_id: int, touched: Iterable[int] = ()) -> Iter
     _save_edits(store, edits)
 
 
-def load_edits(
-    store: Store, run_id: int | None = None, capture_id: int | None = None
-) -> list[Edit]:
-    """Load the edits of a run, of a capture, or all; oldest first."""
+def load_edits(store: Store, run_id: int | None = None) -> list[Edit]:
+    """Load the edits of a run, or all; oldest first."""
     rows = store.connection.execute(
         "SELECT run_id, capture_id, kind, name, tags, captions, events FROM edit "
-        "WHERE ($run IS NULL OR run_id = $run) AND ($capture IS NULL OR capture_id = $capture) "
-        "ORDER BY run_id, capture_id",
-        {"run": run_id, "capture": capture_id},
+        "WHERE $run IS NULL OR run_id = $run ORDER BY run_id, capture_id",
+        {"run": run_id},
     ).fetchall()
     return [
         Edit(

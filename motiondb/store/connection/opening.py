@@ -152,9 +152,7 @@ def _sweep_spilled(path: Path) -> None:
         folder.rmdir()
 
 
-def connect(
-    path: Path, read_only: bool, named: Path | None = None, wait: float = 0.0
-) -> duckdb.DuckDBPyConnection:
+def connect(path: Path, read_only: bool, wait: float = 0.0) -> duckdb.DuckDBPyConnection:
     """A connection of DuckDB, whatever is in the file."""
     if not (path.is_file() or path.is_dir()):  # DuckDB would make one, or wait for a pipe
         actual = "neither a file nor a folder" if path.exists() else "no such file"
@@ -177,7 +175,7 @@ def connect(
                 if left <= 0.0 or not (is_lock(error) or is_other_mode):
                     held = HeldError if is_lock(error) else StoreError
                     kind = OtherModeError if is_other_mode else held
-                    raise kind(_unreadable(named or path, error, wait)) from error
+                    raise kind(_unreadable(path, error, wait)) from error
             if pause == _FIRST_PAUSE:
                 waiting.enter_context(announced(path))
             time.sleep(min(pause, left))
