@@ -339,7 +339,7 @@ def _is_indexed(store: Store, table: str, key: str) -> bool:
     rows have one of them; so every second value is asked for, then the others.
     """
     run = store.connection.execute
-    values = sorted(value for (value,) in run(f'SELECT "{key}" FROM "{table}"').fetchall())
+    values = sorted(store.connection.column(f'SELECT "{key}" FROM "{table}"'))
     for start in (*range(0, len(values), _KEYS_AT_ONCE), *range(1, len(values), _KEYS_AT_ONCE)):
         some = values[start : start + _KEYS_AT_ONCE : 2]
         query = f'SELECT count(*) FROM "{table}" WHERE "{key}" IN ({", ".join("?" * len(some))})'
@@ -356,7 +356,7 @@ def _broken(store: Store, rules: Sequence[tuple[str, str]], kind: str = "") -> l
     return [
         f"{kind}{name}: {rule}, found others."
         for rule, query in rules
-        for (name,) in store.connection.execute(query).fetchall()
+        for name in store.connection.column(query)
     ]
 
 
@@ -378,9 +378,9 @@ def _foreign_rows(store: Store) -> list[str]:
                 wanted.append((table, f"the run of its {parent}", f"run_id <> ({run})"))
     faults = []
     for table, what, condition in wanted:
-        row = store.connection.execute(f"SELECT count(*) FROM {table} WHERE {condition}").fetchone()
-        if row and row[0]:
-            faults.append(f"{table}: expected rows of {what}, found {row[0]} others.")
+        found = store.connection.value(f"SELECT count(*) FROM {table} WHERE {condition}")
+        if found:
+            faults.append(f"{table}: expected rows of {what}, found {found} others.")
     return faults
 
 
@@ -441,7 +441,7 @@ def _bad_poses(store: Store) -> list[str]:
 def _bad_sources(store: Store) -> list[str]:
     faults: list[str] = []
     query = "SELECT capture_id FROM capture JOIN source USING (sha256) WHERE octet_length(data) > 0"
-    for (number,) in store.connection.execute(query).fetchall():
+    for number in store.connection.column(query):
         try:
             load_source(store, number)
         except MotionDBError as error:

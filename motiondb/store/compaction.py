@@ -145,11 +145,8 @@ def backup(store: Store, path: Path, check: Callable[[Path], Sequence[str]]) -> 
 
 def unused_bytes(store: Store) -> int:
     """Return how many bytes of the file hold nothing; ``compact`` gives back about as many."""
-    row = store.connection.execute(
-        "SELECT free_blocks * block_size FROM pragma_database_size() "
-        "WHERE database_name = current_database()"
-    ).fetchone()
-    return int(row[0]) if row else 0
+    query = "SELECT free_blocks * block_size FROM pragma_database_size()"
+    return int(store.connection.value(f"{query} WHERE database_name = current_database()") or 0)
 
 
 def count_rows(store: Store) -> dict[str, int]:
@@ -160,8 +157,7 @@ def count_rows(store: Store) -> dict[str, int]:
 def copy_tables(store: Store, alias: str) -> None:
     """Copy one state of everything into an attached file, and compare the numbers of rows."""
     connection = store.connection
-    row = connection.execute("SELECT current_database()").fetchone()
-    source = str(row[0]).replace('"', '""') if row else ""
+    source = str(connection.value("SELECT current_database()")).replace('"', '""')
     with store.in_use():
         connection.execute("BEGIN")
         try:
@@ -188,6 +184,6 @@ def _count(connection: Connection, database: str) -> dict[str, int]:
     counts: dict[str, int] = {}
     for name, schema, table in tables:
         name = str(name).replace('"', '""')
-        row = connection.execute(f'SELECT count(*) FROM "{name}".{schema}."{table}"').fetchone()
-        counts[table if schema == "main" else f"{schema}.{table}"] = int(row[0]) if row else 0
+        counted = connection.value(f'SELECT count(*) FROM "{name}".{schema}."{table}"')
+        counts[table if schema == "main" else f"{schema}.{table}"] = int(counted)
     return counts

@@ -105,8 +105,7 @@ def save_grammar(store: Store, grammar: StoredGrammar, run_id: int) -> list[str]
     """Save a grammar, replacing any grammar of the same name."""
     with transaction(store) as connection:
         lost = _remove(store, grammar.name)
-        row = connection.execute("SELECT coalesce(max(grammar_id), 0) + 1 FROM grammar").fetchone()
-        number = int(row[0]) if row else 1
+        number = connection.value("SELECT coalesce(max(grammar_id), 0) + 1 FROM grammar")
         connection.execute(
             "INSERT INTO grammar VALUES (?, ?, ?, ?, ?)",
             [
@@ -230,8 +229,7 @@ def load_grammar(store: Store, name: str) -> StoredGrammar:
 
 def load_grammar_names(store: Store) -> list[str]:
     """Load the names of all grammars, in alphabetical order."""
-    rows = store.connection.execute("SELECT name FROM grammar ORDER BY name").fetchall()
-    return [row[0] for row in rows]
+    return store.connection.column("SELECT name FROM grammar ORDER BY name")
 
 
 def load_grammar_sizes(store: Store) -> list[GrammarSize]:
@@ -262,17 +260,12 @@ def remove_grammar(store: Store, name: str) -> list[str]:
 
 def _remove(store: Store, name: str) -> list[str]:
     with transaction(store) as connection:
-        row = connection.execute("SELECT grammar_id FROM grammar WHERE name = ?", [name]).fetchone()
-        if row is None:
-            return []
-        lost = connection.execute(
-            "SELECT name FROM derivation JOIN capture USING (capture_id) WHERE grammar_id = ? "
-            "ORDER BY name",
-            [row[0]],
-        ).fetchall()
+        number = connection.value("SELECT grammar_id FROM grammar WHERE name = ?", [name])
+        query = "SELECT name FROM derivation JOIN capture USING (capture_id) WHERE grammar_id = ?"
+        lost = connection.column(f"{query} ORDER BY name", [number])
         for table in TABLES:
-            connection.execute(f"DELETE FROM {table} WHERE grammar_id = ?", [row[0]])
-    return [capture for (capture,) in lost]
+            connection.execute(f"DELETE FROM {table} WHERE grammar_id = ?", [number])
+    return lost
 
 
 def _unknown(store: Store, name: str) -> str:

@@ -123,7 +123,7 @@ def learning_mark(store: Store) -> str:
 
 def is_learned(store: Store) -> bool:
     """Whether ``learn`` has run."""
-    return store.connection.execute("SELECT 1 FROM learning").fetchone() is not None
+    return store.connection.value("SELECT 1 FROM learning") is not None
 
 
 def learning_is_current(store: Store) -> bool:
@@ -230,7 +230,7 @@ def load_transition_counts(store: Store) -> FloatArray:
 def has_parameter(store: Store, name: str) -> bool:
     """Whether there are further values of a name, or below it."""
     query = "SELECT 1 FROM parameter WHERE name = $1 OR starts_with(name, $1 || '.') LIMIT 1"
-    return store.connection.execute(query, [name]).fetchone() is not None
+    return store.connection.value(query, [name]) is not None
 
 
 def load_parameters(store: Store, *names: str) -> dict[str, FloatArray | str]:

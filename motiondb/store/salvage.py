@@ -246,7 +246,7 @@ def _new_numbers(damaged: Store, new: Store) -> dict[int, int]:
 
 
 def _copy_relations(damaged: Store, new: Store) -> None:
-    names = {name for (name,) in _rows(new, "SELECT name FROM capture")}
+    names = set(new.connection.column("SELECT name FROM capture"))
     kept = [r for r in load_relations(damaged) if r.capture in names and r.other in names]
     save_relations(new, kept)
 
@@ -263,7 +263,6 @@ def _copy_derivations(damaged: Store, new: Store, numbers: Mapping[int, int], ru
 def was_learned(damaged: Store) -> bool:
     """Whether a damaged database had learned; True where that cannot be read."""
     try:
-        row = damaged.connection.execute("SELECT count(*) FROM learning").fetchone()
+        return bool(damaged.connection.value("SELECT count(*) FROM learning"))
     except MotionDBError:
         return True
-    return bool(row and row[0])

@@ -104,8 +104,7 @@ def save_scene(store: Store, scene: StoredScene, run_id: int) -> None:
     """Save a scene made by run ``run_id``, replacing any scene of the same name."""
     with transaction(store) as connection:
         _remove(store, scene.name)
-        row = connection.execute("SELECT coalesce(max(scene_id), 0) + 1 FROM scene").fetchone()
-        number = int(row[0]) if row else 1
+        number = connection.value("SELECT coalesce(max(scene_id), 0) + 1 FROM scene")
         connection.execute(
             "INSERT INTO scene VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
             [
@@ -240,18 +239,16 @@ def _load_players(store: Store, number: int) -> tuple[ScenePlayer, ...]:
 
 def load_scene_names(store: Store) -> list[str]:
     """Load the names of all scenes, in alphabetical order."""
-    rows = store.connection.execute("SELECT name FROM scene ORDER BY name").fetchall()
-    return [name for (name,) in rows]
+    return store.connection.column("SELECT name FROM scene ORDER BY name")
 
 
 def load_scene_captures(store: Store, name: str) -> list[str]:
     """Load the names of the captures that hold the players' motions, in the order of players."""
-    rows = store.connection.execute(
+    return store.connection.column(
         "SELECT c.name FROM scene s JOIN scene_player p USING (scene_id) JOIN capture c ON"
         " c.capture_id = p.capture_id WHERE s.name = ? ORDER BY ordinal",
         [name],
-    ).fetchall()
-    return [capture for (capture,) in rows]
+    )
 
 
 def remove_scene(store: Store, name: str) -> None:
@@ -264,10 +261,9 @@ def remove_scene(store: Store, name: str) -> None:
 
 def _remove(store: Store, name: str) -> None:
     with transaction(store) as connection:
-        row = connection.execute("SELECT scene_id FROM scene WHERE name = ?", [name]).fetchone()
-        if row is not None:
-            for table in TABLES:
-                connection.execute(f"DELETE FROM {table} WHERE scene_id = ?", [row[0]])
+        number = connection.value("SELECT scene_id FROM scene WHERE name = ?", [name])
+        for table in TABLES:
+            connection.execute(f"DELETE FROM {table} WHERE scene_id = ?", [number])
 
 
 def _unknown(store: Store, name: str) -> str:

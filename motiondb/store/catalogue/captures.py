@@ -128,8 +128,7 @@ def load_captures(store: Store, where: str | Sequence[Filter] = "") -> list[Capt
 
 def load_capture(store: Store, name: str, *, or_file: bool = False) -> CaptureInfo:
     """Load the capture of this name, or the only one in ``/name``; `or_file`: for the message."""
-    rows = store.connection.execute("SELECT name FROM capture ORDER BY capture_id").fetchall()
-    names = [row[0] for row in rows]
+    names = store.connection.column("SELECT name FROM capture ORDER BY capture_id")
     matching = [n for n in names if n == name] or [n for n in names if n.endswith(f"/{name}")]
     if len(matching) > 1:
         raise QueryError(

@@ -187,7 +187,7 @@ def _final_runs(store: Store) -> set[int]:
 
 
 def _numbers(store: Store) -> set[int]:
-    return {row[0] for row in store.connection.execute("SELECT capture_id FROM capture").fetchall()}
+    return set(store.connection.column("SELECT capture_id FROM capture"))
 
 
 def _load_states(store: Store, wanted: set[int]) -> dict[int, _State]:

@@ -19,8 +19,7 @@ def start_run(
     """Record the start of a command, with the parameters that decide its result."""
     text = json.dumps(dict(parameters or {}), default=str, sort_keys=True)
     with transaction(store) as connection:
-        row = connection.execute("SELECT coalesce(max(run_id), 0) + 1 FROM run").fetchone()
-        number = int(row[0]) if row else 1
+        number = int(connection.value("SELECT coalesce(max(run_id), 0) + 1 FROM run"))
         connection.execute(
             "INSERT INTO run VALUES (?, ?, ?, ?, ?, ?, NULL)",
             [number, kind, text, seed, motiondb_version(), _now()],

@@ -63,14 +63,14 @@ def restore_capture(store: Store, capture_id: int) -> None:
                 "(motiondb compact). Add the file again."
             )
         name = names[capture_id]
-        row = connection.execute(
+        taken = connection.value(
             "SELECT c.name FROM capture c JOIN trash.capture t ON t.capture_id = $number "
             "WHERE c.name = t.name OR c.sha256 = t.sha256",
             {"number": capture_id},
-        ).fetchone()
-        if row is not None:
+        )
+        if taken is not None:
             raise QueryError(
-                f"{name}: expected its name and its content to be free, found the capture {row[0]}."
+                f"{name}: expected its name and its content to be free, found the capture {taken}."
                 f" Rename or remove that one first."
             )
         asked = {"number": capture_id}
@@ -112,8 +112,5 @@ def empty_trash(store: Store) -> None:
 
 
 def _is_there(store: Store) -> bool:
-    row = store.connection.execute(
-        "SELECT count(*) FROM duckdb_tables() WHERE schema_name = 'trash' "
-        "AND table_name = 'capture' AND database_name = current_database()"
-    ).fetchone()
-    return bool(row and row[0])
+    query = "SELECT count(*) FROM duckdb_tables() WHERE schema_name = 'trash' AND table_name ="
+    return bool(store.connection.value(f"{query} 'capture' AND database_name = current_database()"))

@@ -69,6 +69,14 @@ class Connection:
         """The first row or None; all are fetched: an open answer keeps DuckDB from writing."""
         return next(iter(self.fetchall()), None)
 
+    def column(self, query: str, parameters: Parameters = ()) -> list[Any]:
+        """The first column of the answer to a query."""
+        return [row[0] for row in self.execute(query, parameters).fetchall()]
+
+    def value(self, query: str, parameters: Parameters = ()) -> Any:  # noqa: ANN401  of any type
+        """The first value of the answer to a query; None if it has no rows."""
+        return next(iter(self.column(query, parameters)), None)
+
     def insert(self, table: str, **columns: Column) -> None:
         """Append rows to a table; a column that is one value has it in every row."""
         (n,) = {

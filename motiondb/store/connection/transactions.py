@@ -106,13 +106,13 @@ def content_revision(store: Store) -> str:
 
 def read_meta(store: Store, key: str) -> str:
     """The value of ``key`` in the table ``meta``."""
-    row = store.connection.execute("SELECT value FROM meta WHERE key = ?", [key]).fetchone()
-    if row is None:
+    value = store.connection.value("SELECT value FROM meta WHERE key = ?", [key])
+    if value is None:
         raise StoreError(
             f"{store.path}: expected {key!r} in the table meta, found nothing. "
             "The file was changed by hand: restore a copy."
         )
-    return str(row[0])
+    return str(value)
 
 
 def write_meta(store: Store, key: str, value: str) -> None:
