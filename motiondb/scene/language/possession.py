@@ -149,7 +149,8 @@ def _place_faults(diagram: Diagram, where: str) -> Iterator[str]:
         f"a point on the court (x {-court.width / 2:g} to {court.width / 2:g} m,"
         f" z {-court.behind_rim:g} to {court.length - court.behind_rim:g} m)"
     )
-    advice = "The origin is below the rim, z grows away from the baseline."
+    origin = "below the rim" if court.lines else "the middle of the court"
+    advice = f"The origin is {origin}, z grows away from the baseline."
     for player in diagram.players:
         if not court.holds(player.at):
             yield (

@@ -10,6 +10,7 @@ from motiondb.scene.language import tactics
 from motiondb.scene.language.expressions import expressions
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
+from motiondb.scene.services import services
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "guide" / "scenes.md"
 TEXT = PAGE.read_text(encoding="utf-8")
@@ -27,6 +28,8 @@ def test_the_grammar_of_the_page_is_one() -> None:
         1 - 0.9,
     ]
     assert len(grammar.annotations) == 4
+    (start,) = services.check(grammar).starts
+    assert start.conflicts == ()
 
 
 def test_the_diagram_of_the_page_is_one() -> None:

@@ -196,6 +196,9 @@ def test_all_faults_are_told_at_once() -> None:
 def test_players_must_be_there_and_on_court() -> None:
     assert "expected at least one player, found none" in refusal("", players="court half")
     assert "'A1': expected a point on the court" in refusal("", players="attack A1 at 0 40")
+    assert "4. The origin is the middle of the court, z grows away from the baseline." in refusal(
+        "", players="court 8 x 6\nattack A1 at 0 4"
+    )
     assert "'D1 guards A1': expected one of the players D1, found 'A1'." in refusal(
         "", players="defence D1 at 0 4 guards A1"
     )
