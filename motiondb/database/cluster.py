@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import ipaddress
 import math
+import socket
 import sys
 import warnings
 from collections import OrderedDict, deque
@@ -24,6 +25,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
+from motiondb.database.arguments import checked_verbs
 from motiondb.errors import ClusterError
 from motiondb.symbols.hmm_jobs import one_blas_thread
 from motiondb.workers import PIECES_EACH
@@ -63,6 +65,7 @@ class Bounds(Generic[Piece, Result]):
     instead: Callable[[Piece], Result]  # Its result where it takes longer, or ends its worker
 
 
+@checked_verbs
 class Cluster:
     """Workers of a dask cluster; use it in a ``with`` statement.
 
@@ -107,8 +110,10 @@ class Cluster:
                 self._started = LocalCluster(
                     threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
                 )
+            else:
+                _refuse_silence(self.address)
             return Client(self._started or self.address, timeout=WAIT, set_as_default=False)
-        except (OSError, TimeoutError, ValueError, TypeError) as error:
+        except Exception as error:  # another program's answers make dask raise many kinds
             raise ClusterError(
                 f"{self.address}: expected the address of dask's scheduler, such as "
                 f"tcp://10.0.0.5:8786, found none that answers ({_first_line(error)}). Start one: "
@@ -314,6 +319,24 @@ class _Job(Generic[Result]):
 
 
 @cache
+def _refuse_silence(address: str) -> None:
+    """Raise TimeoutError where a program takes a connection and says nothing.
+
+    A scheduler speaks first. Dask would wait for it without end.
+    """
+    from distributed.comm import get_address_host_port
+
+    try:
+        place = get_address_host_port(address)
+        with socket.create_connection(place, timeout=WAIT) as asked:
+            if address.partition("://")[0] in (address, "tcp"):  # in the others the client begins
+                asked.recv(1)
+    except TimeoutError:
+        raise
+    except (OSError, ValueError):
+        return  # dask tells what is wrong with the address
+
+
 def versions() -> dict[str, str]:
     """Versions on which answers depend, of this process."""
     python = ".".join(map(str, sys.version_info[:2]))

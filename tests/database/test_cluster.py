@@ -6,8 +6,10 @@ import datetime
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError
@@ -174,6 +176,29 @@ def test_nobody_answers(monkeypatch: pytest.MonkeyPatch) -> None:
         "tcp://127.0.0.1:9: expected the address of dask's scheduler, such as "
         "tcp://10.0.0.5:8786, found none that answers ("
     )
+
+
+def test_another_program_that_answers_is_no_scheduler() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def answer() -> None:
+            asked, _ = server.accept()
+            with asked:  # one message without a frame, which dask unpacks with struct
+                asked.sendall((1).to_bytes(8, "little") + (2**40).to_bytes(8, "little"))
+                asked.sendall(b"x" * 100)
+
+        threading.Thread(target=answer, daemon=True).start()
+        with pytest.raises(ClusterError, match="expected the address of dask's scheduler, such as"):
+            Cluster(f"tcp://127.0.0.1:{server.getsockname()[1]}")
+
+
+def test_a_program_that_says_nothing_is_no_scheduler(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "WAIT", 0.3)
+    with (
+        socket.create_server(("127.0.0.1", 0)) as server,
+        pytest.raises(ClusterError, match=r"found none that answers \(timed out\)"),
+    ):
+        Cluster(f"tcp://127.0.0.1:{server.getsockname()[1]}")
 
 
 def test_another_version_is_refused() -> None:
