@@ -313,6 +313,7 @@ def _opened(
     with motiondb.MotionDB(path, read_only=not writing, create=create, wait=wait) as db:
         printing.note(db.log_note)
         yield db
+        printing.note(db.damage_note)
     printing.note(db.log_note)
 
 

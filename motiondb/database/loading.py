@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
 from importlib import resources
@@ -17,10 +17,11 @@ from motiondb.body.features import N_FEATURES, features_of_motions
 from motiondb.errors import NotLearnedError
 from motiondb.language.nearby.table import NearbyTable, read_table
 from motiondb.learn.checking import given_certainties
+from motiondb.learn.joining import with_segments
 from motiondb.learn.learned import Learned, prepare, with_prepared
 from motiondb.learn.learned_model import from_stored
 from motiondb.learn.recognition import FeaturePool, recognise_capture
-from motiondb.meaning.counting import join_tables
+from motiondb.meaning.counting import join_tables, take_rows
 from motiondb.records import Float32Array, Motion
 from motiondb.workers import HERE, Workers, runs
 
@@ -29,8 +30,11 @@ FEATURE_SECONDS = 1e-5  # Time of one processor for a frame; decides only how wo
 FEATURES = "features"  # Name of the features of all captures in the cache of the database
 
 
-def load_learned(opened: store.Store) -> Learned:
-    """Load the data that questions need, all of one revision."""
+def load_learned(opened: store.Store, pool: Callable[[], FeaturePool]) -> Learned:
+    """Load the data that questions need, all of one revision.
+
+    `pool`: Gives the features; captures that it lacks, whose motions cannot be read, are left out.
+    """
     with store.reading(opened):
         if not store.is_learned(opened):
             raise NotLearnedError(
@@ -38,12 +42,19 @@ def load_learned(opened: store.Store) -> Learned:
                 "Run motiondb learn first."
             )
         model = from_stored(store.load_learning(opened))
+        captions, readable = store.load_captions(opened), pool().places
+        infos = {info.capture_id: info for info in store.load_captures(opened)}
+        damaged = {n: info.name for n, info in infos.items() if n not in readable}
+        if damaged:
+            sound = ~np.isin(model.segments.capture_ids, list(damaged))
+            model = with_segments(model, take_rows(model.segments, sound))
         return Learned(
             **{**vars(model), "certainties": given_certainties(model.certainties, model.counted)},
-            captures={info.capture_id: info for info in store.load_captures(opened)},
-            captions=store.load_captions(opened),
+            captures={number: info for number, info in infos.items() if number not in damaged},
+            captions={number: said for number, said in captions.items() if number not in damaged},
             synonyms=store.load_synonyms(opened),
             source=str(opened.path),
+            damaged=damaged,
         )
 
 
@@ -93,14 +104,14 @@ def searchable(opened: store.Store, learned: Learned) -> Learned:
     return learned if every is learned else _prepared(opened, every, "searched")
 
 
-def load_prepared(opened: store.Store) -> Learned:
+def load_prepared(opened: store.Store, pool: Callable[[], FeaturePool]) -> Learned:
     """The learned model with the catalogue of the same revision, ready for questions."""
-    return _prepared(opened, load_learned(opened))
+    return _prepared(opened, load_learned(opened, pool))
 
 
 def _prepared(opened: store.Store, learned: Learned, kind: str = "evidence") -> Learned:
     """The learned model with arrays of all captures from the cache of the database."""
-    mark = store.learning_mark(opened)
+    mark = f"{store.learning_mark(opened)}{sorted(learned.damaged) or ''}"
     return with_prepared(learned, store.cached_arrays(opened, kind, lambda: prepare(learned), mark))
 
 

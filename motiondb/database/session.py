@@ -9,7 +9,7 @@ features (:mod:`motiondb.database.loading`) is imported when it is asked for: li
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
@@ -23,6 +23,15 @@ if TYPE_CHECKING:
     from motiondb.records import Motion
 
 T = TypeVar("T")
+
+
+def damage_sentence(path: Path, names: Iterable[str]) -> str:
+    """That the motions of some captures cannot be read, and what to do."""
+    return (
+        f"{path}: expected motions that can be read, found damaged ones of "
+        f"{', '.join(sorted(names))}, which answers leave out. Restore a copy, save what is "
+        f"readable: motiondb rescue {path} -o NEW.duckdb, or remove them."
+    )
 
 
 class Session:
@@ -86,7 +95,17 @@ class Session:
         """The learned model, with the catalogue of the same revision."""
         from motiondb.database import loading
 
-        return self.kept("learned", lambda: loading.load_prepared(self.store))
+        return self.kept(
+            "learned", lambda: loading.load_prepared(self.store, lambda: self.features)
+        )
+
+    @property
+    def damage_note(self) -> str:
+        """Which captures were left out of answers, since their motions cannot be read; else ""."""
+        with self._lock:
+            learned = cast("Learned | None", self._kept.get("learned"))
+        damaged = [] if learned is None else list(learned.damaged.values())
+        return damage_sentence(self.store.path, damaged) if damaged else ""
 
     @property
     def searchable(self) -> Learned:

@@ -303,19 +303,22 @@ def _folds(groups: IntArray) -> IntArray:
     return numbers % N_FOLDS
 
 
+def with_segments(model: LearnedModel, table: SegmentTable) -> LearnedModel:
+    """The learned model with the segments of other captures; what was counted stays."""
+    present = set(table.capture_ids.tolist())
+    return replace(
+        model,
+        segments=table,
+        places=None if model.places is None else model.places.only(present),
+        judge=None if model.judge is None else model.judge.only(present),
+    )
+
+
 def with_counts(
     model: LearnedModel, run_id: int, table: SegmentTable, counted: Counted
 ) -> LearnedModel:
     """The learned model with other counts and everything that depends on them."""
     fit = model.fitted_word_map
-    present = set(table.capture_ids.tolist())
-    model = replace(
-        model,
-        run_id=run_id,
-        segments=table,
-        counted=counted,
-        places=None if model.places is None else model.places.only(present),
-        judge=None if model.judge is None else model.judge.only(present),
-    )
+    model = replace(with_segments(model, table), run_id=run_id, counted=counted)
     ridge, calibration = (None, None) if fit is None else (fit.ridge, fit.calibration)
     return replace(model, **vars(publish(counted, model.started, ridge, calibration)))

@@ -136,6 +136,8 @@ class Learned(LearnedModel):
     captions: Mapping[int, tuple[Caption, ...]] = field(default_factory=dict)
     synonyms: Mapping[str, str] = field(default_factory=dict)  # Lemma -> canonical lemma
     source: str = ""  # Path of the database file, for messages
+    # Names by number of the captures that are left out, since their motions cannot be read
+    damaged: Mapping[int, str] = field(default_factory=dict)
     prepared: Prepared | None = None  # What was computed from all captures before
 
     def __repr__(self) -> str:

@@ -22,6 +22,7 @@ from motiondb.store.catalogue.cache import (
     cached_rows,
     is_cached,
     lacking_rows,
+    readable_motions,
 )
 from motiondb.store.catalogue.captures import (
     load_capture,

@@ -56,9 +56,9 @@ def filled(tmp_path: Path, whole_file: Path) -> Iterator[store.Store]:
         ),
         (
             "UPDATE motion SET poses = 'walk'::BLOB WHERE capture_id = 2",
-            "bb: {path}: expected tables that can be read, found: a motion (capture 2) that "
-            "cannot be unpacked (Error -3 while decompressing data: incorrect header check). The "
-            "file is damaged: restore a copy, or save what is readable: "
+            "bb: {path}: expected tables that can be read, found: a motion (of the capture bb) "
+            "that cannot be unpacked (Error -3 while decompressing data: incorrect header check). "
+            "The file is damaged: restore a copy, or save what is readable: "
             "motiondb rescue {path} -o NEW.duckdb.",
         ),
         (

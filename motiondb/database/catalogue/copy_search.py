@@ -39,7 +39,7 @@ def new_outlines(opened: store.Store, known: store.CaptureRows) -> dict[int, Mad
     held = set(known.capture_ids.tolist())
     numbers = [i.capture_id for i in store.load_captures(opened) if i.capture_id not in held]
     # One after another: a merge may bring many hours
-    return {number: _make([store.load_motion(opened, number)])[0] for number in numbers}
+    return {n: _make([motion])[0] for n, motion in store.readable_motions(opened, numbers)}
 
 
 def find_relations(
@@ -57,10 +57,11 @@ def find_relations(
 
     `made`: Those of :func:`new_outlines`; made here if they are not given.
     """
-    infos = store.load_captures(opened)
     made = new_outlines(opened, known) if made is None else made
-    numbers = [info.capture_id for info in infos]
     held = {number: place for place, number in enumerate(known.capture_ids.tolist())}
+    infos = store.load_captures(opened)
+    infos = [i for i in infos if i.capture_id in made or i.capture_id in held]  # the sound ones
+    numbers = [info.capture_id for info in infos]
 
     def outline_of(n: int) -> Int16Array:
         if numbers[n] in made:

@@ -15,6 +15,7 @@ from motiondb.answers.catalogue import MergeReport
 from motiondb.database.catalogue import copy_search
 from motiondb.database.learn import updating
 from motiondb.errors import QueryError, StoreError
+from motiondb.files.safe_files import check_file_name
 from motiondb.records import Caption, CaptureInfo, Event
 
 Progress = Callable[[str, int, int], None]
@@ -25,6 +26,7 @@ def check(path: Path, prefix: str, wait: float) -> None:
     """Refuse another database that cannot be read, and a prefix that no name may have."""
     if prefix:
         store.check_new_name(f"{prefix}x", "capture")
+    check_file_name(path)
     if not path.exists():
         raise StoreError(f"{path}: expected another database, found no such file. Name another.")
     with store.open_store(path, read_only=True, wait=wait):
@@ -36,6 +38,7 @@ def merge(
 ) -> MergeReport:
     """Take over the captures of another database, all in one transaction."""
     tell = progress or (lambda _what, _done, _total: None)
+    check_file_name(path)
     if path.exists() and path.samefile(opened.path):
         raise QueryError(f"{path}: expected another database, found this one. Name another.")
     outlines = copy_search.load_outlines(opened)

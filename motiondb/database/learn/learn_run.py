@@ -9,7 +9,8 @@ from motiondb import store
 from motiondb.database.arguments import seeded
 from motiondb.database.learn.start import find_start
 from motiondb.database.loading import load_features
-from motiondb.errors import MotionDBError, QueryError
+from motiondb.database.session import damage_sentence
+from motiondb.errors import MotionDBError, QueryError, StoreError
 from motiondb.learn import fitting
 from motiondb.learn.knowledge import Knowledge, begin
 from motiondb.learn.learned import performers_of
@@ -100,7 +101,10 @@ def _load_taught(
             )
         names = {i.capture_id: i.name for i in store.load_captures(opened)}
         names = {capture: names[capture] for capture in taught.performers}
-        return load_features(opened, workers=workers).only(taught.performers), taught, names
+        pool = load_features(opened, workers=workers)
+        if damaged := [name for capture, name in names.items() if capture not in pool.places]:
+            raise StoreError(damage_sentence(opened.path, damaged))
+        return pool.only(taught.performers), taught, names
 
 
 def _load_catalogue(opened: store.Store, where: str) -> TaughtWords:

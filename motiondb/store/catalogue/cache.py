@@ -37,6 +37,7 @@ from motiondb.files.json_text import parse_json
 from motiondb.files.safe_files import read_bounded, sweep_drafts, whole_file
 from motiondb.records import FloatArray, IntArray, Motion
 from motiondb.store.catalogue.captures import load_motion
+from motiondb.store.connection.faults import DamagedMotionError
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.transactions import read_meta
 
@@ -153,7 +154,7 @@ class CheckedRows:
 class CaptureRows:
     """Arrays of every capture, end to end, in order of capture number."""
 
-    capture_ids: IntArray  # (captures,): numbers of the captures, ascending
+    capture_ids: IntArray  # (captures,): their numbers, ascending; none whose motion is damaged
     bounds: IntArray  # (captures + 1,): capture n has the rows from bounds[n] to bounds[n + 1]
     rows: NDArray[Any] | CheckedRows  # (rows, columns)
     values: FloatArray  # (captures,): one number of every capture
@@ -198,11 +199,12 @@ def cached_rows(
             _write_rows(folder, kind, stem, marks, parts)
             return _to_capture_rows(_read_arrays(folder, stem), mended)
         parts = _rows_of(store, marks, former, make)
-    made = list(parts)
-    bounds = np.concatenate([[0], np.cumsum([len(rows) for rows, _ in made])]).astype(np.int64)
-    rows = np.concatenate([rows for rows, _ in made]) if made else np.zeros((0, 0))
-    values = np.array([value for _, value in made], dtype=np.float64)
-    return CaptureRows(np.array(list(marks), dtype=np.int64), bounds, rows, values)
+    made = dict(parts)
+    sizes = [len(rows) for rows, _ in made.values()]
+    bounds = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+    rows = np.concatenate([rows for rows, _ in made.values()]) if made else np.zeros((0, 0))
+    values = np.array([value for _, value in made.values()], dtype=np.float64)
+    return CaptureRows(np.array(list(made), dtype=np.int64), bounds, rows, values)
 
 
 def lacking_rows(store: Store, kind: str) -> dict[int, Motion]:
@@ -211,7 +213,14 @@ def lacking_rows(store: Store, kind: str) -> dict[int, Motion]:
         return {}
     former = _former_rows(store, kind)
     new = [number for number, mark in _capture_marks(store).items() if mark not in former]
-    return {number: load_motion(store, number) for number in new}
+    return dict(readable_motions(store, new))
+
+
+def readable_motions(store: Store, numbers: Iterable[int]) -> Iterator[tuple[int, Motion]]:
+    """Number and motion of the captures of some numbers, without those whose motion is damaged."""
+    for number in numbers:
+        with suppress(DamagedMotionError):
+            yield number, load_motion(store, number)
 
 
 def _to_capture_rows(arrays: Arrays, mended: Callable[[int], NDArray[Any]]) -> CaptureRows:
@@ -261,41 +270,48 @@ def _rows_of(
     marks: Mapping[int, int],
     former: Mapping[int, Made],
     make: Callable[[Sequence[Motion]], Sequence[Made]],
-) -> Iterator[Made]:
-    """Rows and number of every capture, made a few captures at a time where they are new."""
+) -> Iterator[tuple[int, Made]]:
+    """Every capture with its rows and number, made a few captures at a time where they are new."""
     numbers = list(marks)
     for first in range(0, len(numbers), _AT_ONCE):
         some = numbers[first : first + _AT_ONCE]
         new = [number for number in some if marks[number] not in former]
-        made = dict(zip(new, make([load_motion(store, number) for number in new])))
-        yield from (made[n] if n in made else former[marks[n]] for n in some)
+        motions = dict(readable_motions(store, new))
+        made = dict(zip(motions, make(list(motions.values()))))
+        known = {number: former[marks[number]] for number in some if number not in new}
+        yield from ((n, (made | known)[n]) for n in some if n in made or n in known)
 
 
 def _write_rows(
-    folder: Path, kind: str, stem: str, marks: Mapping[int, int], parts: Iterable[Made]
+    folder: Path,
+    kind: str,
+    stem: str,
+    marks: Mapping[int, int],
+    parts: Iterable[tuple[int, Made]],
 ) -> None:
     """Write rows to the cache as they are made."""
     folder.mkdir(exist_ok=True)
-    sizes, values, sums = [0], list[float](), list[int]()
+    numbers, sizes, values, sums = list[int](), [0], list[float](), list[int]()
     file_name = folder / f"{stem}-rows.npy"
     with _draft(file_name) as file:
         shape, kind_of_rows = (0, 0), np.dtype(np.float32)
-        for rows, value in parts:
-            if len(sizes) == 1:
+        for number, (rows, value) in parts:
+            if not numbers:
                 shape, kind_of_rows = (0, rows.shape[1]), rows.dtype
                 _write_head(file, shape, kind_of_rows)
             rows = np.ascontiguousarray(rows)
             file.write(rows.data)
+            numbers.append(number)
             sizes.append(len(rows))
             sums.append(page_checksum(rows))
             values.append(value)
         file.seek(0)
         _write_head(file, (sum(sizes), shape[1]), kind_of_rows)
     arrays = {
-        "capture_ids": np.array(list(marks), dtype=np.int64),
+        "capture_ids": np.array(numbers, dtype=np.int64),
         "bounds": np.cumsum(sizes, dtype=np.int64),
         "values": np.array(values, dtype=np.float64),
-        "marks": np.array(list(marks.values()), dtype=np.int64),
+        "marks": np.array([marks[number] for number in numbers], dtype=np.int64),
         "sums": np.array(sums, dtype=np.uint64),
     }
     written = {"rows": np.load(file_name, mmap_mode="r", allow_pickle=False)}

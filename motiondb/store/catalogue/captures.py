@@ -28,7 +28,7 @@ from motiondb.store.catalogue.where import (
     parse_where,
     with_columns,
 )
-from motiondb.store.connection.faults import damage_sentence
+from motiondb.store.connection.faults import DamagedMotionError, damage_sentence
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.statements import Connection
 from motiondb.store.connection.transactions import read_meta, touch, transaction, write_meta
@@ -167,7 +167,7 @@ def load_motion(store: Store, capture_id: int) -> Motion:
 
 
 def load_poses(store: Store, capture_id: int) -> Float32Array:
-    """The poses of a capture: array (frames, 87); StoreError where there are none, or bad ones."""
+    """The poses of a capture: array (frames, 87); DamagedMotionError without, or with bad ones."""
     query = "SELECT n_frames, poses FROM motion WHERE capture_id = ?"
     rows = store.connection.execute(query, [capture_id]).fetchall()
     try:
@@ -176,11 +176,10 @@ def load_poses(store: Store, capture_id: int) -> Float32Array:
         if len(poses) != n_frames:
             raise ValueError(f"{len(poses)} frames")
     except (ValueError, zlib.error) as error:
-        raise StoreError(
-            damage_sentence(
-                store.path, f"a motion (capture {capture_id}) that cannot be unpacked ({error})."
-            )
-        ) from error
+        query = "SELECT name FROM capture WHERE capture_id = ?"
+        (name,) = store.connection.execute(query, [capture_id]).fetchone() or (capture_id,)
+        reason = f"a motion (of the capture {name}) that cannot be unpacked ({error})."
+        raise DamagedMotionError(damage_sentence(store.path, reason)) from error
     return poses
 
 

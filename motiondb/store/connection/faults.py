@@ -34,6 +34,10 @@ class DamagedFileError(StoreError):
     """A database file whose blocks cannot be read."""
 
 
+class DamagedMotionError(DamagedFileError):
+    """A motion that cannot be unpacked, in a file whose other rows can be read."""
+
+
 class OtherModeError(StoreError):
     """A database file that this process has open for writing, or only for reading."""
 
