@@ -15,6 +15,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from motiondb.database.arguments import checked
+
 if TYPE_CHECKING:
     from motiondb.answers.catalogue import listed_capture, shown_event
     from motiondb.answers.grammars import GrammarAnswer
@@ -274,6 +276,7 @@ _PLACES = {
 _PUBLIC = {name: module for module, names in _PLACES.items() for name in names.split()}
 
 
+@checked
 def open(
     path: str | Path = "motions.duckdb", *, read_only: bool = False, wait: float = 0.0
 ) -> MotionDB:
@@ -299,6 +302,7 @@ def open(
     return MotionDB(path, read_only=read_only, wait=wait)
 
 
+@checked
 def compact(path: str | Path, wait: float = 0.0) -> tuple[int, int]:
     """Rewrite a database file without the space that removed rows left.
 
@@ -330,6 +334,7 @@ def changes_saved() -> bool:
     return handle is not None and bool(handle.Store.changes_saved)
 
 
+@checked
 def write_bvh(motion: Clip | Motion, path: str | Path) -> None:
     """Write a clip or a motion as BVH; the file appears whole or not at all.
 
@@ -351,6 +356,7 @@ def write_bvh(motion: Clip | Motion, path: str | Path) -> None:
     bvh_writer.write_bvh(_to_clip(motion), path)
 
 
+@checked
 def write_gltf(motion: Clip | Motion, path: str | Path) -> None:
     """Write a clip or a motion as glTF (.glb or .gltf); see :func:`write_bvh`.
 
@@ -366,28 +372,26 @@ def write_gltf(motion: Clip | Motion, path: str | Path) -> None:
     gltf_writer.write_gltf(_to_clip(motion), path)
 
 
-def _to_clip(motion: object) -> Clip:
+def _to_clip(motion: Clip | Motion) -> Clip:
     from motiondb.body import retarget
-    from motiondb.errors import MotionDBError
-    from motiondb.records import Clip, Motion
+    from motiondb.records import Motion
 
-    if isinstance(motion, Motion):
-        return retarget.to_clip(motion)
-    if isinstance(motion, Clip):
-        return motion
-    raise MotionDBError(
-        f"motion: expected a motiondb.Clip or a motiondb.Motion, found {type(motion).__name__}. "
-        "Write what db.generate returns by its method write, or pass its attribute motion."
-    )
+    return retarget.to_clip(motion) if isinstance(motion, Motion) else motion
 
 
 def __getattr__(name: str) -> object:
     """Import a public name when it is first used, so that the command line starts fast."""
-    if name in _PUBLIC:
-        from importlib import import_module
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'motiondb' has no attribute {name!r}")
+    from importlib import import_module
+    from types import FunctionType
 
-        return getattr(import_module(_PUBLIC[name]), name)
-    raise AttributeError(f"module 'motiondb' has no attribute {name!r}")
+    public = getattr(import_module(_PUBLIC[name]), name)
+    if isinstance(public, FunctionType):
+        public = checked(public)
+        public.__module__ = "motiondb"  # where pickle finds it
+    globals()[name] = public
+    return public
 
 
 def __dir__() -> list[str]:

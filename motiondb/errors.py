@@ -6,12 +6,24 @@ prints.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+_LONG_WORD = re.compile(r"(\S{200})\S{800,}")
+
 
 class MotionDBError(Exception):
-    """Base class of all errors; messages say what was expected and found, and what to do."""
+    """Base class of all errors; messages say what was expected and found, and what to do.
+
+    Parameters
+    ----------
+    message : str
+        Of words of 1,000 characters and more, only the beginning is said.
+    """
+
+    def __init__(self, message: str = "") -> None:
+        super().__init__(_LONG_WORD.sub(r"\1...", message))
 
 
 class CaptureError(MotionDBError):

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motiondb import answers, store
+from motiondb.database.arguments import checked_verbs
 from motiondb.errors import QueryError, suggestion
 from motiondb.records import Caption, CaptureInfo
 from motiondb.store import CAPTION, COLUMNS, Store
@@ -22,6 +23,7 @@ FOLDER = "/"  # How the name of a folder of captures ends
 ANY = "*"  # In a pattern of names: any letters
 
 
+@checked_verbs
 class Archive:
     """What changes the captures of a database.
 
@@ -45,6 +47,11 @@ class Archive:
     def store(self) -> Store:
         """The open store."""
         return self.session.store
+
+    @property
+    def damage_note(self) -> str:
+        """Which captures the answers so far left out, as their motions cannot be read; else ""."""
+        return self.session.damage_note
 
     def add(
         self,

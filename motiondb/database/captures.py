@@ -16,7 +16,7 @@ import numpy as np
 
 from motiondb import answers, store
 from motiondb.database.archive import Archive
-from motiondb.database.arguments import Example, check_example
+from motiondb.database.arguments import checked_verbs
 from motiondb.database.catalogue import browsing
 from motiondb.errors import QueryError
 from motiondb.records import (
@@ -34,6 +34,7 @@ from motiondb.records import (
 from motiondb.store import Provenance
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
+    from motiondb.database.arguments import Example
     from motiondb.database.catalogue import exporting
     from motiondb.database.tables import Tables
     from motiondb.search.by_example import ExampleAnswer
@@ -43,6 +44,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
 _UNUSUAL = re.compile(r"[^\w.-]+")  # Characters that names of files of matches do not have
 
 
+@checked_verbs
 class Captures(Archive):
     """The captures of a database; :class:`Archive` says what the arguments are.
 
@@ -145,7 +147,6 @@ class Captures(Archive):
         from motiondb.files.formats import read_capture, split_take
         from motiondb.files.safe_files import is_file
 
-        check_example(example)
         if isinstance(example, Motion):
             motion = example
         elif isinstance(example, Clip):

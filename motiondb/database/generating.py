@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from motiondb import answers, store
-from motiondb.database.arguments import check_text
 from motiondb.database.catalogue.exporting import MotionChanges, change_sequence
 from motiondb.database.generated_files import (
     draw_generated,
@@ -215,7 +214,6 @@ def generate(
     They are judged after they were mirrored, looped or put in place. Stitched motions of the same
     actions from the same places as an earlier one are left out, so that there may be fewer.
     """
-    check_text("words", words)
     seed, number = seeds.start, len(seeds)
     if not 1 <= number <= MOST_VARIANTS:
         raise QueryError(f"variants: expected 1 to {MOST_VARIANTS}, found {number}.")

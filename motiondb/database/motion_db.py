@@ -10,12 +10,13 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from motiondb import answers, store
-from motiondb.database.arguments import Example, check_whole, seeds_from
+from motiondb.database.arguments import check_least, checked_verbs, seeds_from
 from motiondb.database.captures import Captures
 from motiondb.database.session import Session
 from motiondb.workers import HERE
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
+    from motiondb.database.arguments import Example
     from motiondb.database.catalogue.exporting import MotionChanges
     from motiondb.database.cluster import Cluster
     from motiondb.database.generating import ActionPlace, Generated
@@ -33,6 +34,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.search.described import Description
 
 
+@checked_verbs
 class MotionDB(Captures):
     """A motion database: add captures, learn, ask, generate. Use it in a ``with`` statement.
 
@@ -323,7 +325,7 @@ class MotionDB(Captures):
         from motiondb.database import searching
         from motiondb.search.by_example import search_motion
 
-        check_whole("limit", limit, 1)
+        check_least("limit", limit, 1)
         with self.session.reading():
             motion = self.motion(example, start, end)
             allowed = searching.allowed_captures(self.session, where, exact)

@@ -39,8 +39,7 @@ def search(
     exact: bool,
 ) -> WordAnswer:
     """The answer to a question in words, as ``MotionDB.search`` gives it."""
-    arguments.check_text("words", words)
-    arguments.check_whole("limit", limit, 1)
+    arguments.check_least("limit", limit, 1)
     with session.reading(), one_blas_thread():  # for small matrices a second thread takes longer
         allowed, learned = allowed_captures(session, where, exact), session.searchable
         check_any(learned)

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from motiondb import store
-from motiondb.errors import MotionDBError, QueryError
+from motiondb.database.arguments import checked_verbs
+from motiondb.errors import MotionDBError
 from motiondb.files.arrays import NO_PYARROW
 from motiondb.records import MOTION_FPS, Caption, Match
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from motiondb.search.by_words import WordAnswer
 
 
+@checked_verbs
 class Tables:
     """Arrow tables of a database; they need the library pyarrow (``motiondb[arrow]``).
 
@@ -124,8 +126,6 @@ class Tables:
             The answer, or matches.
         """
         found: Any = answer
-        if not hasattr(found, "matches") and isinstance(found, str):
-            raise QueryError("matches: expected the answer of db.search or db.like, found a text.")
         matches: list[Match] = list(getattr(found, "matches", found))
         names = [field.name for field in fields(Match) if field.name != "parts"]
         columns: dict[str, Any] = {name: [getattr(m, name) for m in matches] for name in names}

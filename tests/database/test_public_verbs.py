@@ -212,13 +212,19 @@ def test_features_are_what_the_models_of_symbols_score(learned_file: Path) -> No
     [
         (lambda db: db.search(3), r"words: expected a text, found 3 \(int\)"),
         (lambda db: db.search("kick", limit=0), "limit: expected a whole number from 1 on"),
-        (lambda db: db.like("ana/bow_1", limit="3"), r"found 3 \(str\)"),
-        (lambda db: db.like(7), "example: expected a file, .* found int"),
+        (
+            lambda db: db.like("ana/bow_1", limit="3"),
+            r"limit: expected a whole number, found '3' \(str\)",
+        ),
+        (lambda db: db.like(7), "example: expected a file, .* or a motiondb.Motion, found 7"),
         (lambda db: db.generate(None), "words: expected a text"),
         (lambda db: db.generate("kick", seed=-1), "seed: expected a whole number from 0 on"),
         (lambda db: db.generate_variants("kick", 2, seed=1.5), r"found 1.5 \(float\)"),
         (lambda db: db.grammars.learn(["ana/long_1"], settings=BAD_SEED), "seed: expected"),
-        (lambda db: db.tables.matches("kick"), "matches: expected the answer of db.search"),
+        (
+            lambda db: db.tables.matches("kick"),
+            "answer: expected a motiondb.WordAnswer, .* found 'kick'",
+        ),
     ],
 )
 def test_arguments_of_a_wrong_kind_are_named(

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motiondb import answers, pictures, store
-from motiondb.database.arguments import seeded
+from motiondb.database.arguments import checked_verbs, seeded
 from motiondb.database.captures import Captures
 from motiondb.database.catalogue.parts import cut_motion
 from motiondb.database.generated_files import source_spans, write_with_provenance
@@ -49,6 +49,7 @@ if TYPE_CHECKING:
 SHOWN_TREES = 12  # Most trees in a picture of the sentences
 
 
+@checked_verbs
 class Grammars:
     """The grammars of a database, available as ``db.grammars``.
 

@@ -79,6 +79,8 @@ def _is_there(path: Path) -> bool:
         return path.exists()
     except PermissionError:
         return True
+    except OSError:  # a name that is too long
+        return False
 
 
 def find_start(

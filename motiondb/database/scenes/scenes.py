@@ -17,6 +17,7 @@ import numpy as np
 from motiondb import pictures, store
 from motiondb.answers.scenes import SceneAnswer
 from motiondb.body import body
+from motiondb.database.arguments import checked_verbs
 from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.generated_files import keep_generated
 from motiondb.database.learn import updating
@@ -78,6 +79,7 @@ def _quiet(_what: str, _share: float, _error: float) -> None:
     """Ignore the progress."""
 
 
+@checked_verbs
 class Scenes:
     """The scenes of a database; reached as ``db.scenes``.
 
@@ -200,8 +202,7 @@ class Scenes:
         A scene of the same name is replaced, with its captures. QueryError is raised if a player's
         capture would have the name of another capture.
         """
-        database, name = self._session.store, scene.record.name
-        made = scene.made
+        database, name, made = self._session.store, scene.record.name, scene.made
         parameters = {"scene": name, "diagram": made.text.diagram.name, **scene.record.settings}
         if made.cut_at[2] != made.settings.rounds:  # it began with an earlier scene
             parameters["updated"] = True
