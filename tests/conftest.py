@@ -14,8 +14,12 @@ from pathlib import Path
 
 import duckdb
 import pytest
+from hypothesis import HealthCheck, settings
 
 import motiondb
+
+settings.register_profile("any", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("any")  # a machine that is busy, or compiles first, is slow and not wrong
 
 _SAMPLES = Path(__file__).resolve().parents[1] / "sample_data"
 FIRST_COMMANDS = {

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motiondb.meaning import edge_map
+from motiondb.meaning import edge_map, score_vectors
 from motiondb.meaning.edge_map import EdgeMap, FrameTake, fit_edge_map, frame_cues, refine_interval
 from motiondb.records import Float32Array, FloatArray
 
@@ -114,5 +114,5 @@ def test_a_take_left_out_is_predicted_as_if_the_map_were_fitted_without_it() -> 
 
 def test_cues_of_a_still_take_have_no_change() -> None:
     cues = frame_cues(np.zeros((5, 1)))
-    levels = 0.5 + 0.5 * np.tanh(-np.array(edge_map.LEVELS) / (2 * edge_map.SOFTNESS))
+    levels = 0.5 + 0.5 * np.tanh(-np.array(score_vectors.LEVELS) / (2 * score_vectors.SOFTNESS))
     np.testing.assert_allclose(cues, np.tile(np.concatenate([levels, levels]), (5, 1)))

@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from motiondb.body import body
@@ -63,7 +63,6 @@ def test_a_container_is_laid_out_as_its_docstring_says() -> None:
     assert bits.tolist() == (track.contacts @ [1, 2]).tolist()
 
 
-@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # on a busy machine
 @given(st.lists(st.tuples(*[st.floats(-50.0, 50.0, width=32)] * 3), min_size=1, max_size=20))
 def test_quantised_points_are_accurate_to_a_millimetre(points: list[tuple[float, ...]]) -> None:
     array = np.array(points, dtype=float).reshape(-1, 3)

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from test_nearby_table import table
 
@@ -87,7 +87,6 @@ def test_a_virtual_word_worked_by_hand() -> None:
     assert constant == pytest.approx(0.25 * (np.log(0.25) - 1.0))
 
 
-@settings(deadline=None)
 @given(st.floats(0.0, 1.0), st.integers(0, 1000))
 def test_log_odds_of_a_virtual_word_are_the_mean_of_its_words(share: float, seed: int) -> None:
     vectors = np.random.default_rng(seed).normal(size=(5, 2))

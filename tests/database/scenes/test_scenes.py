@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import motiondb
@@ -444,7 +444,6 @@ def kept_at(place: tuple) -> SceneClip:
     return SceneClip("run", capture, "", *rest)
 
 
-@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(places=st.lists(PLACES, min_size=1, max_size=12), wanted=PLACES)
 def test_the_most_similar_entry_is_that_of_a_search_through_all(places, wanted):
     clips = library_of(places)

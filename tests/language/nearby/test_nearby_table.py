@@ -5,7 +5,7 @@ from __future__ import annotations
 import zlib
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from motiondb.errors import SheetError
@@ -35,7 +35,6 @@ def test_english_words_are_those_held_answered_and_silent() -> None:
     assert not any(small.is_english(word) for word in ("wlak", "", "ambl", "zzzz"))
 
 
-@settings(deadline=None)
 @given(st.dictionaries(LETTERS, st.lists(st.tuples(LETTERS, st.integers(1, 200)), max_size=4)))
 def test_what_is_written_is_read(drawn: dict[str, list[tuple[str, int]]]) -> None:
     pairs = {**drawn, **{t: drawn.get(t, []) for taken in drawn.values() for t, _ in taken}}

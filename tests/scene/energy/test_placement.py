@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scene_energy import energy
 
@@ -53,7 +53,6 @@ def test_two_clips_by_hand(wandering) -> None:
 seeds = st.integers(0, 2**32 - 1)
 
 
-@settings(deadline=None)  # the first call may compile
 @given(seeds, st.integers(1, 9))
 def test_products_are_compositions_and_a_swap_moves_the_tail_as_one(wandering, seed, n) -> None:
     rng = np.random.default_rng(seed)

@@ -7,7 +7,7 @@ from itertools import combinations, pairwise, product
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from motiondb.database.scenes import scene_texts
@@ -182,7 +182,6 @@ def every_assignment(string: list[str], items: list[Item]) -> set:
 WALKS = [Item(("walk",), True), Item(("walk",), True)]
 
 
-@settings(deadline=None)
 @given(
     st.lists(st.sampled_from(["walk", "bow", "run"]), min_size=1, max_size=6),
     st.lists(

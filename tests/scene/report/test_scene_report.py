@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from motiondb.body import body, retarget
@@ -237,7 +237,6 @@ def naive_distance(a, b, c, d) -> float:
     return float(np.linalg.norm(one[:, None] - other[None], axis=2).min())
 
 
-@settings(deadline=None)
 @given(st.lists(st.floats(-1.0, 1.0), min_size=12, max_size=12))
 def test_distances_of_segments_beside_a_slow_twin(values: list[float]) -> None:
     a, b, c, d = np.array(values).reshape(4, 3)
