@@ -287,13 +287,13 @@ def known_all(words: Iterable[str | None], known: Collection[str]) -> bool:
     return all(word is not None and word in known for word in words)
 
 
-def nearest_words(word: str, known: Iterable[str], limit: int = 3) -> tuple[str, ...]:
+def nearest_words(word: str, known: Iterable[str]) -> tuple[str, ...]:
     """Known words of similar spelling, the most similar first.
 
     >>> nearest_words("wlak", ["walk", "run", "talk"])
     ('walk',)
     """
-    return tuple(get_close_matches(word, sorted(known), n=limit, cutoff=0.6))
+    return tuple(get_close_matches(word, sorted(known), n=3, cutoff=0.6))
 
 
 def count_words(captions: Iterable[Sequence[str]]) -> tuple[tuple[str, ...], IntArray]:

@@ -41,7 +41,7 @@ from numpy.typing import NDArray
 from motiondb.language.question.readings import Exclusion, Part, Reading
 from motiondb.language.vocabulary import MODIFIERS
 from motiondb.language.word_vectors.word_vectors import word_vectors
-from motiondb.meaning import by_motion, by_question, score_vectors, word_evidence
+from motiondb.meaning import by_motion, by_question, score_vectors
 from motiondb.meaning.caption_map import CaptionMap, solve_caption_map
 from motiondb.meaning.counting import capture_rows
 from motiondb.meaning.regression import (
@@ -93,7 +93,6 @@ class Written:
     standardised: FloatArray  # (segments, columns): standardised scores and movement
     ridge: float  # Ridge of the word map
     calibration: FloatArray  # (3,): calibration of the word map
-    margin: int = word_evidence.WINDOW_MARGIN  # Frames that a window reaches beyond its segment
     n_posture_and_travel: int = 0  # Number of the last columns that are posture and travel
     # Where words are learned from more than these rows (``motiondb.learn.joining``): fits the word
     # map without some rows (array (rows,), bool), and adds the other sums to sums over these rows
@@ -165,7 +164,7 @@ def _hear_fold(written: Written, inside: NDArray[np.bool_], known: NDArray[np.bo
     vectors = whole_vectors(written.standardised, written.table, rows)
     likeness = written.captions_without(inside).suggest(vectors).likeness()
     table = written.table
-    odds = hear_takes(words, likeness, written.standardised, table, rows, written.margin)
+    odds = hear_takes(words, likeness, written.standardised, table, rows)
     return HeardFold(
         known,
         [

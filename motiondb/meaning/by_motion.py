@@ -49,6 +49,7 @@ MOST_CELLS = 50_000_000
 FramesOf = Callable[[Sequence[tuple[int, int, int]]], Sequence[Float32Array]]
 """Whitened features (frames, D) of each of some intervals: capture, first frame, end."""
 _TOGETHER = 64  # Captures whose second opinion is computed together
+PER_CAPTURE = 6  # Most candidates of one capture
 NEAR = 0.2  # Whitened feature distance below which two intervals count as equal up to noise
 
 
@@ -95,7 +96,6 @@ def find_candidates(
     takes: Takes,
     distances: FloatArray,
     n_candidates: int = 120,
-    per_capture: int = 6,
     frames_of: FramesOf | None = None,
 ) -> list[Candidate]:
     """Intervals of largest ``rough`` score, best first (ties: lowest capture number).
@@ -115,7 +115,7 @@ def find_candidates(
         own = slice(windows.edges[n], windows.edges[n + 1])
         low, high = windows.low[own], windows.high[own]
         scores = windows.rough[own] + (tops[n] - windows.rough[windows.best[n]])
-        for w in _separate_peaks(scores, low, high, per_capture):
+        for w in _separate_peaks(scores, low, high):
             capture, score = int(windows.captures[n]), float(scores[w])
             candidates.append(Candidate(capture, int(low[w]), int(high[w]), score))
             heapq.heappush(weakest, score)
@@ -478,14 +478,14 @@ def same_motion(chance: float, warp: float) -> float:
     return 1.0 - (1.0 - chance) * min(1.0, warp / NEAR)
 
 
-def _separate_peaks(rough: FloatArray, low: IntArray, high: IntArray, n_peaks: int) -> list[int]:
+def _separate_peaks(rough: FloatArray, low: IntArray, high: IntArray) -> list[int]:
     """Numbers of the best windows that overlap one another by less than half."""
     chosen: list[int] = []
     for w in np.argsort(-rough, kind="stable"):
         shared = [min(high[w], high[c]) - max(low[w], low[c]) for c in chosen]
         if all(s < 0.5 * (high[w] - low[w]) for s in shared):
             chosen.append(int(w))
-        if len(chosen) == n_peaks:
+        if len(chosen) == PER_CAPTURE:
             break
     return chosen
 

@@ -167,9 +167,9 @@ def training_rows(
     vectors = np.empty((len(intervals), len(scores.mean)))
     for row, d in enumerate(intervals):
         part = slice(d.low, d.high)
-        vectors[row] = score_vectors.interval_vectors(
-            rows[part], table.starts[part], table.ends[part], np.array([d.start]), np.array([d.end])
-        )[0]
+        vectors[row] = score_vectors.interval_vector(
+            rows[part], table.starts[part], table.ends[part], d.start, d.end
+        )
     return vectors, presence, np.array([d.capture_id for d in intervals], dtype=np.int64)
 
 

@@ -144,6 +144,13 @@ def interval_vectors(
     return unit(weights @ standardised)
 
 
+def interval_vector(
+    standardised: FloatArray, starts: IntArray, ends: IntArray, low: float, high: float
+) -> FloatArray:
+    """As :func:`interval_vectors`, of one interval: array (columns,)."""
+    return interval_vectors(standardised, starts, ends, np.array([low]), np.array([high]))[0]
+
+
 N_POSTURE = 3 * len(body.JOINTS)  # Columns of posture
 N_TRAVEL = 24  # Columns of travel
 LEVELS = (-1.5, -0.75, 0.0, 0.75, 1.5)  # Levels of x in standard deviations, of r* in spreads
@@ -258,8 +265,8 @@ def whole_vectors(standardised: Rows, table: SegmentTable, rows: Mapping[int, sl
 
     Shapes: `standardised` (segments, columns).
     """
-    starts, ends, zero = table.starts, table.ends, np.zeros(1)
+    starts, ends = table.starts, table.ends
     vectors = np.zeros((len(rows), standardised.shape[1]))  # also of no captures at all
     for vector, r in zip(vectors, rows.values()):
-        vector[:] = interval_vectors(standardised[r], starts[r], ends[r], zero, ends[r][-1:])[0]
+        vector[:] = interval_vector(standardised[r], starts[r], ends[r], 0, ends[r][-1])
     return vectors

@@ -50,7 +50,7 @@ class TakeScores:
 
 
 def motion_log_odds(
-    fit: WordMap, standardised: FloatArray, starts: IntArray, ends: IntArray, margin: int
+    fit: WordMap, standardised: FloatArray, starts: IntArray, ends: IntArray
 ) -> FloatArray:
     """Log-odds of words in one capture, from its motion: array (segments + 1, words).
 
@@ -58,8 +58,8 @@ def motion_log_odds(
 
     Shapes: `standardised` (segments, columns); `starts`, `ends` (segments,).
     """
-    low = np.concatenate([starts - margin, [0]])
-    high = np.concatenate([ends + margin, ends[-1:]])
+    low = np.concatenate([starts - WINDOW_MARGIN, [0]])
+    high = np.concatenate([ends + WINDOW_MARGIN, ends[-1:]])
     return fit.log_odds(interval_vectors(standardised, starts, ends, low, high))
 
 
@@ -69,7 +69,6 @@ def hear_takes(
     standardised: Rows,
     table: SegmentTable,
     rows: Mapping[int, slice],
-    margin: int = WINDOW_MARGIN,
 ) -> dict[int, FloatArray]:
     """Log-odds of all words from the motion alone, per capture: arrays (segments + 1, words).
 
@@ -79,7 +78,7 @@ def hear_takes(
     with one_blas_thread():  # many small products
         for (capture, inside), alike in zip(rows.items(), likeness):
             starts, ends = table.starts[inside], table.ends[inside]
-            heard = motion_log_odds(fit, standardised[inside], starts, ends, margin)
+            heard = motion_log_odds(fit, standardised[inside], starts, ends)
             odds[capture] = with_likeness(heard, alike)
     return odds
 
@@ -176,8 +175,6 @@ def written_evidence(
     Shapes: `spans` each (words,); `starts`, `ends` (segments,).
     """
     evidence = np.zeros((n_segments, n_words))
-    if not spans:
-        return evidence
     covered = np.zeros(n_segments, dtype=bool)
     said = np.zeros((n_segments, n_words), dtype=bool)
     for low, high, words in spans:

@@ -3,26 +3,33 @@
 Words that no caption holds are written as known ones, found where they are written, replaced,
 measured in the motion, heard by their meaning, or left out
 (:mod:`motiondb.search.takings`, :mod:`motiondb.search.asked_words`). If the head of an action stays
-unknown, the answers are for the rest alone.
+unknown, the answers are for the rest alone. Which directions and sides of limbs are measured in the
+motion (:mod:`motiondb.search.measured_answers`) is decided here, too.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain, product
 
 from motiondb.language.nearby.table import NearbyTable
 from motiondb.language.question.readings import (
     KnownQuestion,
+    Part,
     Reading,
     hinted,
+    is_order,
     plain_actions,
     readings,
     with_hints,
 )
-from motiondb.language.question.tree import NotUsed, actions_of
+from motiondb.language.question.tree import LIMBS, SIDES, Node, NotUsed, actions_of, core
+from motiondb.language.vocabulary import MODIFIERS
 from motiondb.learn.learned import Learned
+from motiondb.meaning.limb_sides import limbs_to_measure
+from motiondb.meaning.travelled import LEAST, directions_to_measure
 from motiondb.search.asked_words import (
     AskedWords,
     WrittenWord,
@@ -31,15 +38,6 @@ from motiondb.search.asked_words import (
     without_words_apart,
     written_words_of,
 )
-from motiondb.search.measured_answers import (
-    is_measured,
-    measured_words,
-    only_action,
-    unmeasured_words,
-    without_measured,
-    without_measured_words,
-)
-from motiondb.search.placing import is_order
 from motiondb.search.takings import (
     Sentence,
     Taking,
@@ -174,6 +172,103 @@ def understand_learned(learned: Learned, text: str, looks_at_motion: bool = Fals
     """Understand a question in the learned words alone."""
     sentence = Sentence(learned, unquote(text))
     return understand(learned_words(learned), sentence, looks_at_motion=looks_at_motion)
+
+
+def measured_words(action: Sequence[str]) -> set[str]:
+    """The words of an action that are measured.
+
+    >>> sorted(measured_words(("wave", "both", "hand"))), measured_words(("wave",))
+    (['both', 'hand'], set())
+    """
+    limbs = chain.from_iterable(limbs_to_measure(action))
+    return {*directions_to_measure(action), *limbs}
+
+
+def only_action(sentence: Sentence) -> tuple[str, ...]:
+    """The words, known or not, of a question of one action; () if it asks for more.
+
+    The action may have a count or a duration: "walk in place for 5 seconds".
+    """
+    action = core(sentence.parsed.tree)
+    return action.words if action is not None else ()
+
+
+def without_measured_words(sentence: Sentence, takings: Mapping[str, Taking]) -> dict[str, Taking]:
+    """Replacements of unknown words, but of no direction that is measured as it is written."""
+    heard = {word: taking.heard[0] for word, taking in takings.items() if taking.heard}
+    words = only_action(sentence)
+    measured = measured_words([w if w in LEAST else heard.get(w, w) for w in words])
+    return {word: taking for word, taking in takings.items() if word not in measured}
+
+
+def without_measured(question: KnownQuestion, words: Collection[str]) -> KnownQuestion:
+    """A question whose unknown words are used where they are measured."""
+    return replace(
+        question,
+        unknown={word: near for word, near in question.unknown.items() if word not in words},
+        not_used=tuple(left for left in question.not_used if left.text not in words),
+    )
+
+
+def actions_of_part(
+    asked: AskedWords, part: Part, only: tuple[str, ...]
+) -> tuple[tuple[str, ...], ...]:
+    """The actions of a part, of which the only one of a question has its unknown words.
+
+    Words that known ones replace are the likeliest of these: "scuttle backward" is measured as
+    "walk backward".
+    """
+    actions = (only,) if only and part.actions else part.actions
+    return tuple(tuple(asked.likeliest(word) for word in action) for action in actions)
+
+
+def is_measured(asked: AskedWords, reading: Reading, only: tuple[str, ...]) -> bool:
+    """Whether a reading, or the only action of a question, names what is measured."""
+    return any(map(measured_words, _compared(asked, reading, only)))
+
+
+def unmeasured_words(
+    asked: AskedWords, tree: Node, read: Sequence[Reading], only: tuple[str, ...]
+) -> tuple[str, ...]:
+    """The words of a question that other questions measure and this one does not.
+
+    Those of alternatives, and of several actions if no caption holds them. `tree`: That of the
+    question with its unknown words; `read`: Its readings, in known words.
+    """
+    actions = [
+        tuple(word if word in LEAST else asked.likeliest(word) for word in action.words)
+        for action in actions_of(tree)
+    ]
+    compared = [action for reading in read for action in _compared(asked, reading, only)]
+    if len(read) > 1:
+        actions, compared = actions + compared, []
+    left = set().union(*map(measured_words, actions)).difference(*map(measured_words, compared))
+    return tuple(dict.fromkeys(word for action in actions for word in action if word in left))
+
+
+def _compared(
+    asked_words: AskedWords, reading: Reading, only: tuple[str, ...]
+) -> list[tuple[str, ...]]:
+    """The actions of a reading that are compared with the motion, the excluded ones last."""
+    asked = [
+        action for part in reading.parts for action in actions_of_part(asked_words, part, only)
+    ]
+    excluded = [action for each in reading.exclusions for action in each.actions]
+    without = [excluded_words(a, e) for a, e in product(asked, excluded) if MODIFIERS.issuperset(e)]
+    return [*asked, *without]
+
+
+def excluded_words(action: Sequence[str], excluded: Sequence[str]) -> tuple[str, ...]:
+    """The words of "wave the hand, but not the left" that exclude something, as one action.
+
+    >>> excluded_words(("wave", "right", "hand"), ("left",))
+    ('wave', 'left', 'hand')
+    >>> excluded_words(("walk", "left"), ("backward",))
+    ('walk', 'backward')
+    """
+    verbs = [word for word in action if word not in MODIFIERS]
+    limbs = [word for word in action if word in LIMBS]
+    return (*verbs, *excluded, *(limbs[:1] if excluded[-1] in SIDES else ()))
 
 
 def unquote(text: str) -> str:

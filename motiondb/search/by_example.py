@@ -16,7 +16,7 @@ from motiondb.learn.recognition import FeaturePool, recognise
 from motiondb.meaning import by_motion, extents, regression, score_vectors
 from motiondb.meaning.resemblance import emphasis_of, resemblance
 from motiondb.meaning.word_map import clearest
-from motiondb.records import Float32Array, FloatArray, Match, Motion
+from motiondb.records import Float32Array, Match, Motion
 from motiondb.search.asked_words import learned_words
 from motiondb.search.by_words import mark_generated, to_seconds
 from motiondb.search.chances import NOTHING, reaches, why_unchecked
@@ -130,10 +130,15 @@ def _how_sure(
         return []
     actions = np.array([w not in vocabulary.MODIFIERS for w in learned.association.words])
     clear = clearest(learned.word_map, query.vector, actions & learned.is_known())
-    vectors = [_interval_vector(learned, c) for c in candidates]
+    vectors, table = np.zeros((len(candidates), len(query.vector))), learned.segments
+    for vector, c in zip(vectors, candidates):
+        rows, low, high = learned.rows[c.capture], c.start * FEATURE_STEP, c.end * FEATURE_STEP
+        vector[:] = score_vectors.interval_vector(
+            learned.segment_rows[rows], table.starts[rows], table.ends[rows], low, high
+        )
     alike = resemblance(
         query.vector,
-        np.array(vectors).reshape(len(candidates), len(query.vector)),
+        vectors,
         learned.word_map,
         n_posture_and_travel=learned.n_posture_and_travel,
         emphasis=emphasis_of(learned.association.words),
@@ -144,18 +149,6 @@ def _how_sure(
         (by_motion.same_motion(float(a), c.warp), by_motion.same_motion(float(chance), c.warp))
         for c, a, chance in zip(candidates, alike, chances)
     ]
-
-
-def _interval_vector(learned: Learned, candidate: by_motion.Candidate) -> FloatArray:
-    """Vector of the interval of a candidate: array (columns,)."""
-    rows = learned.rows[candidate.capture]
-    return score_vectors.interval_vectors(
-        learned.segment_rows[rows],
-        learned.segments.starts[rows],
-        learned.segments.ends[rows],
-        np.array([candidate.start * FEATURE_STEP]),
-        np.array([candidate.end * FEATURE_STEP]),
-    )[0]
 
 
 def _find_motion(
@@ -194,7 +187,7 @@ def _whole_activities(
 ) -> list[by_motion.Candidate]:
     """Extend answers in long captures to the whole activity (``motiondb.meaning.extents``)."""
     contexts = learned.context_space
-    if contexts is None or motion.n_frames < FEATURE_STEP * extents.LEAST_EXAMPLE:
+    if motion.n_frames < FEATURE_STEP * extents.LEAST_EXAMPLE:
         return candidates
     example = contexts.view(recognition_features(motion))
     lengths = {c.capture: learned.captures[c.capture].motion_frames for c in candidates}
@@ -211,8 +204,8 @@ def make_query(learned: Learned, motion: Motion, meaning: bool = False) -> by_mo
     seen = recognise(learned, motion)
     starts, ends = seen.starts, seen.ends
     weights = (ends - starts) / max(int((ends - starts).sum()), 1)
-    whole = np.array([0.0]), np.array([float(len(seen.features))])
-    vector = score_vectors.interval_vectors(seen.standardised, starts, ends, *whole)[0]
+    n = len(seen.features)
+    vector = score_vectors.interval_vector(seen.standardised, starts, ends, 0, n)
     space = learned.meaning_space if meaning else None
     return by_motion.Query(seen.features, seen.symbols, weights, vector, space)
 

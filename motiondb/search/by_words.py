@@ -326,7 +326,7 @@ def _place(
     if features is not None:
         placed = placing.refine_places(asked, capture, reading, places, features)
         if question.is_measured:
-            placed = compare_with_motion(asked, capture, reading, placed, features, question.only)
+            placed = compare_with_motion(question, capture, placed, features)
     return placing.sure_of_whole(placed, asked.learned.captures[capture].motion_frames)
 
 

@@ -13,21 +13,20 @@ A word that a caption of the capture says of the same action is believed, unless
 the direction only where the action cannot be, before or after other actions of the question. In a
 question of one action, requested words that no caption of the database holds are measured too.
 Alternatives ("or", and "and", which is at once or in order) are not measured; answers to what is
-not measured have no probability (:func:`unmeasured_words`).
+not measured have no probability (:func:`motiondb.search.asking.unmeasured_words`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
-from itertools import chain, product
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
-from motiondb.language.question.readings import KnownQuestion, Part, Reading, say_duration
-from motiondb.language.question.tree import LIMBS, SIDES, Node, actions_of, core
+from motiondb.language.question.readings import say_duration
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, as_said
 from motiondb.meaning.edge_map import HALF, averaged
 from motiondb.meaning.limb_sides import (
@@ -37,7 +36,6 @@ from motiondb.meaning.limb_sides import (
     say_other_limb,
 )
 from motiondb.meaning.travelled import (
-    LEAST,
     directions_to_measure,
     furthest,
     say_not_gone,
@@ -47,109 +45,23 @@ from motiondb.meaning.travelled import (
 )
 from motiondb.records import Float32Array, FloatArray
 from motiondb.search.asked_words import AskedWords
+from motiondb.search.asking import (
+    AskedQuestion,
+    actions_of_part,
+    excluded_words,
+    measured_words,
+)
 from motiondb.search.placing import Features, PartPlace, Placed
-from motiondb.search.takings import Sentence, Taking
 
 LEAST_LOOKED_AT = 30  # Feature frames (2 s) in which "in place" is measured
 OTHER = {"left": "right", "right": "left"}
 
 
-def measured_words(action: Sequence[str]) -> set[str]:
-    """The words of an action that are measured.
-
-    >>> sorted(measured_words(("wave", "both", "hand"))), measured_words(("wave",))
-    (['both', 'hand'], set())
-    """
-    limbs = chain.from_iterable(limbs_to_measure(action))
-    return {*directions_to_measure(action), *limbs}
-
-
-def only_action(sentence: Sentence) -> tuple[str, ...]:
-    """The words, known or not, of a question of one action; () if it asks for more.
-
-    The action may have a count or a duration: "walk in place for 5 seconds".
-    """
-    action = core(sentence.parsed.tree)
-    return action.words if action is not None else ()
-
-
-def without_measured_words(sentence: Sentence, takings: Mapping[str, Taking]) -> dict[str, Taking]:
-    """Replacements of unknown words, but of no direction that is measured as it is written."""
-    heard = {word: taking.heard[0] for word, taking in takings.items() if taking.heard}
-    words = only_action(sentence)
-    measured = measured_words([w if w in LEAST else heard.get(w, w) for w in words])
-    return {word: taking for word, taking in takings.items() if word not in measured}
-
-
-def without_measured(question: KnownQuestion, words: Collection[str]) -> KnownQuestion:
-    """A question whose unknown words are used where they are measured."""
-    return replace(
-        question,
-        unknown={word: near for word, near in question.unknown.items() if word not in words},
-        not_used=tuple(left for left in question.not_used if left.text not in words),
-    )
-
-
-def actions_of_part(
-    asked: AskedWords, part: Part, only: tuple[str, ...]
-) -> tuple[tuple[str, ...], ...]:
-    """The actions of a part, of which the only one of a question has its unknown words.
-
-    Words that known ones replace are the likeliest of these: "scuttle backward" is measured as
-    "walk backward".
-    """
-    actions = (only,) if only and part.actions else part.actions
-    return tuple(tuple(asked.likeliest(word) for word in action) for action in actions)
-
-
-def is_measured(asked: AskedWords, reading: Reading, only: tuple[str, ...] = ()) -> bool:
-    """Whether a reading, or the only action of a question, names what is measured."""
-    return any(map(measured_words, _compared(asked, reading, only)))
-
-
-def unmeasured_words(
-    asked: AskedWords, tree: Node, read: Sequence[Reading], only: tuple[str, ...]
-) -> tuple[str, ...]:
-    """The words of a question that other questions measure and this one does not.
-
-    Those of alternatives, and of several actions if no caption holds them. `tree`: That of the
-    question with its unknown words; `read`: Its readings, in known words.
-    """
-    actions = [
-        tuple(word if word in LEAST else asked.likeliest(word) for word in action.words)
-        for action in actions_of(tree)
-    ]
-    compared = [action for reading in read for action in _compared(asked, reading, only)]
-    if len(read) > 1:
-        actions, compared = actions + compared, []
-    left = set().union(*map(measured_words, actions)).difference(*map(measured_words, compared))
-    return tuple(dict.fromkeys(word for action in actions for word in action if word in left))
-
-
-def _compared(
-    asked_words: AskedWords, reading: Reading, only: tuple[str, ...]
-) -> list[tuple[str, ...]]:
-    """The actions of a reading that are compared with the motion, the excluded ones last."""
-    asked = [
-        action for part in reading.parts for action in actions_of_part(asked_words, part, only)
-    ]
-    excluded = [action for each in reading.exclusions for action in each.actions]
-    without = [excluded_words(a, e) for a, e in product(asked, excluded) if MODIFIERS.issuperset(e)]
-    return [*asked, *without]
-
-
 def compare_with_motion(
-    asked: AskedWords,
-    capture: int,
-    reading: Reading,
-    placed: Placed,
-    features: Features,
-    only: tuple[str, ...],
+    question: AskedQuestion, capture: int, placed: Placed, features: Features
 ) -> Placed:
-    """Places with what the motion contradicts; parts go where their directions are seen.
-
-    `only`: The words of the only action of the question, known or not.
-    """
+    """Places with what the motion contradicts; parts go where their directions are seen."""
+    asked, (reading,) = question.asked, question.readings
     said = asked.evidence.written.get(capture)
     believed = {
         word
@@ -162,7 +74,7 @@ def compare_with_motion(
             -(-places[k - 1].end // FEATURE_STEP) if k else 0,
             places[k + 1].start // FEATURE_STEP if k + 1 < len(places) else len(frames),
         )
-        for action in actions_of_part(asked, part, only):
+        for action in actions_of_part(asked, part, question.only):
             if not measured_words(action):
                 continue
             shown = np.zeros((2, len(frames)), dtype=bool)
@@ -222,19 +134,6 @@ def _compare_action(
 def _unsure(place: PartPlace) -> PartPlace:
     """A place that something speaks against: how probable it is was not measured."""
     return replace(place, probability=None, right=None)
-
-
-def excluded_words(action: Sequence[str], excluded: Sequence[str]) -> tuple[str, ...]:
-    """The words of "wave the hand, but not the left" that exclude something, as one action.
-
-    >>> excluded_words(("wave", "right", "hand"), ("left",))
-    ('wave', 'left', 'hand')
-    >>> excluded_words(("walk", "left"), ("backward",))
-    ('walk', 'backward')
-    """
-    verbs = [word for word in action if word not in MODIFIERS]
-    limbs = [word for word in action if word in LIMBS]
-    return (*verbs, *excluded, *(limbs[:1] if excluded[-1] in SIDES else ()))
 
 
 def _done_though_excluded(

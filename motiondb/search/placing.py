@@ -23,12 +23,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
 from motiondb.body.features import FEATURE_STEP
-from motiondb.language.question.readings import Part, Reading
+from motiondb.language.question.readings import Part, Reading, is_order
 from motiondb.meaning import by_question
 from motiondb.meaning.by_question import PlacedReading, QuestionHit
 from motiondb.meaning.edge_map import HALF, averaged, lay_in_order, refine_interval
@@ -180,12 +179,6 @@ def sure_of_whole(placed: Placed, length: int) -> Placed:
     (place,) = placed.parts
     is_whole = place.start == 0 and length - place.end <= FEATURE_STEP and not place.unknown
     return replace(placed, parts=(replace(place, right=1.0),)) if is_whole else placed
-
-
-def is_order(reading: Reading) -> bool:
-    """Whether a reading asks for several actions, each different from the one before."""
-    of_parts = [part.actions for part in reading.parts]
-    return len(of_parts) > 1 and all(a != b for a, b in pairwise(of_parts))
 
 
 def _ordered(places: Sequence[PartPlace], evidence: FloatArray) -> Placed:

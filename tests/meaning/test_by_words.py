@@ -82,16 +82,11 @@ def test_written_words_count_where_they_were_written() -> None:
     np.testing.assert_array_equal(evidence, [[yes, no], [yes, yes], [0, 0]])
 
 
-def test_nothing_written_is_no_evidence() -> None:
-    evidence = word_evidence.written_evidence(2, [], np.array([0, 5]), np.array([5, 9]), 4)
-    np.testing.assert_array_equal(evidence, np.zeros((2, 4)))
-
-
 def test_windows_reach_over_their_segment() -> None:
-    starts, ends = np.array([0, 10, 20]), np.array([10, 20, 30])
+    starts, ends = np.array([0, 44, 88]), np.array([44, 88, 132])  # by half a segment
     same = word_map.WordMap(np.eye(3), np.zeros(3), np.full(3, 0.5), np.ones(3), np.eye(3)[0])
-    said = word_evidence.motion_log_odds(same, np.eye(3), starts, ends, 5)
-    expected = unit(np.array([[10.0, 5, 0], [5, 10, 5], [0, 5, 10], [1, 1, 1]]))
+    said = word_evidence.motion_log_odds(same, np.eye(3), starts, ends)
+    expected = unit(np.array([[2.0, 1, 0], [1, 2, 1], [0, 1, 2], [1, 1, 1]]))
     np.testing.assert_allclose(said, expected)
 
 

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import pairwise, product
 from math import prod
 from typing import NoReturn
 
@@ -276,6 +276,12 @@ class KnownQuestion:
     def understood(self) -> str:
         """How the question is understood, as one line that is itself a question."""
         return say(self.tree)
+
+
+def is_order(reading: Reading) -> bool:
+    """Whether a reading asks for several actions, each different from the one before."""
+    of_parts = [part.actions for part in reading.parts]
+    return len(of_parts) > 1 and all(a != b for a, b in pairwise(of_parts))
 
 
 def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestion:

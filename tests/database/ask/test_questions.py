@@ -17,11 +17,10 @@ from motiondb.cli.main import make_app
 from motiondb.database import MotionDB
 from motiondb.errors import QueryError
 from motiondb.language.question.heads import verbs_in
-from motiondb.language.question.readings import readings, say
+from motiondb.language.question.readings import is_order, readings, say
 from motiondb.meaning import by_question
 from motiondb.meaning.word_evidence import WRITTEN
 from motiondb.search import reasons
-from motiondb.search.placing import is_order
 
 QUESTIONS = (
     "walk but not turn", "not walking", "kick or punch", "walk and kick", "walk twice",
