@@ -149,6 +149,6 @@ test("a replaced word carries its real name", () => {
 test("the number beside a word that stands for another is explained", () => {
   assert.equal(
     sayShare("'moonwalk' is not in the captions; taken as walk (0.8), which may mean more"),
-    "'moonwalk' is not in the captions; taken as walk, which it means with probability 0.8, which may mean more",
+    "'moonwalk' is not in the captions; taken as walk, which it means with probability 0.8 and which may mean more",
   );
 });

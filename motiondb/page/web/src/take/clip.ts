@@ -38,7 +38,7 @@ const AROUND = 1;
 /** Make a clip; it loads when it comes near the window. */
 export function makeClip(context: { stage: Stage; motions: Motions }, options: ClipOptions): Clip {
   const canvas = h("canvas", { class: "clip-canvas", role: "img", "aria-label": options.label });
-  const message = h("p", { class: "player-message" });
+  const message = h("p", { class: "player-message" }, "Loading…");
   const screen = makeScreen(context.stage, canvas);
   steer(screen, false);
   const button = h("button", { class: "clip-play tool", type: "button", on: { click: () => press() } });
@@ -76,6 +76,7 @@ export function makeClip(context: { stage: Stage; motions: Motions }, options: C
       message.textContent = messageOf(fault);
       return;
     }
+    message.textContent = "";
     const [start, end] = spanOf(tracks);
     screen.show({ tracks, from: part?.[0] ?? start, to: part?.[1] ?? end, lit: options.lit ?? null });
   }

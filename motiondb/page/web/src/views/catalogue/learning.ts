@@ -44,7 +44,7 @@ export function openLearning(context: Context): void {
   const start = h(
     "select",
     { class: "field", id: "learn-start", on: { change: () => showStart() } },
-    h("option", { value: "none", selected: usual === "none" }, "the captions of this database only"),
+    h("option", { value: "none", selected: usual === "none" }, "these captions only"),
     status.starts.map(({ name, words, captions }) =>
       h(
         "option",

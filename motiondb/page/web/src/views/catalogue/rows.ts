@@ -36,17 +36,16 @@ export function makeRows(arrived: () => void, failed: (fault: unknown) => void):
 
   let found: number | null = null;
 
-  async function load(page: number, find = ""): Promise<void> {
+  async function load(page: number): Promise<void> {
     const signal = current.signal;
     pages.set(page, "asked");
     const answer = await get<CapturePage>(
       "/api/captures",
-      { where, sort, offset: page * PAGE, limit: PAGE, find },
+      { where, sort, offset: page * PAGE, limit: PAGE },
       signal,
     );
     if (signal.aborted) return;
     total = answer.total;
-    if (find) found = answer.found ?? null;
     pages.set(page, answer.captures);
   }
 
@@ -76,11 +75,15 @@ export function makeRows(arrived: () => void, failed: (fault: unknown) => void):
     async ask(nextWhere, nextSort, find) {
       current.abort();
       current = new AbortController();
+      const { signal } = current;
+      const query = { where: nextWhere, sort: nextSort, offset: 0, limit: PAGE, find };
+      const answer = await get<CapturePage>("/api/captures", query, signal); // the rows stay meanwhile
+      if (signal.aborted) return;
       where = nextWhere;
       sort = nextSort;
-      pages = new Map();
-      found = null;
-      await load(0, find);
+      total = answer.total;
+      found = find ? (answer.found ?? null) : null;
+      pages = new Map([[0, answer.captures]]);
     },
     find(name) {
       for (const [page, rows] of pages) {

@@ -90,7 +90,10 @@ function verdictOf(match: ShownMatch, certainty: Certainty, options: AnswerOptio
     );
   }
   const score = options.scored && most === null;
-  const ranked = `score ${probability(match.score)}, no probability`;
+  // A score of the word that stands for another says nothing about the other.
+  const ranked = said?.instead
+    ? `no probability that it is “${said.instead}”`
+    : `score ${probability(match.score)}, no probability`;
   return h(
     "p",
     { class: "answer-verdict" },

@@ -18,11 +18,15 @@ export type Chip =
 const NOTHING = /nothing in this database matches$/;
 
 /** A known word that stands for another, and how likely it means it. */
-const SHARE = / (\S+) \((0\.\d+|1(?:\.0)?)\)(?=$|, which)/;
+const SHARE = / (\S+) \((0\.\d+|1(?:\.0)?)\)(?:$|(, which))/;
 
 /** The sentence about a replaced word, with its number explained. */
 export function sayShare(sentence: string): string {
-  return sentence.replace(SHARE, " $1, which it means with probability $2");
+  return sentence.replace(
+    SHARE,
+    (_, word: string, share: string, more?: string) =>
+      ` ${word}, which it means with probability ${share}${more ? " and which" : ""}`,
+  );
 }
 
 const JOINTS = { in_order: "then", at_once: "while", both: "and", any_of: "or" } as const;
