@@ -37,6 +37,22 @@ def test_a_narrow_window_does_not_scroll_sideways(asked_server, new_page, view):
     assert page.evaluate("() => document.documentElement.scrollWidth") <= 390
 
 
+def test_work_that_goes_on_leaves_the_head_of_a_phone_whole(asked_server, new_page):
+    page = new_page("about:blank", size=(390, 780))
+    job = {"id": "j1", "kind": "scene", "title": "scene of Pass and Shoot", "state": "running"}
+    unknown = ("error", "preview", "message", "error_kind", "result")
+    job |= {"what": "sampling", "share": 0.5, "started": 1.0, "seconds": 9.0, "curve": []}
+    job |= dict.fromkeys(unknown)
+    page.route("**/api/jobs", lambda route: route.fulfill(json={"jobs": [job]}))
+    page.goto(f"{asked_server}#/catalogue")
+    page.locator(".jobs-button.active").wait_for()
+    assert page.locator(".jobs-button").inner_text().strip() == "50 %"
+    nav, box = page.locator(".nav").bounding_box(), page.locator("#question").bounding_box()
+    head = page.locator(".top").bounding_box()
+    assert nav["y"] >= 0
+    assert box["y"] + box["height"] <= head["height"]
+
+
 def test_views_are_reached_by_keyboard_and_named(asked_server, new_page):
     page = new_page(f"{asked_server}#/catalogue")
     page.locator(".row-capture").first.wait_for()

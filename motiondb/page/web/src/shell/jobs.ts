@@ -138,9 +138,12 @@ export function makeJobs(context: Context): { element: HTMLElement } {
     element.hidden = jobs.length === 0;
     opener.classList.toggle("active", active.length > 0);
     const first = active[0];
-    count.textContent = first
-      ? `${first.title} ${first.state === "waiting" ? "waits" : `${Math.round(shareOf(first) * 100)} %`}${active.length > 1 ? ` +${active.length - 1}` : ""}`
-      : `Jobs (${jobs.length})`;
+    const done = first?.state === "waiting" ? "waits" : `${Math.round(100 * (first ? shareOf(first) : 0))} %`;
+    const more = active.length > 1 ? ` +${active.length - 1}` : "";
+    const title = first ? first.title : "Jobs";
+    const short = first ? done + more : `(${jobs.length})`;
+    fill(count, h("span", { class: "wide-only" }, `${title} `), short);
+    opener.title = `${title} ${short}`;
     fill(panel, h("ul", { class: "plain" }, jobs.slice(0, 20).map(row)));
   }
 
