@@ -130,14 +130,9 @@ function open(host: HTMLElement, context: Context): OpenView {
     class: "button plain undo-button",
     title: "Undo the last change",
   });
-  const duplicates = button(
-    "plain",
-    [h("span", { class: "wide-only" }, "Show "), "copies"],
-    () => route({ duplicates: !wanted.duplicates }),
-    {
-      title: "List the captures that show the same motion",
-    },
-  );
+  const duplicates = button("plain", "Copies", () => route({ duplicates: !wanted.duplicates }), {
+    title: "List the captures that show the same motion",
+  });
   const asGrid = button("plain", [icon("grid"), "Previews"], () => route({ grid: !wanted.grid }), {
     title: "Large previews, which play while they are pointed at",
   });
