@@ -126,10 +126,8 @@ def suggest(
             taken = {} if exact else base.grammars.taken_in_pattern(name, like)
             printing.note_taken(taken.values())
             found = base.grammars.complete(name, like, number, exact)
-            sentences = [
-                answers.CompletedSentence(s.string, s.probability) for s in found.sentences
-            ]
-            said = answers.CompletionsAnswer(found.probability, found.proven, sentences)
+            sentences = [answers.extended(answers.CompletedSentence, s) for s in found.sentences]
+            said = answers.extended(answers.CompletionsAnswer, found, sentences=sentences)
             if not printing.as_json(shared, said):
                 _say_completed(said, name)
             return
@@ -150,7 +148,7 @@ def suggest(
 
 def _say_way(shared: options.Shared, way: motiondb.Plan, goal: str) -> None:
     """Print the most probable continuation that reaches a terminal."""
-    said = answers.WayAnswer(way.to_goal, way.then, way.log_probability, str(way.tree))
+    said = answers.extended(answers.WayAnswer, way, tree=str(way.tree))
     if printing.as_json(shared, said):
         return
     printing.say(f"to {goal}: {' '.join(way.to_goal)}")

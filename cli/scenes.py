@@ -53,16 +53,12 @@ def check_grammar(
         )
         for start in report.starts
     ]
-    checked = answers.CheckedGrammar(
-        report.name,
-        report.nonterminals,
-        report.terminals,
-        report.rules,
-        report.n_semantic_rules,
-        report.useless,
-        report.nullable,
-        starts,
-        _number(clips, report.terminals),
+    checked = answers.extended(
+        answers.CheckedGrammar,
+        report,
+        semantic_rules=report.n_semantic_rules,
+        starts=starts,
+        clips=_number(clips, report.terminals),
     )
     if printing.as_json(shared, checked):
         return
@@ -95,15 +91,13 @@ def validate(
     validation = motiondb.Scenes.validate(grammar, actions, start)
     clips = _clips(shared, grammar)
     named = [name for name in dict.fromkeys(actions.split()) if name in grammar.terminal]
-    answer = answers.ValidatedActions(
-        validation.allowed,
-        validation.start,
-        _tree_facts(validation.tree) if validation.tree else None,
-        int(validation.n_trees) if math.isfinite(validation.n_trees) else None,
-        None if validation.allowed else validation.position,
-        validation.expected,
-        validation.message,
-        _number(clips, named),
+    answer = answers.extended(
+        answers.ValidatedActions,
+        validation,
+        tree=_tree_facts(validation.tree) if validation.tree else None,
+        trees=int(validation.n_trees) if math.isfinite(validation.n_trees) else None,
+        position=None if validation.allowed else validation.position,
+        clips=_number(clips, named),
     )
     if not printing.as_json(shared, answer) and validation.tree:
         _print_tree(validation.tree)

@@ -12,17 +12,15 @@ import numpy as np
 
 Answer = TypeVar("Answer")
 OPTIONAL = {"json": "optional"}  # Metadata of a field that is no key where it is None
+_MISSING = object()
 SPREAD = {"json": "spread"}  # Of a field with a mapping whose keys stand among the answer's
 
 
 def extended(kind: type[Answer], base: object, **more: object) -> Answer:
-    """Return an answer of a kind that has the fields of another dataclass, and more."""
-    return kind(**fields_of(base) | more)
-
-
-def fields_of(value: object, kind: type | None = None) -> dict[str, Any]:
-    """Return the fields of an answer, or those of the dataclass ``kind``, to make one with more."""
-    return {field.name: getattr(value, field.name) for field in fields(cast(Any, kind or value))}
+    """Return an answer of a kind: ``more``, and all else that a record has of the same name."""
+    names = {field.name for field in fields(cast(Any, kind))} - more.keys()
+    given = {name: getattr(base, name, _MISSING) for name in names}
+    return kind(**{name: value for name, value in given.items() if value is not _MISSING} | more)
 
 
 def to_json(value: object) -> Any:  # noqa: ANN401  a value of any type that JSON has

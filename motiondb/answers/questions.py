@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from motiondb.answers.catalogue import WordProbability
-from motiondb.answers.plain import OPTIONAL, fields_of
+from motiondb.answers.plain import OPTIONAL, extended
 from motiondb.language.question import tree
 from motiondb.language.question.tree import NotUsed
 from motiondb.language.translation.decoding import Decoding
@@ -204,13 +204,7 @@ def like_answer(answer: ExampleAnswer | WordAnswer) -> LikeAnswer:
     answer : ExampleAnswer
         What :meth:`MotionDB.like` gives.
     """
-    return LikeAnswer(
-        matches_anything=answer.matches_anything,
-        strength=answer.strength,
-        threshold=answer.threshold,
-        unchecked=answer.unchecked,
-        matches=tuple(answer.matches),
-    )
+    return extended(LikeAnswer, answer, matches=tuple(answer.matches))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -259,16 +253,17 @@ def search_answer(answer: WordAnswer, explain: bool = True) -> SearchAnswer:
         for word in answer.written
     )
     matches = tuple(
-        ExplainedMatch(**fields_of(match), explain=reason)
+        extended(ExplainedMatch, match, explain=reason)
         for match, reason in zip_longest(answer.matches, why)
     )
-    return SearchAnswer(
-        **fields_of(like_answer(answer)) | {"matches": matches},
+    return extended(
+        SearchAnswer,
+        answer,
+        matches=matches,
         question=understood_question(answer.question, answer.not_used),
         taken=known_words(answer.taken),
         suggested=known_words(answer.suggested),
         unknown={as_said(word): near for word, near in answer.unknown.items()},
-        missing=answer.missing,
         sentences=(
             *filter(None, [answer.not_understood, answer.nothing if answer.doubtful else ""]),
             *(taking.sentence() for taking in answer.taken.values()),
@@ -284,8 +279,6 @@ def search_answer(answer: WordAnswer, explain: bool = True) -> SearchAnswer:
             *(word.sentence() for word in answer.written),
             *(source.sentence() for source in answer.sources),
         ),
-        decoding=answer.decoding,
-        sources=answer.sources,
         written=written,
         by_meaning={word: each.heard for word, each in answer.taken.items() if each.nearest},
         measured=tuple(map(as_said, answer.measured)),

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
 from motiondb.answers.making import Source
-from motiondb.answers.plain import OPTIONAL
+from motiondb.answers.plain import OPTIONAL, extended
 from motiondb.scene.report.report_records import (
     Collision,
     GuardReport,
@@ -101,7 +101,7 @@ def scene_row(scene: SceneAnswer) -> SceneRow:
     scene : SceneAnswer
         What :meth:`Scenes.facts` gives.
     """
-    return SceneRow(**{f.name: getattr(scene, f.name) for f in fields(SceneRow)})
+    return extended(SceneRow, scene)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -155,24 +155,14 @@ class Generated:
 
     def facts(self) -> answers.GeneratedAnswer:
         """The request, its decoding and the sources, for JSON; times in seconds."""
-        return answers.GeneratedAnswer(
-            words=self.words,
-            seed=self.seed,
-            method=self.method,
+        return answers.extended(
+            answers.GeneratedAnswer,
+            self,
             seconds=round(self.motion.n_frames / MOTION_FPS, 3),
             shown=self.shows_all,
-            why_not=self.why_not,
-            actions=self.actions,
             shown_actions=tuple(map(_verdict, self.shown)),
-            decided=self.decided,
-            symbols=self.symbols,
-            recognised=self.recognised,
-            decodings=tuple(
-                answers.DecodedAction(d.symbols, d.log_probability, d.nodes_expanded, d.certificate)
-                for d in self.decodings
-            ),
+            decodings=tuple(answers.extended(answers.DecodedAction, d) for d in self.decodings),
             sources=sources_of(self.provenance),
-            smoothness=self.smoothness,
             words_from=self.sources,
             question=answers.understood_question(self.question, self.not_used),
         )
@@ -431,13 +421,10 @@ def _with_notation(one: JudgedAction, takings: Mapping[str, Taking]) -> JudgedAc
 
 def _verdict(one: JudgedAction) -> answers.ActionVerdict:
     """One action for JSON; times in seconds."""
-    return answers.ActionVerdict(
-        one.words,
-        round(one.start / MOTION_FPS, 3),
-        round(one.end / MOTION_FPS, 3),
-        one.shown,
-        one.probability,
-        one.reason,
-        tuple(answers.WordProbability(word, p) for word, p in one.described),
-        one.done,
+    return answers.extended(
+        answers.ActionVerdict,
+        one,
+        start=round(one.start / MOTION_FPS, 3),
+        end=round(one.end / MOTION_FPS, 3),
+        described=tuple(answers.WordProbability(word, p) for word, p in one.described),
     )

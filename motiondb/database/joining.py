@@ -40,12 +40,9 @@ class Joined:
 
     def facts(self) -> answers.JoinedAnswer:
         """The parts, the seams and the sources, for JSON; times in seconds."""
-        return answers.JoinedAnswer(
-            seconds=round(self.motion.n_frames / MOTION_FPS, 3),
-            parts=self.parts,
-            seams=self.seams,
-            sources=sources_of(self.provenance),
-        )
+        seconds = round(self.motion.n_frames / MOTION_FPS, 3)
+        sources = sources_of(self.provenance)
+        return answers.extended(answers.JoinedAnswer, self, seconds=seconds, sources=sources)
 
     def write(self, path: str | Path, changes: MotionChanges | None = None) -> answers.WrittenJoin:
         """Write the motion, and beside it ``FILE.provenance.json`` with the origin of its frames.

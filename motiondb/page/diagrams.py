@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal, cast
 
 from pydantic import AfterValidator
 
-from motiondb.answers.plain import fields_of
+from motiondb.answers.plain import extended
 from motiondb.scene.language.semantic_rules import Spot
 from motiondb.scene.language.tactics import KINDS, Court, Diagram, Element, Player
 
@@ -176,7 +176,7 @@ def diagram_shape(diagram: Diagram) -> DiagramShape:
         ],
         diagram.grammar,
         diagram.ball,
-        CourtShape(**fields_of(diagram.court)),
+        extended(CourtShape, diagram.court),
         [PlaceShape(name, (spot.x, spot.z)) for name, spot in diagram.places],
         elements,
     )

@@ -161,12 +161,13 @@ class Job:
     def reply(self) -> JobReply:
         """Return the job for JSON."""
         seconds = (self.ended or time.time()) - self.started
-        return JobReply(
+        return answers.extended(
+            JobReply,
+            self.step(),
             id=self.job_id,
             kind=self.kind,
             title=self.title,
             state=self.state,
-            **answers.fields_of(self.step()),
             started=round(self.started, 3),
             seconds=round(seconds, 3),
             message=self.message,

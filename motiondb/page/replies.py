@@ -98,8 +98,9 @@ def worded_segments(db: MotionDB, capture: str) -> tuple[WordedSegment, ...]:
         row.symbol: row.words[0] for row in db.session.kept("words of symbols", load) if row.words
     }
     return tuple(
-        WordedSegment(
-            **answers.fields_of(each),
+        answers.extended(
+            WordedSegment,
+            each,
             word=words[each.symbol].word if each.symbol in words else None,
             word_probability=words[each.symbol].probability if each.symbol in words else None,
         )
@@ -109,7 +110,8 @@ def worded_segments(db: MotionDB, capture: str) -> tuple[WordedSegment, ...]:
 
 def search_reply(db: MotionDB, answer: WordAnswer, took: float | None = None) -> SearchReply:
     """Return the answer to words; every match has its reasons."""
-    return SearchReply(**_with_takes(db, answers.search_answer(answer)), took=took)
+    found = answers.search_answer(answer)
+    return answers.extended(SearchReply, found, took=took, **_with_takes(db, found))
 
 
 def like_reply(
@@ -121,21 +123,24 @@ def like_reply(
     took: float | None = None,
 ) -> LikeReply:
     """Return the answer to an example."""
-    facts = _with_takes(db, answers.like_answer(answer))
-    return LikeReply(**facts, ref=ref, start=start, end=end, took=took)
+    found = answers.like_answer(answer)
+    more = {"ref": ref, "start": start, "end": end, "took": took}
+    return answers.extended(LikeReply, found, **more, **_with_takes(db, found))
 
 
 def _with_takes(db: MotionDB, answer: answers.LikeAnswer) -> dict[str, Any]:
-    """Return the fields of an answer, its matches with their takes."""
+    """Return the matches of an answer with their takes, and how many captures it leaves out."""
     matches = tuple(_with_take(db, match) for match in answer.matches)
-    return answers.fields_of(answer) | {"matches": matches, "not_yet_learned": len(db.unlearned())}
+    return {"matches": matches, "not_yet_learned": len(db.unlearned())}
 
 
 def _with_take(db: MotionDB, match: Match) -> ShownMatch:
     row = db.browsed(match.capture)
     assert row is not None  # both come from one revision
-    return ShownMatch(
-        **{"explain": None} | answers.fields_of(match),
+    return answers.extended(
+        ShownMatch,
+        match,
+        explain=getattr(match, "explain", None),
         ref=f"capture:{match.capture}",
         duration=round(row.info.duration, 3),
         performer=row.info.tags.get("performer"),
@@ -180,17 +185,8 @@ class CaptureDetails(answers.ListedCapture):
 
 def capture_row(row: BrowsedCapture) -> CaptureRow:
     """Return a row of the catalogue."""
-    return CaptureRow(
-        ref=f"capture:{row.info.name}",
-        name=row.info.name,
-        kind=row.info.kind,
-        duration=row.info.duration,
-        tags=row.info.tags,
-        notes=row.info.notes,
-        words=row.captions,
-        learned=row.learned,
-        copies=row.copies,
-    )
+    more = {"words": row.captions, "learned": row.learned, "copies": row.copies}
+    return answers.extended(CaptureRow, row.info, ref=f"capture:{row.info.name}", **more)
 
 
 def described_words(db: MotionDB, name: str) -> tuple[answers.WordsOverTime, ...]:
@@ -212,8 +208,10 @@ def capture_details(db: MotionDB, row: BrowsedCapture, described: bool = True) -
         made = {"sources": sources_of(provenance), "stretches": stretches(provenance)}
         if shown.string is not None:
             made |= {"grammar": shown.grammar, "string": tuple(shown.string.split())}
-    return CaptureDetails(
-        **answers.fields_of(answers.listed_capture(row.info, row.captions)),
+    return answers.extended(
+        CaptureDetails,
+        row.info,
+        words=row.captions,
         ref=f"capture:{name}",
         learned=row.learned,
         copies=row.copies,
@@ -263,9 +261,7 @@ def _blocks_of(made: Generated, asked: Sequence[Block]) -> tuple[ShownBlock, ...
             phrases = [" ".join(words) for words in made.actions]
         asked = [Block(phrase) for phrase in phrases]
     return tuple(
-        ShownBlock(
-            **answers.fields_of(block) | {"place": place if place >= 0 else None}, places=number
-        )
+        answers.extended(ShownBlock, block, place=place if place >= 0 else None, places=number)
         for block, (place, number) in zip(asked, made.places)
     )
 
@@ -274,8 +270,9 @@ def made_reply(
     db: MotionDB, made: Generated, made_id: str, saved: str = "", blocks: Sequence[Block] = ()
 ) -> MadeReply:
     """Return a generated motion; `blocks` are those that it was asked for with."""
-    return MadeReply(
-        **answers.fields_of(made.facts()),
+    return answers.extended(
+        MadeReply,
+        made.facts(),
         id=made_id,
         ref=f"made:{made_id}",
         recognised_words=answers.words_over_time(db.describe(made.motion)),
@@ -352,12 +349,13 @@ def sequence_reply(
     names = db.grammars.load(sequence.grammar).terminals.names
     words = {name: tuple(w for w, _ in one.words) for name, one in zip(names, meanings)}
     path = root_path(sequence).round(3).tolist()
-    return SequenceReply(
-        **answers.fields_of(db.grammars.facts(sequence, seed)),
+    return answers.extended(
+        SequenceReply,
+        db.grammars.facts(sequence, seed),
         id=sequence_id,
         ref=f"sequence:{sequence_id}",
         strip=tuple(
-            WordedTerminal(**answers.fields_of(each), words=words.get(each.terminal, ()), at=at)
+            answers.extended(WordedTerminal, each, words=words.get(each.terminal, ()), at=at)
             for at, each in enumerate(db.grammars.strip(sequence))
         ),
         path=RootPath(MOTION_FPS / PATH_STEP, [(x, z) for x, z in path]),

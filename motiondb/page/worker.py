@@ -153,8 +153,8 @@ class Workshop:
         settings = LearnSettings(n_symbols=parameters["symbols"], seed=parameters["seed"])
         learned = self.database.learn(settings, progress.progress, parameters["start"])
         first = self.database.start_facts()
-        size = answers.fields_of(answers.learned_summary(learned))
-        return answers.LearnResult(**size, start=first.name if first else None)
+        size = answers.learned_summary(learned)
+        return answers.extended(answers.LearnResult, size, start=first.name if first else None)
 
     def _learn_grammar(self, parameters: Parameters, progress: Events) -> answers.GrammarLearned:
         from motiondb.database.grammars.grammar_learning import GrammarSettings

@@ -17,6 +17,7 @@ import numpy as np
 
 from motiondb import store
 from motiondb.answers.grammars import ParseAnswer, ParsedSentence, ParseFault
+from motiondb.answers.plain import extended
 from motiondb.database.grammars.grammar_sequences import Material
 from motiondb.database.learned_grammar import LearnedGrammar
 from motiondb.files.formats import read_file
@@ -61,21 +62,14 @@ class ParsedMotion:
     def facts(self) -> ParseAnswer:
         """The string with its sentences or its fault, for JSON."""
         fault = self.fault
-        return ParseAnswer(
-            string=self.string,
+        return extended(
+            ParseAnswer,
+            self,
             spans=list(zip(self.starts, self.ends)),
             learned_from=self.stored,
-            distances=self.distances,
             usual_distance=self.reach,
-            unlike=self.unlike,
-            share_unlike=self.share_unlike,
-            is_unlike=self.is_unlike,
             sentences=[ParsedSentence(tree.leaves(), str(tree)) for tree in self.trees],
-            fault=None
-            if fault is None
-            else ParseFault(
-                fault.position, fault.symbol, fault.expected, fault.may_end, str(fault)
-            ),
+            fault=fault and extended(ParseFault, fault, found=fault.symbol, says=str(fault)),
         )
 
     @property

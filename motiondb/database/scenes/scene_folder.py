@@ -110,21 +110,16 @@ def _spans(record: store.StoredScene) -> list[tuple[store.SceneRule, _Span]]:
 
 def _measured(rule: store.SceneRule, span: _Span) -> answers.MeasuredRule:
     start, end = span
-    return answers.MeasuredRule(
-        rule.player,
-        rule.action,
-        rule.clip,
-        rule.kind,
-        rule.about,
-        rule.unit,
-        round(rule.before, 4),
-        round(rule.after, 4),
-        round(rule.threshold, 4),
-        rule.frame,
-        start,
-        end,
-        end - start,
-        rule.kept,
+    return answers.extended(
+        answers.MeasuredRule,
+        rule,
+        rule=rule.kind,
+        before=round(rule.before, 4),
+        after=round(rule.after, 4),
+        threshold=round(rule.threshold, 4),
+        start=start,
+        end=end,
+        frames=end - start,
     )
 
 

@@ -168,7 +168,7 @@ def router(page: Page) -> APIRouter:
             )
         ]
         placed = [
-            PlacedSymbol(**answers.fields_of(row), at=at.tolist(), typical=next(iter(first), None))
+            answers.extended(PlacedSymbol, row, at=at.tolist(), typical=next(iter(first), None))
             for row, at, first in zip(rows, space.coordinates, typical)
         ]
         stress = [float(value) for value in space.stress]
@@ -190,7 +190,7 @@ def router(page: Page) -> APIRouter:
 
 def _playable(segments: Sequence[answers.SymbolSegment]) -> list[PlayableSegment]:
     return [
-        PlayableSegment(**answers.fields_of(one), ref=f"capture:{one.capture}") for one in segments
+        answers.extended(PlayableSegment, one, ref=f"capture:{one.capture}") for one in segments
     ]
 
 

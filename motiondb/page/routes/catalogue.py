@@ -341,8 +341,10 @@ def _starts() -> tuple[ShippedStart, ...]:
 def _status(page: Page, db: MotionDB) -> Status:
     info, drift = info_and_drift(db)
     limits, folders = page.settings.limits, page.settings.folders
-    return Status(
-        **answers.fields_of(info) | {"database": without_surrogates(page.settings.database.name)},
+    return answers.extended(
+        Status,
+        info,
+        database=without_surrogates(page.settings.database.name),
         version=VERSION,
         read_only=page.settings.read_only,
         revision=db.revision(),

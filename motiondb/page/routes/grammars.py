@@ -172,10 +172,9 @@ def router(page: Page) -> APIRouter:
         """Everything about a grammar, with its saved sequences."""
         with page.reading() as db:
             check_grammar(db, name)
-            facts = answers.fields_of(db.grammars.show(name))
-            return GrammarReply(
-                **facts, sequences=list(db.grammars.saved(name)), edits=db.grammars.edits(name)
-            )
+            saved, edits = db.grammars.saved(name), db.grammars.edits(name)
+            facts = db.grammars.show(name)
+            return answers.extended(GrammarReply, facts, sequences=saved, edits=edits)
 
     @routes.delete("/api/grammar", response_model_exclude_none=True)
     def remove(name: Name) -> answers.Removed:
@@ -324,7 +323,7 @@ def _sequence_routes(routes: APIRouter, page: Page) -> None:
 def _row(db: MotionDB, size: GrammarSize) -> ListedGrammar:
     learned = db.grammars.load(size.name)
     new = derives_new(learned.grammar, learned.strings)
-    return ListedGrammar(**answers.fields_of(grammar_row(size)), derives_new=new)
+    return answers.extended(ListedGrammar, grammar_row(size), derives_new=new)
 
 
 def _keep_line(page: Page, made: MadeSequence | None) -> None:
@@ -393,5 +392,5 @@ def _alternative(
     how: dict[str, object] = {"edited": body.id, "at": body.at, "choose": number + 1}
     how |= {"wider": body.wider, "narrower": body.narrower, "number": body.number}
     kept = MadeSequence(made, body.seed, body.id, (start, start + len(region)), how)
-    reply = answers.fields_of(_put(page, db, kept))
-    return PlayableAlternative(**reply, region=region, log_probability=log_probability)
+    more = {"region": region, "log_probability": log_probability}
+    return answers.extended(PlayableAlternative, _put(page, db, kept), **more)

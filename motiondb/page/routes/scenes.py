@@ -176,7 +176,7 @@ def _read(page: Page, name: str) -> SceneReply:
 
 
 def _listed(ref: str, report: answers.SceneAnswer) -> ListedScene:
-    return ListedScene(**answers.fields_of(answers.scene_row(report)), ref=ref)
+    return answers.extended(ListedScene, report, ref=ref)
 
 
 def _title(text: str) -> str:
