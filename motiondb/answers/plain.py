@@ -17,7 +17,7 @@ SPREAD = {"json": "spread"}  # Of a field with a mapping whose keys stand among 
 
 
 def extended(kind: type[Answer], base: object, **more: object) -> Answer:
-    """Return an answer of a kind: ``more``, and all else that a record has of the same name."""
+    """Return a record of a kind: ``more``, and all else that another one has of the same name."""
     names = {field.name for field in fields(cast(Any, kind))} - more.keys()
     given = {name: getattr(base, name, _MISSING) for name in names}
     return kind(**{name: value for name, value in given.items() if value is not _MISSING} | more)

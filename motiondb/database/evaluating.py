@@ -7,13 +7,14 @@ cut and scored by the learned symbols, as a generated capture is, and searched a
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from motiondb import store
 from motiondb.answers.learning import Evaluation, Score, WordScore
+from motiondb.answers.plain import extended
 from motiondb.errors import QueryError
 from motiondb.language.vocabulary import MODIFIERS, words_of
 from motiondb.learn.learned import Learned
@@ -150,7 +151,7 @@ def _load(session: Session, where: str, workers: Workers | None) -> _Held:
     if workers is None:
         tables = [recognise_capture(learned, *each) for each in motions.items()]
     else:
-        model = LearnedModel(**{f.name: getattr(learned, f.name) for f in fields(LearnedModel)})
+        model = extended(LearnedModel, learned)
         pieces = runs(list(motions.items()), workers.n_pieces())
         cut = workers.map(_recognise_some, pieces, model)
         tables = [table for part in cut for table in part]

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from motiondb.answers.plain import extended
 from motiondb.grammar.cfg.context_free import Grammar, Rule
 from motiondb.records import IntArray
 from motiondb.store import GrammarSource, Store, StoredGrammar, load_grammar
@@ -57,25 +58,19 @@ class LearnedGrammar:
     @property
     def stored(self) -> StoredGrammar:
         """The same as plain data, as the store keeps it."""
-        terminals = self.terminals
-        return StoredGrammar(
-            self.name,
-            self.sources,
-            terminals.names,
-            self.symbols,
-            terminals.takes,
-            terminals.starts,
-            terminals.ends,
-            terminals.labels,
-            terminals.medoids,
-            terminals.objective,
-            self.grammar.start,
-            tuple((rule.left, rule.right, rule.probability) for rule in self.grammar.rules),
-            self.sentences,
-            self.parses,
-            self.bits,
-            self.run_id,
-            self.grammar_id,
+        parts = self.terminals
+        return extended(
+            StoredGrammar,
+            self,
+            terminals=parts.names,
+            takes=parts.takes,
+            starts=parts.starts,
+            ends=parts.ends,
+            labels=parts.labels,
+            medoids=parts.medoids,
+            objective=parts.objective,
+            start=self.grammar.start,
+            rules=tuple((rule.left, rule.right, rule.probability) for rule in self.grammar.rules),
         )
 
 
@@ -84,23 +79,10 @@ def load_learned_grammar(store: Store, name: str) -> LearnedGrammar:
     from motiondb.grammar.terminals.terminals import Terminals  # 0.1 s, in no other question
 
     stored = load_grammar(store, name)
-    return LearnedGrammar(
-        stored.name,
-        stored.sources,
-        Terminals(
-            stored.terminals,
-            stored.takes,
-            stored.starts,
-            stored.ends,
-            stored.labels,
-            stored.medoids,
-            stored.objective,
-        ),
-        stored.symbols,
-        Grammar(stored.start, tuple(Rule(*rule) for rule in stored.rules), stored.terminals),
-        stored.sentences,
-        stored.parses,
-        stored.bits,
-        stored.run_id,
-        stored.grammar_id,
+    rules = tuple(Rule(*rule) for rule in stored.rules)
+    return extended(
+        LearnedGrammar,
+        stored,
+        terminals=extended(Terminals, stored, names=stored.terminals),
+        grammar=Grammar(stored.start, rules, stored.terminals),
     )

@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motiondb import store
+from motiondb.answers.plain import extended
 from motiondb.body import retarget
 from motiondb.errors import CaptureError, MotionDBError
 from motiondb.files.folder import named_skeleton, skeleton_path
@@ -315,13 +316,8 @@ def _load(job: FileToRead) -> _Loaded | Readings:
     settings, entry, path = job.settings, job.entry, job.path
     try:
         with guarded(path, job.seconds(_size(path))):
-            options = ReadOptions(
-                fps=entry.fps if entry and entry.fps else settings.fps,
-                unit=settings.unit,
-                skip_bad_frames=settings.skip_bad_frames,
-                limits=settings.limits,
-                within=settings.within,
-            )
+            fps = entry.fps if entry and entry.fps else settings.fps
+            options = extended(ReadOptions, settings, fps=fps)
             kind = capture_format(path)
             data = read_file(path, options)
             named = entry.skeleton if entry and path.suffix.lower() == ".amc" else None

@@ -82,9 +82,14 @@ def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> answers.Gr
 
 def grammar_row(size: store.GrammarSize) -> answers.GrammarRow:
     """Return the size of a grammar, for JSON."""
-    counts = vars(size) | {"bits": size.bits | {"sum": sum(size.bits.values())}}
-    run = counts.pop("run_id")
-    return answers.GrammarRow(counts.pop("name"), run, **counts, seconds=round(size.seconds, 3))
+    return answers.extended(
+        answers.GrammarRow,
+        size,
+        grammar=size.name,
+        run=size.run_id,
+        bits=size.bits | {"sum": sum(size.bits.values())},
+        seconds=round(size.seconds, 3),
+    )
 
 
 def derives_new(grammar: context_free.Grammar, sentences: Sequence[tuple[str, ...]]) -> bool:

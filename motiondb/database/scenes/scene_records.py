@@ -51,18 +51,15 @@ def scene_record(
         n_frames=made.n_frames,
         players=_players(made, digests),
         rules=tuple(
-            store.SceneRule(
-                row.player,
-                row.action,
-                row.token,
-                row.kind,
-                row.about,
-                row.unit,
-                float(row.before),
-                float(row.after),
-                float(row.threshold),
-                int(row.frame),
-                bool(row.kept),
+            plain.extended(
+                store.SceneRule,
+                row,
+                clip=row.token,
+                before=float(row.before),
+                after=float(row.after),
+                threshold=float(row.threshold),
+                frame=int(row.frame),
+                kept=bool(row.kept),
             )
             for row in made.report.rules
         ),
@@ -77,16 +74,12 @@ def _players(made: MadeScene, digests: Mapping[str, str]) -> tuple[store.ScenePl
         entries = np.asarray(state.entries).tolist()
         begins = state.delay + np.concatenate([[0], np.cumsum(library.n_frames[entries])])
         clips = tuple(
-            store.SceneClip(
-                action,
-                s.capture,
-                digests.get(s.capture, ""),
-                s.start,
-                s.end,
-                s.mirrored,
-                s.bend,
-                s.stretch,
-                int(begin),
+            plain.extended(
+                store.SceneClip,
+                s,
+                terminal=action,
+                sha256=digests.get(s.capture, ""),
+                begin=int(begin),
             )
             for action, s, begin in zip(
                 state.tree.leaves(), (library.source[e] for e in entries), begins, strict=False
