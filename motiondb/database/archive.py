@@ -104,17 +104,7 @@ class Archive:
         )
 
     def save_generated(self, name: str, words: str, made: Made, seed: int) -> CaptureInfo:
-        """Keep a generated motion as a capture, with the origin of every frame.
-
-        Parameters
-        ----------
-        words : str
-            Its caption.
-        made : Generated
-            The motion.
-        seed : int
-            Seed that the run names.
-        """
+        """Keep a generated motion as a capture, with the origin of every frame."""
         from motiondb.database.generated_files import keep_generated
 
         opened, captions = self.store, [Caption(words)]
@@ -163,22 +153,15 @@ class Archive:
     ) -> answers.MergeReport:
         """Take over the captures of another database with their words, tags and provenance.
 
-        A capture of the same content gets the words, tags and events that it lacks here. What is
-        not taken over is named in the notes of the result.
+        The other one is only read. A capture of the same content gets the words, tags and events
+        that it lacks here. What is not taken over is named in the notes of the result.
 
         Parameters
         ----------
-        other : str or Path
-            The other database, which is only read.
         prefix : str
             Put before the name of every new capture, such as "studio2/".
         wait : float
             Seconds to wait for another process that holds the other database.
-
-        Raises
-        ------
-        MotionDBError
-            When the other database cannot be opened, or is this one.
         """
         from motiondb.database.catalogue import merging
 
@@ -354,12 +337,9 @@ class Archive:
         return [info.name for info, _ in changed]
 
     def add_words(self, words: str, names: Iterable[str] = (), where: str = "") -> list[str]:
-        """Add a caption, and count it; return the captures that did not have it.
+        """Add a caption of the whole capture, and count it.
 
-        Parameters
-        ----------
-        words : str
-            What each of the captures shows as a whole.
+        Returns the names of the captures that did not have it.
         """
         from motiondb.database.learn import updating
 
@@ -413,10 +393,7 @@ class Archive:
     def export_words(self, path: str | Path, where: str = "") -> answers.SheetWritten:
         """Write captions and tags as a sheet that ``import_words`` reads again without loss.
 
-        Parameters
-        ----------
-        path : str or Path
-            The sheet: CSV for the ending .csv, else TSV.
+        It is CSV for the ending .csv, else TSV.
         """
         from motiondb.database.catalogue import sheets
 
@@ -445,14 +422,8 @@ class Archive:
     ) -> updating.Change:
         """Set the caption of a capture, or of a part of it, and count it.
 
-        Words that are new to the vocabulary are counted at the next ``learn``.
-
-        Parameters
-        ----------
-        words : str
-            What it shows.
-        keep : bool
-            Add to the captions that are there instead of replacing them.
+        ``keep`` keeps the captions that are there. Words that are new to the vocabulary are counted
+        at the next ``learn``.
         """
         return self._save_captions(name, [Caption(words, start, end)], keep)
 
@@ -476,13 +447,7 @@ class Archive:
         return change
 
     def set_synonyms(self, path: str | Path) -> Mapping[str, str]:
-        """Replace the synonyms for captions and questions by those of a file.
-
-        Parameters
-        ----------
-        path : str or Path
-            Lines ``word = canonical``.
-        """
+        """Replace the synonyms for captions and questions: a file of ``word = canonical``."""
         from motiondb.database.learn import updating
         from motiondb.files.safe_files import read_user_text
         from motiondb.language.vocabulary import parse_synonyms

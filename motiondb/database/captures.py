@@ -280,12 +280,7 @@ class Captures(Archive):
     ) -> list[answers.MatchFile]:
         """Write the intervals of an answer as BVH, each with its origin and licence beside it.
 
-        Parameters
-        ----------
-        folder : str or Path
-            The folder, which is made if there is none.
-        question : str
-            What was asked, for the files beside.
+        The folder is made if there is none. ``question`` is what was asked, for the files beside.
         """
         from motiondb.files.own_files import check_overwriting, provenance_path
 
@@ -338,18 +333,10 @@ class Captures(Archive):
     def compare(
         self, first: Example, second: Example, png: str | Path | None = None
     ) -> answers.Comparison:
-        """Align two motions by dynamic time warping, and measure how far they are apart.
+        """Align two examples by dynamic time warping, and measure how far they are apart.
 
-        Poses are compared on the standard body, relative to the pelvis and the heading.
-
-        Parameters
-        ----------
-        first : str, Path, Clip or Motion
-            An example.
-        second : str, Path, Clip or Motion
-            Another.
-        png : str or Path, optional
-            Draw the distances of all poses with the alignment into this file.
+        Poses are compared on the standard body, relative to the pelvis and the heading. ``png``
+        draws the distances of all poses with the alignment into this file.
         """
         from motiondb import pictures
         from motiondb.body.body import JOINTS
@@ -391,13 +378,7 @@ class Captures(Archive):
         title: str = "",
         example: Motion | None = None,
     ) -> Path:
-        """Draw the first matches of an answer as rows of stick figures, as PNG.
-
-        Parameters
-        ----------
-        example : Motion, optional
-            The example, which is drawn above the matches.
-        """
+        """Draw the first matches, below an example if given, as rows of stick figures (PNG)."""
         from motiondb.database import searching
 
         return searching.draw_matches(self.session, answer.matches, path, title, example)

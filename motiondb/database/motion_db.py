@@ -174,14 +174,8 @@ class MotionDB(Captures):
 
         Their captions judge, and are no evidence. Words, captions and examples are asked for among
         these captures, where an example may find takes of its own performer; intervals of timed
-        captions are found in their captures.
-
-        Parameters
-        ----------
-        where : str
-            These captures. Learn from the others before (:meth:`learn`).
-        workers : Cluster, optional
-            Who answers the questions; the scores are the same. None: this process.
+        captions are found in their captures. Learn from the others before (:meth:`learn`). The
+        scores are the same whoever answers: ``workers``, or this process.
 
         Raises
         ------
@@ -237,8 +231,6 @@ class MotionDB(Captures):
 
         Parameters
         ----------
-        path : str or Path
-            The file.
         name : str
             What to call it; the name of the file without its ending if not given.
         credit : str

@@ -84,43 +84,16 @@ def learn_grammar(
     store.check_writable(database)
     try:
         with store.released(database):
-            result = _search(database, infos, motions, settings, rng, tell)
+            learned = _search(database, infos, motions, name, settings, rng, tell)
     except parse.ParseError:  # an internal fault: a learned grammar parses its sentences
         raise
     except context_free.GrammarError as error:  # the captures or the number of terminals do not fit
         raise QueryError(str(error)) from None
-    tell("parses", 0.0, 1.0)
-    learned = _record(name, infos, result)
     parameters = {"name": name, "captures": [info.name for info in infos], **asdict(settings)}
     with store.running(database, "grammar", parameters, settings.seed) as run_id:
         lost = store.save_grammar(database, learned.stored, run_id)
     tell("parses", 1.0, 1.0)
     return load_learned_grammar(database, name), lost
-
-
-@dataclass(frozen=True, eq=False)
-class _Found:
-    """The terminals with their motion symbols, and the sentences."""
-
-    terminals: Terminals
-    symbols: IntArray  # (K,): motion symbol of each terminal, -1 where it is none
-    sentences: partition.Sentences
-
-
-def _record(name: str, infos: Sequence[CaptureInfo], result: _Found) -> LearnedGrammar:
-    """Collect the learned grammar into a record for the store."""
-    grammar, sentences = result.sentences.grammar, result.sentences.sentences
-    bits = result.sentences.bits
-    return LearnedGrammar(
-        name,
-        tuple(store.GrammarSource(i.name, i.sha256, i.motion_frames) for i in infos),
-        result.terminals,
-        result.symbols,
-        context_free.Grammar(grammar.start, grammar.rules, result.terminals.names),
-        _intervals(sentences),
-        tuple(context_free.choices_of(parse.parse(grammar, sentence)) for sentence in sentences),
-        {"sentences": bits.sentences, "rules": bits.grammar},
-    )
 
 
 def default_terminals(n_frames: int) -> int:
@@ -178,10 +151,11 @@ def _search(
     database: store.Store,
     infos: Sequence[CaptureInfo],
     motions: Sequence[Motion],
+    name: str,
     settings: GrammarSettings,
     rng: np.random.Generator,
     tell: Progress,
-) -> _Found:
+) -> LearnedGrammar:
     """Find terminals and then sentences."""
     captions = store.load_captions(database) if settings.sentences == "captions" else {}
     captions_of_takes = [captions.get(info.capture_id, ()) for info in infos]
@@ -206,8 +180,19 @@ def _search(
             number = default_terminals(sum(motion.n_frames for motion in motions))
         terminals = find_terminals(motions, number, rng, settings=settings.search, progress=advance)
         symbols = np.full(number, -1)
-    sentences = _sentences(terminals, captions_of_takes, settings, rng, tell)
-    return _Found(terminals, symbols, sentences)
+    found = _sentences(terminals, captions_of_takes, settings, rng, tell)
+    tell("parses", 0.0, 1.0)
+    grammar, sentences = found.grammar, found.sentences
+    return LearnedGrammar(
+        name,
+        tuple(store.GrammarSource(i.name, i.sha256, i.motion_frames) for i in infos),
+        terminals,
+        symbols,
+        context_free.Grammar(grammar.start, grammar.rules, terminals.names),
+        _intervals(sentences),
+        tuple(context_free.choices_of(parse.parse(grammar, sentence)) for sentence in sentences),
+        {"sentences": found.bits.sentences, "rules": found.bits.grammar},
+    )
 
 
 def _sentences(

@@ -84,24 +84,17 @@ class Grammars:
     ) -> tuple[LearnedGrammar, list[str]]:
         """Learn a grammar from captures, replacing a grammar of the same name.
 
+        Also returns the names of the generated captures that can no longer be edited, because the
+        grammar that derived them was replaced.
+
         Parameters
         ----------
-        captures : iterable of str
-            Names of the captures.
         name : str, optional
             Name of the grammar. None takes the last part of the first capture's name.
         settings : GrammarSettings, optional
             Settings that decide what is learned.
         progress : callable, optional
             Called with the name of the step, the amount done and the total amount.
-
-        Returns
-        -------
-        grammar : LearnedGrammar
-            The grammar.
-        lost : list of str
-            Names of the generated captures that can no longer be edited, because the grammar that
-            derived them was replaced.
 
         Raises
         ------
@@ -136,21 +129,11 @@ class Grammars:
             return store.remove_grammar(self._session.store, name)
 
     def edit_rules(self, name: str, text: str) -> list[str]:
-        """Replace the rules of a grammar by edited ones.
+        """Replace the rules of a grammar by edited ones, a text as ``show(name).text``.
 
-        The terminals, their segments and the sentences stay. The edit can be taken back, see
-        :meth:`undo_edit`. Rules that are the present ones are no edit.
-
-        Parameters
-        ----------
-        text : str
-            All rules, as in ``show(name).text``.
-
-        Returns
-        -------
-        list of str
-            Names of the generated captures that can no longer be edited, because the new rules do
-            not derive them.
+        The terminals, their segments and the sentences stay. Returns the names of the generated
+        captures that can no longer be edited, because the new rules do not derive them. The edit
+        can be taken back (:meth:`undo_edit`). Rules that are the present ones are no edit.
 
         Raises
         ------
@@ -163,18 +146,9 @@ class Grammars:
     def rename_terminal(self, name: str, terminal: str, to: str) -> list[str]:
         """Give a terminal another name, also in the rules and in saved sequences.
 
-        Parameters
-        ----------
-        terminal : str
-            Present name of the terminal.
-        to : str
-            New name, of at most 60 letters (a-z, A-Z), digits, ``_``, ``'``, ``.`` and ``-``. It
-            begins with a letter or ``_``.
-
-        Returns
-        -------
-        list of str
-            As for :meth:`edit_rules`; no name, as the strings stay the same.
+        The new name has at most 60 letters (a-z, A-Z), digits, ``_``, ``'``, ``.`` and ``-``, and
+        begins with a letter or ``_``. Returns what :meth:`edit_rules` does: no name, as the strings
+        stay the same.
         """
         database = self._session.store
         return grammar_editing.rename_terminal(database, self.load(name).name, terminal, to)
@@ -293,22 +267,13 @@ class Grammars:
         return pictures.save_png(pictures.strip_figure(sequence.motion, title, lines), path)
 
     def parse(self, name: str, example: str | Path | Motion) -> ParsedMotion:
-        """Return the sentences of a motion, stored or newly parsed.
+        """Return the sentences of a capture, a motion file or a motion, stored or newly parsed.
 
         The sentences are the stored ones if the grammar was learned from the motion. Otherwise the
         motion is read, which assigns a terminal to every segment, even if the motion shows
         something else. ``unlike`` of the result gives the segments that are unlike everything from
-        which the grammar was learned.
-
-        Parameters
-        ----------
-        example : str, Path or Motion
-            Name of a capture, a motion file, or a motion.
-
-        Raises
-        ------
-        QueryError
-            Also when the motion is too short for a terminal.
+        which the grammar was learned. QueryError is raised also if the motion is too short for a
+        terminal.
         """
         with self._session.reading():
             material = self.material(name)
@@ -329,34 +294,25 @@ class Grammars:
     def plan(
         self, name: str, beginning: str | Sequence[str], goal: str, shortest: bool = False
     ) -> Plan:
-        """Return the most probable continuation of a beginning that reaches a terminal.
+        """Return the most probable, or shortest, continuation of a beginning to a terminal.
 
-        Parameters
-        ----------
-        goal : str
-            The terminal to reach; GrammarError if no sentence leads there.
-        shortest : bool
-            Whether to return the shortest continuation instead.
+        GrammarError is raised if no sentence leads there.
         """
         grammar = self.load(name).grammar
         before, (wanted,) = terminals_of(grammar, beginning), terminals_of(grammar, [goal])
         return plan(grammar, before, wanted, shortest=shortest)
 
     def complete(self, name: str, like: str, n: int = 5, exact: bool = False) -> Completions:
-        """Return the most probable sentences that match a pattern and that captures can show.
+        """Return the ``n`` most probable sentences that match a pattern and that captures can show.
 
         Parameters
         ----------
         like : str
             Terminals and words, ``?`` for any one terminal, ``...`` for any number of them; or a
             sentence in words, which may follow each other with anything between.
-        n : int
-            How many sentences.
 
         Raises
         ------
-        QueryError
-            When the pattern is not valid.
         GrammarError
             When no sentence matches; with the first place of the pattern that none reaches.
         """
@@ -420,11 +376,6 @@ class Grammars:
             narrowed.
         n : int
             Most alternatives.
-
-        Raises
-        ------
-        QueryError
-            Also when the sequence belongs to another grammar, or the region lies outside it.
         """
         return grammar_sequences.offer(self.material(name), sequence, at, levels, n, seed)
 
@@ -443,13 +394,7 @@ class Grammars:
     def write(
         self, sequence: GrammarSequence, path: str | Path, seed: int = 0
     ) -> answers.WrittenSequence:
-        """Write a sequence, and the origin of its frames to ``FILE.provenance.json``.
-
-        Parameters
-        ----------
-        path : str or Path
-            The file; its ending gives the format: .bvh, .glb or .gltf.
-        """
+        """Write a sequence (.bvh, .glb or .gltf), and beside it ``FILE.provenance.json``."""
         facts = self.facts(sequence, seed)
         files = write_with_provenance(sequence, facts, Path(path))
         return answers.extended(
@@ -465,14 +410,8 @@ class Grammars:
     ) -> CaptureInfo:
         """Save a sequence as a generated capture with its derivation, so that it can be edited.
 
-        Parameters
-        ----------
-        name : str
-            Name of the new capture; QueryError if it is not valid or taken.
-        seed : int
-            The seed from which the sequence was generated.
-        how : mapping of str to object, optional
-            Further parameters that are saved with the run.
+        ``name`` is that of the new capture, ``seed`` the one of the sequence, and ``how`` holds
+        further parameters that are saved with the run.
         """
         material = self.material(sequence.grammar)
         return grammar_sequences.keep(material, sequence, name, seed, how or {})
@@ -499,19 +438,9 @@ class Grammars:
         """Return sentences that follow one another, as motion of about a wanted duration.
 
         A take is a chain of sentences, and so is the result. Sentences are drawn one by one by
-        their probabilities, whatever the sentence before. The segments are chosen for the whole
-        chain, so that the cost of its joins is least.
-
-        Parameters
-        ----------
-        seconds : float
-            Wanted duration. The number of sentences is the one whose mean duration is nearest.
-
-        Raises
-        ------
-        QueryError
-            When the duration is not above 0 or too long, or all captures that show one of the
-            terminals were removed.
+        their probabilities, whatever the sentence before; their number is the one whose mean
+        duration is nearest. The segments are chosen for the whole chain, so that the cost of its
+        joins is least. QueryError is raised also for a duration that is not above 0 or too long.
         """
         return grammar_sequences.chain(self.material(name), seconds, seed)
 
