@@ -178,13 +178,14 @@ def _to_question(number: int, cells: dict[str, str]) -> _Question:
         found = "both." if words else "neither."
         fault = f"expected a question or a capture in the column like, found {found}"
         return replace(one, is_example=False, fault=fault)
+    numbers: dict[str, Any] = {}
     for column, (kind, said) in NUMBERS.items():
         try:
-            value = kind(cells[column]) if cells.get(column) else None
+            numbers[column] = kind(cells[column]) if cells.get(column) else None
         except ValueError:
             fault = f"expected {said} in the column {column}, found {cells[column]!r}."
             return replace(one, fault=fault)
-        one = replace(one, **{column: value})
+    one = replace(one, **numbers)
     if words and (one.start is not None or one.end is not None):
         fault = "expected start and end for an example only, found them with a question."
         return replace(one, fault=fault)

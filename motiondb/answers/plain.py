@@ -16,7 +16,7 @@ _MISSING = object()
 SPREAD = {"json": "spread"}  # Of a field with a mapping whose keys stand among the answer's
 
 
-def extended(kind: type[Answer], base: object, **more: object) -> Answer:
+def extended(kind: type[Answer], base: object, /, **more: object) -> Answer:
     """Return a record of a kind: ``more``, and all else that another one has of the same name."""
     names = {field.name for field in fields(cast(Any, kind))} - more.keys()
     given = {name: getattr(base, name, _MISSING) for name in names}
