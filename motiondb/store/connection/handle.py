@@ -264,6 +264,8 @@ class Store:
             with self._turn:
                 try:
                     local.cursor = self._open_root().cursor()
+                    # it would stand in what a command prints where a query takes two seconds
+                    local.cursor.execute("SET enable_progress_bar = false")
                 except duckdb.Error as error:
                     raise translate(self.path, error) from error
                 local.opening = self._opening

@@ -290,3 +290,9 @@ def test_a_name_that_no_system_accepts_is_refused(use: Callable[[str], object]) 
         r"'a\x00b.duckdb': expected the name of a file, found: a name that no system accepts. "
         "Give another name."
     )
+
+
+def test_no_progress_bar_is_printed_into_answers(tmp_path: Path) -> None:
+    with store.open_store(tmp_path / "m.duckdb") as opened:
+        setting = "SELECT current_setting('enable_progress_bar')"
+        assert opened.connection.value(setting) is False
