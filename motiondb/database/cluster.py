@@ -10,16 +10,17 @@ from __future__ import annotations
 
 import ipaddress
 import math
-import socket
 import sys
 import warnings
 from collections import OrderedDict, deque
 from collections.abc import Callable, Iterable, Iterator
+from concurrent import futures
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from importlib.metadata import version
+from threading import Thread
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -110,9 +111,8 @@ class Cluster:
                 self._started = LocalCluster(
                     threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
                 )
-            else:
-                _refuse_silence(self.address)
-            return Client(self._started or self.address, timeout=WAIT, set_as_default=False)
+            place = self._started or self.address
+            return _within(2 * WAIT, lambda: Client(place, timeout=WAIT, set_as_default=False))
         except Exception as error:  # another program's answers make dask raise many kinds
             raise ClusterError(
                 f"{self.address}: expected the address of dask's scheduler, such as "
@@ -318,25 +318,27 @@ class _Job(Generic[Result]):
     bounds: Bounds[Any, Result] | None
 
 
-@cache
-def _refuse_silence(address: str) -> None:
-    """Raise TimeoutError where a program takes a connection and says nothing.
+def _within(seconds: float, made: Callable[[], Result]) -> Result:
+    """What a call gives, or TimeoutError after some seconds; the call is left behind then.
 
-    A scheduler speaks first. Dask would wait for it without end.
+    Dask has no limit of its own for a program that takes its connection and says nothing.
     """
-    from distributed.comm import get_address_host_port
+    done: futures.Future[Result] = futures.Future()
 
+    def call() -> None:
+        try:
+            done.set_result(made())
+        except BaseException as error:
+            done.set_exception(error)
+
+    Thread(target=call, daemon=True).start()
     try:
-        place = get_address_host_port(address)
-        with socket.create_connection(place, timeout=WAIT) as asked:
-            if address.partition("://")[0] in (address, "tcp"):  # in the others the client begins
-                asked.recv(1)
-    except TimeoutError:
-        raise
-    except (OSError, ValueError):
-        return  # dask tells what is wrong with the address
+        return done.result(seconds)
+    except TimeoutError as error:
+        raise TimeoutError(str(error) or f"nothing in {seconds:g} s") from None
 
 
+@cache
 def versions() -> dict[str, str]:
     """Versions on which answers depend, of this process."""
     python = ".".join(map(str, sys.version_info[:2]))
