@@ -170,7 +170,9 @@ def _kind(tree: ast.expr) -> Kind:
             return _KINDS["Callable"]
         case ast.Subscript(value=ast.Name(id="Annotated"), slice=ast.Tuple(elts=[of, *_])):
             return _kind(of)
-        case ast.Subscript(slice=ast.Tuple(elts=[each, _])) | ast.Subscript(slice=each):
+        case ast.Subscript(value=ast.Name(id="tuple"), slice=ast.Tuple(elts=[each, _])):
+            return _sequence(_kind(each))
+        case ast.Subscript(value=ast.Name(id="Sequence" | "Iterable" | "Collection"), slice=each):
             return _sequence(_kind(each))
         case ast.Attribute(attr=name) | ast.Name(id=name) | ast.Constant(value=name):
             return _named(str(name))

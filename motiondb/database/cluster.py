@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
-from motiondb.database.arguments import checked_verbs
+from motiondb.database.arguments import checked
 from motiondb.errors import ClusterError
 from motiondb.symbols.hmm_jobs import one_blas_thread
 from motiondb.workers import PIECES_EACH
@@ -66,7 +66,6 @@ class Bounds(Generic[Piece, Result]):
     instead: Callable[[Piece], Result]  # Its result where it takes longer, or ends its worker
 
 
-@checked_verbs
 class Cluster:
     """Workers of a dask cluster; use it in a ``with`` statement.
 
@@ -86,6 +85,7 @@ class Cluster:
         When dask is not installed, no scheduler or worker answers, or a worker has other versions.
     """
 
+    @checked
     def __init__(self, address: str) -> None:
         self.address = address
         self._started: LocalCluster | None = None

@@ -33,7 +33,7 @@ SAVED = "interrupted: complete changes up to then are saved, and nothing else\n"
     [
         (["add", KICK], "store.save_relations", UNCHANGED),
         (["add", KICK], "printing.number", SAVED),  # of the captures that were added
-        (["learn", "--symbols", "2"], "store.finish_run", UNCHANGED),
+        (["learn", "--symbols", "2"], "store.learned.finish_run", UNCHANGED),
     ],
 )
 def test_interrupted(

@@ -153,10 +153,9 @@ def test_actions_come_from_the_places_that_were_asked_for(db: MotionDB) -> None:
         db.generate("walk", places=[motiondb.ActionPlace()] * 2)
     with pytest.raises(QueryError, match=r"at least 0\.5 s within 0 to"):
         db.generate("walk", places=[motiondb.ActionPlace(capture="boris/walk_1", end=99.0)])
-    for start in (math.nan, math.inf):
-        wrong = motiondb.ActionPlace(capture="boris/walk_1", start=start, end=2.5)
-        with pytest.raises(QueryError, match=rf"boris/walk_1: .* found {start:g} to 2\.5 s"):
-            db.generate("walk", places=[wrong])
+    wrong = motiondb.ActionPlace(capture="boris/walk_1", start=math.inf, end=2.5)
+    with pytest.raises(QueryError, match=r"boris/walk_1: .* found inf to 2\.5 s"):
+        db.generate("walk", places=[wrong])
     last = first.places[1][1] - 1
     for place in (last + 1, -1):
         told = rf"places: expected a place from 0 to {last} for action 2 \(walk\), found {place}\."

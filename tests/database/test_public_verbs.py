@@ -172,7 +172,7 @@ def test_a_generated_motion_writes_itself_with_its_provenance(
     assert not (tmp_path / "kick.txt").exists()
     with pytest.raises(motiondb.MotionDBError, match=r"or a motiondb\.Motion, found Generated"):
         motiondb.write_bvh(made, tmp_path / "made.bvh")  # what is tested
-    with pytest.raises(motiondb.MotionDBError, match="found NoneType"):
+    with pytest.raises(motiondb.MotionDBError, match="found None"):
         motiondb.write_gltf(None, tmp_path / "none.glb")  # what is tested
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         "kick.bvh",
