@@ -35,6 +35,7 @@ def to_json(value: object) -> Any:  # noqa: ANN401  a value of any type that JSO
 
     Examples
     --------
+    >>> import numpy as np
     >>> to_json({"a": np.float32(0.5), "b": (1, float("nan"))})
     {'a': 0.5, 'b': [1, None]}
     """

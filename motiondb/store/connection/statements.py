@@ -50,12 +50,14 @@ class Connection:
         self._cursor = cursor
         self._keep_open = keep_open
         self._asked: tuple[duckdb.DuckDBPyConnection, str, Parameters] | None = None
+        self._ran_on: duckdb.DuckDBPyConnection | None = None  # what holds the last answer
         self._first_error: duckdb.Error | None = None
 
     def execute(self, query: str, parameters: Parameters = ()) -> Connection:
         """Run statements; the answer is fetched from the object returned."""
         with self._keep_open() as is_alone:
             raw = self._run(query, parameters)
+        self._ran_on = raw
         self._asked = (raw, query, parameters) if is_alone else None
         if query in ("BEGIN", "COMMIT", "ROLLBACK"):
             self._first_error = None
@@ -131,8 +133,11 @@ class Connection:
         """Fetch from the last answer; run its statement again if its connection was closed."""
         with self._keep_open():
             raw = self._cursor()
-            if self._asked is not None and self._asked[0] is not raw:
+            if self._ran_on is not raw:
+                if self._asked is None:  # a new connection would give an answer without rows
+                    self._fail(duckdb.InvalidInputException("No open result set"))
                 self._asked = (self._run(*self._asked[1:]), *self._asked[1:])
+                self._ran_on = raw
             try:
                 return fetch(raw)
             except duckdb.Error as error:
