@@ -176,9 +176,9 @@ def test_a_folder_of_the_computer_is_added(serve_copy, new_page, samples_folder,
     page.route("**/api/captures?*", lambda route: held.append(route))
     page.goto(f"{address}#/catalogue")
     page.locator(".catalogue-bar").wait_for(state="attached")
-    assert page.locator(".catalogue-bar .button:visible").count() == 0  # none that vanishes later
     while not held:
         page.wait_for_timeout(50)
+    assert page.locator(".catalogue-bar .button:visible").count() == 0  # none that vanishes later
     page.unroute("**/api/captures?*")
     page.reload()
     page.get_by_role("button", name="Add captures").click()

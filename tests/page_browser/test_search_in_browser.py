@@ -177,7 +177,7 @@ def test_a_card_says_the_probability_of_all_that_was_asked(asked_server, new_pag
     page.route("**/api/search?*", elsewhere)
     page.goto(f"{asked_server}#/search?q=walk&limit=2")
     page.get_by_text("at this place only 0.04").wait_for()
-    assert page.locator(".rank").all_inner_texts() == ["1", "2"]
+    assert page.locator(".rank").all_text_contents() == ["1", "2"]
     placed = page.locator(".answer.unlikely").locator(".timeline-lit:not(.unlikely)")
     assert placed.count() == 0
 
