@@ -6,7 +6,8 @@ final name. The next attempt asks for the missing bytes (``Range``, RFC 9110, se
 that sends the whole file again is believed.
 
 A server may send without end, or so slowly that there is none. So a :class:`Download` counts the
-bytes and the seconds of all its files together, and ends at its limits.
+bytes and the seconds of all its files together, and ends at its limits, or where bytes come at less
+than :data:`SLOWEST` a second. A head that comes byte by byte is bounded by these limits alone.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ from urllib3.exceptions import HTTPError, IncompleteRead, ProtocolError
 from motiondb.errors import MotionDBError, QueryError
 
 _CHUNK = 1 << 16  # Bytes that are written at once
+SLOWEST = 500.0  # Bytes a second, over one time-out, below which a server is given up
+
 _PASSING = (408, 425, 429, 500, 502, 503, 504)
 """HTTP statuses of a server that may answer later (RFC 9110, section 15; RFC 6585)."""
 
@@ -149,11 +152,20 @@ class Download:
         """Yield the bytes of an answer; `have` are there already, and all may be `most`."""
         total = _total(answer, have)
         _check_size(url, total or 0, most)
+        since, before = time.monotonic(), have
         while chunk := _next_bytes(answer):
             yield chunk  # it is written before a limit ends the download
             have += len(chunk)
             self._spend(url, len(chunk))
             _check_size(url, have, most)
+            if (span := time.monotonic() - since) >= self.timeout:
+                if (rate := (have - before) / span) < SLOWEST:
+                    raise UnreachableError(
+                        f"{url}: expected {SLOWEST:g} bytes a second or more, found {rate:.3g}. "
+                        "Run the same command again to continue, or name another server with "
+                        "--base-url; downloaded files are kept."
+                    )
+                since, before = time.monotonic(), have
         if total is not None and have < total:
             raise _cut(url, f"expected {total} bytes, found {have}")
 

@@ -6,7 +6,7 @@ import re
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
@@ -70,6 +70,7 @@ class Site:
     lengths: dict[str, int] = field(default_factory=dict)
     statuses: dict[str, list[int]] = field(default_factory=dict)
     silent: set[str] = field(default_factory=set)
+    slow: set[str] = field(default_factory=set)  # Paths whose bytes come one by one
     without_length: set[str] = field(default_factory=set)
     log: list[tuple[str, str | None]] = field(default_factory=list)
     url: str = ""
@@ -87,6 +88,12 @@ def _handler(site: Site) -> type[BaseHTTPRequestHandler]:
             status = site.statuses.get(self.path, [])
             if status:
                 self.send_error(status.pop(0))
+            elif self.path in site.slow:
+                self.wfile.write(b"HTTP/1.1 200 OK\r\nContent-Length: 9999\r\n\r\n")
+                with suppress(OSError):  # until the other side has gone
+                    for _ in range(200):
+                        self.wfile.write(b"x")
+                        time.sleep(0.02)
             elif self.path not in site.files:
                 self.send_error(404)
             else:

@@ -320,6 +320,13 @@ def test_a_server_that_falls_silent(site, tmp_path, pauses) -> None:
     assert files_in(tmp_path) == whole(site)
 
 
+def test_a_server_that_sends_byte_by_byte_is_given_up(site, tmp_path) -> None:
+    site.slow.add(WALK)
+    with pytest.raises(UnreachableError, match="expected 500 bytes a second or more, found"):
+        fetch(site, tmp_path, timeout=0.2)
+    assert len(site.asked(WALK)) == 1
+
+
 def test_a_folder_that_cannot_be_made(site, tmp_path) -> None:
     (tmp_path / "14").write_text("a file in the way")
     with pytest.raises(UnreachableError) as caught:
