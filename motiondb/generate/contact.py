@@ -31,6 +31,9 @@ DOWN = 0.015  # Height above its lowest in a contact up to which an ankle or toe
 CLEARANCE, CLEARED = 0.04, 3
 """A foot that would swing below the ground is lifted by up to that many metres above it, rising
 over that many frames from its last contact."""
+LOW_SWING = 0.03
+"""Height, metres, below which a foot that swings through a seam is lifted too: between two poses it
+would glide over the ground."""
 MOST_TURN = 0.6  # Largest correction of the direction of a foot, radians
 _I = body.INDEX
 FEET = tuple(_I[f"{side}_{joint}"] for side in "lr" for joint in ("ankle", "toe"))
@@ -69,10 +72,12 @@ def lock_feet(
     motion: Motion,
     free: NDArray[np.bool_] | None = None,
     contacts: NDArray[np.bool_] | None = None,
+    bent: NDArray[np.bool_] | None = None,
 ) -> Motion:
     """Hold the feet in place while they are in contact; bone lengths do not change.
 
-    Never at frames that are `free` (frames,); `contacts` (frames, 2) adds to those detected.
+    Never at frames that are `free` (frames,); `contacts` (frames, 2) adds to those detected; `bent`
+    (frames,): which frames a seam bends.
     """
     if motion.n_frames < 3:
         return motion
@@ -84,7 +89,7 @@ def lock_feet(
     local = motion.local_rotations.astype(np.float64)
     for foot, side in enumerate("lr"):
         hip, knee, ankle, toe = (_I[f"{side}_{j}"] for j in ("hip", "knee", "ankle", "toe"))
-        turned, moved = hold(positions[:, ankle], positions[:, toe], contacts[:, foot])
+        turned, moved = hold(positions[:, ankle], positions[:, toe], contacts[:, foot], bent)
         target = without_pop(positions[:, hip], positions[:, knee], positions[:, ankle], moved)
         ahead = rotation.rotate(
             world[:, 0], np.broadcast_to(np.array([0.0, 0.0, 1.0]), (len(target), 3))
@@ -101,16 +106,21 @@ def lock_feet(
 
 
 def hold(
-    ankle: FloatArray, toe: FloatArray, contact: NDArray[np.bool_]
+    ankle: FloatArray,
+    toe: FloatArray,
+    contact: NDArray[np.bool_],
+    bent: NDArray[np.bool_] | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Turns (frames, 4) of a foot and displacements (frames, 3) of its ankle that hold it in place.
 
-    `ankle` and `toe` (frames, 3) on the standard body, `contact` (frames,).
+    `ankle` and `toe` (frames, 3) on the standard body, `contact` (frames,); `bent` (frames,): which
+    frames a seam bends.
     """
     phases = _phases(np.stack([ankle, toe], axis=1)[..., 1], contact)
     along = toe - ankle
     turned = yaw(_turns(along, phases))
-    moved = _corrections(ankle, ankle + rotation.rotate(turned, along), contact, phases)
+    swing = 0.0 if bent is None else LOW_SWING * bent
+    moved = _corrections(ankle, ankle + rotation.rotate(turned, along), contact, phases, swing)
     return turned, moved
 
 
@@ -155,9 +165,16 @@ def _turns(along: FloatArray, phases: NDArray[np.bool_]) -> FloatArray:
 
 
 def _corrections(
-    ankle: FloatArray, toe: FloatArray, contact: NDArray[np.bool_], phases: NDArray[np.bool_]
+    ankle: FloatArray,
+    toe: FloatArray,
+    contact: NDArray[np.bool_],
+    phases: NDArray[np.bool_],
+    swing: float | FloatArray,
 ) -> FloatArray:
-    """Displacement of the ankle in every frame: array (frames, 3), metres."""
+    """Displacement of the ankle in every frame: array (frames, 3), metres.
+
+    `swing`: least height of a foot that swings, metres; one, or one for every frame.
+    """
     n_frames = len(ankle)
     moved = np.zeros((n_frames, 3))
     for start, end in runs(contact):
@@ -171,7 +188,7 @@ def _corrections(
         moved[start:end, [0, 2]] = held - np.median(held, axis=0)
     lowest = np.minimum(ankle[:, 1] - body.ANKLE_HEIGHT, toe[:, 1] - TOE_HEIGHT)
     swings = uniform_filter1d(1.0 - contact, 2 * CLEARED + 1) * ~contact
-    swings = uniform_filter1d(swings * (lowest < 0.0), CLEARED)
+    swings = uniform_filter1d(swings * (lowest < swing), CLEARED)
     moved[:, 1] = np.maximum(-lowest, 0.0) + CLEARANCE * swings * ~contact
     if contact.any():
         moved[:, [0, 2]] = _fade(moved[:, [0, 2]], contact)

@@ -92,6 +92,8 @@ OUT = " out"  # After the limb of a punch, of which only the way from the should
 LEANING = ("bend", "bow", "cartwheel", "flip", "backflip", "somersault")
 LOWERING = {"squat": 0, "crouch": 0, "duck": 15}  # Word -> column of the track
 POSTURES = (*LEANING, *LOWERING)
+_SAID_BY = {"down": ("bend", "bow", *LOWERING), "up": ALOFT}
+"""Direction -> actions that are measured to go there, and of which nothing lasts: "jump up"."""
 ACTIONS = (*TURNS, "stop", "start", *ALOFT, *OCCURRING, *POSTURES)
 """Words that name actions; the others are directions of actions."""
 ONCE = (*ACTIONS, *VERTICAL, "left", "right", "turn left", "turn right", "turn around")
@@ -121,13 +123,15 @@ def directions_of(words: Sequence[str]) -> tuple[str, ...]:
     (('left', 'jump'), ('forward',))
     >>> directions_of(("spin", "left")), directions_of(("punch", "left", "hand"))
     (('spin left',), ('left hand out',))
+    >>> directions_of(("bend", "down")), directions_of(("jump", "down"))
+    (('bend',), ('down', 'jump'))
     """
     out = "" if PUNCHES.isdisjoint(words) else OUT
     limbs = [
         f"{side} {limb}{'' if limb in LEGS else out}" for side, limb in limbs_to_measure(words)
     ]
     is_sided = bool(SIDES.intersection(words) and LIMBS.intersection(words))
-    vertical = [word for word in words if word in VERTICAL]
+    vertical = [w for w in words if w in VERTICAL and {*_SAID_BY[w]}.isdisjoint(words)]
     named = [word for word in words if word in ACTIONS and not (word in OCCURRING and is_sided)]
     directed = [*limbs, *_travelled(words), *vertical]
     if directed:
@@ -159,12 +163,13 @@ def is_of_limb(measured: str) -> bool:
 
 
 def words_of_measured(measured: Sequence[str]) -> set[str]:
-    """The words of what is measured.
+    """The words of what is measured, and where it goes.
 
-    >>> sorted(words_of_measured(["turn left", "backward"]))
-    ['backward', 'left', 'turn']
+    >>> sorted(words_of_measured(["turn left", "backward"])), sorted(words_of_measured(["bend"]))
+    (['backward', 'left', 'turn'], ['bend', 'down'])
     """
-    return {word for one in measured for word in one.split()}
+    words = {word for one in measured for word in one.split()}
+    return words | {d for d, actions in _SAID_BY.items() if not words.isdisjoint(actions)}
 
 
 def say_measured(measured: str) -> str:

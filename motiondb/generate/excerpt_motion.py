@@ -80,6 +80,7 @@ duration."""
 LEAST_CHANGE = 0.02  # Smallest relative change of the tempo that is made
 SLOW_SHARE, FAST_SHARE = 0.15, 0.85
 """Quantiles of the recorded speeds that "slowly" and "fast" ask for."""
+SMOOTHINGS = 3  # How often the speed over the ground is smoothed where it jumps by ``cuts.ROUGH``
 MOST_CHANGE = 1.4
 """Largest factor by which a recorded motion is played faster or slower. Beyond it jumps look as if
 gravity had changed."""
@@ -347,8 +348,9 @@ def _finish(
     leg_length: float,
 ) -> SequenceMotion:
     """A stitched motion with locked feet, and the origin of its frames in the captures."""
-    jumps = maximum_filter1d(cuts.jumps_of(np.hypot(*stitched.path[:, 1:3].T)), 7) > cuts.ROUGH
-    stitching.smooth_speeds(stitched.path, jumps.astype(float))
+    for _ in range(SMOOTHINGS):
+        jumps = maximum_filter1d(cuts.jumps_of(np.hypot(*stitched.path[:, 1:3].T)), 7) > cuts.ROUGH
+        stitching.smooth_speeds(stitched.path, jumps.astype(float))
     motion = pose_vectors.from_path(stitched.path, stitched.rotations, leg_length=leg_length)
     rates = np.array([origins[int(c)][1] for c in stitched.captures])
     edits = []
@@ -361,7 +363,7 @@ def _finish(
     nearest = np.rint(frames).astype(np.int64)
     stands = np.array([material.contacts[c][f] for c, f in zip(captures.tolist(), nearest)])
     return SequenceMotion(
-        contact.lock_feet(motion, contacts=stands),
+        contact.lock_feet(motion, contacts=stands, bent=stitched.shares < 1.0),
         captures,
         frames,
         tuple(edits),

@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 
 from motiondb.generate.action_sources import Source
 from motiondb.generate.cycles import Loop, best_loop, calmest_phase, find_period, repeat
-from motiondb.generate.direction import OCCURRING, REACHED, furthest_part, gone, lacking
+from motiondb.generate.direction import OCCURRING, REACHED, VERTICAL, furthest_part, gone, lacking
 from motiondb.generate.occurrences import COUNTED, find_occurrences
 from motiondb.generate.sentence_plan import PlannedAction
 from motiondb.language.question.tree import LIMBS, SIDES
@@ -67,6 +67,9 @@ _AHEAD = {"stop": 1.0, "start": 0.0}
 """Share of the time that a short part is extended by which lies before it. A stop is not followed
 by what comes after it, nor a start preceded by what came before."""
 MARGIN = 12  # Frames (0.4 s) before and after the part that goes in the direction
+CHANGE = 60
+"""Frames (2 s) around a stretch in which a lasting change of height is looked for: who sits has sat
+down before."""
 WHOLE = 24
 """Frames (0.8 s) before and after hops, kicks and punches, so that these are whole and a cut may
 still be moved inwards by half a second."""
@@ -188,6 +191,8 @@ def _cut_to_direction(excerpt: Excerpt, path: FloatArray, direction: str, longes
     if direction == IN_PLACE:
         return excerpt
     low, high = excerpt.stretch
+    if direction in VERTICAL:
+        low, high = max(low - CHANGE, 0), min(high + CHANGE, len(path))
     first, behind = furthest_part(path[low:high], direction, longest)
     margin = MARGIN
     if direction in OCCURRING:
