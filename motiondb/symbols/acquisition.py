@@ -98,8 +98,7 @@ def _compete(arena: _Arena, state: _State, lengths: list[float], tell: Progress)
         tell("symbols compete", number / settings.rounds)
         before = state.length
         for propose in (_refit,) if settings.n_symbols else (_kill, _thin, _create, _refit):
-            candidate = propose(arena, state)
-            judged = None if candidate is None else _judge(arena, candidate)
+            judged = propose(arena, state)
             if judged is not None and judged.length < state.length:
                 state = judged
                 lengths.append(state.length)
@@ -135,8 +134,9 @@ class _State:
     length: float
 
 
-def _judge(arena: _Arena, symbols: MotionSymbols) -> _State:
-    scores = arena.score(symbols)
+def _judge(arena: _Arena, symbols: MotionSymbols, scores: Float32Array | None = None) -> _State:
+    """Winners and description length, with the scores of these symbols where they are known."""
+    scores = arena.score(symbols) if scores is None else scores
     winners = np.argmax(scores, axis=1)
     total = float(scores[np.arange(len(scores)), winners].sum(dtype=np.float64))
     length = description_length(total, len(scores), symbols, len(arena.frames))
@@ -183,36 +183,35 @@ def _fit(
     )[0]
 
 
-def _refit(arena: _Arena, state: _State) -> MotionSymbols:
+def _refit(arena: _Arena, state: _State) -> _State:
     """EM of every symbol on the segments that it won."""
-    return _fit(arena, state.symbols, arena.starts, arena.ends, state.winners)
+    return _judge(arena, _fit(arena, state.symbols, arena.starts, arena.ends, state.winners))
 
 
-def _kill(arena: _Arena, state: _State) -> MotionSymbols | None:
+def _kill(arena: _Arena, state: _State) -> _State | None:
     """Remove the symbols whose parameters cost more than they save."""
     price = prices(state.symbols, len(arena.frames))
     order, gains = deaths(state.scores, price)
-    return _without(state, order[gains > 0])
+    return _without(arena, state, order[gains > 0])
 
 
-def _thin(arena: _Arena, state: _State) -> MotionSymbols | None:
+def _thin(arena: _Arena, state: _State) -> _State | None:
     """Remove the least useful twentieth (by hand): two symbols of one movement seem useful."""
     price = prices(state.symbols, len(arena.frames))
     least = max(1, state.symbols.n_symbols // 20)
-    left = _without(state, deaths(state.scores, price, least)[0])
-    if left is None:
-        return None
-    winners = np.argmax(arena.score(left), axis=1)
-    return _fit(arena, left, arena.starts, arena.ends, winners)
+    left = _without(arena, state, deaths(state.scores, price, least)[0])
+    return None if left is None else _refit(arena, left)
 
 
-def _without(state: _State, dead: IntArray) -> MotionSymbols | None:
+def _without(arena: _Arena, state: _State, dead: IntArray) -> _State | None:
+    """Some symbols fewer; the others keep their scores."""
     if len(dead) == 0:
         return None
-    return take(state.symbols, np.setdiff1d(np.arange(state.symbols.n_symbols), dead))
+    alive = np.setdiff1d(np.arange(state.symbols.n_symbols), dead)
+    return _judge(arena, take(state.symbols, alive), state.scores[:, alive])
 
 
-def _create(arena: _Arena, state: _State) -> MotionSymbols | None:
+def _create(arena: _Arena, state: _State) -> _State | None:
     """One new symbol for six of the segments of least likelihood (a tenth); by hand."""
     room = arena.settings.max_symbols - state.symbols.n_symbols
     per_frame = state.scores.max(axis=1) / (arena.ends - arena.starts)
@@ -222,9 +221,9 @@ def _create(arena: _Arena, state: _State) -> MotionSymbols | None:
         return None
     starts, ends = arena.starts[worst], arena.ends[worst]
     groups = seed_groups(describe_segments(arena.frames, starts, ends), n_new, arena.rng)
-    joined = join(state.symbols, _fit_new(arena, starts, ends, groups))
-    winners = np.argmax(arena.score(joined), axis=1)
-    return _fit(arena, joined, arena.starts, arena.ends, winners)
+    new = _fit_new(arena, starts, ends, groups)
+    scores = np.concatenate([state.scores, arena.score(new)], axis=1)
+    return _refit(arena, _judge(arena, join(state.symbols, new), scores))
 
 
 def _recut(arena: _Arena, bounds: IntArray, state: _State) -> tuple[_Arena, _State]:
