@@ -14,9 +14,10 @@ A row whose motion has changed since it was looked at does not count.
 
 ``--rule`` chooses the limits of the verdicts on pairs of real captures, those of the judge's
 calibration, with the performer left out: the smallest probability from which on at most 1 in 16 of
-the captures without a word would be shown (sentences have several actions), the largest below which
-at most 1 in 15 of those with it would not be, and the smallest of a measured action from which on
-at most 1 in 12 of the captures without the word, but fully measured, would be shown."""
+the captures without a word would be shown (sentences have several actions); the largest below which
+at most 1 in 15 of those with it would not be, where another capture says the word alone; and the
+smallest of a measured action from which on at most 1 in 12 of the captures without the word, but
+fully measured, would be shown."""
 
 from __future__ import annotations
 
@@ -38,7 +39,7 @@ from motiondb.generate.direction import ACTIONS, FULLY, gone
 from motiondb.generate.motion_making import SPEED_NAMES
 from motiondb.generate.occurrences import measured_track
 from motiondb.generate.sentence_plan import plan_sentence
-from motiondb.generate.shown_actions import Asked, judge_motion
+from motiondb.generate.shown_actions import Asked, is_mixed, judge_motion
 from motiondb.language.question.heads import verbs_in
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import hold_to_known
@@ -161,7 +162,8 @@ def choose_limits(db: MotionDB) -> None:
         judge, {c: s for c, s in said.items() if c in inside}, len(learned.word_numbers)
     )
     rng = np.random.default_rng(0)
-    seen = []  # cues, performer, whether the word is said, is measured, is an action
+    # cues, performer, whether the word is said, is measured, is an action, is never said alone
+    seen = []
     with one_blas_thread():
         for word, with_it, without in _draw_pairs(table, learned.performers, rng):
             left = judge_without(table, (with_it, without))
@@ -182,10 +184,11 @@ def choose_limits(db: MotionDB) -> None:
                 said_here, is_action = capture == with_it, name in ACTIONS
                 cues = left.cues(scores, word)
                 performer = learned.performers[capture]
-                seen.append((cues, performer, said_here, done, is_action))
+                mixed = is_mixed(learned, left, (name,), performer)
+                seen.append((cues, performer, said_here, done, is_action, mixed))
     cues = np.array([one[0] for one in seen])
     performers = np.array([one[1] for one in seen])
-    right, done, action = np.array([one[2:] for one in seen], dtype=bool).T
+    right, done, action, mixed = np.array([one[2:] for one in seen], dtype=bool).T
     p = np.zeros(len(seen))
     for performer in np.unique(performers):
         out = performers == performer
@@ -193,7 +196,7 @@ def choose_limits(db: MotionDB) -> None:
         p[out] = probability(cues[out] @ weights + constant)
     limits = np.arange(0.0, 1.0, 0.01)
     shown = [t for t in limits if (p >= t)[~right].mean() <= 1 / 16]
-    unshown = [t for t in limits if (p < t)[right].mean() <= 1 / 15]
+    unshown = [t for t in limits if (p < t)[right & ~mixed].mean() <= 1 / 15]
     of_action = [t for t in limits if ((p >= t) & done)[action & ~right].mean() <= 1 / 12]
     print(f"{len(seen) // 2} pairs; of measured actions {action.sum() // 2}")
     print(f"shown from {shown[0]:.2f}, not shown below {unshown[-1]:.2f}")

@@ -119,7 +119,7 @@ def hold(
     phases = _phases(np.stack([ankle, toe], axis=1)[..., 1], contact)
     along = toe - ankle
     turned = yaw(_turns(along, phases))
-    swing = 0.0 if bent is None else LOW_SWING * bent
+    swing = np.zeros(len(ankle)) if bent is None else LOW_SWING * bent.astype(np.float64)
     moved = _corrections(ankle, ankle + rotation.rotate(turned, along), contact, phases, swing)
     return turned, moved
 
@@ -169,11 +169,11 @@ def _corrections(
     toe: FloatArray,
     contact: NDArray[np.bool_],
     phases: NDArray[np.bool_],
-    swing: float | FloatArray,
+    swing: FloatArray,
 ) -> FloatArray:
     """Displacement of the ankle in every frame: array (frames, 3), metres.
 
-    `swing`: least height of a foot that swings, metres; one, or one for every frame.
+    `swing` (frames,): height, metres, below which a foot that swings is lifted.
     """
     n_frames = len(ankle)
     moved = np.zeros((n_frames, 3))

@@ -13,7 +13,7 @@ turn             turning to either side that lasts             0.7 rad (40 degre
 spin, pirouette  turning to either side                        4.7 rad (270 degrees)
 stop             loss of speed along the ground, up to MOVING  0.5 m/s
 start            gain of speed along the ground, up to MOVING  0.5 m/s
-jump             time during which the pelvis is aloft (RISE)  0.2 s
+jump             time aloft                                    0.2 s
 leap, jete       the same                                      0.2 s
 hop, kick,       occurrences                                   1
 punch            (:mod:`motiondb.generate.occurrences`)
@@ -21,6 +21,9 @@ bend, bow        angle of the trunk from upright               0.7, 0.5 rad
 cartwheel, flip  the same: head downwards                      2.0 rad
 squat, crouch    height that the pelvis loses or gains         0.3, 0.2 m
 duck             height that the head loses or gains           0.3 m
+climb            lasting change of the height over the ground  0.4 m
+                 at which both the lower foot and a standing
+                 person's pelvis are
 ===============  ============================================  =====================
 
 A loss of speed from 3 to 2 m/s is no stop, because speeds above ``MOVING`` count as that. The
@@ -34,6 +37,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
 
+from motiondb.body import body
 from motiondb.generate.occurrences import LASTING, aloft, find_occurrences
 from motiondb.language.question.tree import LIMBS, SIDES
 from motiondb.language.vocabulary import IN_PLACE, as_said
@@ -81,6 +85,7 @@ FULL = {
     "squat": 0.3,
     "crouch": 0.2,
     "duck": 0.3,
+    "climb": 0.4,
 }
 """Word -> full amount, in the units of the table."""
 VERTICAL = ("up", "down")
@@ -94,11 +99,12 @@ LOWERING = {"squat": 0, "crouch": 0, "duck": 15}  # Word -> column of the track
 POSTURES = (*LEANING, *LOWERING)
 _SAID_BY = {"down": ("bend", "bow", *LOWERING), "up": ALOFT}
 """Direction -> actions that are measured to go there, and of which nothing lasts: "jump up"."""
-ACTIONS = (*TURNS, "stop", "start", *ALOFT, *OCCURRING, *POSTURES)
+OF_TRAVEL = (*TURNS, "stop", "start")  # Measured only where the action has no direction
+ACTIONS = (*OF_TRAVEL, *ALOFT, *OCCURRING, *POSTURES, "climb")
 """Words that name actions; the others are directions of actions."""
 ONCE = (*ACTIONS, *VERTICAL, "left", "right", "turn left", "turn right", "turn around")
 """What is over when it is done, so that a part that shows it is not repeated to make it longer."""
-EITHER = TURNS  # Words that are measured to either side
+EITHER = (*TURNS, "climb")  # Words that are measured to either side
 REACHED = 0.5  # Share of the full amount from which on a motion may do what is measured
 FULLY = 1.0 - 1e-9  # Full amount of a measured word; sums of shares lack the last digits of 1
 MOVING = 0.6  # Speed along the ground, m/s, from which on a person counts as moving
@@ -109,8 +115,8 @@ NEARLY = 0.9  # Share of the largest distance that counts as nearly as far
 def directions_of(words: Sequence[str]) -> tuple[str, ...]:
     """What of an action is measured: words, or a word with its turn or limb ("left hand").
 
-    A word that names an action is measured where the action has no direction; jumps, hops, kicks,
-    punches and postures are measured beside one too. A kick with the left leg is not cut to the
+    A word that names a turn, a stop or a start is measured where the action has no direction; the
+    others are measured beside one too. A kick with the left leg is not cut to the
     kicks, because these are of either leg.
 
     >>> directions_of(("sit", "down")), directions_of(("wave", "left", "hand"))
@@ -135,7 +141,7 @@ def directions_of(words: Sequence[str]) -> tuple[str, ...]:
     named = [word for word in words if word in ACTIONS and not (word in OCCURRING and is_sided)]
     directed = [*limbs, *_travelled(words), *vertical]
     if directed:
-        named = [word for word in named if word in (*ALOFT, *OCCURRING, *POSTURES)]
+        named = [word for word in named if word not in OF_TRAVEL]
     return tuple(dict.fromkeys([*directed, *named]))
 
 
@@ -236,27 +242,38 @@ def progress(track: FloatArray, measured: str) -> FloatArray:
         every = ways(track[:-1, 1:4], *_of_travel(measured), fps=MOTION_FPS)
         way = max(every, key=largest_part)
         return np.concatenate([[0.0], np.cumsum(way)]) / CLEARLY
+    sign = -1.0 if measured in ("down", "stop") else 1.0
+    return sign * _way(track, measured) / FULL[measured]
+
+
+def _way(track: FloatArray, measured: str) -> FloatArray:
+    """What a word of ``FULL`` measures up to each frame, in its units: array (frames,)."""
     if measured in VERTICAL:
-        height = median_filter(track[:, 0], size=LASTING, mode="nearest")
-        way = height - height[0]
-    elif measured in ("stop", "start"):
+        height = _lasting(track[:, 0])
+        return height - height[0]
+    if measured == "climb":
+        above_standing = _lasting(track[:, 0]) - body.LEG_LENGTH - body.ANKLE_HEIGHT
+        feet = np.minimum(_lasting(track[:, 4]), _lasting(track[:, 5]))
+        return np.maximum(np.minimum(above_standing, feet), 0.0)
+    if measured in ("stop", "start"):
         speed = uniform_filter1d(np.hypot(track[:, 1], track[:, 2]), STEADY, mode="nearest")
-        way = np.minimum(speed, MOVING)
-    elif measured in ALOFT:
-        way = np.cumsum(aloft(track[:, 0])) / MOTION_FPS
-    elif measured in LEANING:
-        way = track[:, 14]
-    elif measured in LOWERING:
-        way = -track[:, LOWERING[measured]]
-    elif measured in OCCURRING:
+        return np.minimum(speed, MOVING)
+    if measured in ALOFT:
+        return np.cumsum(aloft(track)) / MOTION_FPS
+    if measured in LEANING:
+        return track[:, 14]
+    if measured in LOWERING:
+        return -track[:, LOWERING[measured]]
+    if measured in OCCURRING:
         share = np.zeros(len(track))
         for start, end in find_occurrences(track, measured):
             share[start:end] = 1.0 / (end - start)
-        way = np.cumsum(share)
-    else:
-        way = np.concatenate([[0.0], np.cumsum(lasting_turns(track[:-1, 1:4], MOTION_FPS))])
-    sign = -1.0 if measured in ("down", "stop") else 1.0
-    return np.asarray(sign * way / FULL[measured])
+        return np.cumsum(share)
+    return np.concatenate([[0.0], np.cumsum(lasting_turns(track[:-1, 1:4], MOTION_FPS))])
+
+
+def _lasting(heights: FloatArray) -> FloatArray:
+    return np.asarray(median_filter(heights, size=LASTING, mode="nearest"))
 
 
 def gone(track: FloatArray, measured: str) -> float:
@@ -282,7 +299,7 @@ def gone(track: FloatArray, measured: str) -> float:
         return float(way.max() - way[0])
     if measured in LEANING:
         return float(way.max())
-    if measured in (*TURNS, *LOWERING):
+    if measured in (*EITHER, *LOWERING):
         return float(way.max() - way.min())
     return float(way[-1])
 

@@ -3,18 +3,23 @@
 ==================  =============================================================================
 words               one occurrence
 ==================  =============================================================================
-jump, leap, jete    a time of at least 0.1 s in which the pelvis is aloft
+jump, leap, jete    a time of at least 0.1 s in which the pelvis is aloft, and both feet are off the
+                    ground once
 hop                 such a time in which both feet are off the ground, and that ends on a foot on
                     which it began; a flight from one foot to the other is a leap
-kick                a time in which a foot is at least 0.35 m higher than in standing; the middle
-                    of the shank is at 0.29 m on this body
+kick                a time in which a foot is at least 0.35 m higher than in standing, that began
+                    quickly, and in which the leg is stretched once and the trunk is upright; not
+                    behind the pelvis; the middle of the shank is at 0.29 m on this body
 punch               a time in which a hand is far from its shoulder, not lower than the chest, and
                     that began quickly
 ==================  =============================================================================
 
-Feet that are up at the same time kick once. Hands that go out together punch once; a hand that
+So raised knees, arabesques, climbing, and legs in the air of somebody who is upside down are no
+kicks, and a kick is no jump. Feet
+that are up at the same time kick once. Hands that go out together punch once; a hand that
 stays out does not hide the punch of the other. The limits were set on kicks and punches of six
-captures of CMU.
+captures of CMU; those of speed, stretching and leaning of kicks on four: all 17 kicks of karate and
+of exercises are counted, and nothing else in these captures.
 """
 
 from __future__ import annotations
@@ -24,7 +29,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from motiondb.body import body, retarget, rotation
-from motiondb.body.features import runs, velocity
+from motiondb.body.features import headings, runs, velocity
 from motiondb.body.pose_vectors import to_path
 from motiondb.generate.contact import FEET, MAX_HEIGHT, foot_heights
 from motiondb.meaning.limb_sides import outward_speeds
@@ -41,25 +46,36 @@ SHORTEST_FLIGHT = 3  # Frames (0.1 s)
 NEAR_GROUND = 6
 """Frames (0.2 s) before and after a flight in which its feet are looked for on the ground."""
 KICKED = 0.35  # Height of a kicking foot above its height in standing, m
+KICK_SPEED, STRETCHED, MOST_LEAN = 3.0, 0.7, 1.0
+"""Speed of the ankle relative to the pelvis, m/s, distance of the ankle from the hip as a share of
+the leg's length, and angle of the trunk from upright, radians, of a kick."""
+BEHIND = 0.2
+"""Metres by which a kicking ankle may be behind the pelvis when it is highest: kicks of karate to
+the side are up to 0.1, arabesques at least 0.3."""
+SHORTEST_KICK = 6  # Frames (0.2 s): the heels of runners are up for less
 EXTENDED, LOWEST_HAND, PUNCH_SPEED = 0.8, -0.25, 2.0
 """Share of the arm's length between shoulder and wrist, height of the wrist relative to the
 shoulder, m, and speed of the wrist relative to the pelvis, m/s, of a punch."""
-BEGINNING = 8  # Frames before the arm is extended in which a punch reaches its speed
+BEGINNING = 8
+"""Frames before the arm is extended or the foot is up in which a punch or kick may be quickest."""
 PAUSE = 3  # Frames (0.1 s) up to which a break does not end an occurrence
 _I = body.INDEX
+_HIPS = (_I["l_hip"], _I["r_hip"])
 _ARMS = tuple(_I[f"{side}_{joint}"] for side in "lr" for joint in ("shoulder", "elbow", "wrist"))
 
 
 def measured_track(motion: Motion) -> FloatArray:
-    """What measured words look at: array (frames, 16).
+    """What measured words look at: array (frames, 20).
 
     Height of the pelvis (m), speed to the left and ahead (m/s), turning (rad/s); heights of the
     left and the right foot above standing (m); for the left and the right hand, whether it is
     extended (1 or 0), and its speed relative to the pelvis (m/s); the same speed of the left and
     the right ankle; the speed of the left and the right hand away from the shoulder; the angle of
-    the trunk from upright (rad); height of the head (m).
+    the trunk from upright (rad); height of the head (m); distance of the left and the right ankle
+    from the hip, and how far ahead of the pelvis they are (m).
     """
-    positions = retarget.motion_positions(motion, (0, *FEET, *_ARMS, _I["neck"], _I["head"]))[0]
+    joints = (0, *FEET, *_HIPS, *_ARMS, _I["neck"], _I["head"])
+    positions, world = retarget.motion_positions(motion, joints)
     positions = positions.astype(np.float64)
     arms = []
     for side in "lr":
@@ -76,7 +92,12 @@ def measured_track(motion: Motion) -> FloatArray:
     trunk = rotation.normalize(positions[:, _I["neck"]] - positions[:, 0])[:, 1]
     leaning = np.arccos(np.clip(trunk, -1.0, 1.0))
     head = positions[:, _I["head"], 1]
-    return np.column_stack([path, foot_heights(positions), *arms, *ankles, outward, leaning, head])
+    legs = np.linalg.norm(positions[:, FEET[::2]] - positions[:, _HIPS], axis=2)
+    heading = headings(world)[:, None]
+    away = positions[:, FEET[::2]] - positions[:, :1]
+    ahead = away[..., 0] * np.sin(heading) + away[..., 2] * np.cos(heading)
+    feet = foot_heights(positions)
+    return np.column_stack([path, feet, *arms, *ankles, outward, leaning, head, legs, ahead])
 
 
 def _speeds(places: FloatArray) -> FloatArray:
@@ -88,22 +109,27 @@ def _speeds(places: FloatArray) -> FloatArray:
 def find_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:
     """First frame and last frame + 1 of each occurrence, in the order of time.
 
-    >>> height = np.full((90, 1), 0.9); height[20:30] = height[60:70] = 1.1
-    >>> find_occurrences(height, "jump")
+    >>> track = np.zeros((90, 6)); track[20:30] = track[60:70] = 0.2
+    >>> find_occurrences(track, "jump")
     [(20, 30), (60, 70)]
     """
     if word == "kick":
-        return _runs(np.asarray((track[:, 4:6] > KICKED).any(axis=1)))
+        return _runs(_kicking(track, 0) | _kicking(track, 1))
     if word == "punch":
         hands = (_runs(_begun(track[:, hand] > 0, track[:, hand + 1])) for hand in (6, 8))
         return _one_by_one(sorted(time for times in hands for time in times))
-    flights = [(a, b) for a, b in _runs(aloft(track[:, 0])) if b - a >= SHORTEST_FLIGHT]
+    flights = [(a, b) for a, b in _runs(aloft(track)) if b - a >= SHORTEST_FLIGHT]
     return [flight for flight in flights if word != "hop" or _is_hop(track[:, 4:6], flight)]
 
 
-def aloft(heights: FloatArray) -> NDArray[np.bool_]:
-    """Whether the pelvis is aloft: array (frames,), from `heights` (frames,)."""
-    return np.asarray(heights - median_filter(heights, size=LASTING, mode="nearest") > RISE)
+def aloft(track: FloatArray) -> NDArray[np.bool_]:
+    """Frames of the times in which the pelvis is aloft, and once both feet are: array (frames,)."""
+    rise = track[:, 0] - median_filter(track[:, 0], size=LASTING, mode="nearest")
+    off = np.asarray((track[:, 4:6] > MAX_HEIGHT).all(axis=1))
+    kept = np.zeros(len(track), dtype=bool)
+    for start, end in runs(np.asarray(rise > RISE)):
+        kept[start:end] = off[start:end].any()
+    return kept
 
 
 def _runs(inside: NDArray[np.bool_]) -> list[tuple[int, int]]:
@@ -136,6 +162,20 @@ def _begun(extended: NDArray[np.bool_], speeds: FloatArray) -> NDArray[np.bool_]
     kept = np.zeros(len(extended), dtype=bool)
     for start, end in _runs(extended):
         kept[start:end] = speeds[max(start - BEGINNING, 0) : start + 1].max() >= PUNCH_SPEED
+    return kept
+
+
+def _kicking(track: FloatArray, foot: int) -> NDArray[np.bool_]:
+    """Frames of the times in which the left (0) or right (1) foot kicks."""
+    heights, speeds, reach = track[:, 4 + foot], track[:, 10 + foot], track[:, 16 + foot]
+    kept = np.zeros(len(track), dtype=bool)
+    for start, end in _runs(heights > KICKED):
+        highest = start + int(np.argmax(heights[start:end]))
+        is_quick = speeds[max(start - BEGINNING, 0) : highest + 1].max() >= KICK_SPEED
+        is_stretched = reach[start:end].max() >= STRETCHED * body.LEG_LENGTH
+        is_upright = track[start:end, 14].max() <= MOST_LEAN
+        is_long = end - start >= SHORTEST_KICK and track[highest, 18 + foot] >= -BEHIND
+        kept[start:end] = is_quick and is_stretched and is_upright and is_long
     return kept
 
 

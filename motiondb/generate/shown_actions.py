@@ -14,11 +14,12 @@ Two witnesses are heard, neither of which is used in making the motion.
   probable word. So "walk forward" is shown where the motion goes forward and looks like walking.
 
 The words that the judge looks at are shown if their probability is ``SHOWN`` or more; they are not
-shown below ``NOT_SHOWN``, unless no other capture says all of them. Between these it is not sure. A
-measured action ("kick", "jump") is shown if it is fully measured and its probability is
-``MEASURED`` or more; it is never called not shown for its looks. Neither is an action whose
-direction or side was asked for and is measured: who steps sideways as asked is not denied for
-looking little like other steps, but who walks forward without a jump does not show "jump forward".
+shown below ``NOT_SHOWN``, unless no other capture says all of them, or all that do list other
+actions too. Between these it is not sure. A measured action ("kick", "jump") is shown if it is
+fully measured and its probability is ``MEASURED`` or more; it is never called not shown for its
+looks. Neither is an action whose direction or side was asked for and is measured: who steps
+sideways as asked is not denied for looking little like other steps, but who walks forward without a
+jump does not show "jump forward".
 
 Captions describe whole captures. Where no other capture (of the same performer, if there are any)
 is described with the action alone, the judge cannot tell it from the actions that are always listed
@@ -70,13 +71,13 @@ from motiondb.meaning.motion_judge import (
 from motiondb.records import Float32Array, FloatArray, Motion
 from motiondb.search.measured_answers import excluded_words
 
-SHOWN, NOT_SHOWN, MEASURED = 0.58, 0.16, 0.26
+SHOWN, NOT_SHOWN, MEASURED = 0.58, 0.20, 0.13
 """Smallest probability that is shown, largest that is not, and smallest of a measured action.
 
 By a rule, on the 508 pairs of real CMU captures of the judge's calibration with the performers left
 out (``benchmarks/judged_pictures.py --rule``): of the captures without the word at most 1 in 16 is
-shown (1 in 12 with the measured action), of those with it at most 1 in 15 is not shown. No
-generated motion was used."""
+shown (1 in 12 with the measured action), of those with it at most 1 in 15 is not shown, where
+another capture says it alone. Where none does, 1 in 4 would be. No generated motion was used."""
 ENTANGLED = 0.4
 """If all captures of one action list another word, smallest share of that word's captures listing
 the action for which the two cannot be told apart."""
@@ -346,9 +347,8 @@ def _judge_words(
         companion = find_companion(learned, judge, words, asked.performer)
     if companion is not None:
         return None, None, f"all captions that could confirm it list {companion!r} too"
-    said_by = _saying(learned, judge, words, asked.performer)
-    is_mixed = all(judge.table.said[capture][1] > 1 for capture in said_by)
-    if asked.placed is not None and is_mixed:
+    mixed = is_mixed(learned, judge, words, asked.performer)
+    if asked.placed is not None and mixed:
         if probability >= SHOWN:
             unsure = (
                 "its captions list other actions too, and the probability that this is the right "
@@ -361,7 +361,7 @@ def _judge_words(
         return True, probability, f"{said} by its looks"
     if is_measured and probability >= MEASURED:
         return True, None, ""  # the verdict rests on the measurement
-    may_deny = is_whole and not is_measured and not seen.looked.is_as_asked
+    may_deny = is_whole and not (is_measured or mixed or seen.looked.is_as_asked)
     if probability < NOT_SHOWN and may_deny:
         return False, probability, unsure or "it does not look like other captures of it"
     return None, probability, unsure or f"{said} only a little by its looks"
@@ -395,6 +395,12 @@ def _saying(
     saying = [c for c in sorted(judge.captures) if numbers <= judge.table.said[c][0]]
     of_performer = [c for c in saying if learned.performers[c] == performer]
     return of_performer if len(of_performer) >= fewest else saying
+
+
+def is_mixed(learned: Learned, judge: WithoutSources, words: Sequence[str], performer: str) -> bool:
+    """Whether all captures that could confirm an action list others too, without saying where."""
+    said_by = _saying(learned, judge, words, performer)
+    return all(judge.table.said[capture][1] > 1 for capture in said_by)
 
 
 def find_companion(

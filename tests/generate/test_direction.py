@@ -56,13 +56,13 @@ def test_the_furthest_part_is_the_shortest_that_goes_nearly_as_far() -> None:
 
 def test_a_jump_leaves_the_usual_height_and_a_run_does_not() -> None:
     height = np.full((90, 1), 0.9)
-    jump, run = np.zeros((90, 4)), np.zeros((90, 4))
+    jump, run = np.zeros((90, 6)), np.zeros((90, 6))
     jump[:, :1] = run[:, :1] = height
-    jump[40:49, 0] += 0.3
+    jump[40:49, [0, 4, 5]] += 0.3
     run[:, 0] += 0.04 * np.sin(2 * np.pi * np.arange(90) / 10)
     assert direction.gone(jump, "jump") == pytest.approx(9 / 30 / 0.2)
     assert direction.gone(run, "hop") < 0.5
-    assert direction.gone(np.full((90, 4), 0.9), "hop") == 0.0
+    assert direction.gone(np.full((90, 6), 0.9), "hop") == 0.0
 
 
 N_FRAMES = 150
@@ -70,8 +70,9 @@ N_FRAMES = 150
 
 def _track() -> np.ndarray:
     """Somebody who stands on both feet, arms down."""
-    track = np.zeros((N_FRAMES, 16))
+    track = np.zeros((N_FRAMES, 20))
     track[:, 0] = 0.9
+    track[:, 16:18] = body.LEG_LENGTH
     return track
 
 
@@ -93,32 +94,58 @@ def test_flights_are_counted() -> None:
 
 
 @pytest.mark.parametrize(
-    ("left", "right", "hops"),
+    ("left", "right", "hops", "leaps"),
     [
-        ((50, 60), (30, 80), 1),  # on the left foot
-        ((30, 80), (50, 60), 1),  # on the right foot
-        ((50, 60), (50, 60), 1),  # with both feet
-        ((30, 60), (50, 80), 0),  # from the right foot to the left: a leap
-        ((30, 50), (50, 80), 0),  # one foot is always on the ground
+        ((50, 60), (30, 80), 1, 1),  # on the left foot
+        ((30, 80), (50, 60), 1, 1),  # on the right foot
+        ((50, 60), (50, 60), 1, 1),  # with both feet
+        ((30, 60), (50, 80), 0, 1),  # from the right foot to the left: a leap
+        ((30, 50), (50, 80), 0, 0),  # one foot is always on the ground
     ],
 )
 def test_a_hop_ends_on_a_foot_that_it_began_on(
-    left: tuple[int, int], right: tuple[int, int], hops: int
+    left: tuple[int, int], right: tuple[int, int], hops: int, leaps: int
 ) -> None:
     track = _track()
     _fly(track, 50, 60, (slice(*left), slice(*right)))
     assert len(find_occurrences(track, "hop")) == hops
-    assert len(find_occurrences(track, "leap")) == 1
+    assert len(find_occurrences(track, "leap")) == leaps
     assert gone(track, "hop") == pytest.approx(hops)
 
 
 def test_kicks_of_both_legs_at_once_are_one() -> None:
     track = _track()
     track[20:32, 4] = track[28:40, 5] = track[80:90, 5] = 0.8
+    track[15:25, 10] = track[25:35, 11] = track[78:85, 11] = 5.0
     track[110:120, 4] = 0.3  # a step
     assert find_occurrences(track, "kick") == [(20, 40), (80, 90)]
     assert gone(track, "kick") == pytest.approx(2.0)
     assert furthest_part(track, "kick", 30) == (79, 89)
+
+
+@pytest.mark.parametrize(
+    ("column", "value"),
+    [(10, 2.0), (16, 0.5), (14, 1.3), (18, -0.4)],
+    ids=["slow", "bent", "upside down", "behind"],
+)
+def test_no_kick_is_slow_or_bent_or_upside_down_or_behind(column: int, value: float) -> None:
+    track = _track()
+    track[20:32, 4], track[18:32, 10] = 0.8, 5.0
+    assert find_occurrences(track, "kick") == [(20, 32)]
+    track[:, column] = value
+    assert find_occurrences(track, "kick") == []
+
+
+def test_who_climbs_stands_higher_and_who_hangs_or_sits_does_not() -> None:
+    track = _track()
+    track[:, 0] = body.LEG_LENGTH + body.ANKLE_HEIGHT
+    track[60:, 4:6] = 0.5  # hangs
+    assert gone(track, "climb") == 0.0
+    track[60:, 0] += 0.6
+    assert gone(track, "climb") == pytest.approx(0.5 / 0.4)
+    assert gone(track[::-1], "climb") == pytest.approx(0.5 / 0.4)
+    track[:, 4:6] = 0.0
+    assert gone(track, "climb") == 0.0
 
 
 def test_what_lacks_of_a_side_is_the_share_of_the_other_limb() -> None:
@@ -191,7 +218,7 @@ def test_a_track_is_measured_in_a_motion() -> None:
     for local, kicks in ((rotations, []), (lifted, [(20, 30)])):
         motion = Motion(local.astype(np.float32), roots.astype(np.float32), body.LEG_LENGTH)
         track = measured_track(motion)
-        assert track.shape == (60, 16)
+        assert track.shape == (60, 20)
         np.testing.assert_allclose(track[:10, :6], [[0.93, 0, 0, 0, 0, 0]] * 10, atol=1e-3)
         assert find_occurrences(track, "kick") == kicks
         assert all(find_occurrences(track, word) == [] for word in COUNTED if word != "kick")

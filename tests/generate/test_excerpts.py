@@ -141,7 +141,8 @@ def test_too_few_measured_occurrences_are_repeated() -> None:
 
 def _kicks(number: int) -> np.ndarray:
     """A measured track with a number of kicks of the left leg."""
-    track = np.zeros((100, 10))
+    track = np.zeros((100, 20))
+    track[:, 10], track[:, 16] = 5.0, 0.8  # quick, stretched
     for n in range(number):
         track[10 + 30 * n : 20 + 30 * n, 4] = 0.6
     return track
