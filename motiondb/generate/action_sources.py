@@ -99,6 +99,9 @@ RIVAL_WEIGHT = 0.5
 action before all others in .35, .37, .42, .42 (at N = 1; with R = .5 and N = 0 in .37)."""
 MOST_COMPARED = 100
 """Number of sources, the best without q and r, for which q and r are computed: more take longer."""
+MOST_SOURCES = 300
+"""Number of captures that are sources of an action, those whose captions fit it best: in a large
+database more of them take longer, and are hardly ever used."""
 UNLIKE_WEIGHT = 0.4  # D
 RARE_WEIGHT = 0.12
 """A. Plain kicks and twists win with it against those of an acrobat; .08 to .16 make little
@@ -154,13 +157,16 @@ def find_sources(learned: Learned, action: PlannedAction, verbs: Collection[str]
     action = replace(action, groups=tuple(dict.fromkeys(groups)))
     sides = _free_sides(learned, [word for group in action.groups for word in group])
     words, beside = _numbers(learned, action.words), _numbers(learned, sorted(measured))
-    sources_found = []
+    numbers, costs = [_numbers(learned, group) for group in action.groups], dict[int, float]()
     for capture, actions in listed.items():
-        numbers = [_numbers(learned, group) for group in action.groups]
         apart = _cost_of_saying(actions, numbers, sides)
         if apart is not None and not _says_excluded(learned, actions, action):
             apart += _cost_of_measured(actions, words, beside)
-            sources_found.append(_source(learned, capture, actions, action, apart))
+            costs[capture] = apart + _cost_of_further(learned, actions, action)
+    sources_found = [
+        _source(learned, capture, listed[capture], action, costs[capture])
+        for capture in _least_costly(costs, learned.performers)
+    ]
     sources_found = _against_rivals(learned, _with_rarity(learned, sources_found), words)
     sources = tuple(_with_distance(learned, sources_found))
     usual = () if directions else usual_directions(learned.word_numbers, sources)
@@ -274,14 +280,38 @@ def _says_excluded(
     return any(words and words <= said for words in excluded for said in actions)
 
 
+def _cost_of_further(
+    learned: Learned, actions: Sequence[frozenset[int]], action: PlannedAction
+) -> float:
+    """Cost of what captions say besides the words of an action."""
+    every = frozenset[int]().union(*(_numbers(learned, group) for group in action.groups))
+    all_said, beside = frozenset[int]().union(*actions), _numbers(learned, action.beside)
+    cost = UNASKED_WEIGHT * min(len(all_said - every - beside), MOST_UNASKED)
+    if beside and beside <= all_said:
+        cost -= BESIDE_SAID
+    if action.speed and all_said & _speed_words(learned, action.speed):
+        cost -= SPEED_SAID
+    return cost
+
+
+def _least_costly(costs: Mapping[int, float], performers: Mapping[int, str]) -> list[int]:
+    """The ``MOST_SOURCES`` captures of least cost, as evenly of all performers as ties allow."""
+    of: dict[str, int] = {}
+    turns = {}
+    for capture in costs:
+        turns[capture] = of[performers[capture]] = of.get(performers[capture], -1) + 1
+    order = sorted(costs, key=lambda capture: (costs[capture], turns[capture], capture))
+    return sorted(order[:MOST_SOURCES])
+
+
 def _source(
     learned: Learned,
     capture: int,
     actions: Sequence[frozenset[int]],
     action: PlannedAction,
-    apart: float,
+    cost: float,
 ) -> Source:
-    """A source with its values; the distance from the others is not yet among its costs."""
+    """A source with its values; `cost`: of its captions."""
     rows = learned.rows[capture]
     starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
     asked = [sorted(known) for group in action.groups if (known := _numbers(learned, group))]
@@ -296,14 +326,7 @@ def _source(
         for words in filter(None, (sorted(_numbers(learned, e)) for e in action.excluded)):
             unwanted = np.maximum(evidence[:, words].mean(axis=1), 0.0)
             values = values - EXCLUDED_WEIGHT * unwanted
-    all_said = frozenset().union(*actions)
     every = {word for words in asked for word in words}
-    beside = _numbers(learned, action.beside)
-    cost = apart + UNASKED_WEIGHT * min(len(all_said - every - beside), MOST_UNASKED)
-    if beside and beside <= all_said:
-        cost -= BESIDE_SAID
-    if action.speed and all_said & _speed_words(learned, action.speed):
-        cost -= SPEED_SAID
     same = frozenset().union(*(said for said in actions if every <= said)) - every
     return Source(capture, rows, starts, ends, values, cost, is_placed, same)
 

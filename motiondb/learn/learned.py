@@ -371,7 +371,7 @@ class Learned(LearnedModel):
         return performers_of(self.captures)
 
     @cached_property
-    def unplaced(self) -> dict[int, FloatArray]:
+    def unplaced(self) -> Mapping[int, FloatArray]:
         """Evidence for words by a map that ignores places and is fitted without the take itself."""
         said = said_words(self.described, self.word_numbers)
         return {} if self.placed is None else self.placed.unplaced(said)

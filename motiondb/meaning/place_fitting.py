@@ -12,7 +12,7 @@ regression on y gives the map, and also the evidence for every take from the map
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -247,6 +247,8 @@ class PlaceEvidence:
     n_words: int
     kept: dict[int, TakeScores] = field(default_factory=dict, repr=False)
     maps: dict[frozenset[str], PlaceMap] = field(default_factory=dict, repr=False)
+    # Performer -> placed capture -> evidence (segments, words) by the map of other performers
+    of_performers: dict[str, dict[int, FloatArray]] = field(default_factory=dict, repr=False)
 
     @cached_property
     def words(self) -> frozenset[int]:
@@ -268,7 +270,8 @@ class PlaceEvidence:
                 if capture in self.placed:
                     evidence = self.fitted.of_others(self.placed[capture])
                 else:
-                    evidence = self._evidence(frozenset(), rows)
+                    vectors = window_vectors(self.table, self.standardised, rows)
+                    evidence = self.without(frozenset()).evidence(vectors)
             starts, ends = self.table.starts[rows], self.table.ends[rows]
             self.kept[capture] = TakeScores(starts, ends, evidence, evidence.max(axis=0))
         return self.kept[capture]
@@ -277,41 +280,71 @@ class PlaceEvidence:
         """The map without the takes of some performers; some take must have taken part."""
         assert self.fitted is not None
         if performers not in self.maps:
-            left = [r for c, r in self.placed.items() if self.performers[c] in performers]
-            numbers = np.concatenate(
-                [np.zeros(0, int), *(np.arange(r.start, r.stop) for r in left)]
-            )
             with one_blas_thread():
-                self.maps[performers] = self.fitted.without(numbers)
+                self.maps[performers] = self.fitted.without(self._placed_of(performers)[1])
         return self.maps[performers]
 
-    def _evidence(self, without: frozenset[str], rows: slice) -> FloatArray:
-        vectors = window_vectors(self.table, self.standardised, rows)
-        return self.without(without).evidence(vectors)
+    def _placed_of(self, performers: frozenset[str]) -> tuple[list[int], IntArray]:
+        """Captures of some performers that took part, and their rows of the regression."""
+        captures = [capture for capture in self.placed if self.performers[capture] in performers]
+        rows = (np.arange(self.placed[c].start, self.placed[c].stop) for c in captures)
+        return captures, np.concatenate([np.zeros(0, dtype=np.int64), *rows])
 
     def by_others(self, capture: int) -> FloatArray | None:
         """Evidence (segments, words) for a capture by the map of other performers."""
         if self.fitted is None or capture not in self.rows:
             return None
-        return self._evidence(frozenset({self.performers[capture]}), self.rows[capture])
+        performer = self.performers[capture]
+        if capture not in self.placed:
+            vectors = window_vectors(self.table, self.standardised, self.rows[capture])
+            return self.without(frozenset({performer})).evidence(vectors)
+        if performer not in self.of_performers:
+            captures, placed = self._placed_of(frozenset({performer}))
+            with one_blas_thread():
+                evidence = self.fitted.of_others(placed)
+            ends = np.cumsum([self.placed[c].stop - self.placed[c].start for c in captures])
+            self.of_performers[performer] = dict(zip(captures, np.split(evidence, ends[:-1])))
+        return self.of_performers[performer][capture]
 
-    def unplaced(self, said: Mapping[int, tuple[frozenset[int], int]]) -> dict[int, FloatArray]:
+    def unplaced(self, said: Mapping[int, tuple[frozenset[int], int]]) -> Mapping[int, FloatArray]:
         """Evidence for every word without its places, per take that was used in learning.
 
         Every segment of a take counts as showing all words of the take, each by 1 / sqrt(actions of
-        the take). Arrays (segments, words), each by the map of all other takes.
+        the take). Arrays (segments, words), each by the map of all other takes, computed where they
+        are looked at.
 
         `said`: Capture number -> numbers of its words, and of the actions that these name.
         """
         if self.fitted is None:
             return {}
-        even = np.zeros((len(self.fitted.fitted.residuals), self.n_words))
+        even = np.zeros((len(self.fitted.fitted.centred), self.n_words))
         for capture, inside in self.placed.items():
             words, n_actions = said.get(capture, (frozenset[int](), 1))
             even[inside, sorted(words)] = 1.0 / np.sqrt(max(n_actions, 1))
         with one_blas_thread():
-            fitted = FittedPlaces(self.fitted.fitted.regression.fit(even))
-            return {capture: fitted.of_others(inside) for capture, inside in self.placed.items()}
+            return LeftOut(self.placed, FittedPlaces(self.fitted.fitted.regression.fit(even)))
+
+
+@dataclass(frozen=True, eq=False)
+class LeftOut(Mapping[int, FloatArray]):
+    """Capture -> evidence (segments, words) by the map without it, computed where looked at."""
+
+    placed: Mapping[int, slice]  # Capture number -> rows of ``fitted``
+    fitted: FittedPlaces
+    kept: dict[int, FloatArray] = field(default_factory=dict, repr=False)
+
+    def __getitem__(self, capture: int) -> FloatArray:
+        rows = self.placed[capture]
+        if capture not in self.kept:
+            with one_blas_thread():
+                self.kept[capture] = self.fitted.of_others(rows)
+        return self.kept[capture]
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(self.placed)
+
+    def __len__(self) -> int:
+        return len(self.placed)
 
 
 FITTED = ("centre", "gram", "inverse", "mean", "slopes")
@@ -348,17 +381,16 @@ def _restored(
         vectors = window_vectors(table, standardised, rows[captures[n]])
         return np.asarray((vectors - arrays["centre"]) * roots[bounds[n] : bounds[n + 1]])
 
-    def residuals_of(n: int) -> FloatArray:
+    def centred_of(n: int) -> FloatArray:
         shown = np.zeros((sizes[n], n_words))
         _set_shown(shown, places, captures[n])
-        centred = roots[bounds[n] : bounds[n + 1]] * (shown - arrays["mean"])
-        return np.asarray(centred - rows_of(n) @ arrays["slopes"])
+        return np.asarray(roots[bounds[n] : bounds[n + 1]] * (shown - arrays["mean"]))
 
     regression = Regression(
         MadeRows(bounds, rows_of), roots, *(arrays[name] for name in FITTED[:3])
     )
-    residuals = MadeRows(bounds, residuals_of)
-    fitted = Fitted(regression, arrays["mean"], arrays["slopes"], residuals)
+    centred = MadeRows(bounds, centred_of)
+    fitted = Fitted(regression, arrays["mean"], arrays["slopes"], centred)
     placed = {c: slice(int(a), int(b)) for c, a, b in zip(captures, bounds, bounds[1:])}
     return placed, FittedPlaces(fitted)
 

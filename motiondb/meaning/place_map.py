@@ -112,11 +112,11 @@ class FittedPlaces:
         offsets = -self.fitted.regression.centre @ slopes
         return PlaceMap(slopes, np.asarray(offsets), spreads_of(self.fitted.mean))
 
-    def of_others(self, rows: slice) -> FloatArray:
+    def of_others(self, rows: slice | IntArray) -> FloatArray:
         """Return the evidence (rows, words) for some rows by the map without them."""
-        fitted, regression = self.fitted, self.fitted.regression
-        centred = regression.rows[rows] @ fitted.slopes + fitted.residuals[rows]
-        predicted = (centred - fitted.errors(rows)) / regression.roots[rows]
+        fitted = self.fitted
+        predicted = fitted.centred[rows] - fitted.errors(rows)
+        predicted /= fitted.regression.roots[rows]
         return np.asarray(SHARPNESS * predicted / spreads_of(fitted.mean))
 
     def left_out(self, takes: ListedTakes) -> FloatArray:

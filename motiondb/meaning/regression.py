@@ -168,9 +168,9 @@ class Regression:
         """The regression with targets (n, words)."""
         weights = self.roots[:, 0] ** 2
         mean = weights @ target / weights.sum()
-        centred, rows = self.roots * (target - mean), np.asarray(self.rows)
-        slopes = self.inverse @ (rows.T @ centred)
-        return Fitted(self, mean, slopes, centred - rows @ slopes)
+        centred = self.roots * (target - mean)
+        slopes = self.inverse @ (np.asarray(self.rows).T @ centred)
+        return Fitted(self, mean, slopes, centred)
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,18 +180,21 @@ class Fitted:
     regression: Regression
     mean: FloatArray  # (words,): weighted mean of the targets
     slopes: FloatArray  # (columns, words)
-    residuals: FloatArray | MadeRows  # (n, words): times the roots of the weights
+    centred: FloatArray | MadeRows  # (n, words): targets less their mean, times the roots
 
     def errors(self, which: IntArray | slice) -> FloatArray:
         """Residuals of some rows by the regression without them, times the roots."""
-        all_of_it = self.regression
-        rows = all_of_it.rows[which]
-        return residuals_without(rows, all_of_it.gram, all_of_it.inverse, self.residuals[which])
+        return self._errors(self.regression.rows[which], self.centred[which])
 
     def without(self, which: IntArray | slice) -> FloatArray:
         """Slopes (columns, words) without some rows; the means stay those of all rows."""
-        back = self.regression.rows[which].T @ self.errors(which)
+        rows = self.regression.rows[which]
+        back = rows.T @ self._errors(rows, self.centred[which])
         return np.asarray(self.slopes - self.regression.inverse @ back)
+
+    def _errors(self, rows: FloatArray, centred: FloatArray) -> FloatArray:
+        gram, inverse = self.regression.gram, self.regression.inverse
+        return residuals_without(rows, gram, inverse, centred - rows @ self.slopes)
 
 
 def prepare(vectors: FloatArray, weights: FloatArray, ridge: float) -> Regression:

@@ -159,9 +159,11 @@ def test_evidence_of_a_later_capture_is_of_the_map_of_all() -> None:
     assert of_later is not None
     assert of_first is not None
     assert of_later.windows == pytest.approx(fit.evidence(later), abs=1e-8)
-    inside = window_vectors(table, rows, slice(0, 5))
-    assert np.abs(of_first.windows - fit.evidence(inside)).max() > 1e-3  # this one is left out
-    assert evidence.by_others(3) == pytest.approx(evidence.without(frozenset("a")).evidence(later))
+    first = window_vectors(table, rows, slice(0, 5))
+    assert np.abs(of_first.windows - fit.evidence(first)).max() > 1e-3  # this one is left out
+    without = evidence.without(frozenset("a"))
+    assert evidence.by_others(3) == pytest.approx(without.evidence(later))
+    assert evidence.by_others(1) == pytest.approx(without.evidence(first), abs=1e-8)
 
 
 def test_evidence_without_places_is_of_the_map_of_the_other_takes() -> None:
