@@ -44,7 +44,13 @@ from motiondb.generate.competing_words import (
     neighbour_gains,
     rival_gain,
 )
-from motiondb.generate.direction import ALOFT, OCCURRING, VERTICAL, directions_of
+from motiondb.generate.direction import (
+    ALOFT,
+    OCCURRING,
+    PLAIN_TURNS,
+    VERTICAL,
+    directions_of,
+)
 from motiondb.generate.sentence_plan import PlannedAction
 from motiondb.language.question.heads import heads_of
 from motiondb.language.question.tree import LIMBS, SIDES, NotUsed
@@ -66,9 +72,6 @@ UNASKED_WEIGHT = 0.7  # U; .35 makes no difference to how many excerpts the judg
 MOST_UNASKED = 6  # Number of further words above which the cost of a caption no longer rises
 APART = 1.0  # Cost of a caption that says the words in different actions ("walk, veer left")
 SPEED_SAID = 1.0  # Gain of a capture whose caption says the speed asked for
-BESIDE_SAID = 4.0
-"""Gain of a capture whose captions say what "and" joins with the action: "run and veer left" is not
-a walk that veers left."""
 USUAL = 0.7
 """Share of the captures of an action whose captions say a direction with it, from which on the
 direction belongs to it."""
@@ -158,7 +161,7 @@ def find_sources(learned: Learned, action: PlannedAction, verbs: Collection[str]
     sides = _free_sides(learned, [word for group in action.groups for word in group])
     words, beside = _numbers(learned, action.words), _numbers(learned, sorted(measured))
     numbers, costs = [_numbers(learned, group) for group in action.groups], dict[int, float]()
-    for capture, actions in listed.items():
+    for capture, actions in _saying_joined(learned, listed, action).items():
         apart = _cost_of_saying(actions, numbers, sides)
         if apart is not None and not _says_excluded(learned, actions, action):
             apart += _cost_of_measured(actions, words, beside)
@@ -171,6 +174,21 @@ def find_sources(learned: Learned, action: PlannedAction, verbs: Collection[str]
     sources = tuple(_with_distance(learned, sources_found))
     usual = () if directions else usual_directions(learned.word_numbers, sources)
     return ActionSources(action, sources, tuple(left_out), directions or usual, bool(usual))
+
+
+def _saying_joined(
+    learned: Learned, listed: Mapping[int, Sequence[frozenset[int]]], action: PlannedAction
+) -> Mapping[int, Sequence[frozenset[int]]]:
+    """The captures that also say what "and" joins with a turn; all where there are none.
+
+    "Run and veer left" is not a walk that veers left.
+    """
+    joined = (*action.words, *action.beside)
+    if not action.beside or {*PLAIN_TURNS}.isdisjoint(joined):
+        return listed
+    every = _numbers(learned, joined)
+    saying = {c: actions for c, actions in listed.items() if every <= frozenset().union(*actions)}
+    return saying or listed
 
 
 def usual_directions(word_numbers: Mapping[str, int], sources: Sequence[Source]) -> tuple[str, ...]:
@@ -287,8 +305,6 @@ def _cost_of_further(
     every = frozenset[int]().union(*(_numbers(learned, group) for group in action.groups))
     all_said, beside = frozenset[int]().union(*actions), _numbers(learned, action.beside)
     cost = UNASKED_WEIGHT * min(len(all_said - every - beside), MOST_UNASKED)
-    if beside and beside <= all_said:
-        cost -= BESIDE_SAID
     if action.speed and all_said & _speed_words(learned, action.speed):
         cost -= SPEED_SAID
     return cost

@@ -21,9 +21,9 @@ bend, bow        angle of the trunk from upright               0.7, 0.5 rad
 cartwheel, flip  the same: head downwards                      2.0 rad
 squat, crouch    height that the pelvis loses or gains         0.3, 0.2 m
 duck             height that the head loses or gains           0.3 m
-climb            lasting change of the height over the ground  0.4 m
-                 at which both the lower foot and a standing
-                 person's pelvis are
+climb            lasting rise over the ground of the lower     0.4 m
+                 foot, or of the pelvis from where it is in
+                 standing if that is less; not "climb down"
 ===============  ============================================  =====================
 
 A loss of speed from 3 to 2 m/s is no stop, because speeds above ``MOVING`` count as that. The
@@ -104,7 +104,7 @@ ACTIONS = (*OF_TRAVEL, *ALOFT, *OCCURRING, *POSTURES, "climb")
 """Words that name actions; the others are directions of actions."""
 ONCE = (*ACTIONS, *VERTICAL, "left", "right", "turn left", "turn right", "turn around")
 """What is over when it is done, so that a part that shows it is not repeated to make it longer."""
-EITHER = (*TURNS, "climb")  # Words that are measured to either side
+EITHER = TURNS  # Words that are measured to either side
 REACHED = 0.5  # Share of the full amount from which on a motion may do what is measured
 FULLY = 1.0 - 1e-9  # Full amount of a measured word; sums of shares lack the last digits of 1
 MOVING = 0.6  # Speed along the ground, m/s, from which on a person counts as moving
@@ -142,6 +142,8 @@ def directions_of(words: Sequence[str]) -> tuple[str, ...]:
     directed = [*limbs, *_travelled(words), *vertical]
     if directed:
         named = [word for word in named if word not in OF_TRAVEL]
+    if "down" in words:
+        named = [word for word in named if word != "climb"]
     return tuple(dict.fromkeys([*directed, *named]))
 
 
@@ -299,7 +301,9 @@ def gone(track: FloatArray, measured: str) -> float:
         return float(way.max() - way[0])
     if measured in LEANING:
         return float(way.max())
-    if measured in (*EITHER, *LOWERING):
+    if measured == "climb":
+        return float((way - np.minimum.accumulate(way)).max())
+    if measured in (*TURNS, *LOWERING):
         return float(way.max() - way.min())
     return float(way[-1])
 
