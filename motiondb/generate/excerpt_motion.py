@@ -238,7 +238,7 @@ def _rows(
     costs = _speed_costs(of.action, speeds)
     values = np.array([e.score for e in excerpts]) - costs
     does = _does(material, excerpts, words)
-    places = number_places(excerpts, values, does)
+    places = number_places(excerpts, values, does, words)
     return _Rows(of, excerpts, words, speeds, costs, values, does, places, unseen, wish)
 
 

@@ -16,7 +16,9 @@ extended to a more usual one near by.
 
 A *place* is an excerpt with all those that share more than half of the shorter one with it. It is
 comparable with the best place if the value of its best excerpt is lower by at most ``COMPARABLE``,
-or at least ``CLEAR``, and if it does all that is measured, where the best one does. The captures
+or at least ``CLEAR``, and if it does all that is measured, where the best one does. Where an action
+or a lasting change of height is measured, excerpts that fully do it are comparable down to
+``MEASURED``. The captures
 take turns: first the best place of each capture, then the second one of each, and so on. Seed s
 takes place s modulo their number.
 """
@@ -33,7 +35,15 @@ from numpy.typing import NDArray
 
 from motiondb.generate.action_sources import Source
 from motiondb.generate.cycles import Loop, best_loop, calmest_phase, find_period, repeat
-from motiondb.generate.direction import OCCURRING, REACHED, VERTICAL, furthest_part, gone, lacking
+from motiondb.generate.direction import (
+    ACTIONS,
+    OCCURRING,
+    REACHED,
+    VERTICAL,
+    furthest_part,
+    gone,
+    lacking,
+)
 from motiondb.generate.occurrences import COUNTED, find_occurrences
 from motiondb.generate.sentence_plan import PlannedAction
 from motiondb.language.question.tree import LIMBS, SIDES
@@ -80,6 +90,8 @@ COMPARABLE = 2.0
 """Nats. On the best 24 excerpts of 36 actions of CMU, the judge's probability of excerpts within 2
 nats of the best one is lower than that one's by .01 to .04, that of excerpts 2.5 to 3 nats below it
 by .13; it finds shown .06 fewer at most within 2 nats, and .14 to .22 fewer at 2 to 3."""
+MEASURED = 6.0
+"""Nats. A kick that is measured is a kick, even if other captures look more like one."""
 CLEAR = 3.0
 """Nats. On the same excerpts the judge's mean probability from 3 nats on is .97 or more even where
 the best one is better by more than 2 nats, and it finds them all shown; below 2 nats it is .83 or
@@ -236,20 +248,30 @@ def complete(excerpt: Excerpt, unusual: FloatArray) -> Excerpt:
 
 
 def number_places(
-    excerpts: Sequence[Excerpt], values: FloatArray, does: NDArray[np.bool_]
+    excerpts: Sequence[Excerpt],
+    values: FloatArray,
+    does: NDArray[np.bool_],
+    words: Sequence[str] = (),
 ) -> IntArray:
     """Number the comparable places: array (excerpts,), from 0; -1 for excerpts of no such place.
 
-    `values` (excerpts,); `does` (excerpts,): whether each does all that is measured.
+    `values` (excerpts,); `does` (excerpts,): whether each does all that is measured; `words`: what
+    is measured.
 
     >>> where = [(7, 0, 90), (7, 20, 110), (7, 100, 190), (8, 0, 90), (9, 0, 90)]
     >>> excerpts = [Excerpt(c, a, b, 0.0, (a, b)) for c, a, b in where]
     >>> number_places(excerpts, np.array([5.0, 4.9, 4.5, 3.0, 2.9]), np.ones(5, dtype=bool))
     array([ 0,  0,  2,  1, -1])
+    >>> number_places(excerpts, np.array([2.0, 0, -1, -3, -5]), np.ones(5, dtype=bool), ["kick"])
+    array([ 0,  0,  2,  1, -1])
+    >>> number_places(excerpts, np.array([2.0, 0, -1, -3, -5]), np.ones(5, dtype=bool))
+    array([ 0,  0, -1, -1, -1])
     """
     numbers = np.full(len(excerpts), -1)
     order = np.argsort(-values, kind="stable").tolist()
-    least = min(values[order[0]] - COMPARABLE, CLEAR) if order else 0.0
+    is_measured = not {*words}.isdisjoint((*ACTIONS, *VERTICAL)) and bool(order) and does[order[0]]
+    apart = MEASURED if is_measured else COMPARABLE
+    least = min(values[order[0]] - apart, CLEAR) if order else 0.0
     firsts: list[int] = []
     of_capture: Counter[int] = Counter()
     turns: list[tuple[int, int]] = []
