@@ -61,6 +61,15 @@ def test_a_shipped_board_is_drawn_with_its_actions(asked_server, new_page):
     assert page.get_by_role("button", name="Make the scene").is_enabled()
 
 
+def test_on_a_phone_the_court_stands_above_its_tools(asked_server, new_page):
+    page = opened(new_page(f"{asked_server}#/board?board=give-and-go", size=(390, 844)))
+    court, tools = (
+        page.locator(name).bounding_box() for name in (".board-court svg", ".board-tools")
+    )
+    assert court["y"] + court["height"] <= tools["y"]
+    assert court["y"] + court["height"] < 844
+
+
 def test_an_action_that_cannot_be_played_turns_red_with_the_reason(asked_server, new_page):
     page = opened(new_page(f"{asked_server}#/board?board=give-and-go"))
     page.locator("[data-tool=dribble]").click()

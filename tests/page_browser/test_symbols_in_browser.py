@@ -31,6 +31,8 @@ def test_a_symbol_is_chosen_by_keyboard(asked_server, new_page):
     page.keyboard.press("Enter")
     page.get_by_role("heading", name="Symbol 9", exact=True).wait_for()
     assert page.locator(".dot.chosen").get_attribute("data-symbol") == "9"
+    assert page.locator(".dot").last.get_attribute("data-symbol") == "9"  # nothing lies over it
+    assert page.evaluate("() => document.activeElement.dataset.symbol") == "9"
 
 
 def test_the_map_is_enlarged_and_shown_whole_again(asked_server, new_page):

@@ -38,6 +38,14 @@ const SAID: readonly [string, string][] = [
     "filter on 'lenght': expected one of capture_id, name, found no such column or tag. Did you mean length?",
     "No column and no tag is called 'lenght'. Columns are capture, length, performer, words, licence, format and fps. Did you mean length?",
   ],
+  [
+    "capture: expected an existing one, found 'ana/x'. It may have been removed or renamed.",
+    "There is no capture 'ana/x' in this database. It may have been removed or renamed.",
+  ],
+  [
+    "filter 'duration>': expected NAME OPERATOR VALUE with one of = != >, found 'duration>'. Write for example: performer=14.",
+    "'duration>' is no condition: one has a name, one of = != >, and a value. Write for example: performer=14.",
+  ],
   ["Start motiondb serve without it.", "Start motiondb serve without it."],
 ];
 

@@ -5,7 +5,12 @@ const CLAUSES: readonly [RegExp, string][] = [
   [/,? or pass --anyway to make the (?:rest|nearest)/g, ", or add it to a motion by hand"],
   [/,? or [^.,;]*--[^.;]*(?=[.;]|$)/g, ""],
   [/ \(`motiondb words` lists them\)/g, ""],
+  [/^capture: expected an existing one, found ('[^']*')\./, "There is no capture $1 in this database."],
   [/^query: expected a word that is in the captions, found ([^.]+)\./, "No caption has the word $1."],
+  [
+    /^filter ('[^']*'): expected NAME OPERATOR VALUE with one of ([^,]*), found '[^']*'\./,
+    "$1 is no condition: one has a name, one of $2, and a value.",
+  ],
   [
     /^filter on ('[^']*'): expected one of .*, found no such column or tag\./,
     "No column and no tag is called $1. Columns are capture, length, performer, words, licence, format and fps.",

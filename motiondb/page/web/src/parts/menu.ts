@@ -5,6 +5,7 @@ import { h } from "../dom/element.ts";
 export function makeMenu(label: string, items: readonly HTMLElement[]): HTMLElement {
   const close = (): void => void (menu.open = false);
   const summary = h("summary", { class: "button plain" }, label);
+  const list = h("div", { class: "menu-items", on: { click: close } }, items);
   const menu = h(
     "details",
     {
@@ -22,10 +23,11 @@ export function makeMenu(label: string, items: readonly HTMLElement[]): HTMLElem
       },
     },
     summary,
-    h("div", { class: "menu-items", on: { click: close } }, items),
+    list,
   );
   menu.addEventListener("toggle", () => {
     if (!menu.open) return;
+    list.scrollIntoView({ block: "nearest" });
     const outside = (event: Event): void => {
       if (menu.contains(event.target as Node)) return;
       close();

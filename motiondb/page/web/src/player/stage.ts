@@ -59,6 +59,8 @@ export interface Stage {
    * has no time to answer and to draw the answers; with a graphics processor nothing rests.
    */
   rest(resting: boolean): void;
+  /** Whether everything stands still now, small figures as well. */
+  readonly resting: boolean;
 }
 
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
@@ -206,6 +208,9 @@ export function makeStage(): Stage {
     get available() {
       begin();
       return renderer !== null;
+    },
+    get resting() {
+      return resting && software;
     },
     rest(next) {
       resting = next;

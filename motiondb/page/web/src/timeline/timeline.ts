@@ -75,7 +75,7 @@ export function makeTimeline(options: TimelineOptions): Timeline {
     chosen.hidden = selection === null;
     if (!selection) return;
     chosen.style.left = percent(selection[0]);
-    chosen.style.width = `${((selection[1] - selection[0]) / duration) * 100}%`;
+    chosen.style.width = `${((Math.min(selection[1], duration) - selection[0]) / duration) * 100}%`;
   }
 
   const timeOf = (event: PointerEvent): number => {

@@ -77,7 +77,7 @@ function open(host: HTMLElement, context: Context): OpenView {
   let shown = "";
 
   const rows = makeRows(() => table.refresh(), context.fail);
-  const thumbs = makeThumbs(context.motions);
+  const thumbs = makeThumbs(context);
   const actions = makeWordsActions(context, (capture, words) => void wordsChanged(capture, words));
   const facets = makeFacets((pick) => route({ picks: togglePick(wanted.picks, pick) }));
   const listed = makeTable({
@@ -92,7 +92,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     onPick: (names, picked) => picking.set(names, picked),
     failed: context.fail,
   });
-  const previews = makeThumbs(context.motions, true);
+  const previews = makeThumbs(context, true);
   const grid = makeGrid({
     rows,
     thumbs: previews,
@@ -269,6 +269,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       : [];
 
   function showUnread(): void {
+    host.classList.add("no-facets");
     fill(
       content,
       emptyState("The filter could not be read", "Correct it, or show all captures.", [

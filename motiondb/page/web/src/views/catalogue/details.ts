@@ -109,6 +109,10 @@ export function makeDetails(
   async function save(format: FileFormat, start?: number, end?: number): Promise<void> {
     try {
       await download([{ ref: ref(), start: start ?? null, end: end ?? null }], format);
+      // Readers of BVH refuse whatever else stands in a file, so no licence can be written into it.
+      const licence = facts?.tags["licence"];
+      if (format === "bvh" && licence)
+        context.notify(`Saved. A BVH file has no place for its licence, which is ${licence}.`);
     } catch (fault) {
       context.fail(fault);
     }
@@ -196,6 +200,7 @@ export function makeDetails(
       take.element.hidden = tools.hidden = false;
       fill(under, h("p", { class: "muted", role: "status" }, "Loading its words and facts…"));
       loading = true;
+      context.stage.rest(true);
       const ready = take.load({ ref: ref(), selection: part }).then(() => {
         if (name !== next) return;
         loading = false;
@@ -210,11 +215,14 @@ export function makeDetails(
         void describe(next);
       } catch (fault) {
         if (name !== next) return;
+        context.stage.rest(false);
         take.element.hidden = tools.hidden = true;
         fill(under, faultState(messageOf(fault), [{ label: "Close", run: leave }]));
         return;
       }
       showFacts();
+      // The figures move again once the facts are drawn.
+      requestAnimationFrame(() => requestAnimationFrame(() => name === next && context.stage.rest(false)));
       await ready;
     },
     async reload() {
@@ -235,6 +243,7 @@ export function makeDetails(
     },
     close: () => {
       clearTimeout(timer);
+      context.stage.rest(false);
       take.close();
     },
   };

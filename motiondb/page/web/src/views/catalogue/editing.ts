@@ -141,7 +141,7 @@ export function editInPlace(
   );
   fill(cell, input);
   input.focus();
-  input.select();
+  input.setSelectionRange(0, value.length, "backward"); // of a long line the beginning is seen
 }
 
 export interface CaptionList {

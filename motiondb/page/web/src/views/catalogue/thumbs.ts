@@ -3,6 +3,7 @@
 import { DARK, REDUCED } from "../../dom/wishes.ts";
 import { figureShades } from "../../player/colours.ts";
 import type { Motions } from "../../api/motions.ts";
+import type { Stage } from "../../player/stage.ts";
 import { paint, sketchOf, type Sketch } from "../../player/painter.ts";
 
 export interface Thumbs {
@@ -17,7 +18,7 @@ export interface Thumbs {
 const RATE = 20;
 
 /** `still`: the figures stand until they are pointed at. */
-export function makeThumbs(motions: Motions, still = false): Thumbs {
+export function makeThumbs({ motions, stage }: { motions: Motions; stage: Stage }, still = false): Thumbs {
   const moving = new Set<HTMLCanvasElement>();
   const wanted = new Map<HTMLCanvasElement, string>();
   const sketches = new Map<HTMLCanvasElement, Sketch>();
@@ -34,7 +35,7 @@ export function makeThumbs(motions: Motions, still = false): Thumbs {
   function frame(now: number): void {
     if (closed) return;
     requestAnimationFrame(frame);
-    if ((REDUCED.matches && moving.size === 0) || now - painted < 1000 / RATE) return;
+    if ((REDUCED.matches && moving.size === 0) || stage.resting || now - painted < 1000 / RATE) return;
     painted = now;
     for (const [canvas, sketch] of sketches) {
       if (canvas.isConnected && (!still || moving.has(canvas))) draw(canvas, sketch, now / 1000);

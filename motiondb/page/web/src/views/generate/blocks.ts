@@ -6,7 +6,7 @@ import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { openDialog } from "../../parts/asking.ts";
-import { interval, probability } from "../../parts/text.ts";
+import { interval, probability, sharedReason } from "../../parts/text.ts";
 import { sayGrade } from "../search/certainty.ts";
 import { makeClip, type Clip } from "../../take/clip.ts";
 import type { Context } from "../view.ts";
@@ -119,6 +119,7 @@ export function blocksOf(
   const { blocks, shown_actions } = made;
   if (blocks.length === 0) return null;
   const wishes = wishesOf(blocks);
+  const shared = sharedReason(shown_actions);
   const change = (at: number, part: Partial<Wish>): void =>
     ask(wishes.map((one, i) => (i === at ? { ...one, ...part } : one)));
 
@@ -175,7 +176,9 @@ export function blocksOf(
         button("link", block.phrase, () => judged && seek(judged.start)),
         h("span", { class: "small" }, ` ${text}`),
       ),
-      judged?.reason && !judged.shown ? h("p", { class: "small" }, judged.reason) : null,
+      judged?.reason && !judged.shown && judged.reason !== shared
+        ? h("p", { class: "small" }, judged.reason)
+        : null,
       h("p", { class: "muted small" }, where),
       h(
         "div",
@@ -236,6 +239,7 @@ export function blocksOf(
     "div",
     { class: "made-blocks" },
     h("ol", { class: "plain", "aria-label": "Actions on the timeline" }, blocks.map(blockElement)),
+    shared ? h("p", { class: "muted small" }, `Not sure: ${shared}.`) : null,
     adding,
   );
 }

@@ -15,6 +15,17 @@ export interface Asking {
 
 const percent = (share: number | null): string => (share === null ? "–" : `${Math.round(share * 100)}%`);
 
+/** What is compared, each with what stands in its row. */
+const COMPARED: readonly [string, (row: CompareReply["grammars"][number]) => Child][] = [
+  ["nonterminals", (row) => row.nonterminals],
+  ["rules", (row) => row.rules],
+  ["bits", (row) => row.bits.toFixed(1)],
+  ["strings", (row) => row.strings?.toLocaleString("en") ?? "more than 10,000"],
+  ["held out", (row) => percent(row.held_out)],
+  ["new", (row) => percent(row.new)],
+  ["outside", (row) => percent(row.outside)],
+];
+
 export function makeAsking(): Asking {
   let facts: GrammarReply | null = null;
   let colours: TerminalColours = coloursOf([]);
@@ -171,7 +182,7 @@ export function makeAsking(): Asking {
     await ask(compared, question, ({ grammars }) => [
       h(
         "div",
-        { class: "grammar-table" },
+        { class: "grammar-table compared" },
         h(
           "table",
           {},
@@ -181,28 +192,19 @@ export function makeAsking(): Asking {
             h(
               "tr",
               {},
-              ["grammar", "nonterminals", "rules", "bits", "strings", "held out", "new", "outside"].map(
-                (one) => h("th", { scope: "col" }, one),
-              ),
+              h("td", {}),
+              grammars.map((row) => h("th", { scope: "col" }, row.kind)),
             ),
           ),
           h(
             "tbody",
             {},
-            grammars.map((row) =>
+            COMPARED.map(([name, value]) =>
               h(
                 "tr",
                 {},
-                h("th", { scope: "row" }, row.kind),
-                [
-                  row.nonterminals,
-                  row.rules,
-                  row.bits.toFixed(1),
-                  row.strings?.toLocaleString("en") ?? "more than 10,000",
-                  percent(row.held_out),
-                  percent(row.new),
-                  percent(row.outside),
-                ].map((one) => h("td", {}, one)),
+                h("th", { scope: "row" }, name),
+                grammars.map((row) => h("td", {}, value(row))),
               ),
             ),
           ),

@@ -1,6 +1,6 @@
 /** The example of a search: a capture or an uploaded file, with the part that is searched for. */
 
-import { get, isAbort } from "../../api/client.ts";
+import { ApiError, get, isAbort } from "../../api/client.ts";
 import type { CaptureDetails, DescribeReply } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { h } from "../../dom/element.ts";
@@ -70,7 +70,8 @@ export function makeExample(
         ready = true;
         take.setLanes(await described);
       } catch (fault) {
-        if (!isAbort(fault)) context.fail(fault);
+        const missing = fault instanceof ApiError && fault.status === 404; // the player says it
+        if (!isAbort(fault) && !missing) context.fail(fault);
       }
       ready = true;
     },

@@ -64,9 +64,6 @@ export function reasonsElement(explanation: Explanation): HTMLElement {
       "caption",
       {},
       `What speaks for it (+) and against it (−). The rows add up to the log-odds ${nats(explanation.log_odds)}. Usual: before its motion is looked at; written: its captions say it; likeness: to the captions nearest to its motion; symbol: one of its movements.`,
-      explanation.suggests.length
-        ? ` Captions nearest to its motion: ${explanation.suggests.join("; ")}.`
-        : "",
     ),
     h(
       "tbody",
@@ -85,6 +82,17 @@ export function reasonsElement(explanation: Explanation): HTMLElement {
           h("tr", {}, h("td", { class: "reason-detail", colspan: 3 }, row.detail)),
         ];
       }),
+      explanation.suggests.length
+        ? h(
+            "tr",
+            {},
+            h(
+              "td",
+              { class: "reason-detail", colspan: 3 },
+              `Captions nearest to its motion: ${explanation.suggests.join("; ")}.`,
+            ),
+          )
+        : null,
     ),
   );
 }

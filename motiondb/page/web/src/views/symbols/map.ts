@@ -157,12 +157,21 @@ export function makeSymbolMap(motions: Motions, click: (symbol: number) => void)
     ];
   }
 
+  /** Draw a dot over those around it. */
+  function raise(mark: SVGElement): void {
+    const focused = mark === document.activeElement; // an element that is moved loses the focus
+    mark.parentNode?.append(mark);
+    if (focused) mark.focus();
+  }
+
   function markChosen(): void {
     for (const [number, mark] of dots) {
       mark.classList.toggle("chosen", number === chosen);
       mark.classList.toggle("other", found !== null && !found.has(number));
-      if (number === chosen) mark.setAttribute("aria-current", "true");
-      else mark.removeAttribute("aria-current");
+      if (number === chosen) {
+        mark.setAttribute("aria-current", "true");
+        raise(mark);
+      } else mark.removeAttribute("aria-current");
     }
     for (const word of words) {
       const of = Number(word.dataset["of"]);
