@@ -292,7 +292,7 @@ def _judge_part(
     measured = ", ".join(f"{say_measured(word)} is measured" for word in looked.measured)
     answer = JudgedAction(asked.words, asked.start, asked.end, None, done=asked.done)
     if judge is None or judge.table.judge.certainty is None:
-        why = "too little was learned here to judge motion: learn again, with more captions"
+        why = "nothing that was learned here judges motion: learn again, with more captions"
         if not learned.described:
             why = "no caption of this database can confirm it"
         shown = None if looked.groups else True

@@ -4,6 +4,7 @@ import { onPage } from "../api/advice.ts";
 import { cancelJob, failureOf, isActive } from "../api/jobs.ts";
 import type { JobReply } from "../api/types.ts";
 import { button } from "../dom/button.ts";
+import { icon } from "../dom/icons.ts";
 import { fill, h } from "../dom/element.ts";
 import type { Context } from "../views/view.ts";
 import { plural, roughly } from "../parts/text.ts";
@@ -142,7 +143,8 @@ export function makeJobs(context: Context): { element: HTMLElement } {
     const more = active.length > 1 ? ` +${active.length - 1}` : "";
     const title = first ? first.title : "Jobs";
     const short = first ? done + more : `(${jobs.length})`;
-    fill(count, h("span", { class: "wide-only" }, `${title} `), short);
+    // In a narrow head the number of ended jobs would stand alone.
+    fill(count, first ? null : icon("more"), h("span", { class: "wide-only" }, `${title} `), short);
     opener.title = `${title} ${short}`;
     fill(panel, h("ul", { class: "plain" }, jobs.slice(0, 20).map(row)));
   }

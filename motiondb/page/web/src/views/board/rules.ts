@@ -99,7 +99,9 @@ function value(rules: readonly MeasuredRule[]): string {
   const digits = short === "m" ? 2 : 1;
   const text = (one: number | null): string => (one === null ? "not measured" : one.toFixed(digits));
   const allowed = rules.map((one) => text(one.threshold));
-  return `${text(after)} of ${allowed.join(" and ")}${unit}`;
+  // A distance has its bounds in its sentence: beyond them nothing is allowed.
+  const room = rules.some((one) => one.threshold !== 0) ? ` of ${allowed.join(" and ")}` : "";
+  return `${text(after)}${room}${unit}`;
 }
 
 function frameButton(frame: number, jump: (time: number) => void): HTMLElement {

@@ -49,9 +49,11 @@ export function askNames(names: readonly string[], run: (body: Renaming) => Prom
       const next = byPattern(name, old.value.trim(), fresh.value.trim());
       return next === null ? [] : [`${name} → ${next}`];
     });
+    const same = old.value.trim() === fresh.value.trim();
     const more = fitting.length > SHOWN ? `; … ${fitting.length} of ${names.length}` : "";
-    shown.textContent =
-      fitting.length > 0
+    shown.textContent = same
+      ? "Change what all of them become."
+      : fitting.length > 0
         ? fitting.slice(0, SHOWN).join("; ") + more
         : `None fits. Write ${ANY} once in both: it stands for any letters.`;
   }
