@@ -45,7 +45,7 @@ just very really of in on at by for from to with without like about onto upon pe
 once twice time times almost approximately briefly finally first second last also too degree
 degrees meter meters metre metres centimeter centimeters centimetre centimetres bit kind sort way
 something anything thing things motion motions movement movements sequence can will would other
-self direction task
+self direction task act acts acting
 """
 STOP_WORDS = frozenset(_STOP_WORDS.split())
 """Stop words: they describe no motion. Directions and body parts are never among them."""
@@ -71,6 +71,11 @@ _WILD = re.compile(r"(?:(?<=[\s,;.])|^)\?(?=[\s,;.?]|$)")
 _PHRASES = (
     (re.compile(r"\blay[\s-]+ups?\b", re.IGNORECASE), "layup"),
     (re.compile(r"\b(?:break|brake)[\s-]*(?=danc)", re.IGNORECASE), "break "),
+    (re.compile(r"\b(?:shak(?:e|es|ing)|shook)\s+hands\b", re.IGNORECASE), "handshake"),
+    (
+        re.compile(r"\b((?:jump|hop|leap|bounc)\w*)\s+up\s+and\s+down\b", re.IGNORECASE),
+        r"\1",
+    ),
     (
         re.compile(
             r"\b(?:get|gets|getting|got)\s+(?:back\s+)?up\b(?!\s+(?:on|onto|to|speed)\b)",
@@ -89,6 +94,7 @@ _PHRASES = (
     ),
 )
 SAME = (
+    ("backward roll", "backward somersault", "back somersault"),
     ("forward roll", "somersault"),
     ("stand still", "idle"),
     ("martial art", "karate"),

@@ -15,8 +15,9 @@ An added word is a further column of every array over words, behind the learned 
 stand anywhere in a question and reasons add up. It is neither stored nor used for learning.
 
 An action of several words is one that a single action of a caption must hold. "Stand on one leg"
-asks for (stand, leg); "stand up, swing legs" holds both words, but of two actions. So only "stand",
-the head, counts as written there; "leg" adds nothing (:func:`without_words_apart`).
+asks for (stand, leg); "stand up, swing legs" holds both words, but of two other actions: to stand
+up is not to stand on a leg, and the legs swing. So neither counts as written there
+(:func:`without_words_apart`).
 """
 
 from __future__ import annotations
@@ -31,11 +32,14 @@ from numpy.typing import NDArray
 from motiondb.language.nearby.table import NearbyTable
 from motiondb.language.question.heads import heads_of
 from motiondb.language.question.readings import Reading
-from motiondb.language.vocabulary import split_actions, words_of
+from motiondb.language.question.tree import LIMBS
+from motiondb.language.vocabulary import MODIFIERS, split_actions, words_of
 from motiondb.language.word_vectors.word_vectors import word_vectors
 from motiondb.learn.learned import Learned
+from motiondb.meaning.limb_sides import LEGS
 from motiondb.meaning.place_fitting import Written, interval_evidence
 from motiondb.meaning.regression import probability
+from motiondb.meaning.travelled import LEAST
 from motiondb.meaning.word_evidence import (
     UNWRITTEN,
     WRITTEN,
@@ -51,6 +55,8 @@ from motiondb.search.takings import Sentence, Taking, take_word
 PLAIN_TAGS = frozenset({"licence", "capture", "segments", "fps", "skeleton"})
 """Tags whose values do not describe the motion."""
 MOST_WORDS_OF_TAG = 4  # Largest number of words in a tag's value that counts as a label
+DIRECTIONS = frozenset(LEAST).union(("up", "down", "over", "under", "off", "out", "away"))
+"""Words that make another action of a verb: to stand up is not to stand on a leg."""
 
 
 @dataclass(frozen=True)
@@ -383,11 +389,15 @@ def with_virtual_words(word_map: WordMap, shares: FloatArray) -> WordMap:
 
 
 def without_words_apart(
-    asked: AskedWords, read: Sequence[Reading], verbs: Collection[str]
+    asked: AskedWords,
+    read: Sequence[Reading],
+    verbs: Collection[str],
+    phrases: Iterable[Collection[str]] = (),
 ) -> AskedWords:
-    """The words of a question, less what captions say of them in different actions.
+    """The words of a question, less what captions say of them in other actions.
 
-    Words that the question also excludes keep all of their evidence.
+    Such a word counts as one that captions do not hold. Words that the question also excludes keep
+    all of their evidence. `phrases`: words that a caption must hold together ("hand stand").
     """
     excluded = {w for reading in read for e in reading.exclusions for a in e.actions for w in a}
     actions = {
@@ -395,27 +405,28 @@ def without_words_apart(
         for reading in read
         for part in reading.parts
         for action in part.actions
-        if len(action) > 1 and not excluded.intersection(action)
+        if not excluded.intersection(action)
     }
-    if not actions:
+    if all(len(action) < 2 for action in actions):
         return asked
     evidence, learned = asked.evidence, asked.learned
 
     def make(capture: int) -> FloatArray:
         said = evidence.written[capture]
         captions = [
-            set(words)
+            words
             for caption in learned.captions.get(capture, ())
             for words in split_actions(caption.words, learned.synonyms, learned.lemmas)
         ]
-        apart = {
-            asked.numbers[word]
-            for action in actions
-            for word in words_apart(action, heads_of(action, verbs), captions)
-        }
-        if apart:
-            said, columns = said.copy(), sorted(apart)
-            said[:, columns] = np.minimum(said[:, columns], 0.0)
+        elsewhere, here = set[str](), set[str]()
+        for action in actions:
+            apart = words_apart(action, heads_of(action, verbs), captions, phrases)
+            elsewhere |= apart
+            here |= set(action) - apart
+        columns = [asked.numbers[word] for word in sorted(elsewhere - here)]
+        if columns:
+            said = said.copy()
+            said[:, columns] = np.minimum(said[:, columns], UNWRITTEN)
         return said
 
     heard = TakeEvidence(
@@ -429,17 +440,37 @@ def without_words_apart(
 
 
 def words_apart(
-    action: Sequence[str], heads: Collection[str], captions: Iterable[Collection[str]]
+    action: Sequence[str],
+    heads: Collection[str],
+    captions: Iterable[Collection[str]],
+    phrases: Iterable[Collection[str]] = (),
 ) -> set[str]:
     """The words of an action that captions hold, but not in the action that says most of it.
 
-    Of actions that say as many of its words, those with its heads count.
+    Of actions that say as many of its words, those with its heads count. A direction or a part of
+    the body is said of the verb beside it, and a verb with another one is another action.
+    `phrases`: words that count only together.
 
-    >>> words_apart(("stand", "leg"), ("stand",), [("stand", "up"), ("swing", "leg")])
-    {'leg'}
+    >>> sorted(words_apart(("stand", "leg"), ("stand",), [("stand", "up"), ("swing", "leg")]))
+    ['leg', 'stand']
     >>> words_apart(("swing", "leg"), ("swing",), [("stand", "up"), ("swing", "leg")])
     set()
     """
-    shared = [frozenset(action).intersection(words) for words in captions]
-    most = max(shared, key=lambda words: (len(words), len(words & set(heads))), default=frozenset())
-    return set().union(*shared) - most
+    if len(action) < 2:
+        return set()
+    asked, written, shared = set(action), set[str](), [set[str]()]
+    for words in map(set, captions):
+        same = asked & words
+        written |= same
+        if same.isdisjoint(heads):
+            same -= MODIFIERS
+        elif _turns(asked - words) and _turns(words - asked).difference(_turns(asked)):
+            same = set()
+        shared.append(same.difference(*(set(p) for p in phrases if not words.issuperset(p))))
+    return written - max(shared, key=lambda same: (len(same), len(same.intersection(heads))))
+
+
+def _turns(words: Collection[str]) -> set[str]:
+    """What of words makes another action of a verb: directions, and whether arms or legs move."""
+    limbs = {"leg" if word in LEGS else "arm" for word in words if word in LIMBS}
+    return limbs.union(DIRECTIONS.intersection(words))

@@ -154,7 +154,7 @@ def understand(
     return AskedQuestion(
         sentence.text,
         sentence,
-        without_words_apart(asked, read, sentence.verbs),
+        without_words_apart(asked, read, sentence.verbs, sentence.phrases),
         known,
         plain_actions(known.tree)[0],
         hinted((*known.not_used, *not_searched), hints),

@@ -15,6 +15,7 @@ import heapq
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -177,12 +178,15 @@ class WordAnswer:
     def matches_anything(self) -> bool | None:
         """Whether anything in the database shows the requested actions; None if unknown."""
         reached = reaches(self.matches, self.strength, self.threshold)
-        is_other = any(taking.is_other for taking in self.taken.values())
-        if is_other and (reached or (self.matches and len(self.matches[0].parts) > 1)):
+        if any(taking.is_other for taking in self.taken.values()) and self.matches:
             return None
-        if reached is False and self.matches and len(self.matches[0].parts) > 1:
-            # the strength of an order is that of its weakest part, the threshold of single actions
-            reached = (self.matches[0].probability or 0.0) >= LIKELY
+        if reached is False and self.matches:
+            # the strength of an order is that of its weakest part, that of an action what captions
+            # leave unsaid lowers too; the threshold is that of single words
+            if len(self.matches[0].parts) > 1:
+                reached = (self.matches[0].probability or 0.0) >= LIKELY
+            elif any(why.written > 0.0 and why.exclusion < 0 for why in self.reasons[0]):
+                return None
         return None if self.near or (reached and (self.doubtful or self.unmeasured)) else reached
 
 
@@ -228,8 +232,9 @@ def search_words(
     known = sure is not None and not np.isnan(sure.threshold) and not unchecked
     threshold = sure.threshold if sure is not None and known else None
     is_wrong = _is_weak if known else _is_contradicted
-    doubtful = is_doubtful([each.sure for each in judged]) or (
-        is_checked and all(is_wrong(each, places[each.capture]) for each in judged)
+    others = [taking.chance for taking in question.taken.values() if taking.is_other]
+    doubtful = is_doubtful([each.sure for each in judged], prod(others)) or (
+        (known or is_checked) and all(is_wrong(each, places.get(each.capture)) for each in judged)
     )
     return replace(
         _answer(question),
@@ -346,17 +351,17 @@ def _rank(answer: Found, placed: placing.Placed) -> tuple[bool, float]:
     return _is_weak(answer, placed), -log_odds
 
 
-def _is_weak(answer: Found, placed: placing.Placed) -> bool:
+def _is_weak(answer: Found, placed: placing.Placed | None) -> bool:
     """Whether an answer is more likely wrong than right, or its order or motion is another."""
-    if placed.in_order is False or placed.contradicted:
+    if placed is not None and (placed.in_order is False or placed.contradicted):
         return True
     whole = answer.sure.whole
     return reasons.total(answer.why) < 0.0 if whole is None else whole < LIKELY
 
 
-def _is_contradicted(_: Found, placed: placing.Placed) -> bool:
+def _is_contradicted(_: Found, placed: placing.Placed | None) -> bool:
     """Whether the motion of an answer contradicts the question, as measured."""
-    return bool(placed.contradicted)
+    return placed is not None and bool(placed.contradicted)
 
 
 def _match(question: AskedQuestion, rank: int, answer: Found, placed: placing.Placed) -> Match:

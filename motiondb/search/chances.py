@@ -295,10 +295,16 @@ def best_strength(
     return max((min(parts.values()) for parts in best.values() if parts), default=None)
 
 
-def is_doubtful(found: Sequence[Chances]) -> bool:
-    """Whether each answer is more likely wrong than right, or some part not shown by any."""
+def is_doubtful(found: Sequence[Chances], replaced: float = 1.0) -> bool:
+    """Whether each answer is more likely wrong than right, or some part not shown by any.
+
+    `replaced`: Probability that words of the question may be replaced as they are.
+
+    >>> is_doubtful([Chances(0.6, ())]), is_doubtful([Chances(0.6, ())], 0.8)
+    (False, True)
+    """
     wholes = [chances.whole for chances in found if chances.whole is not None]
-    if wholes and max(wholes) < LIKELY:
+    if wholes and replaced * max(wholes) < LIKELY:
         return True
     known = [[p and p.probability for p in chances.parts] for chances in found]
     same = [parts for parts in known if len(parts) == len(known[0])]

@@ -43,6 +43,7 @@ from motiondb.language.vocabulary import (
     nothing_known,
     say_unknown,
     split_actions,
+    words_of,
     written_otherwise,
 )
 from motiondb.language.word_vectors.word_vectors import shares_by_meaning, word_vectors
@@ -98,6 +99,11 @@ class Taking:
     def is_other(self) -> bool:
         """Whether the known words that replace the word are other words: who walks may not limp."""
         return self.is_taken and not self.is_same
+
+    @property
+    def chance(self) -> float:
+        """Probability that the known words may replace the word, the mean over their shares."""
+        return sum(share * p for share, (_, p) in zip(self.shares, self.words))
 
     @property
     def shares(self) -> tuple[float, ...]:
@@ -233,6 +239,8 @@ class Sentence:
 
     learned: Learned
     text: str
+    # Phrases in it that name one motion ("hand stand"): lemmas that a caption must hold together
+    phrases: tuple[tuple[str, ...], ...] = ()
 
     @cached_property
     def parsed(self) -> Question:
@@ -326,7 +334,7 @@ def near_sentence(sentence: Sentence, table: NearbyTable) -> Sentence | None:
         other = taking.words[0][0]
         if 2 * sum(learned.word_numbers[other] in action for action in said) >= len(said):
             text = re.sub(rf"\b{re.escape(form)}\b", other, text, flags=re.IGNORECASE)
-    return None if text == sentence.text else Sentence(learned, text)
+    return None if text == sentence.text else replace(sentence, text=text)
 
 
 def with_likeliest(learned: Learned, takings: Mapping[str, Taking]) -> Learned:
@@ -365,7 +373,8 @@ def write_otherwise(
     if not phrases:
         return sentence, {}
     same = {word: Taking(word, ((phrase, 1.0),), is_same=True) for word, phrase in phrases.items()}
-    return Sentence(learned, changed), same
+    together = [words_of(phrase, learned.synonyms, learned.lemmas) for phrase in phrases.values()]
+    return Sentence(learned, changed, tuple(map(tuple, together))), same
 
 
 def not_understood(sentence: Sentence, added: Collection[str] = ()) -> tuple[str, ...]:

@@ -45,7 +45,7 @@ is are was were be been being am has have had can will would who which that
 """
 _LIGHT_TEXT = """
 do does did doing done make makes making made perform performs performing performed show shows
-showing give gives giving try tries
+showing give gives giving try tries act acts acting
 """
 _CLAUSE, _ARTICLES = frozenset(_CLAUSE_TEXT.split()), frozenset(_ARTICLE_TEXT.split())
 _SINGULAR, _PLURAL = frozenset(_SINGULAR_TEXT.split()), frozenset(_PLURAL_TEXT.split())
