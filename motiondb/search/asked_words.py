@@ -458,16 +458,17 @@ def words_apart(
     """
     if len(action) < 2:
         return set()
-    asked, written, shared = set(action), set[str](), [set[str]()]
+    asked, heading = set(action), set(heads)
+    written, shared = set[str](), [set[str]()]
     for words in map(set, captions):
         same = asked & words
         written |= same
-        if same.isdisjoint(heads):
+        if same.isdisjoint(heading):
             same -= MODIFIERS
         elif _turns(asked - words) and _turns(words - asked).difference(_turns(asked)):
             same = set()
         shared.append(same.difference(*(set(p) for p in phrases if not words.issuperset(p))))
-    return written - max(shared, key=lambda same: (len(same), len(same.intersection(heads))))
+    return written - max(shared, key=lambda same: (len(same), len(same & heading)))
 
 
 def _turns(words: Collection[str]) -> set[str]:
