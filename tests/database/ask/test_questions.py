@@ -21,6 +21,7 @@ from motiondb.language.question.readings import is_order, readings, say
 from motiondb.meaning import by_question
 from motiondb.meaning.word_evidence import WRITTEN
 from motiondb.search import reasons
+from motiondb.search.asked_words import learned_words, without_words_apart
 
 QUESTIONS = (
     "walk but not turn", "not walking", "kick or punch", "walk and kick", "walk twice",
@@ -41,11 +42,13 @@ def test_reasons_of_any_question_sum_to_what_ranks(asked: MotionDB, question: st
     learned = asked.learned
     number = {word: n for n, word in enumerate(learned.association.words)}
     read, _ = readings(answer.question.tree)
+    verbs = verbs_in(question)
+    evidence = without_words_apart(learned_words(learned), read, verbs).evidence
     ids = {info.name: capture for capture, info in learned.captures.items()}
     assert answer.matches
     for match, why in zip(answer.matches, answer.reasons):
-        take = learned.evidence.takes[ids[match.capture]]
-        hit = by_question.search_take(take, read, number, verbs_in(question))
+        take = evidence.takes[ids[match.capture]]
+        hit = by_question.search_take(take, read, number, verbs)
         assert hit is not None
         assert math.isclose(reasons.total(why), hit.log_odds, rel_tol=1e-9, abs_tol=1e-9)
     totals = [  # what the motion contradicts counts as much as a caption
