@@ -11,8 +11,9 @@ No dictionary of the parts of speech is loaded. A word counts as a verb if
   -ing, and no article stands before it ("picks up a box");
 * it follows a subject ("he juggles", "they clap");
 * it begins its clause and a word follows that describes no motion ("throw a ball");
-* it begins its clause, can be a verb, and the next word is no motion verb ("eat pizza"); where the
-  next word can be a verb too ("tennis serve"), both count;
+* it begins its clause, can be a verb, and the next word is no motion verb ("eat pizza") and no
+  participle, whose subject it is ("cop directing traffic"); where the next word can be a verb too
+  ("tennis serve"), both count;
 * it is the last of the words after "does a", "performs" and the like. Words before those are their
   subject, and no verbs.
 """
@@ -63,8 +64,8 @@ def verbs_in(
     ['clap', 'crawl', 'throw']
     >>> sorted(verbs_in("ballet dancer does a pirouette")), sorted(verbs_in("zombie walk"))
     (['pirouette'], ['walk'])
-    >>> sorted(verbs_in("eat pizza"))
-    ['eat']
+    >>> sorted(verbs_in("eat pizza")), sorted(verbs_in("cop directing traffic"))
+    (['eat'], ['direct'])
     """
     found: set[str] = set()
     clause: set[str] = set()  # Verbs of the clause so far
@@ -93,11 +94,17 @@ def verbs_in(
             follows = None if is_last else words[k + 1]
             if begins or _is_verb(token, word, before):
                 clause.add(word)
-            elif is_first and follows and follows not in VERBS and _may_be_verb(token, word):
+            elif is_first and follows and _begins_with_verb(token, word, follower, follows):
                 clause |= {word, follows} if is_also_verb(follows) else {word}
         is_first = token in _CLAUSE or (is_first and word is None)
         before = token
     return frozenset(found | clause)
+
+
+def _begins_with_verb(token: str, word: str, follower: str, follows: str) -> bool:
+    """Whether the first word of a clause is its verb, by the word that follows it."""
+    is_subject = follower != follows and follower.endswith("ing")
+    return follows not in VERBS and not is_subject and _may_be_verb(token, word)
 
 
 def _may_be_verb(token: str, word: str) -> bool:
