@@ -217,7 +217,7 @@ VIEWS = (
     ("search", "search?q=walk, turn left, sit down", ".answer .block", (1280, 860), "light"),
     ("generate", "generate?q=a person walks then kicks&variants=2", ".variant",
      (1280, 720), "light"),
-    ("symbols", "symbols", "svg circle", (1280, 780), "light"),
+    ("symbols", "symbols?symbol=3", ".segment-list li", (1280, 780), "light"),
     ("not-here", "search?q=walk, kick&where=performer=ana", ".verdict.not-here",
      (1280, 800), "dark"),
     ("example", "search?like=capture:ana/long_1&start=6.500&end=9.300", ".answer .block",

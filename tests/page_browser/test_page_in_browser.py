@@ -63,6 +63,9 @@ def test_views_are_reached_by_keyboard_and_named(asked_server, new_page):
     page.get_by_text("Explore", exact=True).click()
     page.get_by_role("link", name="Symbols").click()
     wait_for(page, "() => document.title === 'Symbols · motiondb'")
+    page.evaluate("() => { location.hash = '#/board?board=give-and-go'; }")
+    wait_for(page, "() => document.title === 'give-and-go · Board · motiondb'")
+    page.go_back()
     page.get_by_text("Explore", exact=True).click()
     assert page.get_by_role("link", name="Symbols").get_attribute("aria-current") == "page"
 

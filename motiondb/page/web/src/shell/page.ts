@@ -17,9 +17,12 @@ import { go, parseRoute, routeTo } from "./router.ts";
 
 const FIRST = VIEWS[0]!.name;
 
+/** Parameters that say what a view is about, the most telling first. */
+const TELLING = ["capture", "q", "like", "name", "open", "board", "symbol", "where"];
+
 /** What a view is about, for the title of its tab: the question, the capture, the grammar. */
 function titleOf(parameters: URLSearchParams): string {
-  const about = ["capture", "q", "like", "name", "open"].map((name) => parameters.get(name)).find(Boolean);
+  const about = TELLING.map((name) => parameters.get(name)).find(Boolean);
   return about?.replace(/^(capture|upload|made|sequence|kept):/, "") ?? "";
 }
 
