@@ -323,17 +323,17 @@ def near_sentence(sentence: Sentence, table: NearbyTable) -> Sentence | None:
     word ("run/jog") say it too. So who says "jog" may also mean what others call "run" alone.
     """
     learned, text = sentence.learned, sentence.text
-    actions = [action for listed in learned.listed_actions.values() for action in listed]
     for word, form in sentence.forms.items():
-        said = [action for action in actions if learned.word_numbers.get(word, -1) in action]
-        if word not in sentence.known or word in MODIFIERS or not said:
+        if word not in sentence.known or word in MODIFIERS:
             continue
         taking = take_word(word, sentence.known - {word}, table)
         if not taking.is_taken:
             continue
-        other = taking.words[0][0]
-        if 2 * sum(learned.word_numbers[other] in action for action in said) >= len(said):
-            text = re.sub(rf"\b{re.escape(form)}\b", other, text, flags=re.IGNORECASE)
+        number, other = (learned.word_numbers.get(w, -1) for w in (word, taking.words[0][0]))
+        actions = (action for listed in learned.listed_actions.values() for action in listed)
+        said = [action for action in actions if number in action]
+        if said and 2 * sum(other in action for action in said) >= len(said):
+            text = re.sub(rf"\b{re.escape(form)}\b", taking.words[0][0], text, flags=re.IGNORECASE)
     return None if text == sentence.text else replace(sentence, text=text)
 
 
