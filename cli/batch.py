@@ -53,6 +53,7 @@ def batch(
     where: options.Where = "",
     limit: options.Limit = 10,
     exact: options.Exact = False,
+    cluster: options.Cluster = None,
 ) -> None:
     """Answer many questions in one process, which loads the database once.
 
@@ -66,33 +67,28 @@ def batch(
             f"{file}: expected a question in a line, found none. Write some."
         )
     problems = []
-    with shared.database() as base:
+    asked = [each for each in questions if not each.fault]
+    with printing.cluster(cluster) as workers, shared.database() as base:
         printing.note_unlearned(base)
         if not shared.json:
             printing.say_tsv(HEADER)
+        answers = base.ask_many([_posed(each, where, limit, exact) for each in asked], workers)
         for each in questions:
-            asked = " and ".join(f"({f})" for f in (where, each.where) if f.strip())
-            try:
-                answer = _answer(base, each, asked, each.limit or limit, exact)
-            except motiondb.MotionDBError as error:
-                problems.append(f"{file}:{each.line}: {error}")
-                _print_line(shared, each, {"error": str(error)})
-                continue
-            if shared.json:
+            answer = motiondb.QueryError(each.fault) if each.fault else next(answers)
+            if isinstance(answer, motiondb.MotionDBError):
+                problems.append(f"{file}:{each.line}: {answer}")
+                _print_line(shared, each, {"error": str(answer)})
+            elif shared.json:
                 _print_line(shared, each, _facts(answer, each.is_example))
             else:
                 _print_rows(each, answer)
     printing.refuse(problems)
 
 
-def _answer(
-    base: motiondb.MotionDB, each: _Question, where: str, limit: int, exact: bool
-) -> motiondb.WordAnswer | motiondb.ExampleAnswer:
-    if each.fault:
-        raise motiondb.QueryError(each.fault)
-    if each.is_example:
-        return base.like(each.text, each.start, each.end, where, limit, exact=exact)
-    return base.search(each.text, where, limit, exact=exact)
+def _posed(each: _Question, where: str, limit: int, exact: bool) -> motiondb.Question:
+    words, like = ("", each.text) if each.is_example else (each.text, "")
+    both = " and ".join(f"({f})" for f in (where, each.where) if f.strip())
+    return motiondb.Question(words, like, each.start, each.end, both, each.limit or limit, exact)
 
 
 def _facts(answer: Any, is_example: bool) -> dict[str, Any]:  # noqa: ANN401  of either kind

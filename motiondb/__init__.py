@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from motiondb.answers.scenes import scene_row
     from motiondb.body.kinematics import forward_kinematics
     from motiondb.database import MotionDB
+    from motiondb.database.asking_many import Question
     from motiondb.database.catalogue.cataloguing import check_captures
     from motiondb.database.catalogue.exporting import MotionChanges
     from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
@@ -151,6 +152,7 @@ __all__ = [
     "ParsedMotion",
     "Plan",
     "QueryError",
+    "Question",
     "ReadLimits",
     "Relation",
     "Scene",
@@ -228,6 +230,7 @@ _PLACES = {
     "motiondb.files.sheet_writer": "write_table",
     "motiondb.files.own_files": "check_overwriting protect_others",
     "motiondb.database": "MotionDB",
+    "motiondb.database.asking_many": "Question",
     "motiondb.database.catalogue.cataloguing": "check_captures",
     "motiondb.database.check_process": "check_file",
     "motiondb.database.cluster": "Cluster",

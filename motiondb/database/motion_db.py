@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict
 from functools import cached_property
 from pathlib import Path
@@ -17,12 +17,14 @@ from motiondb.workers import HERE
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
     from motiondb.database.arguments import Example
+    from motiondb.database.asking_many import Question
     from motiondb.database.catalogue.exporting import MotionChanges
     from motiondb.database.cluster import Cluster
     from motiondb.database.generating import ActionPlace, Generated
     from motiondb.database.grammars.grammars import Grammars
     from motiondb.database.joining import Joined
     from motiondb.database.scenes.scenes import Scenes
+    from motiondb.errors import MotionDBError
     from motiondb.learn.drift import Drift
     from motiondb.learn.knowledge import Knowledge
     from motiondb.learn.learned import Learned
@@ -324,6 +326,31 @@ class MotionDB(Captures):
             return search_motion(
                 self.searchable, self.session.features, motion, allowed, limit, meaning
             )
+
+    def ask_many(
+        self, questions: Iterable[Question], workers: Cluster | None = None
+    ) -> Iterator[WordAnswer | ExampleAnswer | MotionDBError]:
+        """Answer many questions of one state of the database, in their order.
+
+        A question that cannot be answered gives its error in place of an answer.
+
+        Parameters
+        ----------
+        questions : iterable of Question
+            Words or examples, each with its filter and limit.
+        workers : Cluster, optional
+            Workers that answer; the answers are the same. Each holds the features of all captures
+            in memory. None: this process, one question after the other.
+
+        Examples
+        --------
+        >>> questions = [motiondb.Question("walk"), motiondb.Question(like="ana/kick_1")]
+        >>> for answer in db.ask_many(questions):  # doctest: +SKIP
+        ...     print(answer)
+        """
+        from motiondb.database import asking_many
+
+        return asking_many.ask_many(self, questions, workers)
 
     def describe(
         self,

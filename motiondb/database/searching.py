@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,8 +16,8 @@ from motiondb.database.session import Session
 from motiondb.errors import QueryError
 from motiondb.language.question.readings import say
 from motiondb.learn.learned import Learned
-from motiondb.records import Match, Motion
-from motiondb.search.asked_words import find_written
+from motiondb.records import Float32Array, Match, Motion
+from motiondb.search.asked_words import WrittenWord, find_written
 from motiondb.search.asking import AskedQuestion, ask
 from motiondb.search.by_words import WordAnswer, as_near, search_words
 from motiondb.search.reasons import ExplainedWord
@@ -40,22 +41,47 @@ def search(
 ) -> WordAnswer:
     """The answer to a question in words, as ``MotionDB.search`` gives it."""
     arguments.check_least("limit", limit, 1)
-    with session.reading(), one_blas_thread():  # for small matrices a second thread takes longer
+    with session.reading():
         allowed, learned = allowed_captures(session, where, exact), session.searchable
         check_any(learned)
-        table = nearby_table()
-        find = partial(session.kept, "written_words", lambda: find_written(session.searchable))
+        searched = Searched(
+            learned,
+            lambda capture: session.features.of_capture(capture),
+            partial(session.kept, "written_words", lambda: find_written(session.searchable)),
+        )
+        return answer_words(searched, words, allowed, limit, by_symbols, written, exact)
 
-        def answer_of(question: AskedQuestion) -> WordAnswer:
-            return search_words(
-                question,
-                allowed,
-                limit,
-                written,
-                lambda capture: session.features.of_capture(capture),  # loaded only if needed
-            )
 
-        question = ask(learned, words, table, find, exact, by_symbols)
+@dataclass(frozen=True, eq=False)
+class Searched:
+    """What a question in words is asked of; the functions are called only if needed."""
+
+    learned: Learned
+    features_of: Callable[[int], Float32Array]  # Number of a capture -> its features
+    # Words that were not learned and are written in captions or tags
+    find_written: Callable[[], dict[str, WrittenWord]]
+
+
+def answer_words(
+    searched: Searched,
+    words: str,
+    allowed: list[int],
+    limit: int,
+    by_symbols: bool,
+    written: bool,
+    exact: bool,
+) -> WordAnswer:
+    """The answer to a question in words; with near words, if the asked ones match nothing.
+
+    `allowed`: Numbers of the captures that are searched.
+    """
+    table = nearby_table()
+
+    def answer_of(question: AskedQuestion) -> WordAnswer:
+        return search_words(question, allowed, limit, written, searched.features_of)
+
+    with one_blas_thread():  # for small matrices a second thread takes longer
+        question = ask(searched.learned, words, table, searched.find_written, exact, by_symbols)
         answer = answer_of(question)
         if answer.nothing and answer.matches and not (exact or by_symbols):
             near = question.with_near_words(table)

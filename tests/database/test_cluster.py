@@ -24,7 +24,7 @@ import pytest
 from distributed.comm import CommClosedError
 
 import motiondb
-from motiondb import Cluster, ClusterError, LearnSettings
+from motiondb import Cluster, ClusterError, LearnSettings, Question
 from motiondb.database import cluster
 
 NOT_THE_SAME = ("run", "meta", "learning")  # Tables with times and random marks
@@ -139,6 +139,9 @@ def test_workers_and_their_deaths_change_no_bit(
         db.add(some, workers=workers)
         db.learn(settings, kills(processes.workers[0], "symbols compete"), workers=workers)
         assert workers.n_workers == 1
+        questions = [Question("walk"), Question(like="ana/walk_1", limit=2), Question("walk then")]
+        here, there = db.ask_many(questions), db.ask_many(questions, workers)
+        assert list(map(repr, here)) == list(map(repr, there))
     assert rows(tmp_path / "two.duckdb") == rows(tmp_path / "alone.duckdb")
     with (
         Cluster(processes.address) as workers,

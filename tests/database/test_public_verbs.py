@@ -36,6 +36,27 @@ def test_pictures_of_answers_and_their_reasons(learned_file: Path, tmp_path: Pat
     assert sorted(path.name for path in tmp_path.iterdir()) == ["alike.png", "hits.png", "why.png"]
 
 
+def test_many_questions_are_answered_in_their_order_and_errors_stand_in_for_answers(
+    learned_file: Path,
+) -> None:
+    asked = [
+        motiondb.Question("kick", where="performer=ana", limit=1),
+        motiondb.Question("xqzzy"),
+        motiondb.Question(like="ana/bow_1", start=0.5, limit=2),
+        motiondb.Question("kick", like="ana/bow_1"),
+        motiondb.Question("kick", end=1.0),
+        motiondb.Question(),
+    ]
+    with motiondb.open(learned_file, read_only=True) as db:
+        words, unknown, alike, both, cut, empty = db.ask_many(asked)
+        assert repr(words) == repr(db.search("kick", "performer=ana", 1))
+        assert repr(alike) == repr(db.like("ana/bow_1", 0.5, limit=2))
+    assert isinstance(unknown, motiondb.UnknownWordsError)
+    assert "found both" in str(both)
+    assert "expected start and end for an example only" in str(cut)
+    assert "found neither" in str(empty)
+
+
 def test_an_answer_explains_itself_in_words_and_seconds(learned_file: Path) -> None:
     with motiondb.open(learned_file, read_only=True) as db:
         answer = db.search("walk, turn left, not wave", limit=3)

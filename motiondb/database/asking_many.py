@@ -1,0 +1,164 @@
+"""Many questions of one state of a database, answered by this process or by workers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, TypeAlias, TypeVar
+
+import numpy as np
+
+from motiondb.errors import MotionDBError, QueryError
+from motiondb.workers import Workers, runs
+
+if TYPE_CHECKING:
+    from motiondb.database.motion_db import MotionDB
+    from motiondb.learn.learned import Learned
+    from motiondb.learn.recognition import FeaturePool
+    from motiondb.records import Motion
+    from motiondb.search.asked_words import WrittenWord
+    from motiondb.search.by_example import ExampleAnswer
+    from motiondb.search.by_words import WordAnswer
+
+    Answer: TypeAlias = WordAnswer | ExampleAnswer | MotionDBError  # why there is no answer
+
+T = TypeVar("T")
+Given = TypeVar("Given")
+Asked = TypeVar("Asked")
+
+
+@dataclass(frozen=True)
+class Question:
+    """A question in words or by example; give one of ``words`` and ``like``.
+
+    Parameters
+    ----------
+    words : str
+        The question, such as "walk, turn left".
+    like : str
+        The name of a capture, or of a file, as the example.
+    start, end : float, optional
+        Part of the example, s.
+    where : str
+        A filter on the catalogue: the captures that are searched.
+    limit : int
+        Largest number of matches.
+    exact : bool
+        Whether unknown words are left as they are, instead of being replaced by known ones.
+    """
+
+    words: str = ""
+    like: str = ""
+    start: float | None = None
+    end: float | None = None
+    where: str = ""
+    limit: int = 10
+    exact: bool = False
+
+
+def ask_many(
+    base: MotionDB, questions: Iterable[Question], workers: Workers | None
+) -> Iterator[Answer]:
+    """The answers in the order of the questions, as ``MotionDB.ask_many`` gives them."""
+    with base.session.reading():
+        if workers is None:
+            for question in questions:
+                yield _or_error(_ask, base, question)
+            return
+        posed = [_or_error(_pose, base, question) for question in questions]
+        held = _Held(base.searchable, _in_memory(base.session.features))
+        pieces = runs(posed, workers.n_pieces())
+        for part in workers.map(_answer_some, pieces, held):
+            yield from part
+
+
+def _or_error(ask: Callable[[Given, Asked], T], given: Given, asked: Asked) -> T | MotionDBError:
+    """The answer, or the error that says why there is none."""
+    try:
+        return ask(given, asked)
+    except MotionDBError as error:
+        return error
+
+
+def _ask(base: MotionDB, question: Question) -> WordAnswer | ExampleAnswer:
+    _check(question)
+    where, limit, exact = question.where, question.limit, question.exact
+    if question.like:
+        part = (question.start, question.end)
+        return base.like(question.like, *part, where, limit, exact=exact)
+    return base.search(question.words, where, limit, exact=exact)
+
+
+def _check(question: Question) -> None:
+    """Refuse a question without words and example, and one with both."""
+    if bool(question.words.strip()) == bool(question.like):
+        found = "both" if question.like else "neither"
+        raise QueryError(f"question: expected words or an example (like), found {found}.")
+    if question.words and (question.start is not None or question.end is not None):
+        raise QueryError(
+            "question: expected start and end for an example only, found them with words."
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Posed:
+    """A question with all that only the process with the file can look up."""
+
+    question: Question
+    allowed: list[int]  # Numbers of the captures that are searched
+    motion: Motion | None  # The example
+
+
+def _pose(base: MotionDB, question: Question) -> _Posed:
+    from motiondb.database import arguments, searching
+
+    _check(question)
+    arguments.check_least("limit", question.limit, 1)
+    motion = base.motion(question.like, question.start, question.end) if question.like else None
+    allowed = searching.allowed_captures(base.session, question.where, question.exact)
+    searching.check_any(base.searchable)
+    return _Posed(question, allowed, motion)
+
+
+@dataclass(frozen=True, eq=False)
+class _Held:
+    """What a worker needs to answer questions."""
+
+    learned: Learned
+    pool: FeaturePool
+
+    @cached_property
+    def written(self) -> dict[str, WrittenWord]:
+        """Words that were not learned and are written in captions or tags."""
+        from motiondb.search.asked_words import find_written
+
+        return find_written(self.learned)
+
+    def answer(self, posed: _Posed) -> WordAnswer | ExampleAnswer:
+        """The answer to one question."""
+        from motiondb.database import searching
+        from motiondb.search.by_example import search_motion
+
+        question, allowed = posed.question, posed.allowed
+        if posed.motion is not None:
+            return search_motion(self.learned, self.pool, posed.motion, allowed, question.limit)
+        searched = searching.Searched(self.learned, self.pool.of_capture, lambda: self.written)
+        answer = searching.answer_words(
+            searched, question.words, allowed, question.limit, False, True, question.exact
+        )
+        told = tuple(partial(tuple[str, ...], suggests()) for suggests in answer.suggests)
+        return replace(answer, suggests=told)  # the functions hold the learned model
+
+
+def _in_memory(pool: FeaturePool) -> FeaturePool:
+    """The pool with its features in memory, to be sent."""
+    return replace(pool, features=np.asarray(pool.features))
+
+
+def _answer_some(posed: Sequence[_Posed | MotionDBError], held: _Held) -> list[Answer]:
+    """Answers to some questions; errors stay as they are."""
+    return [
+        each if isinstance(each, MotionDBError) else _or_error(_Held.answer, held, each)
+        for each in posed
+    ]
