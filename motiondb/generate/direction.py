@@ -9,7 +9,7 @@ amount. Besides:
 words            measured                                      full amount
 ===============  ============================================  =====================
 up, down         lasting change of the height of the pelvis    0.15 m
-turn             turning to either side that lasts             0.7 rad (40 degrees)
+turn, veer       turning to either side that lasts             0.7 rad (40 degrees)
 spin, pirouette  turning to either side                        4.7 rad (270 degrees)
 stop             loss of speed along the ground, up to MOVING  0.5 m/s
 start            gain of speed along the ground, up to MOVING  0.5 m/s
@@ -66,6 +66,7 @@ FULL = {
     "up": 0.15,
     "down": 0.15,
     "turn": 0.7,
+    "veer": 0.7,
     "spin": 4.7,
     "pirouette": 4.7,
     "stop": 0.5,
@@ -89,7 +90,7 @@ FULL = {
 }
 """Word -> full amount, in the units of the table."""
 VERTICAL = ("up", "down")
-TURNS = ("turn", "spin", "pirouette")
+TURNS = ("turn", "veer", "spin", "pirouette")
 PLAIN_TURNS = ("turn", "spin", "veer", "swerve")  # Of which nothing but the turning has to be seen
 ALOFT = ("jump", "leap", "jete")
 OCCURRING = ("hop", "kick", "punch")

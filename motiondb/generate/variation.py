@@ -23,7 +23,8 @@ from motiondb.generate.excerpts import TOLERANCE, Layout
 from motiondb.records import FloatArray, IntArray
 
 LONG = 120  # Frames (4 s) from which on a movement is varied
-TYPICAL = (75, 50, 35)  # Frames of an excerpt that is inserted; captures of runs are short
+LONGEST_INSERTED, SHORTEST_INSERTED = 75, 30
+"""Frames of excerpts that are inserted, on average; captures of runs are short."""
 PER_FRAME = 0.15  # Cost of a frame by which an excerpt is longer or shorter than its share, nats
 UNEVEN = 20.0  # Cost of a speed that differs by that of the loop, or by ``SLOW``, nats
 SLOW, STEP = 0.5, 15  # Metres a second; frames over which the speed over the ground is averaged
@@ -63,8 +64,9 @@ def vary(
     edges = takes[capture].edges
     ends = _only(capture, first, edges), _only(capture, last, edges)
     frames = sum(end - start for start, end in layout.parts[1:-1])
-    for length in TYPICAL:
-        between = _insert(candidates, ends, frames, max(round(frames / length), 1), weights)
+    fewest = max(round(frames / LONGEST_INSERTED), 1)
+    for n in range(fewest, max(frames // SHORTEST_INSERTED, fewest) + 1):
+        between = _insert(candidates, ends, frames, n, weights)
         missing = frames - sum(piece.end - piece.start for piece in between)
         end = max(last[1] + min(missing, 0), last[0] + 1) if is_last else last[1]
         short = last[1] + missing - end

@@ -55,7 +55,7 @@ SHORTEST_STAY = 1.0  # Seconds for which a motion must stay in place, unless it 
 SPINS = frozenset(
     ("spin", "pirouette", "twirl", "whirl")
 )  # Words for turning most of the way round
-TURNS = SPINS | {"turn", "rotate", "pivot", "veer", "swerve"}  # Words for turning
+TURNS = SPINS | {"turn", "rotate", "rotation", "pivot", "veer", "swerve"}  # Words for turning
 SPUN = 2.35  # Least turning of a spin, rad
 _TRAVELS_TEXT = """
 walk run jog sprint dash step stride stroll march sneak tiptoe limp stagger stumble shuffle wander
