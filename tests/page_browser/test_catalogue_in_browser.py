@@ -169,6 +169,18 @@ def test_dropped_files_are_added_and_a_reload_keeps_the_job(
         assert len(db.captures()) == 3
 
 
+def test_an_empty_database_to_which_captures_are_added_says_so(serve_copy, new_page, tmp_path):
+    page = new_page("about:blank")
+    adding = {"id": "j1", "kind": "add", "title": "add captures", "state": "running",
+              "what": "reading", "share": 0.5, "error": None, "preview": None, "started": 1.0,
+              "seconds": 9.0, "message": None, "error_kind": None, "result": None,
+              "curve": []}  # fmt: skip
+    page.route("**/api/jobs", lambda route: route.fulfill(json={"jobs": [adding]}))
+    page.goto(f"{serve_copy(database=tmp_path / 'empty.duckdb')}#/catalogue")
+    page.get_by_role("heading", name="Adding captures…").wait_for()
+    assert page.get_by_role("heading", name="This database is empty").count() == 0
+
+
 def test_a_folder_of_the_computer_is_added(serve_copy, new_page, samples_folder, tmp_path):
     address = serve_copy(str(samples_folder), database=tmp_path / "empty.duckdb")
     page = new_page("about:blank")

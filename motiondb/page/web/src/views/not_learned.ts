@@ -14,7 +14,7 @@ export function notLearned(fault: unknown, context: Context): HTMLElement | null
   if (context.status().captures === 0) {
     return emptyState(
       "This database is empty",
-      "Add captures and what people wrote about them, then let motiondb learn.",
+      "Add captures, then choose Learn…: words that were learned from other captures are shipped.",
       [{ label: "Go to the catalogue", run: () => go(routeTo("catalogue")) }],
     );
   }

@@ -2,6 +2,7 @@
 
 import { ApiError, get, isAbort, messageOf } from "../../api/client.ts";
 import type { Caption, CapturePage, CaptureRow, UndoState } from "../../api/types.ts";
+import { isActive } from "../../api/jobs.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
@@ -308,6 +309,8 @@ function open(host: HTMLElement, context: Context): OpenView {
           ],
         ),
       );
+    } else if (isAdding()) {
+      fill(content, emptyState("Adding captures…", "They stand here as soon as they are saved."));
     } else {
       fill(
         content,
@@ -325,6 +328,10 @@ function open(host: HTMLElement, context: Context): OpenView {
       );
     }
   }
+
+  const isAdding = (): boolean => context.live.jobs().some((job) => job.kind === "add" && isActive(job));
+  /** Whether captures were being added when this was last looked at. */
+  let adding = isAdding();
 
   /** Nothing to filter, to learn from or to compare yet: one step at a time. */
   const showTools = (): void => void host.classList.toggle("no-captures", context.status().captures === 0);
@@ -394,6 +401,10 @@ function open(host: HTMLElement, context: Context): OpenView {
       showSide();
     },
     news(news) {
+      if (adding !== isAdding()) {
+        adding = !adding;
+        if (context.status().captures === 0) showRows();
+      }
       if (news.kind !== "revision") return;
       showNotice();
       context.motions.forget();
