@@ -367,6 +367,8 @@ _LEAST_BOUND = 2**30
 batches: closing took 490 MiB under a bound of 250 MB, and more than twice as much as the data
 without one."""
 _PEAK = 3  # Memory that DuckDB takes for joining rows, as a multiple of these; measured, 2.6 to 3.3
+KEEP_GROUPS = "SET max_vacuum_tasks = 0; SET checkpoint_threshold = '64MB'"
+"""Whatever is added stays a row group of its own; a long ``add`` has one for each checkpoint."""
 _ROWS_AT_ONCE = 2048  # Rows that DuckDB reads at once; what they hold is in memory together
 _USED = (
     "SELECT used_blocks * block_size, (SELECT max(run) / max(total) FROM (SELECT "
@@ -393,7 +395,7 @@ def bounded_memory(store: Store, n_bytes: int) -> Iterator[None]:
         return
     bound = max(_LEAST_BOUND, int(2 * used * (share or 0.0)), 4 * n_bytes)
     with suppress(StoreError):  # other threads hold more at this moment
-        store.connection.execute(f"SET memory_limit = '{bound}B'")
+        store.connection.execute(f"SET memory_limit = '{bound}B'; {KEEP_GROUPS}")
     try:
         yield
     finally:

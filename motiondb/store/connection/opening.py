@@ -41,7 +41,7 @@ from motiondb.files.safe_files import (
 from motiondb.files.text import cut
 from motiondb.store.connection import migrations
 from motiondb.store.connection.faults import OtherModeError, first_sentence, is_damage
-from motiondb.store.connection.handle import Store
+from motiondb.store.connection.handle import KEEP_GROUPS, Store
 from motiondb.store.connection.turns import announced, somebody_waits
 
 _CONFIG: dict[str, Any] = {
@@ -99,6 +99,7 @@ def _connect_current(
             migrations.migrate(connection, version)
         sweep_drafts(path.parent, re.escape(draft_stem(path)))
         if not read_only:
+            _limit_joining(connection, path)
             _sweep_copies(path)
             _sweep_spilled(path)
             somebody_waits(path)  # removes the note of a process that was killed while it waited
@@ -109,6 +110,25 @@ def _connect_current(
         connection.close()
         raise
     return connection
+
+
+LARGE = 2**28
+"""Bytes of a file from which on DuckDB does not join row groups at every change."""
+MOST_GROUPS = 64  # Row groups of a table that grows with every change, before they are joined
+
+
+def _limit_joining(connection: duckdb.DuckDBPyConnection, path: Path) -> None:
+    """Let DuckDB join the row groups of a large file seldom.
+
+    What it joins it writes anew, also motions and files of hours: of the 4.0 GB that 40 hours took,
+    1.7 GB were free. A row group of its own for every change takes some 3 MB of the file.
+    """
+    if path.stat().st_size < LARGE:
+        return
+    query = "SELECT count(DISTINCT row_group_id) FROM pragma_storage_info('run')"
+    ((groups,),) = connection.execute(query).fetchall()
+    if groups <= MOST_GROUPS:
+        connection.execute(KEEP_GROUPS)
 
 
 def _create(path: Path) -> None:

@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import duckdb
@@ -19,6 +20,7 @@ from motiondb.database.catalogue.sheets import import_events
 from motiondb.database.check_process import check_file
 from motiondb.errors import HeldError, MotionDBError, StoreError
 from motiondb.files.safe_files import check_output
+from motiondb.store.connection import opening
 
 
 def test_a_second_process_is_told_who_holds_the_file(tmp_path: Path) -> None:
@@ -296,3 +298,22 @@ def test_no_progress_bar_is_printed_into_answers(tmp_path: Path) -> None:
     with store.open_store(tmp_path / "m.duckdb") as opened:
         setting = "SELECT current_setting('enable_progress_bar')"
         assert opened.connection.value(setting) is False
+
+
+def test_row_groups_of_a_large_file_are_joined_seldom(
+    database: store.Store, samples: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(opening, "LARGE", 1)
+    monkeypatch.setattr(opening, "MOST_GROUPS", 3)
+    database.close()
+    groups = []
+    for name in "abcdefg":
+        with store.open_store(database.path) as opened:
+            samples.add(opened, name)
+        with duckdb.connect(str(database.path), read_only=True) as raw:
+            query = "SELECT count(DISTINCT row_group_id) FROM pragma_storage_info('motion')"
+            groups += raw.execute(query).fetchone() or ()
+    assert groups[:3] == [1, 2, 3]
+    assert 1 in groups[3:]
+    with store.open_store(database.path, read_only=True) as opened:
+        assert [info.name for info in store.load_captures(opened)] == list("abcdefg")
