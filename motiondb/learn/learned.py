@@ -380,15 +380,15 @@ class Learned(LearnedModel):
     def listed_actions(self) -> dict[int, list[frozenset[int]]]:
         """Recorded capture -> the actions that its captions list, each by numbers of its words."""
         written = Written(self.captions, self.synonyms, self.lemmas, self.word_numbers)
-        listed = {
-            capture: [
-                frozenset(action)
-                for caption in self.captions.get(capture, ())
-                for action in written.actions(caption)
-            ]
-            for capture in self.rows
-            if self.captures[capture].kind == "captured"
-        }
+        said_by: dict[str, list[frozenset[int]]] = {}  # many captures have the same words
+        listed: dict[int, list[frozenset[int]]] = {}
+        for capture in self.rows:
+            for caption in self.captions.get(capture, ()):
+                if self.captures[capture].kind != "captured":
+                    continue
+                if caption.words not in said_by:
+                    said_by[caption.words] = list(map(frozenset, written.actions(caption)))
+                listed.setdefault(capture, []).extend(said_by[caption.words])
         return {capture: actions for capture, actions in listed.items() if actions}
 
     @cached_property

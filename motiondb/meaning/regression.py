@@ -127,6 +127,9 @@ class Sums:
         return slopes, np.asarray(np.einsum("i,ij->j", mean_v, slopes, optimize=False))
 
 
+AT_ONCE = 4096  # Made rows that are multiplied at once
+
+
 @dataclass(frozen=True, eq=False)
 class MadeRows:
     """Rows that are made, group by group, where they are looked at."""
@@ -169,8 +172,12 @@ class Regression:
         weights = self.roots[:, 0] ** 2
         mean = weights @ target / weights.sum()
         centred = self.roots * (target - mean)
-        slopes = self.inverse @ (np.asarray(self.rows).T @ centred)
-        return Fitted(self, mean, slopes, centred)
+        if isinstance(self.rows, MadeRows):  # some at a time, so that memory does not grow
+            parts = [slice(a, a + AT_ONCE) for a in range(0, len(self.rows), AT_ONCE)]
+            cross = sum((self.rows[part].T @ centred[part] for part in parts), 0.0)
+        else:
+            cross = self.rows.T @ centred
+        return Fitted(self, mean, self.inverse @ cross, centred)
 
 
 @dataclass(frozen=True, eq=False)
