@@ -13,7 +13,7 @@ from motiondb.errors import MotionDBError, QueryError
 from motiondb.workers import Workers, runs
 
 if TYPE_CHECKING:
-    from motiondb.database.motion_db import MotionDB
+    from motiondb.database.session import Session
     from motiondb.learn.learned import Learned
     from motiondb.learn.recognition import FeaturePool
     from motiondb.records import Motion
@@ -58,16 +58,23 @@ class Question:
 
 
 def ask_many(
-    base: MotionDB, questions: Iterable[Question], workers: Workers | None
+    session: Session,
+    motion_of: Callable[[Question], Motion],
+    questions: Iterable[Question],
+    workers: Workers | None,
 ) -> Iterator[Answer]:
-    """The answers in the order of the questions, as ``MotionDB.ask_many`` gives them."""
-    with base.session.reading():
+    """The answers in the order of the questions, as ``MotionDB.ask_many`` gives them.
+
+    `motion_of`: Loads the example of a question.
+    """
+    with session.reading():
+        asking = _Asking(session, motion_of)
         if workers is None:
             for question in questions:
-                yield _or_error(_ask, base, question)
+                yield _or_error(_Asking.answer, asking, question)
             return
-        posed = [_or_error(_pose, base, question) for question in questions]
-        held = _Held(base.searchable, _in_memory(base.session.features))
+        posed = [_or_error(_Asking.pose, asking, question) for question in questions]
+        held = _Held(session.searchable, _in_memory(session.features))
         pieces = runs(posed, workers.n_pieces())
         for part in workers.map(_answer_some, pieces, held):
             yield from part
@@ -79,15 +86,6 @@ def _or_error(ask: Callable[[Given, Asked], T], given: Given, asked: Asked) -> T
         return ask(given, asked)
     except MotionDBError as error:
         return error
-
-
-def _ask(base: MotionDB, question: Question) -> WordAnswer | ExampleAnswer:
-    _check(question)
-    where, limit, exact = question.where, question.limit, question.exact
-    if question.like:
-        part = (question.start, question.end)
-        return base.like(question.like, *part, where, limit, exact=exact)
-    return base.search(question.words, where, limit, exact=exact)
 
 
 def _check(question: Question) -> None:
@@ -110,15 +108,36 @@ class _Posed:
     motion: Motion | None  # The example
 
 
-def _pose(base: MotionDB, question: Question) -> _Posed:
-    from motiondb.database import arguments, searching
+@dataclass(frozen=True, eq=False)
+class _Asking:
+    """The process with the file."""
 
-    _check(question)
-    arguments.check_least("limit", question.limit, 1)
-    motion = base.motion(question.like, question.start, question.end) if question.like else None
-    allowed = searching.allowed_captures(base.session, question.where, question.exact)
-    searching.check_any(base.searchable)
-    return _Posed(question, allowed, motion)
+    session: Session
+    motion_of: Callable[[Question], Motion]
+
+    def pose(self, question: Question) -> _Posed:
+        """Look up what is searched, and the example."""
+        from motiondb.database import arguments, searching
+
+        _check(question)
+        arguments.check_least("limit", question.limit, 1)
+        motion = self.motion_of(question) if question.like else None
+        allowed = searching.allowed_captures(self.session, question.where, question.exact)
+        searching.check_any(self.session.searchable)
+        return _Posed(question, allowed, motion)
+
+    def answer(self, question: Question) -> WordAnswer | ExampleAnswer:
+        """The answer to one question."""
+        from motiondb.database import searching
+        from motiondb.search.by_example import search_motion
+
+        posed, session = self.pose(question), self.session
+        if posed.motion is None:
+            where, limit, exact = question.where, question.limit, question.exact
+            return searching.search(session, question.words, where, limit, False, True, exact)
+        return search_motion(
+            session.searchable, session.features, posed.motion, posed.allowed, question.limit
+        )
 
 
 @dataclass(frozen=True, eq=False)

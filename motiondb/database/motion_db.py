@@ -30,6 +30,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.learn.learned import Learned
     from motiondb.learn.learned_model import LearnedModel
     from motiondb.learn.recognition import LearnSettings, Progress
+    from motiondb.records import Motion
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
     from motiondb.search.chances import WordSource
@@ -350,7 +351,10 @@ class MotionDB(Captures):
         """
         from motiondb.database import asking_many
 
-        return asking_many.ask_many(self, questions, workers)
+        def motion_of(question: Question) -> Motion:
+            return self.motion(question.like, question.start, question.end)
+
+        return asking_many.ask_many(self.session, motion_of, questions, workers)
 
     def describe(
         self,
