@@ -338,16 +338,11 @@ class MotionDB(Captures):
         Parameters
         ----------
         questions : iterable of Question
-            Words or examples, each with its filter and limit.
+            Words or examples, each with its filter and limit: ``Question("walk")``,
+            ``Question(like="ana/kick_1", start=0.5, limit=3)``.
         workers : Cluster, optional
             Workers that answer; the answers are the same. Each holds the features of all captures
             in memory. None: this process, one question after the other.
-
-        Examples
-        --------
-        >>> questions = [motiondb.Question("walk"), motiondb.Question(like="ana/kick_1")]
-        >>> for answer in db.ask_many(questions):  # doctest: +SKIP
-        ...     print(answer)
         """
         from motiondb.database import asking_many
 
