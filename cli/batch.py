@@ -107,7 +107,7 @@ def _print_line(shared: options.Shared, each: _Question, facts: dict[str, Any]) 
 
 def _print_rows(each: _Question, answer: motiondb.WordAnswer | motiondb.ExampleAnswer) -> None:
     """Print the matches of a question as rows of TSV; a question without any has one row."""
-    sure = "no" if answer.nothing else "yes"
+    sure = {True: "yes", False: "no", None: ""}[answer.matches_anything]
     head = [str(each.line), _cell(each.text)]
     for match in answer.matches:
         probability = "" if match.probability is None else f"{match.probability:.4f}"

@@ -43,7 +43,7 @@ _ALIASES = {
     "FloatArray": "ndarray",
 }
 _SAID = {"Example": "a file, the name of a capture, a motiondb.Clip or a motiondb.Motion"}
-_FILLED_IN = ("Settings", "Limits", "Changes", "ActionPlace", "Caption")
+_FILLED_IN = ("Settings", "Limits", "Changes", "ActionPlace", "Caption", "Question")
 """Ends of the names of records that users fill in, whose fields are checked too."""
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = 60

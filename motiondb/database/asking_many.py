@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, TypeAlias, TypeVar, cast
 
 import numpy as np
 
@@ -65,19 +65,23 @@ def ask_many(
 ) -> Iterator[Answer]:
     """The answers in the order of the questions, as ``MotionDB.ask_many`` gives them.
 
-    `motion_of`: Loads the example of a question.
+    `motion_of`: Loads the example of a question. No block reads while an answer is looked at: its
+    reader may change the database.
     """
+    if workers is None:
+        for question in questions:
+            with session.reading():
+                answer = _or_error(_answer_here, (session, motion_of), question)
+            yield answer
+        return
     with session.reading():
-        asking = _Asking(session, motion_of)
-        if workers is None:
-            for question in questions:
-                yield _or_error(_Asking.answer, asking, question)
+        posed = [_or_error(_pose, (session, motion_of), question) for question in questions]
+        if all(isinstance(each, MotionDBError) for each in posed):
+            yield from cast(list[MotionDBError], posed)
             return
-        posed = [_or_error(_Asking.pose, asking, question) for question in questions]
-        held = _Held(session.searchable, _in_memory(session.features))
-        pieces = runs(posed, workers.n_pieces())
-        for part in workers.map(_answer_some, pieces, held):
-            yield from part
+        held = _Knowledge(session.searchable, _in_memory(session.features))
+    for part in workers.map(_answer_some, runs(posed, workers.n_pieces()), held):
+        yield from part
 
 
 def _or_error(ask: Callable[[Given, Asked], T], given: Given, asked: Asked) -> T | MotionDBError:
@@ -108,40 +112,41 @@ class _Posed:
     motion: Motion | None  # The example
 
 
-@dataclass(frozen=True, eq=False)
-class _Asking:
-    """The process with the file."""
+Opened = tuple["Session", "Callable[[Question], Motion]"]
+"""The session with the file, and how it loads examples."""
 
-    session: Session
-    motion_of: Callable[[Question], Motion]
 
-    def pose(self, question: Question) -> _Posed:
-        """Look up what is searched, and the example."""
-        from motiondb.database import arguments, searching
+def _pose(opened: Opened, question: Question) -> _Posed:
+    """Look up what is searched, and the example."""
+    from motiondb.database import arguments, searching
 
-        _check(question)
-        arguments.check_least("limit", question.limit, 1)
-        motion = self.motion_of(question) if question.like else None
-        allowed = searching.allowed_captures(self.session, question.where, question.exact)
-        searching.check_any(self.session.searchable)
-        return _Posed(question, allowed, motion)
+    session, motion_of = opened
+    _check(question)
+    arguments.check_least("limit", question.limit, 1)
+    motion = motion_of(question) if question.like else None
+    allowed = searching.allowed_captures(session, question.where, question.exact)
+    searching.check_any(session.searchable)
+    return _Posed(question, allowed, motion)
 
-    def answer(self, question: Question) -> WordAnswer | ExampleAnswer:
-        """The answer to one question."""
-        from motiondb.database import searching
-        from motiondb.search.by_example import search_motion
 
-        posed, session = self.pose(question), self.session
-        if posed.motion is None:
-            where, limit, exact = question.where, question.limit, question.exact
-            return searching.search(session, question.words, where, limit, False, True, exact)
+def _answer_here(opened: Opened, question: Question) -> WordAnswer | ExampleAnswer:
+    """The answer of the process with the file."""
+    from motiondb.database import searching
+    from motiondb.search.by_example import search_motion
+
+    posed, session = _pose(opened, question), opened[0]
+    if posed.motion is not None:
         return search_motion(
             session.searchable, session.features, posed.motion, posed.allowed, question.limit
         )
+    searched = searching.searched(session)
+    return searching.answer_words(
+        searched, question.words, posed.allowed, question.limit, False, True, question.exact
+    )
 
 
 @dataclass(frozen=True, eq=False)
-class _Held:
+class _Knowledge:
     """What a worker needs to answer questions."""
 
     learned: Learned
@@ -175,9 +180,9 @@ def _in_memory(pool: FeaturePool) -> FeaturePool:
     return replace(pool, features=np.asarray(pool.features))
 
 
-def _answer_some(posed: Sequence[_Posed | MotionDBError], held: _Held) -> list[Answer]:
+def _answer_some(posed: Sequence[_Posed | MotionDBError], held: _Knowledge) -> list[Answer]:
     """Answers to some questions; errors stay as they are."""
     return [
-        each if isinstance(each, MotionDBError) else _or_error(_Held.answer, held, each)
+        each if isinstance(each, MotionDBError) else _or_error(_Knowledge.answer, held, each)
         for each in posed
     ]

@@ -331,9 +331,10 @@ class MotionDB(Captures):
     def ask_many(
         self, questions: Iterable[Question], workers: Cluster | None = None
     ) -> Iterator[WordAnswer | ExampleAnswer | MotionDBError]:
-        """Answer many questions of one state of the database, in their order.
+        """Answer many questions, in their order.
 
-        A question that cannot be answered gives its error in place of an answer.
+        A question that cannot be answered gives its error in place of an answer. With workers, all
+        questions are of one state of the database; otherwise each is of its state at that moment.
 
         Parameters
         ----------
@@ -341,8 +342,8 @@ class MotionDB(Captures):
             Words or examples, each with its filter and limit: ``Question("walk")``,
             ``Question(like="ana/kick_1", start=0.5, limit=3)``.
         workers : Cluster, optional
-            Workers that answer; the answers are the same. Each holds the features of all captures
-            in memory. None: this process, one question after the other.
+            Workers that answer; the answers are the same. Each holds the learned model and the
+            features of all captures in memory. None: this process, one question after the other.
         """
         from motiondb.database import asking_many
 

@@ -44,12 +44,8 @@ def search(
     with session.reading():
         allowed, learned = allowed_captures(session, where, exact), session.searchable
         check_any(learned)
-        searched = Searched(
-            learned,
-            lambda capture: session.features.of_capture(capture),
-            partial(session.kept, "written_words", lambda: find_written(session.searchable)),
-        )
-        return answer_words(searched, words, allowed, limit, by_symbols, written, exact)
+        searched_now = searched(session)
+        return answer_words(searched_now, words, allowed, limit, by_symbols, written, exact)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +58,17 @@ class Searched:
     find_written: Callable[[], dict[str, WrittenWord]]
 
 
+def searched(session: Session) -> Searched:
+    """What a session asks questions in words of."""
+    return Searched(
+        session.searchable,
+        lambda capture: session.features.of_capture(capture),
+        partial(session.kept, "written_words", lambda: find_written(session.searchable)),
+    )
+
+
 def answer_words(
-    searched: Searched,
+    asked: Searched,
     words: str,
     allowed: list[int],
     limit: int,
@@ -78,10 +83,10 @@ def answer_words(
     table = nearby_table()
 
     def answer_of(question: AskedQuestion) -> WordAnswer:
-        return search_words(question, allowed, limit, written, searched.features_of)
+        return search_words(question, allowed, limit, written, asked.features_of)
 
     with one_blas_thread():  # for small matrices a second thread takes longer
-        question = ask(searched.learned, words, table, searched.find_written, exact, by_symbols)
+        question = ask(asked.learned, words, table, asked.find_written, exact, by_symbols)
         answer = answer_of(question)
         if answer.nothing and answer.matches and not (exact or by_symbols):
             near = question.with_near_words(table)

@@ -33,9 +33,9 @@ it: where they say "stand up", "stand" goes up.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -103,8 +103,8 @@ action before all others in .35, .37, .42, .42 (at N = 1; with R = .5 and N = 0 
 MOST_COMPARED = 100
 """Number of sources, the best without q and r, for which q and r are computed: more take longer."""
 MOST_SOURCES = 300
-"""Number of captures that are sources of an action, those whose captions fit it best: in a large
-database more of them take longer, and are hardly ever used."""
+"""Number of captures that are sources of an action, those whose captions fit it best; by hand. In a
+large database more of them take longer."""
 UNLIKE_WEIGHT = 0.4  # D
 RARE_WEIGHT = 0.12
 """A. Plain kicks and twists win with it against those of an acrobat; .08 to .16 make little
@@ -161,14 +161,15 @@ def find_sources(learned: Learned, action: PlannedAction, verbs: Collection[str]
     sides = _free_sides(learned, [word for group in action.groups for word in group])
     words, beside = _numbers(learned, action.words), _numbers(learned, sorted(measured))
     numbers, costs = [_numbers(learned, group) for group in action.groups], dict[int, float]()
-    for capture, actions in _saying_joined(learned, listed, action).items():
+    for capture, actions in listed.items():
         apart = _cost_of_saying(actions, numbers, sides)
         if apart is not None and not _says_excluded(learned, actions, action):
             apart += _cost_of_measured(actions, words, beside)
             costs[capture] = apart + _cost_of_further(learned, actions, action)
+    joined = _of_saying_joined(learned, costs, action)
     sources_found = [
         _source(learned, capture, listed[capture], action, costs[capture])
-        for capture in _least_costly(costs, learned.performers)
+        for capture in _least_costly(joined, learned.performers)
     ]
     sources_found = _against_rivals(learned, _with_rarity(learned, sources_found), words)
     sources = tuple(_with_distance(learned, sources_found))
@@ -176,19 +177,30 @@ def find_sources(learned: Learned, action: PlannedAction, verbs: Collection[str]
     return ActionSources(action, sources, tuple(left_out), directions or usual, bool(usual))
 
 
-def _saying_joined(
-    learned: Learned, listed: Mapping[int, Sequence[frozenset[int]]], action: PlannedAction
-) -> Mapping[int, Sequence[frozenset[int]]]:
-    """The captures that also say what "and" joins with a turn; all where there are none.
+def _of_saying_joined(
+    learned: Learned, costs: Mapping[int, float], action: PlannedAction
+) -> Mapping[int, float]:
+    """The sources that also say what "and" joins with a turn beside it; all if there are none.
 
-    "Run and veer left" is not a walk that veers left.
+    "Run and veer left" is not a walk that veers left. `costs`: Of the sources, by capture.
     """
     joined = (*action.words, *action.beside)
     if not action.beside or {*PLAIN_TURNS}.isdisjoint(joined):
-        return listed
-    every = _numbers(learned, joined)
-    saying = {c: actions for c, actions in listed.items() if every <= frozenset().union(*actions)}
-    return saying or listed
+        return costs
+    every, listed = _numbers(learned, joined), learned.listed_actions
+    saying = {c: cost for c, cost in costs.items() if any(_near(listed[c], every))}
+    return saying or costs
+
+
+def _near(actions: Sequence[frozenset[int]], words: frozenset[int]) -> Iterator[bool]:
+    """For each action, whether it and the next one say all of some words.
+
+    >>> run, left, kick = frozenset({1}), frozenset({2}), frozenset({3})
+    >>> any(_near([run, left], run | left)), any(_near([run, kick, left], run | left))
+    (True, False)
+    """
+    for one, next_one in pairwise((*actions, frozenset[int]())):
+        yield words <= one | next_one
 
 
 def usual_directions(word_numbers: Mapping[str, int], sources: Sequence[Source]) -> tuple[str, ...]:

@@ -98,7 +98,7 @@ OUT = " out"  # After the limb of a punch, of which only the way from the should
 LEANING = ("bend", "bow", "cartwheel", "flip", "backflip", "somersault")
 LOWERING = {"squat": 0, "crouch": 0, "duck": 15}  # Word -> column of the track
 POSTURES = (*LEANING, *LOWERING)
-_SAID_BY = {"down": ("bend", "bow", *LOWERING), "up": ALOFT}
+_SAID_BY = {"down": ("bend", "bow", *LOWERING), "up": (*ALOFT, "hop")}
 """Direction -> actions that are measured to go there, and of which nothing lasts: "jump up"."""
 OF_TRAVEL = (*TURNS, "stop", "start")  # Measured only where the action has no direction
 ACTIONS = (*OF_TRAVEL, *ALOFT, *OCCURRING, *POSTURES, "climb")
@@ -178,6 +178,8 @@ def words_of_measured(measured: Sequence[str]) -> set[str]:
     (['backward', 'left', 'turn'], ['bend', 'down'])
     """
     words = {word for one in measured for word in one.split()}
+    if not words.isdisjoint(VERTICAL):  # "jump down" goes down
+        return words
     return words | {d for d, actions in _SAID_BY.items() if not words.isdisjoint(actions)}
 
 

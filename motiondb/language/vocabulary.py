@@ -73,7 +73,10 @@ _PHRASES = (
     (re.compile(r"\b(?:break|brake)[\s-]*(?=danc)", re.IGNORECASE), "break "),
     (re.compile(r"\b(?:shak(?:e|es|ing)|shook)\s+hands\b", re.IGNORECASE), "handshake"),
     (
-        re.compile(r"\b((?:jump|hop|leap|bounc)\w*)\s+up\s+and\s+down\b", re.IGNORECASE),
+        re.compile(
+            r"\b((?:jump|hop|leap|bounc)\w*)\s+up\s+and\s+down\b(?!\s+(?:the|an?|on|from)\b)",
+            re.IGNORECASE,
+        ),
         r"\1",
     ),
     (

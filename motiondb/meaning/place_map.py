@@ -115,8 +115,7 @@ class FittedPlaces:
     def of_others(self, rows: slice | IntArray) -> FloatArray:
         """Return the evidence (rows, words) for some rows by the map without them."""
         fitted = self.fitted
-        predicted = fitted.centred[rows] - fitted.errors(rows)
-        predicted /= fitted.regression.roots[rows]
+        predicted = fitted.of_others(rows) / fitted.regression.roots[rows]
         return np.asarray(SHARPNESS * predicted / spreads_of(fitted.mean))
 
     def left_out(self, takes: ListedTakes) -> FloatArray:

@@ -52,7 +52,7 @@ from itertools import pairwise
 from typing import Annotated, Self
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import NDArray
 
 from motiondb.records import Axes, FloatArray, IntArray, MayBeUnknown, Sizes
 from motiondb.symbols.hmm_jobs import one_blas_thread
@@ -127,7 +127,7 @@ class Sums:
         return slopes, np.asarray(np.einsum("i,ij->j", mean_v, slopes, optimize=False))
 
 
-AT_ONCE = 4096  # Made rows that are multiplied at once
+AT_ONCE = 4096  # Made rows that are multiplied at once; by hand
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,9 +151,6 @@ class MadeRows:
         ]
         return np.concatenate(pieces) if pieces else self.make(0)[:0]
 
-    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> FloatArray:
-        return self[:].astype(dtype or np.float64, copy=False)  # made anew: no copy is needed
-
 
 @dataclass(frozen=True, eq=False)
 class Regression:
@@ -172,7 +169,7 @@ class Regression:
         weights = self.roots[:, 0] ** 2
         mean = weights @ target / weights.sum()
         centred = self.roots * (target - mean)
-        if isinstance(self.rows, MadeRows):  # some at a time, so that memory does not grow
+        if isinstance(self.rows, MadeRows):  # they would not fit into memory
             parts = [slice(a, a + AT_ONCE) for a in range(0, len(self.rows), AT_ONCE)]
             cross = sum((self.rows[part].T @ centred[part] for part in parts), 0.0)
         else:
@@ -189,9 +186,10 @@ class Fitted:
     slopes: FloatArray  # (columns, words)
     centred: FloatArray | MadeRows  # (n, words): targets less their mean, times the roots
 
-    def errors(self, which: IntArray | slice) -> FloatArray:
-        """Residuals of some rows by the regression without them, times the roots."""
-        return self._errors(self.regression.rows[which], self.centred[which])
+    def of_others(self, which: IntArray | slice) -> FloatArray:
+        """Predictions for some rows by the regression without them, centred, times the roots."""
+        centred = self.centred[which]
+        return centred - self._errors(self.regression.rows[which], centred)
 
     def without(self, which: IntArray | slice) -> FloatArray:
         """Slopes (columns, words) without some rows; the means stay those of all rows."""

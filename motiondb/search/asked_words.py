@@ -39,7 +39,6 @@ from motiondb.learn.learned import Learned
 from motiondb.meaning.limb_sides import LEGS
 from motiondb.meaning.place_fitting import Written, interval_evidence
 from motiondb.meaning.regression import probability
-from motiondb.meaning.travelled import LEAST
 from motiondb.meaning.word_evidence import (
     UNWRITTEN,
     WRITTEN,
@@ -55,8 +54,6 @@ from motiondb.search.takings import Sentence, Taking, take_word
 PLAIN_TAGS = frozenset({"licence", "capture", "segments", "fps", "skeleton"})
 """Tags whose values do not describe the motion."""
 MOST_WORDS_OF_TAG = 4  # Largest number of words in a tag's value that counts as a label
-DIRECTIONS = frozenset(LEAST).union(("up", "down", "over", "under", "off", "out", "away"))
-"""Words that make another action of a verb: to stand up is not to stand on a leg."""
 
 
 @dataclass(frozen=True)
@@ -448,11 +445,13 @@ def words_apart(
     """The words of an action that captions hold, but not in the action that says most of it.
 
     Of actions that say as many of its words, those with its heads count. A direction or a part of
-    the body is said of the verb beside it, and a verb with another one is another action.
+    the body is said of the verb beside it; with another one it may be another action.
     `phrases`: words that count only together.
 
     >>> sorted(words_apart(("stand", "leg"), ("stand",), [("stand", "up"), ("swing", "leg")]))
     ['leg', 'stand']
+    >>> words_apart(("walk", "forward"), ("walk",), [("walk", "around"), ("walk", "arm")])
+    set()
     >>> words_apart(("swing", "leg"), ("swing",), [("stand", "up"), ("swing", "leg")])
     set()
     """
@@ -465,13 +464,31 @@ def words_apart(
         written |= same
         if same.isdisjoint(heading):
             same -= MODIFIERS
-        elif _turns(asked - words) and _turns(words - asked).difference(_turns(asked)):
+        elif _is_another(asked, words):
             same = set()
         shared.append(same.difference(*(set(p) for p in phrases if not words.issuperset(p))))
     return written - max(shared, key=lambda same: (len(same), len(same & heading)))
 
 
-def _turns(words: Collection[str]) -> set[str]:
-    """What of words makes another action of a verb: directions, and whether arms or legs move."""
-    limbs = {"leg" if word in LEGS else "arm" for word in words if word in LIMBS}
-    return limbs.union(DIRECTIONS.intersection(words))
+_OPPOSITES = (("up", "down"), ("forward", "backward"), ("left", "right"), ("in", "out"))
+_PARTICLES = frozenset(("up", "down", "off"))
+"""Directions that make another action of a verb: "stand up", "push off"."""
+
+
+def _is_another(asked: set[str], words: set[str]) -> bool:
+    """Whether a caption's verb is another action than that of the question.
+
+    It is if the other limbs move, if it goes the opposite way, or if it has another particle where
+    the question names a particle or a limb: "stand up" is not to stand on one leg.
+    """
+    missing, further = asked - words, words - asked
+    limbs = _limbs(words)
+    if _limbs(missing) and limbs and limbs.isdisjoint(_limbs(asked)):
+        return True
+    if any({a, b} <= missing | further and (a in missing) != (b in missing) for a, b in _OPPOSITES):
+        return True
+    return bool(further & _PARTICLES) and bool(_limbs(missing) or missing & _PARTICLES)
+
+
+def _limbs(words: Collection[str]) -> set[str]:
+    return {"leg" if word in LEGS else "arm" for word in words if word in LIMBS}

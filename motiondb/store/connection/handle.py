@@ -367,6 +367,8 @@ _LEAST_BOUND = 2**30
 batches: closing took 490 MiB under a bound of 250 MB, and more than twice as much as the data
 without one."""
 _PEAK = 3  # Memory that DuckDB takes for joining rows, as a multiple of these; measured, 2.6 to 3.3
+LARGE = 2**28
+"""Bytes of a file from which on DuckDB does not join row groups at every change; by hand."""
 KEEP_GROUPS = "SET max_vacuum_tasks = 0; SET checkpoint_threshold = '64MB'"
 """Whatever is added stays a row group of its own; a long ``add`` has one for each checkpoint."""
 _ROWS_AT_ONCE = 2048  # Rows that DuckDB reads at once; what they hold is in memory together
@@ -384,10 +386,10 @@ def bounded_memory(store: Store, n_bytes: int) -> Iterator[None]:
 
     `n_bytes`: Size of the captures. Where they and the file are small, nothing is done.
 
-    When it closes a file, DuckDB may join the rows that were added with older ones: it reads and
-    writes motions and files of hours, and would keep all of them in memory. What does not fit
-    within the bound lies in a folder beside the file meanwhile, ``NAME.tmp``. The bound is twice
-    what the captures take that are read at once, since without room for these DuckDB fails.
+    Where it joins the rows that were added with older ones, DuckDB reads and writes motions and
+    files of hours, and would keep all of them in memory. What does not fit within the bound lies
+    in a folder beside the file meanwhile, ``NAME.tmp``. The bound is twice what the captures take
+    that are read at once, since without room for these DuckDB fails.
     """
     ((used, share),) = store.connection.execute(_USED).fetchall()
     if _PEAK * (used + n_bytes) < _LEAST_BOUND:
@@ -395,7 +397,9 @@ def bounded_memory(store: Store, n_bytes: int) -> Iterator[None]:
         return
     bound = max(_LEAST_BOUND, int(2 * used * (share or 0.0)), 4 * n_bytes)
     with suppress(StoreError):  # other threads hold more at this moment
-        store.connection.execute(f"SET memory_limit = '{bound}B'; {KEEP_GROUPS}")
+        store.connection.execute(f"SET memory_limit = '{bound}B'")
+        if used < LARGE:  # a new file; one that is large already was limited when it was opened
+            store.connection.execute(KEEP_GROUPS)
     try:
         yield
     finally:

@@ -41,7 +41,7 @@ from motiondb.files.safe_files import (
 from motiondb.files.text import cut
 from motiondb.store.connection import migrations
 from motiondb.store.connection.faults import OtherModeError, first_sentence, is_damage
-from motiondb.store.connection.handle import KEEP_GROUPS, Store
+from motiondb.store.connection.handle import KEEP_GROUPS, LARGE, Store
 from motiondb.store.connection.turns import announced, somebody_waits
 
 _CONFIG: dict[str, Any] = {
@@ -112,16 +112,14 @@ def _connect_current(
     return connection
 
 
-LARGE = 2**28
-"""Bytes of a file from which on DuckDB does not join row groups at every change."""
-MOST_GROUPS = 64  # Row groups of a table that grows with every change, before they are joined
+MOST_GROUPS = 64  # Row groups of a table that grows with every change, before they join; by hand
 
 
 def _limit_joining(connection: duckdb.DuckDBPyConnection, path: Path) -> None:
     """Let DuckDB join the row groups of a large file seldom.
 
     What it joins it writes anew, also motions and files of hours: of the 4.0 GB that 40 hours took,
-    1.7 GB were free. A row group of its own for every change takes some 3 MB of the file.
+    1.7 GB were free. A row group of its own takes .5 to 3 MB for every change.
     """
     if path.stat().st_size < LARGE:
         return
