@@ -43,9 +43,8 @@ def recounted(opened: store.Store, change: Change, wanted: set[int]) -> Iterator
     new = sorted(set(change.added) & there)
     if not new and not wanted:
         return
-    for capture in new:
-        added = recognise_capture(model, capture, store.load_motion(opened, capture))
-        table = counting.join_tables(table, added)
+    added = [recognise_capture(model, c, store.load_motion(opened, c)) for c in new]
+    table = counting.join_tables(table, *added)
     again = _only(table, wanted | set(new))
     counts = counts + _count(opened, again, reference)
     change.counted = tuple(counting.capture_rows(again))
