@@ -1,11 +1,11 @@
-"""Many questions of one state of a database, answered by this process or by workers."""
+"""Many questions, answered by this process or by workers."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, TypeAlias, TypeVar, cast
+from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from motiondb.errors import MotionDBError, QueryError
 from motiondb.workers import Workers, runs
 
 if TYPE_CHECKING:
+    from motiondb.database.searching import Searched
     from motiondb.database.session import Session
     from motiondb.learn.learned import Learned
     from motiondb.learn.recognition import FeaturePool
@@ -21,7 +22,9 @@ if TYPE_CHECKING:
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
 
-    Answer: TypeAlias = WordAnswer | ExampleAnswer | MotionDBError  # why there is no answer
+    Found: TypeAlias = WordAnswer | ExampleAnswer
+    Answer: TypeAlias = Found | MotionDBError
+    """An answer, or the error that says why there is none."""
 
 T = TypeVar("T")
 Given = TypeVar("Given")
@@ -71,15 +74,18 @@ def ask_many(
     if workers is None:
         for question in questions:
             with session.reading():
-                answer = _or_error(_answer_here, (session, motion_of), question)
+                answer = _or_error(_answer_here, _Opened(session, motion_of), question)
             yield answer
         return
     with session.reading():
-        posed = [_or_error(_pose, (session, motion_of), question) for question in questions]
-        if all(isinstance(each, MotionDBError) for each in posed):
-            yield from cast(list[MotionDBError], posed)
-            return
-        held = _Knowledge(session.searchable, _in_memory(session.features))
+        opened = _Opened(session, motion_of)
+        posed = [_or_error(_Opened.pose, opened, question) for question in questions]
+        errors = [each for each in posed if isinstance(each, MotionDBError)]
+        if len(errors) < len(posed):
+            held = _Knowledge(session.searchable, _in_memory(session.features))
+    if len(errors) == len(posed):  # such as a database that has not learned
+        yield from errors
+        return
     for part in workers.map(_answer_some, runs(posed, workers.n_pieces()), held):
         yield from part
 
@@ -112,37 +118,23 @@ class _Posed:
     motion: Motion | None  # The example
 
 
-Opened = tuple["Session", "Callable[[Question], Motion]"]
-"""The session with the file, and how it loads examples."""
+@dataclass(frozen=True, eq=False)
+class _Opened:
+    """The process with the file."""
 
+    session: Session
+    motion_of: Callable[[Question], Motion]
 
-def _pose(opened: Opened, question: Question) -> _Posed:
-    """Look up what is searched, and the example."""
-    from motiondb.database import arguments, searching
+    def pose(self, question: Question) -> _Posed:
+        """Look up what is searched, and the example."""
+        from motiondb.database import arguments, searching
 
-    session, motion_of = opened
-    _check(question)
-    arguments.check_least("limit", question.limit, 1)
-    motion = motion_of(question) if question.like else None
-    allowed = searching.allowed_captures(session, question.where, question.exact)
-    searching.check_any(session.searchable)
-    return _Posed(question, allowed, motion)
-
-
-def _answer_here(opened: Opened, question: Question) -> WordAnswer | ExampleAnswer:
-    """The answer of the process with the file."""
-    from motiondb.database import searching
-    from motiondb.search.by_example import search_motion
-
-    posed, session = _pose(opened, question), opened[0]
-    if posed.motion is not None:
-        return search_motion(
-            session.searchable, session.features, posed.motion, posed.allowed, question.limit
-        )
-    searched = searching.searched(session)
-    return searching.answer_words(
-        searched, question.words, posed.allowed, question.limit, False, True, question.exact
-    )
+        _check(question)
+        arguments.check_least("limit", question.limit, 1)
+        motion = self.motion_of(question) if question.like else None
+        allowed = searching.allowed_captures(self.session, question.where, question.exact)
+        searching.check_any(self.session.searchable)
+        return _Posed(question, allowed, motion)
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,20 +151,39 @@ class _Knowledge:
 
         return find_written(self.learned)
 
-    def answer(self, posed: _Posed) -> WordAnswer | ExampleAnswer:
-        """The answer to one question."""
-        from motiondb.database import searching
-        from motiondb.search.by_example import search_motion
 
-        question, allowed = posed.question, posed.allowed
-        if posed.motion is not None:
-            return search_motion(self.learned, self.pool, posed.motion, allowed, question.limit)
-        searched = searching.Searched(self.learned, self.pool.of_capture, lambda: self.written)
-        answer = searching.answer_words(
-            searched, question.words, allowed, question.limit, False, True, question.exact
-        )
-        told = tuple(partial(tuple[str, ...], suggests()) for suggests in answer.suggests)
-        return replace(answer, suggests=told)  # the functions hold the learned model
+def _answer_here(opened: _Opened, question: Question) -> Found:
+    """The answer of the process with the file."""
+    from motiondb.database import searching
+
+    posed = opened.pose(question)
+    return _answer(searching.searched(opened.session), posed)
+
+
+def _answer_there(held: _Knowledge, posed: _Posed) -> Found:
+    """The answer of a worker."""
+    from motiondb.database import searching
+    from motiondb.search.by_words import WordAnswer
+
+    answer = _answer(
+        searching.Searched(held.learned, lambda: held.pool, lambda: held.written), posed
+    )
+    if not isinstance(answer, WordAnswer):
+        return answer
+    told = tuple(partial(tuple[str, ...], suggests()) for suggests in answer.suggests)
+    return replace(answer, suggests=told)  # the functions hold the learned model
+
+
+def _answer(searched: Searched, posed: _Posed) -> Found:
+    from motiondb.database import searching
+    from motiondb.search.by_example import search_motion
+
+    asked, allowed, motion = posed.question, posed.allowed, posed.motion
+    if motion is not None:
+        return search_motion(searched.learned, searched.pool(), motion, allowed, asked.limit)
+    return searching.answer_words(
+        searched, asked.words, allowed, asked.limit, False, True, asked.exact
+    )
 
 
 def _in_memory(pool: FeaturePool) -> FeaturePool:
@@ -183,6 +194,6 @@ def _in_memory(pool: FeaturePool) -> FeaturePool:
 def _answer_some(posed: Sequence[_Posed | MotionDBError], held: _Knowledge) -> list[Answer]:
     """Answers to some questions; errors stay as they are."""
     return [
-        each if isinstance(each, MotionDBError) else _or_error(_Knowledge.answer, held, each)
+        each if isinstance(each, MotionDBError) else _or_error(_answer_there, held, each)
         for each in posed
     ]

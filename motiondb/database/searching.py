@@ -16,6 +16,7 @@ from motiondb.database.session import Session
 from motiondb.errors import QueryError
 from motiondb.language.question.readings import say
 from motiondb.learn.learned import Learned
+from motiondb.learn.recognition import FeaturePool
 from motiondb.records import Float32Array, Match, Motion
 from motiondb.search.asked_words import WrittenWord, find_written
 from motiondb.search.asking import AskedQuestion, ask
@@ -53,7 +54,7 @@ class Searched:
     """What a question in words is asked of; the functions are called only if needed."""
 
     learned: Learned
-    features_of: Callable[[int], Float32Array]  # Number of a capture -> its features
+    pool: Callable[[], FeaturePool]  # Features of all captures
     # Words that were not learned and are written in captions or tags
     find_written: Callable[[], dict[str, WrittenWord]]
 
@@ -62,7 +63,7 @@ def searched(session: Session) -> Searched:
     """What a session asks questions in words of."""
     return Searched(
         session.searchable,
-        lambda capture: session.features.of_capture(capture),
+        lambda: session.features,
         partial(session.kept, "written_words", lambda: find_written(session.searchable)),
     )
 
@@ -82,8 +83,11 @@ def answer_words(
     """
     table = nearby_table()
 
+    def features_of(capture: int) -> Float32Array:
+        return asked.pool().of_capture(capture)
+
     def answer_of(question: AskedQuestion) -> WordAnswer:
-        return search_words(question, allowed, limit, written, asked.features_of)
+        return search_words(question, allowed, limit, written, features_of)
 
     with one_blas_thread():  # for small matrices a second thread takes longer
         question = ask(asked.learned, words, table, asked.find_written, exact, by_symbols)
