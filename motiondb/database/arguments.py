@@ -176,7 +176,9 @@ def _kind(tree: ast.expr) -> Kind:
             return _sequence(_kind(each))
         case ast.Attribute(attr=name) | ast.Name(id=name) | ast.Constant(value=name):
             return _named(str(name))
-    raise NotImplementedError(ast.unparse(tree))
+    raise TypeError(
+        f"expected an annotation that values can be checked by, found {ast.unparse(tree)}"
+    )
 
 
 def _alternatives(tree: ast.expr) -> list[ast.expr]:

@@ -33,7 +33,7 @@ it: where they say "stand up", "stand" goes up.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 
@@ -188,19 +188,18 @@ def _of_saying_joined(
     if not action.beside or {*PLAIN_TURNS}.isdisjoint(joined):
         return costs
     every, listed = _numbers(learned, joined), learned.listed_actions
-    saying = {c: cost for c, cost in costs.items() if any(_near(listed[c], every))}
+    saying = {c: cost for c, cost in costs.items() if _say_together(listed[c], every)}
     return saying or costs
 
 
-def _near(actions: Sequence[frozenset[int]], words: frozenset[int]) -> Iterator[bool]:
-    """For each action, whether it and the next one say all of some words.
+def _say_together(actions: Sequence[frozenset[int]], words: frozenset[int]) -> bool:
+    """Whether an action, or two that follow one another, say all of some words.
 
     >>> run, left, kick = frozenset({1}), frozenset({2}), frozenset({3})
-    >>> any(_near([run, left], run | left)), any(_near([run, kick, left], run | left))
+    >>> _say_together([run, left], run | left), _say_together([run, kick, left], run | left)
     (True, False)
     """
-    for one, next_one in pairwise((*actions, frozenset[int]())):
-        yield words <= one | next_one
+    return any(words <= one | after for one, after in pairwise((*actions, frozenset[int]())))
 
 
 def usual_directions(word_numbers: Mapping[str, int], sources: Sequence[Source]) -> tuple[str, ...]:

@@ -18,9 +18,8 @@ A *place* is an excerpt with all those that share more than half of the shorter 
 comparable with the best place if the value of its best excerpt is lower by at most ``COMPARABLE``,
 or at least ``CLEAR``, and if it does all that is measured, where the best one does. Where an action
 or a lasting change of height is measured, excerpts that fully do it are comparable down to
-``MEASURED``. The captures
-take turns: first the best place of each capture, then the second one of each, and so on. Seed s
-takes place s modulo their number.
+``COMPARABLE_DONE``. The captures take turns: first the best place of each capture, then the second
+one of each, and so on. Seed s takes place s modulo their number.
 """
 
 from __future__ import annotations
@@ -90,8 +89,8 @@ COMPARABLE = 2.0
 """Nats. On the best 24 excerpts of 36 actions of CMU, the judge's probability of excerpts within 2
 nats of the best one is lower than that one's by .01 to .04, that of excerpts 2.5 to 3 nats below it
 by .13; it finds shown .06 fewer at most within 2 nats, and .14 to .22 fewer at 2 to 3."""
-MEASURED = 6.0
-"""Nats. A kick that is measured is a kick, even if other captures look more like one."""
+COMPARABLE_DONE = 6.0
+"""Nats, by hand. A kick that is measured is a kick, even if other captures look more like one."""
 CLEAR = 3.0
 """Nats. On the same excerpts the judge's mean probability from 3 nats on is .97 or more even where
 the best one is better by more than 2 nats, and it finds them all shown; below 2 nats it is .83 or
@@ -270,7 +269,7 @@ def number_places(
     numbers = np.full(len(excerpts), -1)
     order = np.argsort(-values, kind="stable").tolist()
     is_measured = not {*words}.isdisjoint((*ACTIONS, *VERTICAL)) and bool(order) and does[order[0]]
-    apart = MEASURED if is_measured else COMPARABLE
+    apart = COMPARABLE_DONE if is_measured else COMPARABLE
     least = min(values[order[0]] - apart, CLEAR) if order else 0.0
     firsts: list[int] = []
     of_capture: Counter[int] = Counter()

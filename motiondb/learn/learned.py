@@ -16,7 +16,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import islice
 from typing import Any
 
@@ -380,15 +380,16 @@ class Learned(LearnedModel):
     def listed_actions(self) -> dict[int, list[frozenset[int]]]:
         """Recorded capture -> the actions that its captions list, each by numbers of its words."""
         written = Written(self.captions, self.synonyms, self.lemmas, self.word_numbers)
-        said_by: dict[str, list[frozenset[int]]] = {}  # many captures have the same words
-        listed: dict[int, list[frozenset[int]]] = {}
-        for capture in self.rows:
-            for caption in self.captions.get(capture, ()):
-                if self.captures[capture].kind != "captured":
-                    continue
-                if caption.words not in said_by:
-                    said_by[caption.words] = list(map(frozenset, written.actions(caption)))
-                listed.setdefault(capture, []).extend(said_by[caption.words])
+        actions_of = cache(lambda said: [frozenset(a) for a in written.actions(Caption(said))])
+        listed = {
+            capture: [
+                action
+                for caption in self.captions.get(capture, ())
+                for action in actions_of(caption.words)  # many captures have the same words
+            ]
+            for capture in self.rows
+            if self.captures[capture].kind == "captured"
+        }
         return {capture: actions for capture, actions in listed.items() if actions}
 
     @cached_property

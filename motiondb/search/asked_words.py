@@ -470,7 +470,8 @@ def words_apart(
     return written - max(shared, key=lambda same: (len(same), len(same & heading)))
 
 
-_OPPOSITES = (("up", "down"), ("forward", "backward"), ("left", "right"), ("in", "out"))
+_PAIRS = (("up", "down"), ("forward", "backward"), ("left", "right"), ("in", "out"))
+_OPPOSITE = dict(_PAIRS) | {b: a for a, b in _PAIRS}
 _PARTICLES = frozenset(("up", "down", "off"))
 """Directions that make another action of a verb: "stand up", "push off"."""
 
@@ -485,7 +486,7 @@ def _is_another(asked: set[str], words: set[str]) -> bool:
     limbs = _limbs(words)
     if _limbs(missing) and limbs and limbs.isdisjoint(_limbs(asked)):
         return True
-    if any({a, b} <= missing | further and (a in missing) != (b in missing) for a, b in _OPPOSITES):
+    if any(_OPPOSITE.get(word) in further for word in missing):
         return True
     return bool(further & _PARTICLES) and bool(_limbs(missing) or missing & _PARTICLES)
 

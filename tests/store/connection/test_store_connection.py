@@ -20,7 +20,7 @@ from motiondb.database.catalogue.sheets import import_events
 from motiondb.database.check_process import check_file
 from motiondb.errors import HeldError, MotionDBError, StoreError
 from motiondb.files.safe_files import check_output
-from motiondb.store.connection import opening
+from motiondb.store.connection import handle, opening
 
 
 def test_a_second_process_is_told_who_holds_the_file(tmp_path: Path) -> None:
@@ -300,15 +300,17 @@ def test_no_progress_bar_is_printed_into_answers(tmp_path: Path) -> None:
         assert opened.connection.value(setting) is False
 
 
+@pytest.mark.parametrize("n_bytes", [0, 2**30])
 def test_row_groups_of_a_large_file_are_joined_seldom(
-    database: store.Store, samples: ModuleType, monkeypatch: pytest.MonkeyPatch
+    database: store.Store, samples: ModuleType, monkeypatch: pytest.MonkeyPatch, n_bytes: int
 ) -> None:
     monkeypatch.setattr(opening, "LARGE", 1)
+    monkeypatch.setattr(handle, "LARGE", 1)
     monkeypatch.setattr(opening, "MOST_GROUPS", 3)
     database.close()
     groups = []
     for name in "abcdefg":
-        with store.open_store(database.path) as opened:
+        with store.open_store(database.path) as opened, store.bounded_memory(opened, n_bytes):
             samples.add(opened, name)
         with duckdb.connect(str(database.path), read_only=True) as raw:
             query = "SELECT count(DISTINCT row_group_id) FROM pragma_storage_info('motion')"
