@@ -15,8 +15,9 @@
 -- ── Housekeeping ─────────────────────────────────────────────────────────────────────────────
 
 -- schema (the version of the tables), created_by (motiondb's version), next_capture_id, revision (a
--- number that every committed change raises), motion_revision and content_revision (random marks,
--- new with every change of the motions, or of anything that can be learned from), log ('open' while
+-- number that every committed change raises), motion_revision, content_revision and segment_revision
+-- (random marks, new with every change of the motions, of anything that can be learned from, or of
+-- the segments), log ('open' while
 -- changes stand in the log beside the file, else empty).
 CREATE TABLE meta (
     key VARCHAR PRIMARY KEY,
@@ -184,7 +185,6 @@ CREATE TABLE learning (
 -- Half-open intervals [start_frame, end_frame) of the motion; those of a capture tile it.
 CREATE TABLE segment (
     capture_id BIGINT NOT NULL,
-    ordinal BIGINT NOT NULL,                -- over all captures, by capture then start
     start_frame BIGINT NOT NULL,
     end_frame BIGINT NOT NULL,
     symbol_id BIGINT NOT NULL,              -- the arg-max symbol
@@ -193,17 +193,10 @@ CREATE TABLE segment (
     run_id BIGINT NOT NULL
 );
 
--- Log-likelihood of a segment under every symbol, nats per frame.
+-- Log-likelihood of the segments of a capture under every symbol, nats per frame.
 CREATE TABLE segment_score (
-    ordinal BIGINT NOT NULL,
-    scores FLOAT[] NOT NULL,                -- by symbol_id
-    run_id BIGINT NOT NULL
-);
-
--- How every segment moves, apart from symbols (meaning/movement.py, search/bearing.py).
-CREATE TABLE segment_movement (
-    ordinal BIGINT NOT NULL,
-    movement FLOAT[] NOT NULL,              -- places, joint, rhythm, posture, travel
+    capture_id BIGINT NOT NULL,
+    scores FLOAT[] NOT NULL,                -- by start_frame, then symbol_id
     run_id BIGINT NOT NULL
 );
 

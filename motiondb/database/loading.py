@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache, partial
 from importlib import resources
@@ -13,20 +14,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb import store
-from motiondb.body.features import N_FEATURES, features_of_motions
+from motiondb.body.features import (
+    FEATURE_STEP,
+    N_FEATURES,
+    features_of_motions,
+    recognition_features,
+)
 from motiondb.errors import NotLearnedError
 from motiondb.language.nearby.table import NearbyTable, read_table
 from motiondb.learn.checking import given_certainties
 from motiondb.learn.joining import with_segments
 from motiondb.learn.learned import Learned, prepare, with_prepared
-from motiondb.learn.learned_model import from_stored
-from motiondb.learn.recognition import FeaturePool, recognise_capture
-from motiondb.meaning.counting import join_tables, take_rows
-from motiondb.records import Float32Array, Motion
+from motiondb.learn.learned_model import LearnedModel, from_stored
+from motiondb.learn.recognition import FeaturePool, describe_segments, recognise_capture
+from motiondb.meaning.counting import capture_rows, join_tables, take_rows
+from motiondb.meaning.word_evidence import WhenAsked
+from motiondb.records import Float32Array, Motion, SegmentTable
 from motiondb.workers import HERE, Workers, runs
 
 TABLE = "words.table"  # The shipped table of nearby words
 FEATURE_SECONDS = 1e-5  # Time of one processor for a frame; decides only how work is divided
+SEGMENTS = "segments"  # Name of scores and movement of all segments in that cache
 FEATURES = "features"  # Name of the features of all captures in the cache of the database
 
 
@@ -41,21 +49,102 @@ def load_learned(opened: store.Store, pool: Callable[[], FeaturePool]) -> Learne
                 f"{opened.path}: expected a database that has learned, found only captures. "
                 "Run motiondb learn first."
             )
-        model = from_stored(store.load_learning(opened))
-        captions, readable = store.load_captions(opened), pool().places
+        model = from_stored(store.load_learning(opened, scores=False))
+        captions, features = store.load_captions(opened), pool()
         infos = {info.capture_id: info for info in store.load_captures(opened)}
-        damaged = {n: info.name for n, info in infos.items() if n not in readable}
+        damaged = {n: info.name for n, info in infos.items() if n not in features.places}
         if damaged:
             sound = ~np.isin(model.segments.capture_ids, list(damaged))
             model = with_segments(model, take_rows(model.segments, sound))
+        table = _with_rows(opened, model, features.of_capture)
         return Learned(
-            **{**vars(model), "certainties": given_certainties(model.certainties, model.counted)},
+            **{
+                **vars(model),
+                "segments": table,
+                "certainties": given_certainties(model.certainties, model.counted),
+            },
             captures={number: info for number, info in infos.items() if number not in damaged},
             captions={number: said for number, said in captions.items() if number not in damaged},
             synonyms=store.load_synonyms(opened),
             source=str(opened.path),
             damaged=damaged,
         )
+
+
+def _with_rows(
+    opened: store.Store,
+    model: LearnedModel,
+    features_of: Callable[[int], Float32Array],
+    ready: Mapping[int, store.Made] = MappingProxyType({}),
+) -> SegmentTable:
+    """The segments of a model with scores and movement, memory-mapped from the cache."""
+    table, n_symbols = model.segments, model.symbols.n_symbols
+    make = partial(_make_segment_rows, opened, model, features_of)
+    held = store.cached_segment_rows(opened, SEGMENTS, make, ready)
+    rows = held.rows
+    which = np.isin(held.capture_ids, table.capture_ids)
+    if not which.all():  # a motion was damaged since the rows were made
+        rows = rows[np.repeat(which, np.diff(held.bounds))]
+    parts = ((0, n_symbols), (n_symbols, rows.shape[1]))
+    if isinstance(rows, store.CheckedRows):
+        scores, movement = (cast(Float32Array, rows.columns(*part)) for part in parts)
+    else:
+        scores, movement = (rows[:, slice(*part)] for part in parts)
+    return replace(table, scores=scores, movement=movement)
+
+
+def _make_segment_rows(
+    opened: store.Store,
+    model: LearnedModel,
+    features_of: Callable[[int], Float32Array],
+    captures: Sequence[int],
+) -> dict[int, store.Made]:
+    """Scores and movement of the segments of some captures, side by side."""
+    rows, table = capture_rows(model.segments), model.segments
+    made: dict[int, store.Made] = {}
+    for capture, scores in store.load_scores(opened, captures).items():
+        with suppress(KeyError):  # of a motion that cannot be read
+            features = features_of(capture)
+            starts, ends = table.starts[rows[capture]], table.ends[rows[capture]]
+            cut = starts // FEATURE_STEP, -(-ends // FEATURE_STEP)
+            frames = model.feature_space.project(features)
+            moving = describe_segments(frames, features, *cut)
+            made[capture] = np.concatenate([scores, moving], axis=1), 0.0
+    return made
+
+
+def segments_of(
+    opened: store.Store, model: LearnedModel, captures: Collection[int]
+) -> SegmentTable:
+    """The segments of some captures with scores and movement, also within a transaction.
+
+    Without those whose motion is damaged and whose rows are not in the cache.
+    """
+
+    def features_of(capture: int) -> Float32Array:
+        return recognition_features(dict(store.readable_motions(opened, [capture]))[capture])
+
+    make = partial(_make_segment_rows, opened, model, features_of)
+    found = store.segment_rows(opened, SEGMENTS, make, captures)
+    table = take_rows(model.segments, np.isin(model.segments.capture_ids, list(found)))
+    n_columns = model.symbols.n_symbols
+    none = np.zeros((0, len(model.score_space.mean)), dtype=np.float32)
+    rows = np.concatenate([none, *(rows for rows, _ in found.values())])
+    return replace(table, scores=rows[:, :n_columns], movement=rows[:, n_columns:])
+
+
+def keep_segment_rows(opened: store.Store, model: LearnedModel) -> None:
+    """Put scores and movement of the segments of a model that was just saved into the cache."""
+    table, rows = model.segments, capture_rows(model.segments)
+
+    def of_capture(capture: int) -> store.Made:
+        inside = rows[capture]
+        return np.concatenate([table.scores[inside], table.movement[inside]], axis=1), 0.0
+
+    with store.reading(opened):
+        if store.load_learning_size(opened).run_id == model.run_id:
+            features_of = load_features(opened).of_capture
+            _with_rows(opened, model, features_of, WhenAsked(rows, of_capture))
 
 
 FeaturesMade = tuple[NDArray[Any], float]

@@ -25,6 +25,7 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
+from itertools import pairwise
 from math import isqrt
 from typing import Annotated, Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
@@ -167,17 +168,15 @@ def _mapping(hint: Hint, values: Values, name: str) -> Mapping[Any, Any]:
     if of_values is int:
         rows = np.asarray(values[name]).astype(np.int64).tolist()
         return made({_as_key(key, of_keys): number for *key, number in rows})
-    keys = np.asarray(values[f"{name}.keys"]).astype(np.int64).tolist()
-    shapes = np.asarray(values[f"{name}.sizes"]).astype(np.int64).tolist()
-    ends = np.cumsum([int(np.prod(shape)) for shape in shapes], dtype=np.int64)
-    parts = np.split(np.asarray(values[f"{name}.values"]), ends[:-1]) if keys else []
+    keys = [_as_key(key, of_keys) for key in np.asarray(values[f"{name}.keys"], int).tolist()]
+    shapes = np.asarray(values[f"{name}.sizes"], int)
+    flat = np.asarray(values[f"{name}.values"])
+    bounds = pairwise([0, *np.cumsum(shapes.prod(axis=1)).tolist()])
     if get_origin(of_values) is tuple:
-        return {
-            _as_key(key, of_keys): tuple(part.astype(np.int64).tolist())
-            for key, part in zip(keys, parts)
-        }
+        numbers = flat.astype(np.int64).tolist()
+        return {key: tuple(numbers[a:b]) for key, (a, b) in zip(keys, bounds)}
     return {
-        _as_key(key, of_keys): part.reshape(shape) for key, part, shape in zip(keys, parts, shapes)
+        key: flat[a:b].reshape(shape) for key, (a, b), shape in zip(keys, bounds, shapes.tolist())
     }
 
 

@@ -305,20 +305,26 @@ def _folds(groups: IntArray) -> IntArray:
 
 def with_segments(model: LearnedModel, table: SegmentTable) -> LearnedModel:
     """The learned model with the segments of other captures; what was counted stays."""
-    present = set(table.capture_ids.tolist())
+    return replace(_with_captures(model, set(table.capture_ids.tolist())), segments=table)
+
+
+def _with_captures(model: LearnedModel, present: set[int]) -> LearnedModel:
+    """The learned model with what it knows of some captures alone; its segments stay."""
     return replace(
         model,
-        segments=table,
         places=None if model.places is None else model.places.only(present),
         judge=None if model.judge is None else model.judge.only(present),
     )
 
 
 def with_counts(
-    model: LearnedModel, run_id: int, table: SegmentTable, counted: Counted
+    model: LearnedModel, run_id: int, present: set[int], counted: Counted
 ) -> LearnedModel:
-    """The learned model with other counts and everything that depends on them."""
+    """The learned model with other counts and everything that depends on them.
+
+    `present`: Captures that are there; the segments of the model stay.
+    """
     fit = model.fitted_word_map
-    model = replace(with_segments(model, table), run_id=run_id, counted=counted)
+    model = replace(_with_captures(model, present), run_id=run_id, counted=counted)
     ridge, calibration = (None, None) if fit is None else (fit.ridge, fit.calibration)
     return replace(model, **vars(publish(counted, model.started, ridge, calibration)))

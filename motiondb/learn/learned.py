@@ -139,6 +139,9 @@ class Learned(LearnedModel):
     # Names by number of the captures that are left out, since their motions cannot be read
     damaged: Mapping[int, str] = field(default_factory=dict)
     prepared: Prepared | None = None  # What was computed from all captures before
+    held_rows: FloatArray | None = (
+        None  # The standardised rows of all segments, where all are asked
+    )
 
     def __repr__(self) -> str:
         words = len(self.association.words)
@@ -159,12 +162,16 @@ class Learned(LearnedModel):
     @cached_property
     def standardised(self) -> FloatArray:
         """Standardised scores and movement of all segments: array (segments, symbols + columns)."""
-        return self.score_space.standardise(self.segments.scores, self.segments.movement)
+        table = self.segments
+        rows = score_vectors.StandardisedRows(self.score_space, table.scores, table.movement)
+        return rows.in_memory()
 
     @cached_property
-    def segment_rows(self) -> score_vectors.StandardisedRows:
-        """The rows of ``standardised``, computed where they are looked at."""
+    def segment_rows(self) -> score_vectors.Rows:
+        """The rows of ``standardised``, computed where they are looked at unless they are held."""
         table = self.segments
+        if self.held_rows is not None:
+            return self.held_rows
         return score_vectors.StandardisedRows(self.score_space, table.scores, table.movement)
 
     @cached_property
@@ -425,17 +432,18 @@ def prepare(learned: Learned) -> dict[str, NDArray[Any]]:
     """Arrays that questions need of all captures: evidence of words and the map of places.
 
     The rows of ``odds`` are those of the segments of a capture and one of the whole, capture after
-    capture; ``extremes`` (3, captures, words) are the largest and the smallest over the segments,
-    and those of the whole, with captions.
+    capture; ``extremes`` (3, captures, words), float32, are the largest and the smallest over the
+    segments, and those of the whole, with captions.
     """
     if learned.fitted_word_map is None or not learned.rows:
         return {}
+    learned = replace(learned, held_rows=learned.standardised)  # of which all are asked thrice
     evidence = learned.evidence
     extremes = evidence.extremes
     arrays = {
         "likeness": learned.likeness,
         "odds": np.concatenate(list(evidence.odds.values())),
-        "extremes": np.stack([extremes.highest, extremes.lowest, extremes.whole]),
+        "extremes": np.stack([extremes.highest, extremes.lowest, extremes.whole], dtype=np.float32),
     }
     if learned.placed is not None:
         fitted = place_fitting.fitted_arrays(learned.placed)

@@ -14,6 +14,7 @@ M-step of the counts.
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -115,20 +116,21 @@ def described_intervals(
     """Captions with at least one motion word, and the segments they describe."""
     intervals = []
     split = cache(lambda said: vocabulary.split_actions(said, synonyms, known_lemmas))
-    for capture_id, rows in sorted(captions.items()):
-        first, last = np.searchsorted(table.capture_ids, [capture_id, capture_id + 1])
-        for caption in rows:
+    rows = capture_rows(table)
+    starts, ends = table.starts.tolist(), table.ends.tolist()
+    for capture_id, said in sorted(captions.items()):
+        if capture_id not in rows:
+            continue
+        first, last = rows[capture_id].start, rows[capture_id].stop
+        for caption in said:
             actions = split(caption.words)  # many captures have the same words
             words = tuple(word for action in actions for word in action)
-            if not words or first == last:
-                continue
             start = (caption.start or 0.0) * 30.0
-            end = float(table.ends[last - 1]) if caption.end is None else caption.end * 30.0
-            inside = (table.starts[first:last] < end) & (table.ends[first:last] > start)
-            if inside.any():
-                which = first + np.flatnonzero(inside)
-                rows_of = (int(which[0]), int(which[-1]) + 1)
-                intervals.append(Described(capture_id, *rows_of, start, end, words, len(actions)))
+            end = float(ends[last - 1]) if caption.end is None else caption.end * 30.0
+            low = bisect_right(ends, start, first, last)
+            high = bisect_left(starts, end, first, last)
+            if words and low < high:
+                intervals.append(Described(capture_id, low, high, start, end, words, len(actions)))
     return intervals
 
 

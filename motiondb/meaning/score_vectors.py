@@ -51,6 +51,7 @@ def unit(vectors: FloatArray) -> FloatArray:
     return vectors / length
 
 
+AT_ONCE = 4096  # Segments that are standardised together; bounds memory
 CLIP = 3.0  # Standard deviations beyond which a value is clipped
 
 
@@ -99,6 +100,14 @@ class StandardisedRows:
 
     def __getitem__(self, which: slice | IntArray) -> FloatArray:
         return self.space.standardise(self.scores[which], self.movement[which])
+
+    def in_memory(self) -> FloatArray:
+        """All rows as one array, made some at a time."""
+        rows = np.empty(self.shape)
+        for first in range(0, len(rows), AT_ONCE):
+            part = slice(first, first + AT_ONCE)
+            rows[part] = self[part]
+        return rows
 
 
 Rows = FloatArray | StandardisedRows

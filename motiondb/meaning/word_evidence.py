@@ -216,9 +216,9 @@ def joint_log_odds(log_odds: Sequence[float]) -> float:
 
 AT_ONCE = 1024
 """Captures whose log-odds are joined into one array at a time. Chosen by hand: some 10 MB."""
-SLACK = 1e-6
-"""Nats that a bound may be too low by rounding. Chosen by hand, far above the rounding of doubles
-and far below what separates answers."""
+SLACK = 1e-4
+"""Nats that a bound may be too low by rounding. Chosen by hand, far above the rounding of single
+precision, in which extremes are kept, and far below what separates answers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -295,7 +295,7 @@ def _of_action(
     share: float,
 ) -> FloatArray:
     columns = [number[word] for word in action]
-    inside, outside = near[:, columns].mean(axis=1), whole[:, columns].mean(axis=1)
+    inside, outside = (x[:, columns].mean(axis=1, dtype=np.float64) for x in (near, whole))
     bound: FloatArray = share * inside + (1.0 - share) * outside
     return bound
 

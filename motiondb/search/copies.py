@@ -45,6 +45,7 @@ KEY_FRAMES = 12  # Frames of the query that are compared first
 LEAST_FRAMES = 20  # Least length of a query, frames (2/3 s): shorter ones agree by chance
 KEPT = 64  # Takes whose poses are kept while others are compared; bounds memory
 AT_ONCE = 2**20  # Frames (10 hours) of takes that are put into boxes together; bounds memory
+MANY = 200  # Queries for which it is worth to sort boxes in space; affects only the time
 SLACK = 2  # Largest difference in length of two files of one take, frames
 
 
@@ -104,7 +105,9 @@ def find_copies(
     """
     sizes = library.sizes
     places = list(range(len(sizes)) if takes is None else takes)
-    asked = [(q, m) for q in queries if sizes[q] >= LEAST_FRAMES for m in (False, True)]
+    most = max((int(sizes[place]) + SLACK for place in places), default=0)
+    fit = [q for q in queries if LEAST_FRAMES <= sizes[q] <= most]
+    asked = [(q, m) for q in fit for m in (False, True)]
     keys = [_keys_of(library, *each) for each in asked]
     likely = _likely(library, places, keys, workers)
     bounds = np.concatenate([[0], np.cumsum(sizes[places])])
@@ -147,7 +150,7 @@ def _likely(
                 break
             parts.append(library.outline_of(take))
             n_held += len(parts[-1])
-        boxes = make_boxes(join_outlines(parts))
+        boxes = make_boxes(join_outlines(parts), in_space=len(keys) >= MANY)
         here = np.concatenate([found[0], *workers.map(likely_places, pieces, boxes, SLACK)])
         found.append(here + np.array([0, n_frames]))
         first, n_frames = first + len(parts), n_frames + n_held

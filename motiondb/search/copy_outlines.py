@@ -29,7 +29,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from motiondb.body import body
-from motiondb.records import Float32Array, IntArray
+from motiondb.records import Float32Array, FloatArray, IntArray
 
 Int16Array = NDArray[np.int16]
 Int32Array = NDArray[np.int32]
@@ -92,25 +92,43 @@ class Boxes:
     levels: IntArray  # (levels + 1,): where each level begins in ``low`` and ``high``
 
 
-def make_boxes(outlines: Outlines) -> Boxes:
-    """Put the frames of outlines into boxes."""
-    from scipy.spatial import cKDTree
+def make_boxes(outlines: Outlines, *, in_space: bool = True) -> Boxes:
+    """Put the frames of outlines into boxes.
 
+    `in_space`: Whether boxes of a box are near in space, which takes longer to make and less to
+    search; otherwise they follow one another in time.
+    """
     limbs = outlines.limbs
-    firsts = np.arange(0, len(limbs), RUN)
-    if not len(firsts):
+    if not len(limbs):
         none = np.zeros((0, N_AXES), dtype=np.int16)
         return Boxes(outlines, np.zeros(0, np.int32), none, none, np.zeros(2, np.int64))
-    low = np.minimum.reduceat(limbs, firsts, axis=0)
-    high = np.maximum.reduceat(limbs, firsts, axis=0)
-    order = cKDTree(low.astype(np.float64) + high, leafsize=FAN).indices.astype(np.int32)
-    lows, highs = [low[order]], [high[order]]
+    low, high = _around(limbs, limbs, RUN)
+    order = np.arange(len(low), dtype=np.int32)
+    if in_space:
+        from scipy.spatial import cKDTree
+
+        order = cKDTree(low.astype(np.float64) + high, leafsize=FAN).indices.astype(np.int32)
+        low, high = low[order], high[order]
+    lows, highs = [low], [high]
     while len(lows[-1]) > FAN:
-        firsts = np.arange(0, len(lows[-1]), FAN)
-        lows.append(np.minimum.reduceat(lows[-1], firsts, axis=0))
-        highs.append(np.maximum.reduceat(highs[-1], firsts, axis=0))
+        low, high = _around(lows[-1], highs[-1], FAN)
+        lows.append(low)
+        highs.append(high)
     levels = np.concatenate([[0], np.cumsum([len(one) for one in lows])]).astype(np.int64)
     return Boxes(outlines, order, np.concatenate(lows), np.concatenate(highs), levels)
+
+
+@njit(cache=True, nogil=True)
+def _around(low: Int16Array, high: Int16Array, size: int) -> tuple[Int16Array, Int16Array]:
+    """Smallest and largest numbers of every ``size`` rows: two arrays (boxes, 12)."""
+    n_boxes = -(-len(low) // size)
+    lows, highs = low[: n_boxes * size : size].copy(), high[: n_boxes * size : size].copy()
+    for row in range(len(low)):
+        box = row // size
+        for axis in range(low.shape[1]):
+            lows[box, axis] = min(lows[box, axis], low[row, axis])
+            highs[box, axis] = max(highs[box, axis], high[row, axis])
+    return lows, highs
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,23 +149,56 @@ def likely_places(asked: Sequence[tuple[int, Keys]], boxes: Boxes, slack: int) -
 
     `asked`: Queries by number.
     """
-    found = []
-    for query, keys in asked:
-        far = len(body.JOINTS) ** 0.5 * keys.reach + _ROUNDING  # sqrt(most / n)
+    if not asked:
+        return np.zeros((0, 2), dtype=np.int64)
+    every = [keys for _, keys in asked]
+    far = len(body.JOINTS) ** 0.5 * np.array([k.reach for k in every]) + _ROUNDING  # sqrt(most / n)
+    counts, starts = _search_all(
+        boxes.outlines.limbs,
+        boxes.outlines.bounds,
+        boxes.order,
+        boxes.low,
+        boxes.high,
+        boxes.levels,
+        np.stack([keys.limbs for keys in every]).astype(np.int32),
+        np.stack([keys.frames for keys in every]),
+        (far / UNIT) ** 2,
+        np.array([keys.n_frames - slack for keys in every]),
+    )
+    queries = np.repeat([query for query, _ in asked], counts)
+    return np.column_stack([queries, starts])
+
+
+@njit(cache=True, nogil=True)
+def _search_all(  # noqa: PLR0913  as below, query by query
+    limbs: Int16Array,
+    bounds: IntArray,
+    order: Int32Array,
+    low: Int16Array,
+    high: Int16Array,
+    levels: IntArray,
+    keys: Int32Array,
+    frames: IntArray,
+    nearest: FloatArray,
+    lengths: IntArray,
+) -> tuple[IntArray, IntArray]:
+    """Number of starts of every query, and the starts in order, query after query.
+
+    Shapes: `keys` (queries, keys, 12); `frames` (queries, keys); `nearest`, `lengths` (queries,).
+    """
+    counts, parts = np.zeros(len(keys), np.int64), [np.zeros(0, np.int64)]
+    for n in range(len(keys)):
         starts = _search(
-            boxes.outlines.limbs,
-            boxes.outlines.bounds,
-            boxes.order,
-            boxes.low,
-            boxes.high,
-            boxes.levels,
-            keys.limbs.astype(np.int32),
-            keys.frames,
-            (far / UNIT) ** 2,
-            keys.n_frames - slack,
+            limbs, bounds, order, low, high, levels, keys[n], frames[n], nearest[n], lengths[n]
         )
-        found.append(np.column_stack([np.full(len(starts), query), np.sort(starts)]))
-    return np.concatenate(found) if found else np.zeros((0, 2), dtype=np.int64)
+        counts[n] = len(starts)
+        if len(starts):
+            parts.append(np.sort(starts))
+    ends = np.cumsum(np.array([len(part) for part in parts]))
+    every = np.empty(ends[-1], np.int64)
+    for n in range(len(parts)):
+        every[ends[n] - len(parts[n]) : ends[n]] = parts[n]
+    return counts, every
 
 
 @njit(cache=True, nogil=True)

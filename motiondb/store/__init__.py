@@ -17,12 +17,16 @@ from motiondb.store.catalogue.annotations import (
 )
 from motiondb.store.catalogue.cache import (
     CaptureRows,
+    CheckedRows,
+    Made,
     cache_bytes,
     cached_arrays,
     cached_rows,
+    cached_segment_rows,
     is_cached,
     lacking_rows,
     readable_motions,
+    segment_rows,
 )
 from motiondb.store.catalogue.captures import (
     load_capture,
@@ -121,6 +125,7 @@ from motiondb.store.learned import (
     load_learning,
     load_learning_size,
     load_parameters,
+    load_scores,
     load_segments,
     load_space,
     load_symbols,

@@ -29,6 +29,7 @@ from motiondb.store.connection.handle import Store
 from motiondb.store.connection.migrations import present_schema
 from motiondb.store.connection.transactions import read_meta
 from motiondb.store.grammars import TABLES as GRAMMAR_TABLES
+from motiondb.store.learned import SEGMENT_TABLES
 from motiondb.store.learned import TABLES as LEARNED_TABLES
 from motiondb.store.scenes import TABLES as SCENE_TABLES
 
@@ -76,7 +77,7 @@ _RULES = (
         """SELECT name FROM capture c JOIN (SELECT capture_id, min(start_frame) AS low,
            max(end_frame) AS high, bool_and(end_frame > start_frame AND start_frame = previous)
            AS tiled FROM (SELECT *, lag(end_frame, 1, start_frame) OVER
-           (PARTITION BY capture_id ORDER BY start_frame, ordinal) AS previous FROM segment)
+           (PARTITION BY capture_id ORDER BY start_frame, end_frame) AS previous FROM segment)
            GROUP BY ALL) s USING (capture_id)
            WHERE NOT tiled OR low <> 0 OR high <> motion_frames""",
     ),
@@ -109,9 +110,10 @@ _RULES = (
            UNION ALL SELECT 'learning', count(*) <= 1 FROM learning) WHERE NOT fits""",
     ),
     (
-        "expected a score for every symbol",
-        """SELECT 'segment ' || s.ordinal FROM segment s LEFT JOIN segment_score t USING (ordinal)
-           WHERE len(scores) IS DISTINCT FROM (SELECT n_symbols FROM learning)""",
+        "expected a score of every segment for every symbol",
+        """SELECT c.name FROM (SELECT capture_id, count(*) AS n FROM segment GROUP BY ALL) s
+           LEFT JOIN segment_score t USING (capture_id) LEFT JOIN capture c USING (capture_id)
+           WHERE len(scores) IS DISTINCT FROM n * (SELECT n_symbols FROM learning)""",
     ),
     (
         "expected one known source for every frame",
@@ -200,8 +202,7 @@ _REFERENCES = (
     ("source", "sha256", "capture", "sha256"),
     ("segment", "capture_id", "capture", "capture_id"),
     ("segment", "symbol_id", "symbol", "symbol_id"),
-    ("segment_score", "ordinal", "segment", "ordinal"),
-    ("segment_movement", "ordinal", "segment", "ordinal"),
+    ("segment_score", "capture_id", "segment", "capture_id"),
     ("symbol", "cluster_id", "cluster", "cluster_id"),
     ("symbol_state", "symbol_id", "symbol", "symbol_id"),
     ("symbol_distance", "symbol_id", "symbol", "symbol_id"),
@@ -215,8 +216,8 @@ _REFERENCES = (
 _FINISHED = "SELECT run_id FROM run WHERE finished IS NOT NULL"
 
 
-_LARGE = ("segment_score", "segment_movement", "frame_source")
-"""Tables with a row a frame or an array a segment, which a quick check does not read."""
+_LARGE = ("segment_score", "frame_source")
+"""Tables with a row a frame or scores of segments, which a quick check does not read."""
 
 
 def check_quickly(store: Store) -> list[str]:
@@ -364,6 +365,7 @@ def _foreign_rows(store: Store) -> list[str]:
     """Rows of another run than the one that their table's parent names, or of no parent."""
     learn = f"SELECT run_id FROM learning WHERE run_id IN ({_FINISHED})"
     wanted = [(t, "the finished run of learn", f"run_id NOT IN ({learn})") for t in LEARNED_TABLES]
+    wanted += [(t, "a finished run", f"run_id NOT IN ({_FINISHED})") for t in SEGMENT_TABLES]
     for parent, tables in (("grammar", GRAMMAR_TABLES), ("scene", SCENE_TABLES)):
         for table in tables:
             key = f"{parent}_id"
@@ -387,13 +389,13 @@ def _foreign_rows(store: Store) -> list[str]:
 def _bad_meta(store: Store) -> list[str]:
     """Keys that the table ``meta`` lacks, or whose values are no numbers where they must be."""
     faults = []
-    for key in ("schema", "next_capture_id", "revision", "motion_revision"):
+    for key in ("schema", "next_capture_id", "revision", "motion_revision", "segment_revision"):
         try:
             value = read_meta(store, key)
         except StoreError as error:
             faults.append(str(error))
             continue
-        if key != "motion_revision" and not value.isdecimal():
+        if key not in ("motion_revision", "segment_revision") and not value.isdecimal():
             faults.append(f"meta: expected a number for {key}, found {value!r}.")
     return faults
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 import operator
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from motiondb.errors import NotLearnedError
 from motiondb.records import (
     Association,
+    Float32Array,
     FloatArray,
     MotionSymbols,
     SegmentTable,
@@ -30,9 +31,6 @@ from motiondb.store.connection.transactions import content_revision, transaction
 
 TABLES = (
     "learning",
-    "segment",
-    "segment_score",
-    "segment_movement",
     "symbol",
     "symbol_state",
     "symbol_distance",
@@ -45,6 +43,8 @@ TABLES = (
     "transition_count",
     "parameter",
 )
+SEGMENT_TABLES = ("segment", "segment_score")
+"""Those of captures: the segments of a capture stay while others are added or removed."""
 _PIECE = 65_536  # Numbers in one row of the table ``parameter``
 
 
@@ -62,12 +62,16 @@ class LearningSize:
     n_words: int
 
 
-def save_learning(store: Store, learning: StoredLearning) -> None:
-    """Replace everything derived by ``learning`` and finish its run, in one transaction."""
+def save_learning(store: Store, learning: StoredLearning, kept: Collection[int] = ()) -> None:
+    """Replace everything derived by ``learning`` and finish its run, in one transaction.
+
+    `kept`: Captures whose segments stay as they are; ``learning`` has those of all others.
+    """
     run_id, symbols, space = learning.run_id, learning.symbols, learning.space
     with transaction(store) as connection:
         for table in TABLES:
             connection.execute(f"DELETE FROM {table}")
+        _delete_segments(connection, kept)
         connection.execute(
             "INSERT INTO learning VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
             [
@@ -83,18 +87,19 @@ def save_learning(store: Store, learning: StoredLearning) -> None:
         _insert_symbols(connection, symbols, space, run_id)
         _insert_space(connection, space, run_id)
         _insert_segments(connection, learning.segments, run_id)
+        store.local.changed.add("segment_revision")
         _insert_association(connection, learning.association, run_id)
         _insert_transitions(connection, learning.transition_counts, run_id)
         _insert_parameters(connection, learning.parameters, run_id)
         finish_run(store, run_id)
 
 
-def load_learning(store: Store) -> StoredLearning:
-    """Load everything that was learned."""
+def load_learning(store: Store, *, scores: bool = True) -> StoredLearning:
+    """Load everything that was learned; without ``scores`` those of segments have no columns."""
     return StoredLearning(
         load_learning_size(store).run_id,
         load_symbols(store),
-        load_segments(store),
+        load_segments(store, scores=scores),
         load_space(store),
         load_association(store),
         load_transition_counts(store),
@@ -148,20 +153,15 @@ def load_symbols(store: Store) -> MotionSymbols:
 
 def load_segments(store: Store, *, scores: bool = True) -> SegmentTable:
     """Load the segments; without ``scores`` that array has no columns."""
-    size, connection = load_learning_size(store), store.connection
-    rows = connection.arrays(
+    rows = store.connection.arrays(
         "SELECT capture_id, start_frame, end_frame, symbol_id, log_likelihood, background "
-        "FROM segment ORDER BY ordinal",
+        "FROM segment ORDER BY capture_id, start_frame",
     )
     n = len(rows["capture_id"])
-    table, movement = np.zeros((2, n, 0), dtype=np.float32)
+    table = np.zeros((n, 0), dtype=np.float32)
     if scores:
-        column = connection.arrays("SELECT scores FROM segment_score ORDER BY ordinal")["scores"]
-        table = from_rows(column, (size.n_symbols,), np.float32)
-        moving = connection.arrays("SELECT movement FROM segment_movement ORDER BY ordinal")
-        if len(moving["movement"]):
-            width = len(moving["movement"][0])
-            movement = from_rows(moving["movement"], (width,), np.float32)
+        parts = load_scores(store).values()
+        table = np.concatenate([np.zeros((0, load_learning_size(store).n_symbols)), *parts])
     return SegmentTable(
         rows["capture_id"],
         rows["start_frame"],
@@ -169,9 +169,22 @@ def load_segments(store: Store, *, scores: bool = True) -> SegmentTable:
         rows["symbol_id"],
         rows["log_likelihood"],
         rows["background"],
-        table,
-        movement,
+        table.astype(np.float32, copy=False),
     )
+
+
+def load_scores(store: Store, captures: Collection[int] | None = None) -> dict[int, Float32Array]:
+    """Load the scores of segments by capture, of some captures or all: (segments, symbols)."""
+    n_symbols = load_learning_size(store).n_symbols
+    some = "" if captures is None else "WHERE capture_id IN (SELECT unnest($1))"
+    given = [] if captures is None else [list(captures)]
+    query = f"SELECT capture_id, scores FROM segment_score {some} ORDER BY capture_id"
+    rows = store.connection.arrays(query, given)
+    parts = (np.ma.filled(numbers, np.nan) for numbers in rows["scores"])
+    return {
+        capture: part.astype(np.float32, copy=False).reshape(-1, n_symbols)
+        for capture, part in zip(rows["capture_id"].tolist(), parts)
+    }
 
 
 def load_learned_captures(store: Store) -> set[int]:
@@ -257,13 +270,21 @@ def load_parameters(store: Store, *names: str) -> dict[str, FloatArray | str]:
     return values
 
 
+def _delete_segments(connection: Connection, kept: Collection[int]) -> None:
+    """Delete the segments of all captures but some."""
+    for table in SEGMENT_TABLES:
+        if kept:
+            query = f"DELETE FROM {table} WHERE capture_id NOT IN (SELECT unnest($1))"
+            connection.execute(query, [sorted(kept)])
+        else:
+            connection.execute(f"DELETE FROM {table}")
+
+
 def _insert_segments(connection: Connection, segments: SegmentTable, run_id: int) -> None:
     """Write the segments in their order."""
-    ordinals = np.arange(len(segments.starts))
     connection.insert(
         "segment",
         capture_id=segments.capture_ids,
-        ordinal=ordinals,
         start_frame=segments.starts,
         end_frame=segments.ends,
         symbol_id=segments.symbols,
@@ -271,11 +292,10 @@ def _insert_segments(connection: Connection, segments: SegmentTable, run_id: int
         background=segments.backgrounds,
         run_id=run_id,
     )
-    scores = to_rows(segments.scores)
-    connection.insert("segment_score", ordinal=ordinals, scores=scores, run_id=run_id)
-    if segments.movement.shape[1]:
-        rows = to_rows(segments.movement)
-        connection.insert("segment_movement", ordinal=ordinals, movement=rows, run_id=run_id)
+    captures, firsts = np.unique(segments.capture_ids, return_index=True)
+    ends = [*firsts[1:], len(segments.scores)]
+    scores = ragged([segments.scores[a:b].ravel() for a, b in zip(firsts, ends)])
+    connection.insert("segment_score", capture_id=captures, scores=scores, run_id=run_id)
 
 
 def _insert_symbols(

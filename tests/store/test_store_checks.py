@@ -70,12 +70,12 @@ def filled(tmp_path: Path, whole_file: Path) -> Iterator[store.Store]:
             "a: expected segments that tile its motion, found others.",
         ),
         (
-            "UPDATE segment SET symbol_id = 77 WHERE ordinal = 0",
+            "UPDATE segment SET symbol_id = 77 WHERE capture_id = 1 AND start_frame = 0",
             "segment: expected every symbol_id in symbol, found 1 rows without, such as 77.",
         ),
         (
-            "UPDATE segment_score SET scores = [1.0] WHERE ordinal = 2",
-            "segment 2: expected a score for every symbol, found others.",
+            "UPDATE segment_score SET scores = [1.0] WHERE capture_id = 2",
+            "bb: expected a score of every segment for every symbol, found others.",
         ),
         (
             "UPDATE translation SET probability = probability + 0.1 WHERE symbol_id = -1",
@@ -122,7 +122,7 @@ def test_damage_is_told(filled: store.Store, damage: str, sentence: str) -> None
     ("damage", "is_seen"),
     [
         ("DELETE FROM source WHERE file_name = 'a.bvh'", True),
-        ("UPDATE segment SET symbol_id = 77 WHERE ordinal = 0", True),
+        ("UPDATE segment SET symbol_id = 77 WHERE capture_id = 1 AND start_frame = 0", True),
         ("DROP TABLE event", True),
         ("DELETE FROM motion WHERE capture_id = 2", True),
     ],
@@ -251,4 +251,5 @@ def test_every_row_of_a_run_is_checked() -> None:
         written.execute(present_schema())
         query = "SELECT table_name FROM duckdb_columns() WHERE column_name = 'run_id'"
         named = {row[0] for row in written.execute(query).fetchall()}
-    assert named == {"run", "capture", "edit", *learned.TABLES, *grammars.TABLES, *scenes.TABLES}
+    ours = (*learned.TABLES, *learned.SEGMENT_TABLES, *grammars.TABLES, *scenes.TABLES)
+    assert named == {"run", "capture", "edit", *ours}

@@ -8,7 +8,7 @@ from pathlib import Path
 from motiondb import store
 from motiondb.database.arguments import seeded
 from motiondb.database.learn.start import find_start
-from motiondb.database.loading import load_features
+from motiondb.database.loading import keep_segment_rows, load_features
 from motiondb.database.session import damage_sentence
 from motiondb.errors import MotionDBError, QueryError, StoreError
 from motiondb.learn import fitting
@@ -60,8 +60,12 @@ def learn(
             own_numbers = {number: capture for capture, number in numbers.items()}
             model = fitting.renumber_model(model, own_numbers)
         with store.transaction(opened):
-            if _same(_load_catalogue(opened, where), taught):
-                return _save(opened, settings, model, tell, where)
+            is_same = _same(_load_catalogue(opened, where), taught)
+            if is_same:
+                model = _save(opened, settings, model, tell, where)
+        if is_same:
+            keep_segment_rows(opened, model)
+            return model
         tell("captures changed, again", 0.0)
     raise MotionDBError(
         f"{opened.path}: expected captures and words to stay as they are while learning, found "

@@ -10,11 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from motiondb import store
+from motiondb.database.loading import segments_of
 from motiondb.language import vocabulary
 from motiondb.learn.joining import with_counts
 from motiondb.learn.learned_model import LearnedModel, from_stored, to_stored
@@ -30,27 +32,30 @@ if TYPE_CHECKING:
 def recounted(opened: store.Store, change: Change, wanted: set[int]) -> Iterator[None]:
     """Update the learned model after a change of captures or words.
 
+    The segments of the captures that stay are not saved again.
+
     `wanted`: Numbers of the captures that change.
     """
-    model = from_stored(store.load_learning(opened))
+    model = from_stored(store.load_learning(opened, scores=False))
     counts, reference = model.counted.counts, model.counted.reference
-    table = model.segments
-    wanted = wanted & set(table.capture_ids.tolist())
-    counts = counts - _count(opened, _only(table, wanted), reference)
+    known = set(model.segments.capture_ids.tolist())
+    wanted = wanted & known
+    before = segments_of(opened, model, wanted)
+    counts = counts - _count(opened, before, reference)
     yield
     there = {i.capture_id for i in store.load_captures(opened) if i.kind == "captured"}
-    table = _only(table, there)
-    new = sorted(set(change.added) & there)
+    new, kept = sorted(set(change.added) & there), known & there
     if not new and not wanted:
         return
-    added = [recognise_capture(model, c, store.load_motion(opened, c)) for c in new]
-    table = counting.join_tables(table, *added)
-    again = _only(table, wanted | set(new))
+    recognised = [recognise_capture(model, c, store.load_motion(opened, c)) for c in new]
+    added = counting.join_tables(_only(before, set()), *recognised)
+    again = counting.join_tables(_only(before, there), added)
     counts = counts + _count(opened, again, reference)
     change.counted = tuple(counting.capture_rows(again))
     change.new_words = _unknown_words(opened, change.counted, model)
-    model = with_counts(model, change.run_id, table, counting.Counted(counts, reference))
-    store.save_learning(opened, to_stored(model))
+    counted = counting.Counted(counts, reference)
+    model = with_counts(replace(model, segments=added), change.run_id, kept | set(new), counted)
+    store.save_learning(opened, to_stored(model), kept)
 
 
 def _unknown_words(

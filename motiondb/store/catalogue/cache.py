@@ -110,22 +110,35 @@ class CheckedRows:
         self._bounds, self._sums, self._make = bounds.tolist(), sums, make
         self._is_sound = [False] * len(sums)
         self._mended: dict[int, NDArray[Any]] = {}
+        self._columns = slice(None)
+
+    def columns(self, low: int, high: int) -> CheckedRows:
+        """Some of the columns, of the same memory; what was checked once is checked for both."""
+        part = object.__new__(CheckedRows)
+        vars(part).update(vars(self))
+        part._columns, part.shape = slice(low, high), (len(self.rows), high - low)
+        return part
+
+    @property
+    def size(self) -> int:
+        """Number of values."""
+        return int(np.prod(self.shape))
 
     def __len__(self) -> int:
         return len(self.rows)
 
     def __getitem__(self, which: slice | NDArray[Any]) -> NDArray[Any]:
         if not isinstance(which, slice):
-            return np.asarray(np.asarray(self)[which])
+            return self._chosen(np.asarray(which))
         start, stop, step = which.indices(len(self.rows))
         if stop <= start:
-            return self.rows[which]
+            return self.rows[which, self._columns]
         first, last = (bisect_right(self._bounds, row) - 1 for row in (start, stop - 1))
         touched = range(first, last + 1)
         for place in touched:
             self._check(place)
         if self._mended.keys().isdisjoint(touched):
-            return self.rows[which]
+            return self.rows[which, self._columns]
         whole = self.rows[start:stop].copy()
         for place in self._mended.keys() & set(touched):
             low, high = self._bounds[place : place + 2]
@@ -133,11 +146,22 @@ class CheckedRows:
             whole[part.start - start : part.stop - start] = self._mended[place][
                 part.start - low : part.stop - low
             ]
-        return whole[::step]
+        return whole[::step, self._columns]
+
+    def _chosen(self, which: NDArray[Any]) -> NDArray[Any]:
+        """Rows by their numbers, or those that are true."""
+        numbers = np.flatnonzero(which) if which.dtype == bool else which
+        for place in np.unique(np.searchsorted(self._bounds, numbers, side="right") - 1).tolist():
+            self._check(place)
+        return (self[:] if self._mended else self.rows[:, self._columns])[numbers]
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
         whole = self[:].astype(dtype or self.dtype, copy=False)
         return whole.copy() if copy else whole
+
+    def __reduce__(self) -> tuple[Callable[..., NDArray[Any]], tuple[NDArray[Any]]]:
+        """Another process gets the rows as an array."""
+        return np.asarray, (np.asarray(self),)
 
     def _check(self, place: int) -> None:
         """Compare the rows of a capture with their checksum, once."""
@@ -162,6 +186,8 @@ class CaptureRows:
 
 Made = tuple[NDArray[Any], float]
 """Rows (rows, columns) of one capture, and its number."""
+Make = Callable[[Sequence[int]], Mapping[int, Made]]
+"""Makes rows and number of some captures, by number; those that are damaged are left out."""
 
 
 def cached_rows(
@@ -180,26 +206,58 @@ def cached_rows(
 
     `ready`: Capture number -> rows and number that were made already (:func:`lacking_rows`).
     """
-    folder, stem = _place(store, kind)
+
+    def of_captures(numbers: Sequence[int]) -> Mapping[int, Made]:
+        motions = dict(readable_motions(store, numbers))
+        return dict(zip(motions, make(list(motions.values()))))
+
+    return _cached(store, kind, _capture_marks, "", of_captures, ready)
+
+
+def cached_segment_rows(
+    store: Store, kind: str, make: Make, ready: Mapping[int, Made] = MappingProxyType({})
+) -> CaptureRows:
+    """As :func:`cached_rows`, of rows that follow from the motion and the segments of a capture.
+
+    Rows of a former cache are used for a capture whose segments are of the same run.
+    """
+    revision = read_meta(store, "segment_revision")
+    return _cached(store, kind, _segment_marks, revision, make, ready)
+
+
+def segment_rows(store: Store, kind: str, make: Make, numbers: Iterable[int]) -> dict[int, Made]:
+    """Rows of :func:`cached_segment_rows` of some captures: from the newest cache, or made."""
+    marks, wanted = _segment_marks(store), set(numbers)
+    some = {number: mark for number, mark in marks.items() if number in wanted}
+    return _in_memory(some, _former_rows(store, kind), make)
+
+
+def _cached(
+    store: Store,
+    kind: str,
+    marks_of: Callable[[Store], dict[int, int]],
+    mark: str,
+    make: Make,
+    ready: Mapping[int, Made],
+) -> CaptureRows:
+    """Rows of captures, each of which follows from what ``marks_of`` tells apart."""
+    folder, stem = _place(store, kind, mark)
 
     def mended(number: int) -> NDArray[Any]:
         with suppress(OSError):
             (folder / f"{stem}.json").unlink()
-        return make([load_motion(store, number)])[0][0]
+        return make([number])[number][0]
 
     if not store.in_transaction:
         with suppress(*_UNUSABLE):
             return _to_capture_rows(_read_arrays(folder, stem), mended)
-    marks = _capture_marks(store)
+    marks = marks_of(store)
     former = _former_rows(store, kind)
-    former |= {marks[number]: made for number, made in ready.items() if number in marks}
-    parts = _rows_of(store, marks, former, make)
     if not store.in_transaction and marks:
         with suppress(*_UNUSABLE):
-            _write_rows(folder, kind, stem, marks, parts)
+            _write_rows(folder, kind, stem, marks, _rows_of(marks, former, make, ready))
             return _to_capture_rows(_read_arrays(folder, stem), mended)
-        parts = _rows_of(store, marks, former, make)
-    made = dict(parts)
+    made = _in_memory(marks, former, make, ready)
     sizes = [len(rows) for rows, _ in made.values()]
     bounds = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
     rows = np.concatenate([rows for rows, _ in made.values()]) if made else np.zeros((0, 0))
@@ -234,12 +292,21 @@ def _to_capture_rows(arrays: Arrays, mended: Callable[[int], NDArray[Any]]) -> C
 
 def _capture_marks(store: Store) -> dict[int, int]:
     """Capture number -> 64 bits that tell its motion from that of any other, by number."""
+    return _marks(store, "SELECT capture_id, sha256, run_id FROM capture ORDER BY capture_id")
+
+
+def _segment_marks(store: Store) -> dict[int, int]:
+    """Capture number -> 64 bits that tell its segments from all others, by number."""
+    return _marks(store, "SELECT DISTINCT capture_id, '', run_id FROM segment ORDER BY capture_id")
+
+
+def _marks(store: Store, query: str) -> dict[int, int]:
+    """Marks of captures by their numbers, digests and runs."""
     runs = store.connection.execute("SELECT run_id, started, version, parameters FROM run")
     made_by = {run: repr(facts) for run, *facts in runs.fetchall()}
-    query = "SELECT capture_id, sha256, run_id FROM capture ORDER BY capture_id"
     texts = (
-        (number, f"{number} {sha256} {made_by.get(run)}")
-        for number, sha256, run in store.connection.execute(query).fetchall()
+        (number, f"{number} {digest} {made_by.get(run)}")
+        for number, digest, run in store.connection.execute(query).fetchall()
     )
     return {
         number: int.from_bytes(hashlib.sha256(text.encode()).digest()[:7], "big")
@@ -247,39 +314,65 @@ def _capture_marks(store: Store) -> dict[int, int]:
     }
 
 
-def _former_rows(store: Store, kind: str) -> dict[int, Made]:
-    """Mark of a capture -> its rows and its number, from the newest cache that can be read."""
+@dataclass(frozen=True, eq=False)
+class _Former:
+    """Rows of a capture in a former cache, which are not checked yet."""
+
+    rows: NDArray[Any]
+    value: float
+    checksum: int
+
+    @property
+    def is_sound(self) -> bool:
+        return page_checksum(self.rows) == self.checksum
+
+
+def _former_rows(store: Store, kind: str) -> dict[int, _Former]:
+    """Mark of a capture -> its rows in the newest cache that can be read."""
     folder = _place(store, kind)[0]
     listed = [file for file in folder.glob(f"{kind}-*.json") if _ours(kind).fullmatch(file.name)]
     for file in sorted(listed, key=lambda one: -one.stat().st_mtime):
         with suppress(*_UNUSABLE):
             arrays = _read_arrays(folder, file.stem)
-            bounds, rows = arrays["bounds"].tolist(), arrays["rows"]
-            parts = [rows[low:high] for low, high in pairwise(bounds)]
-            facts = zip(arrays["marks"].tolist(), parts, arrays["values"].tolist(), arrays["sums"])
-            return {
-                mark: (part, value)
-                for mark, part, value, total in facts
-                if page_checksum(part) == int(total)
-            }
+            rows = arrays["rows"].view(np.ndarray)
+            parts = (rows[low:high] for low, high in pairwise(arrays["bounds"].tolist()))
+            facts = zip(parts, arrays["values"].tolist(), arrays["sums"].tolist())
+            return dict(zip(arrays["marks"].tolist(), (_Former(*each) for each in facts)))
     return {}
 
 
 def _rows_of(
-    store: Store,
     marks: Mapping[int, int],
-    former: Mapping[int, Made],
-    make: Callable[[Sequence[Motion]], Sequence[Made]],
-) -> Iterator[tuple[int, Made]]:
+    former: Mapping[int, _Former],
+    make: Make,
+    ready: Mapping[int, Made],
+) -> Iterator[tuple[int, Made | _Former]]:
     """Every capture with its rows and number, made a few captures at a time where they are new."""
     numbers = list(marks)
     for first in range(0, len(numbers), _AT_ONCE):
         some = numbers[first : first + _AT_ONCE]
-        new = [number for number in some if marks[number] not in former]
-        motions = dict(readable_motions(store, new))
-        made = dict(zip(motions, make(list(motions.values()))))
-        known = {number: former[marks[number]] for number in some if number not in new}
-        yield from ((n, (made | known)[n]) for n in some if n in made or n in known)
+        new = [number for number in some if number not in ready and marks[number] not in former]
+        made = make(new) if new else {}
+        for number in some:
+            if number in ready:
+                yield number, ready[number]
+            elif number in made:
+                yield number, made[number]
+            elif marks[number] in former:
+                yield number, former[marks[number]]
+
+
+def _in_memory(
+    marks: Mapping[int, int],
+    former: Mapping[int, _Former],
+    make: Make,
+    ready: Mapping[int, Made] = MappingProxyType({}),
+) -> dict[int, Made]:
+    """Rows and number of captures, those of a former cache only where they are sound."""
+    sound = {mark: former[mark] for mark in marks.values() if mark in former}
+    sound = {mark: one for mark, one in sound.items() if one.is_sound}
+    found = _rows_of(marks, sound, make, ready)
+    return {n: (one.rows, one.value) if isinstance(one, _Former) else one for n, one in found}
 
 
 def _write_rows(
@@ -287,15 +380,16 @@ def _write_rows(
     kind: str,
     stem: str,
     marks: Mapping[int, int],
-    parts: Iterable[tuple[int, Made]],
+    parts: Iterable[tuple[int, Made | _Former]],
 ) -> None:
-    """Write rows to the cache as they are made."""
+    """Write rows to the cache as they are made; former ones keep their checksums."""
     folder.mkdir(exist_ok=True)
     numbers, sizes, values, sums = list[int](), [0], list[float](), list[int]()
     file_name = folder / f"{stem}-rows.npy"
     with _draft(file_name) as file:
         shape, kind_of_rows = (0, 0), np.dtype(np.float32)
-        for number, (rows, value) in parts:
+        for number, one in parts:
+            rows, value = (one.rows, one.value) if isinstance(one, _Former) else one
             if not numbers:
                 shape, kind_of_rows = (0, rows.shape[1]), rows.dtype
                 _write_head(file, shape, kind_of_rows)
@@ -303,7 +397,7 @@ def _write_rows(
             file.write(rows.data)
             numbers.append(number)
             sizes.append(len(rows))
-            sums.append(page_checksum(rows))
+            sums.append(one.checksum if isinstance(one, _Former) else page_checksum(rows))
             values.append(value)
         file.seek(0)
         _write_head(file, (sum(sizes), shape[1]), kind_of_rows)

@@ -86,13 +86,8 @@ def remove_capture(store: Store, capture_id: int) -> None:
         for table in OWN_TABLES:
             if table not in ("capture", "scene_player"):
                 connection.execute(f"DELETE FROM {table} WHERE capture_id = ?", [capture_id])
-        for table in ("segment_score", "segment_movement"):
-            connection.execute(
-                f"DELETE FROM {table} WHERE ordinal IN "
-                "(SELECT ordinal FROM segment WHERE capture_id = ?)",
-                [capture_id],
-            )
-        connection.execute("DELETE FROM segment WHERE capture_id = ?", [capture_id])
+        for table in ("segment", "segment_score"):
+            connection.execute(f"DELETE FROM {table} WHERE capture_id = ?", [capture_id])
         connection.execute(
             "UPDATE scene_player SET capture_id = -1 WHERE capture_id = ?", [capture_id]
         )

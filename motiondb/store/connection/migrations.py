@@ -87,7 +87,7 @@ def schema_version(connection: duckdb.DuckDBPyConnection, where: str) -> int:
 def migrate(connection: duckdb.DuckDBPyConnection, version: int) -> None:
     """Bring an open database from a version, 0 without tables, to the newest one."""
     if version == 0:
-        marks = {f"{kind}_revision": uuid.uuid4().hex for kind in ("motion", "content")}
+        marks = {f"{kind}_revision": uuid.uuid4().hex for kind in ("motion", "content", "segment")}
         text = present_schema()
         marks |= {"next_capture_id": "1", "revision": "0", "log": ""}
         _run(connection, text, newest_version(), **marks)

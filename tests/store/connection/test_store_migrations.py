@@ -16,7 +16,10 @@ from motiondb.errors import StoreError
 from motiondb.store import checks
 from motiondb.store.connection import migrations
 
-RELEASED = {4: "6aaa4d3c4936aaf3c811a169a73ee3797e00889b8c4e526ef6be9d0c7ea813c2"}
+RELEASED = {
+    4: "6aaa4d3c4936aaf3c811a169a73ee3797e00889b8c4e526ef6be9d0c7ea813c2",
+    5: "cffbf88c1aef44219d0c6970f9327b1fe1c2f2290bad33fbb7a9b7a5627fa979",
+}
 """Version -> SHA-256 of the SQL of its tables, without comments. A further version gets a row, and
 a row never changes after its release: write a migration instead."""
 
@@ -85,6 +88,39 @@ def test_a_database_that_two_versions_wrote_stays_sound(
             store.save_synonyms(newer, {"jog": "run"})
             assert store.check_store(newer, sources=True) == []
         store.compact(database.path)
+
+
+_FORMER_SEGMENTS = """
+    ALTER TABLE segment ADD COLUMN ordinal BIGINT;
+    UPDATE segment SET ordinal = n FROM (SELECT capture_id AS c, start_frame AS f,
+        row_number() OVER (ORDER BY capture_id, start_frame) - 1 AS n FROM segment)
+        WHERE capture_id = c AND start_frame = f;
+    ALTER TABLE segment_score RENAME TO present_score;
+    CREATE TABLE segment_score AS SELECT ordinal, scores[from_here : from_here + n - 1] AS scores,
+        run_id FROM (SELECT s.ordinal, t.scores, s.run_id, n_symbols AS n,
+            1 + n_symbols * (ordinal - min(ordinal) OVER (PARTITION BY capture_id)) AS from_here
+            FROM segment s JOIN present_score t USING (capture_id), learning);
+    CREATE TABLE segment_movement AS SELECT ordinal, [0.5::FLOAT] AS movement, run_id FROM segment;
+    DROP TABLE present_score;
+    DELETE FROM meta WHERE key = 'segment_revision';
+    UPDATE meta SET value = '4' WHERE key = 'schema';
+"""  # From the tables of version 5 to those of version 4
+
+
+def test_segments_of_version_4_come_to_version_5(
+    database: store.Store, samples: ModuleType
+) -> None:
+    for name in ("a", "bb"):
+        samples.add(database, name)
+    infos = store.load_captures(database)
+    learning = samples.learning(infos, store.start_run(database, "learn"))
+    store.save_learning(database, learning)
+    database.close()
+    with duckdb.connect(str(database.path)) as older:
+        older.execute(_FORMER_SEGMENTS)
+    with store.open_store(database.path) as newer:
+        samples.assert_equal(store.load_segments(newer), learning.segments)
+        assert store.check_store(newer) == []
 
 
 def test_a_failing_migration_leaves_the_version_before(
