@@ -455,10 +455,15 @@ def _stacked(
 ) -> tuple[FloatArray, FloatArray, IntArray]:
     """Window vectors, seconds and take numbers of the segments of some captures."""
     rows = capture_rows(table)
-    vectors = [window_vectors(table, standardised, rows[c]) for c in captures]
-    seconds = [(table.ends - table.starts)[rows[c]] / MOTION_FPS for c in captures]
-    owners = np.repeat(np.arange(len(captures), dtype=np.int64), [len(v) for v in vectors])
-    return np.concatenate(vectors), np.concatenate(seconds), owners
+    lengths = (table.ends - table.starts) / MOTION_FPS
+    seconds = np.concatenate([lengths[rows[c]] for c in captures])
+    sizes = [rows[c].stop - rows[c].start for c in captures]
+    owners = np.repeat(np.arange(len(captures), dtype=np.int64), sizes)
+    vectors, first = np.empty((len(seconds), standardised.shape[1])), 0
+    for capture, size in zip(captures, sizes):
+        vectors[first : first + size] = window_vectors(table, standardised, rows[capture])
+        first += size
+    return vectors, seconds, owners
 
 
 def _listed(table: SegmentTable, rows: slice, written: Written, capture: int) -> _Take | None:

@@ -206,7 +206,8 @@ def prepare(vectors: FloatArray, weights: FloatArray, ridge: float) -> Regressio
     """The regression on `vectors` (n, columns) with `weights` (n,)."""
     roots = np.sqrt(weights)[:, None]
     centre = weights @ vectors / weights.sum()
-    rows = (vectors - centre) * roots
+    rows = vectors - centre
+    rows *= roots  # in place: of hours of motion, each array has hundreds of megabytes
     gram = rows.T @ rows + ridge * np.eye(vectors.shape[1])
     inverse = np.asarray(np.linalg.inv(gram), dtype=np.float64)
     return Regression(rows, roots, np.asarray(centre), gram, inverse)
