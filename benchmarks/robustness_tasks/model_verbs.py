@@ -140,6 +140,7 @@ def _digest(db: MotionDB, name: str) -> str:
 
 def counted_otherwise(db: MotionDB) -> list[str]:
     """Counts of the learned model that are not those of the captures and words that are there."""
+    from motiondb.database.loading import segments_of
     from motiondb.learn.learned_model import from_stored
     from motiondb.meaning import counting
 
@@ -148,8 +149,9 @@ def counted_otherwise(db: MotionDB) -> list[str]:
         there = set(model.segments.capture_ids.tolist())
         captions = {c: rows for c, rows in db.all_captions().items() if c in there}
         synonyms = store.load_synonyms(db.store)
+        table = segments_of(db.store, model, there)
     counted = model.counted
-    again = counting.count(model.segments, captions, synonyms, counted.reference)
+    again = counting.count(table, captions, synonyms, counted.reference)
     told = _unlike(again, counted.counts, "counts")
     return [f"counted otherwise than from the beginning: {told}"] if told else []
 

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 import motiondb
 from motiondb import store
 from motiondb.database.catalogue.cataloguing import AddSettings
+from motiondb.database.loading import segments_of
 from motiondb.language import vocabulary
 from motiondb.language.translation import association
 from motiondb.learn.drift import DriftBaseline
@@ -45,8 +46,9 @@ def recount(database: store.Store) -> StoredLearning:
     reference = model.counted.reference
     there = set(model.segments.capture_ids.tolist())
     captions = {c: rows for c, rows in store.load_captions(database).items() if c in there}
-    counts = counting.count(model.segments, captions, store.load_synonyms(database), reference)
-    return to_stored(with_counts(model, model.run_id, model.segments, Counted(counts, reference)))
+    table = segments_of(database, model, there)
+    counts = counting.count(table, captions, store.load_synonyms(database), reference)
+    return to_stored(with_counts(model, model.run_id, there, Counted(counts, reference)))
 
 
 def made_up(seed: int, n_captures: int = 7, n_symbols: int = 4) -> tuple[SegmentTable, Captions]:
