@@ -121,17 +121,20 @@ def shell(given: Given) -> Row:
 
 
 def add_more(given: Given) -> Row:
-    """Ten captures more, to a copy."""
+    """Ten captures more, to a copy, and the first search for them."""
     (captures, sheet), db = given.more, given.db
     copy = db.with_name("copy.duckdb")
     shutil.copyfile(db, copy)
     cache = db.with_name(f"{db.name}.cache")
     shutil.copytree(cache, copy.with_name(f"{copy.name}.cache"), dirs_exist_ok=True)
     try:
-        return stage(
+        added = stage(
             motiondb_command("add", str(captures), "--words", str(sheet), "--db", str(copy)),
             f"adding {N_MORE} more",
         )
+        found = stage(motiondb_command("search", QUESTION, "--db", str(copy)), "search after it")
+        both = added[f"adding {N_MORE} more, s"] + found["search after it, s"]
+        return added | found | {f"{N_MORE} more searched, s": both}
     finally:
         copy.unlink()
         shutil.rmtree(copy.with_name(f"{copy.name}.cache"), ignore_errors=True)
@@ -142,7 +145,7 @@ STAGES: dict[str, Callable[[Given], Row]] = {
     "learn, s": learn,
     "first question, s": ask,
     "motiondb search, s": shell,
-    f"adding {N_MORE} more, s": add_more,
+    f"{N_MORE} more searched, s": add_more,
 }  # by a figure that each gives
 
 
