@@ -416,7 +416,7 @@ def place_evidence(
         captures, takes, shown = placed_takes(places, table, standardised, n_words)
         placed = dict(zip(captures, takes.rows()))
         with one_blas_thread():
-            fitted = fit_places(takes, shown)
+            fitted = fit_places(takes, shown, overwrite=True)
     return PlaceEvidence(places, performers, table, standardised, rows, placed, fitted, n_words)
 
 

@@ -127,13 +127,13 @@ class FittedPlaces:
         return np.concatenate([self.of_others(inside) for inside in takes.rows()])
 
 
-def fit_places(takes: ListedTakes, shown: FloatArray) -> FittedPlaces:
+def fit_places(takes: ListedTakes, shown: FloatArray, *, overwrite: bool = False) -> FittedPlaces:
     """Fit the regression to given places; :meth:`FittedPlaces.without` removes rows from it.
 
-    Shapes: `shown` (rows, words).
+    `overwrite`: Whether the vectors of the takes may be. Shapes: `shown` (rows, words).
     """
     weights = take_weights(takes.seconds, takes.owners)
-    return FittedPlaces(prepare(takes.vectors, weights, RIDGE).fit(shown))
+    return FittedPlaces(prepare(takes.vectors, weights, RIDGE, overwrite=overwrite).fit(shown))
 
 
 def take_weights(seconds: FloatArray, owners: IntArray) -> FloatArray:

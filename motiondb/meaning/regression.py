@@ -202,12 +202,17 @@ class Fitted:
         return residuals_without(rows, gram, inverse, centred - rows @ self.slopes)
 
 
-def prepare(vectors: FloatArray, weights: FloatArray, ridge: float) -> Regression:
-    """The regression on `vectors` (n, columns) with `weights` (n,)."""
+def prepare(
+    vectors: FloatArray, weights: FloatArray, ridge: float, *, overwrite: bool = False
+) -> Regression:
+    """The regression on `vectors` (n, columns) with `weights` (n,).
+
+    `overwrite`: Whether ``vectors`` may become the rows; of hours of motion they are large.
+    """
     roots = np.sqrt(weights)[:, None]
     centre = weights @ vectors / weights.sum()
-    rows = vectors - centre
-    rows *= roots  # in place: of hours of motion, each array has hundreds of megabytes
+    rows = np.subtract(vectors, centre, out=vectors if overwrite else None)
+    rows *= roots
     gram = rows.T @ rows + ridge * np.eye(vectors.shape[1])
     inverse = np.asarray(np.linalg.inv(gram), dtype=np.float64)
     return Regression(rows, roots, np.asarray(centre), gram, inverse)
