@@ -108,6 +108,7 @@ def compare_scores(load: Workload, share: float, repeats: int) -> dict[str, floa
         "times_faster": whole * len(load.starts) / seconds,
         # a squared and weighted distance in each dimension, as two products
         "multiply_adds": 2.0 * float(np.sum(load.ends - load.starts)) * load.symbols.means.size,
+        "bytes": float(frames.nbytes + 4 * len(load.starts) * load.symbols.n_symbols),
         "largest_relative_difference": float(np.max(np.abs(actual / expected - 1))),
         "same_best_symbol": float(np.mean(actual.argmax(axis=1) == expected.argmax(axis=1))),
     }
@@ -152,6 +153,7 @@ def compare_fits(load: Workload, repeats: int, n_iterations: int = 5) -> dict[st
         * n_iterations
         * float(np.sum(load.ends - load.starts))
         * symbols.means[0].size,
+        "bytes": float(n_iterations * load.frames.nbytes),
         "largest_difference_of_means": float(np.max(np.abs(actual.means - means))),
         "largest_difference_of_variances": float(np.max(np.abs(actual.covars - covars))),
     }

@@ -6,8 +6,9 @@ FILE is a learned database of the real captures (see ``real_captures.py --databa
 asked in an open database after one of each kind, so that what is loaded and compiled once is not
 counted; commands are whole processes with files in the system's cache. The comparisons with
 hmmlearn and nltk are benchmarks of their own, run here once each. Beside each comparison stand the
-multiply-adds that the work needs at least, and what they would take of the time at the rate of this
-machine in the products of two large matrices.
+multiply-adds and the bytes that the work needs at least, and what the slower of both would take of
+the time: multiply-adds at the rate of this machine in the product of two large matrices, bytes at
+the rate at which it reads a large array.
 """
 
 from __future__ import annotations
@@ -74,6 +75,7 @@ class Ratio:
     target: float  # 0: none
     difference: str
     work: float  # Multiply-adds that the results need at least
+    read: float  # Bytes that must be read or written at least
     seconds: float  # Of motiondb
     kind: str = "float64"  # Of the numbers
 
@@ -145,6 +147,7 @@ def compare() -> list[Ratio]:
             40.0,
             score_gap,
             score["multiply_adds"],
+            score["bytes"],
             score["motiondb_s"],
             "float32",
         ),
@@ -154,6 +157,7 @@ def compare() -> list[Ratio]:
             10.0,
             fit_gap,
             fit["multiply_adds"],
+            fit["bytes"],
             fit["motiondb_s"],
         ),
         Ratio(
@@ -162,6 +166,7 @@ def compare() -> list[Ratio]:
             50.0,
             f"difference of t {words['largest_difference_of_t']:.0e}",
             words["multiply_adds"],
+            words["bytes"],
             words["motiondb_s"],
         ),
     ]
@@ -205,7 +210,8 @@ def compare_parts(db: MotionDB, repeats: int) -> tuple[Timing, Ratio]:
     work = 3.0 * PART * len(table_.symbols)  # a pair, a gap in either
     times = seconds / (timing.median / 1e3)
     what = "part by symbols, against compiled time warping of frames"
-    return timing, Ratio(what, times, 0.0, difference, work, timing.median / 1e3)
+    read = float(table_.symbols.nbytes + learned.distances.nbytes)
+    return timing, Ratio(what, times, 0.0, difference, work, read, timing.median / 1e3)
 
 
 def multiply_adds_a_second(kind: str, size: int = 1500) -> float:
@@ -217,6 +223,17 @@ def multiply_adds_a_second(kind: str, size: int = 1500) -> float:
         matrix @ matrix
         seconds.append(time.perf_counter() - began)
     return size**3 / min(seconds)
+
+
+def bytes_a_second(size: int = 2**28) -> float:
+    """Rate at which this machine reads an array that no cache holds; the best of three."""
+    array = np.ones(size // 8)
+    seconds = []
+    for _ in range(3):
+        began = time.perf_counter()
+        array.sum()
+        seconds.append(time.perf_counter() - began)
+    return array.nbytes / min(seconds)
 
 
 def _run_json(name: str) -> dict:
@@ -268,6 +285,7 @@ def _timing_table(timings: list[Timing]) -> str:
 
 def _ratio_table(ratios: list[Ratio]) -> str:
     rates = {kind: multiply_adds_a_second(kind) for kind in {r.kind for r in ratios}}
+    read = bytes_a_second()
     rows = [
         [
             r.name,
@@ -276,12 +294,17 @@ def _ratio_table(ratios: list[Ratio]) -> str:
             ("yes" if r.times >= r.target else "**no**") if r.target else "",
             r.difference,
             f"{r.work:.1e}",
-            f"{r.work / rates[r.kind] / r.seconds:.1%}",
+            _size(r.read),
+            f"{max(r.work / rates[r.kind], r.read / read) / r.seconds:.1%}",
         ]
         for r in ratios
     ]
     head = ["compared", "times faster", "target", "met", "equal up to", "multiply-adds at least"]
-    return table([*head, "share of the machine's rate"], rows)
+    return table([*head, "bytes at least", "share of the machine's limit"], rows)
+
+
+def _size(n_bytes: float) -> str:
+    return f"{n_bytes / 1e6:.2g} MB"
 
 
 def _figure(value: float, unit: str) -> str:
