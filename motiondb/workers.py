@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import math
 import os
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from itertools import pairwise
+from concurrent.futures import Future, ThreadPoolExecutor
+from itertools import chain, islice, pairwise
 from typing import Protocol, TypeVar
 
 Piece = TypeVar("Piece")
@@ -36,7 +37,8 @@ class Workers(Protocol):
 
         `work`: A function of a module, which changes nothing.
 
-        `shared`: What is the same for all pieces; sent to other processes only once.
+        `shared`: What is the same for all pieces. Where it is large, and so the large objects in a
+        piece that is a tuple, it is sent to other processes only once.
         """
 
 
@@ -51,12 +53,18 @@ class Threads:
         self, work: Callable[..., Result], pieces: Iterable[Piece], *shared: object
     ) -> Iterator[Result]:
         """Results of ``work(piece, *shared)``, in the order of the pieces."""
-        parts = list(pieces)
-        if len(parts) <= 1 or N_THREADS == 1:
-            yield from (work(part, *shared) for part in parts)
+        left = iter(pieces)
+        first = list(islice(left, 2))
+        if len(first) <= 1 or N_THREADS == 1:
+            yield from (work(piece, *shared) for piece in chain(first, left))
             return
-        with ThreadPoolExecutor(min(len(parts), N_THREADS)) as pool:
-            yield from pool.map(lambda part: work(part, *shared), parts)
+        with ThreadPoolExecutor(N_THREADS) as pool:
+            running = deque[Future[Result]]()
+            for piece in chain(first, left):
+                running.append(pool.submit(work, piece, *shared))
+                if len(running) == PIECES_EACH * N_THREADS:
+                    yield running.popleft().result()
+            yield from (future.result() for future in running)
 
 
 HERE = Threads()  # The workers where nobody names others

@@ -18,6 +18,7 @@ of all relations.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -27,6 +28,7 @@ import numpy as np
 from motiondb.body import body, features, retarget, rotation
 from motiondb.records import DuplicateGroup, Float32Array, FloatArray, IntArray, Motion, Relation
 from motiondb.search.copy_outlines import (
+    Boxes,
     Int16Array,
     Keys,
     join_outlines,
@@ -141,21 +143,27 @@ def _likely(
     library: Library, places: Sequence[int], keys: Sequence[Keys], workers: Workers
 ) -> IntArray:
     """Where copies may be, in order: array (places, 2), query and frame of the takes end to end."""
-    pieces = runs(list(enumerate(keys)), workers.n_pieces())
-    found, first, n_frames = [np.zeros((0, 2), dtype=np.int64)], 0, 0
-    while first < len(places):
-        parts, n_held = list[Int16Array](), 0
-        for take in places[first:]:
-            if parts and n_held + library.sizes[take] > AT_ONCE:
-                break
-            parts.append(library.outline_of(take))
-            n_held += len(parts[-1])
-        boxes = make_boxes(join_outlines(parts), in_space=len(keys) >= MANY)
-        here = np.concatenate([found[0], *workers.map(likely_places, pieces, boxes, SLACK)])
-        found.append(here + np.array([0, n_frames]))
-        first, n_frames = first + len(parts), n_frames + n_held
+    n_frames = int(library.sizes[places].sum())
+    n_groups = max(1, math.ceil(n_frames / AT_ONCE))
+    n_pieces = math.ceil(workers.n_pieces() / n_groups)
+    groups = runs(places, n_groups)
+    pieces = (
+        (boxes, some)
+        for boxes in _boxes_of(library, groups, in_space=len(keys) >= MANY)
+        for some in runs(list(enumerate(keys)), n_pieces)
+    )
+    found = [np.zeros((0, 2), dtype=np.int64), *workers.map(likely_places, pieces, SLACK)]
     likely = np.concatenate(found)
     return likely[np.lexsort((likely[:, 1], likely[:, 0]))]
+
+
+def _boxes_of(library: Library, groups: Sequence[Sequence[int]], in_space: bool) -> Iterator[Boxes]:
+    """Boxes of groups of takes, which stand end to end."""
+    first = 0
+    for takes in groups:
+        outlines = join_outlines([library.outline_of(take) for take in takes], first)
+        yield make_boxes(outlines, in_space=in_space)
+        first += int(library.sizes[takes].sum())
 
 
 def _keys_of(library: Library, query: int, mirrored: bool) -> Keys:

@@ -54,6 +54,7 @@ class Outlines:
 
     limbs: Int16Array  # (frames, 12): outline of every frame, in ``UNIT``
     bounds: IntArray  # (takes + 1,): where each take begins and ends in ``limbs``
+    first: int = 0  # Number of the first frame, among those of more takes
 
 
 def outline(poses: Float32Array) -> Int16Array:
@@ -70,11 +71,11 @@ def mirror_outline(limbs: Int16Array) -> Int16Array:
     return (swapped * np.array([-1, 1, 1], dtype=np.int16)).reshape(limbs.shape)
 
 
-def join_outlines(parts: Sequence[Int16Array]) -> Outlines:
-    """Outlines of several takes; `parts` each (frames, 12)."""
+def join_outlines(parts: Sequence[Int16Array], first: int = 0) -> Outlines:
+    """Outlines of several takes; `parts` each (frames, 12); `first`: number of the first frame."""
     bounds = np.concatenate([[0], np.cumsum([len(p) for p in parts])]).astype(np.int64)
     none = np.zeros((0, N_AXES), dtype=np.int16)
-    return Outlines(np.concatenate(parts) if len(parts) else none, bounds)
+    return Outlines(np.concatenate(parts) if len(parts) else none, bounds, first)
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,14 +142,15 @@ class Keys:
     reach: float  # Root mean square distance of (1), metres
 
 
-def likely_places(asked: Sequence[tuple[int, Keys]], boxes: Boxes, slack: int) -> IntArray:
-    """Places where the outlines satisfy (1): array (places, 2), query and frame of the outlines.
+def likely_places(piece: tuple[Boxes, Sequence[tuple[int, Keys]]], slack: int) -> IntArray:
+    """Places where the outlines satisfy (1): array (places, 2), query and number of the frame.
 
     A query may end up to ``slack`` frames behind its take. The places are in order of query and
     frame, each once.
 
-    `asked`: Queries by number.
+    `piece`: Boxes, and queries by number.
     """
+    boxes, asked = piece
     if not asked:
         return np.zeros((0, 2), dtype=np.int64)
     every = [keys for _, keys in asked]
@@ -166,7 +168,7 @@ def likely_places(asked: Sequence[tuple[int, Keys]], boxes: Boxes, slack: int) -
         np.array([keys.n_frames - slack for keys in every]),
     )
     queries = np.repeat([query for query, _ in asked], counts)
-    return np.column_stack([queries, starts])
+    return np.column_stack([queries, boxes.outlines.first + starts])
 
 
 @njit(cache=True, nogil=True)
