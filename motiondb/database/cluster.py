@@ -1,9 +1,9 @@
 """Workers on a cluster: pieces of work that dask computes in other processes, on any machine.
 
-dask has the scheduler, the queue and the transport; here is what motiondb adds: what all pieces
-share is sent to the scheduler once, and from worker to worker; results come in the order of the
-pieces; and every way to fail is one sentence. dask is imported when a cluster is used,
-and not before.
+dask has the scheduler, the queue and the transport; here is what motiondb adds: what several pieces
+need is sent to the scheduler once, and from worker to worker; results come in the order of the
+pieces; and every way to fail is one sentence. dask is imported when a cluster is used, and not
+before.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ import ipaddress
 import math
 import sys
 import warnings
-from collections import OrderedDict, deque
+import weakref
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent import futures
 from contextlib import suppress
@@ -23,6 +24,7 @@ from importlib.metadata import version
 from threading import Thread
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from uuid import uuid4
 
 import numpy as np
 
@@ -40,7 +42,6 @@ Result = TypeVar("Result")
 LOCAL = "local"  # Address that means processes of this machine, for as long as the command runs
 WAIT = 30.0  # Seconds to wait for the scheduler and for its first worker
 _ATTEMPTS = 4  # How often a piece is sent whose data or worker were lost
-_SHARED = 6  # Objects that are kept on the workers; those used longest ago are given back
 _LOST = 3.0  # Seconds without an answer after which the scheduler is asked whether it is there
 _LEAST = 0.1  # Seconds of work of a piece: handing one out takes about .005 s
 _SMALL = 100_000  # Bytes up to which an object is sent with every piece
@@ -57,6 +58,7 @@ _NEEDED = (
     "motiondb.symbols.segmentation",
 )
 """Modules of the work of workers."""
+_ENDED = (OSError, TimeoutError, RuntimeError)  # What dask raises without its scheduler
 _SAME = ("motiondb", "numpy", "scipy", "numba")  # Packages whose versions must be the same
 
 
@@ -91,7 +93,7 @@ class Cluster:
     def __init__(self, address: str) -> None:
         self.address = address
         self._started: LocalCluster | None = None
-        self._kept: OrderedDict[int, tuple[object, Future]] = OrderedDict()
+        self._kept: dict[int, Future] = {}
         self._client = self._connect()
         try:
             self._check_workers()
@@ -153,7 +155,10 @@ class Cluster:
     @property
     def n_workers(self) -> int:
         """Number of threads of all workers: so many pieces are computed at once."""
-        return max(1, sum(self._client.nthreads().values()))
+        try:
+            return max(1, sum(self._client.nthreads().values()))
+        except _ENDED as error:
+            raise self._gone(_first_line(error)) from None
 
     def n_pieces(self, seconds: float = math.inf) -> int:
         """Number of pieces into which work of about so many seconds of one processor is divided.
@@ -175,6 +180,9 @@ class Cluster:
     ) -> Iterator[Result]:
         """Results of ``work(piece, *shared)``, in the order of the pieces.
 
+        What is large among the shared, and in a piece that is a tuple, is sent once, and kept by
+        the workers that needed it as long as it is kept here.
+
         Parameters
         ----------
         work : callable
@@ -182,7 +190,7 @@ class Cluster:
         pieces : iterable
             Pieces, which are taken as results come: few wait in memory.
         *shared : object
-            What is the same for all pieces; sent once.
+            What is the same for all pieces.
         bounds : Bounds, optional
             What a piece may take. None: it may take any time, and must not end its worker.
 
@@ -205,27 +213,26 @@ class Cluster:
                 self._client.cancel([future for _, future in running])
 
     def _submit(self, job: _Job[Result], piece: object) -> Future:
-        """Hand out a piece."""
+        """Hand out a piece, to a worker that has most of its data."""
         try:
-            kept = [self._keep(each) for each in job.shared]
-            return self._client.submit(_checked, versions(), job.work, piece, *kept, pure=False)
-        except (OSError, TimeoutError, RuntimeError) as error:
+            held = tuple(map(self._keep, piece)) if isinstance(piece, tuple) else piece
+            kept = map(self._keep, job.shared)
+            name = f"{job.work.__name__.strip('_')}-{uuid4()}"  # shown on dask's page
+            return self._client.submit(_checked, versions(), job.work, held, *kept, key=name)
+        except _ENDED as error:
             raise self._gone(_first_line(error)) from None
 
     def _keep(self, what: object) -> object:
-        """What a task names for an object: itself if it is small, or its copy on every worker."""
+        """What a task names for an object: itself if it is small, or the copy that workers keep."""
         if _n_bytes(what) < _SMALL:
             return what
         place = id(what)
         if place not in self._kept:
             with warnings.catch_warnings():  # of its size: the scheduler keeps it, so that it can
                 warnings.simplefilter("ignore")  # be sent again where it was lost with a worker
-                future = self._client.submit(_itself, what, pure=False)
-            self._kept[place] = (what, future)  # holds the object, so that no other has its number
-            while len(self._kept) > _SHARED:
-                self._kept.popitem(last=False)
-        self._kept.move_to_end(place)
-        return self._kept[place][1]
+                self._kept[place] = self._client.submit(_itself, what, pure=False)
+            weakref.finalize(what, self._kept.pop, place, None).atexit = False
+        return self._kept[place]
 
     def _result(self, job: _Job[Result], piece: object, future: Future) -> Result:
         """The result of a piece, which is handed out again where its data were lost."""

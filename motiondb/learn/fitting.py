@@ -44,6 +44,7 @@ from motiondb.symbols import acquisition, feature_space
 from motiondb.symbols import space as symbol_spaces
 from motiondb.symbols.hmm_jobs import one_blas_thread
 from motiondb.symbols.settings import RecutSettings
+from motiondb.symbols.spread import spread
 from motiondb.workers import HERE, Workers
 
 T = TypeVar("T")
@@ -72,9 +73,10 @@ def fit_model(
     parts = [pool.features[a:b] for a, b in pairwise(pool.bounds)]
     space = feature_space.fit_feature_space(parts)
     frames = space.project(np.asarray(pool.features))
-    acquired = acquire_symbols(frames, pool, rng, settings, tell, workers)
+    held = spread(frames, pool.bounds, workers)
+    acquired = acquire_symbols(held, pool, rng, settings, tell)
     tell("scoring", 0.0)
-    table = segment_table(frames, pool, acquired.symbols, acquired.cutting, workers)
+    table = segment_table(held, pool, acquired.symbols, acquired.cutting)
     tell("symbol space", 0.0)
     symbol_space = symbol_spaces.build_space(acquired.symbols, rng)
     tell("words", 0.0)
@@ -142,9 +144,10 @@ def _fit_with_start(
     first = started.knowledge
     tell("cutting", 0.0)
     frames = first.feature_space.project(np.asarray(pool.features))
-    cutting = acquisition.recut(frames, pool.bounds, first.symbols, first.cutting, workers)
+    held = spread(frames, pool.bounds, workers)
+    cutting = acquisition.recut(held, pool.bounds, first.symbols, first.cutting)
     tell("scoring", 0.0)
-    table = segment_table(frames, pool, first.symbols, cutting, workers)
+    table = segment_table(held, pool, first.symbols, cutting)
     if joining.is_set_aside(table, len(taught.described(table))):
         return None
     tell("words", 0.0)

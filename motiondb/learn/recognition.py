@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,7 +25,7 @@ from motiondb.records import (
     SegmentTable,
 )
 from motiondb.symbols.settings import AcquisitionSettings, SegmentationSettings
-from motiondb.workers import HERE, Workers, runs
+from motiondb.symbols.spread import Captures, Frames, as_spread, frames_of
 
 if TYPE_CHECKING:  # compiled code, which a search does without
     from motiondb.symbols.acquisition import Acquired, Cutting
@@ -90,12 +89,11 @@ class FeaturePool:
 
 
 def acquire_symbols(
-    frames: Float32Array,
+    frames: Frames,
     pool: FeaturePool,
     rng: np.random.Generator,
     settings: LearnSettings,
     tell: Progress,
-    workers: Workers = HERE,
 ) -> Acquired:
     """Fit motion symbols: first segmentation, then competitive learning.
 
@@ -103,42 +101,37 @@ def acquire_symbols(
     """
     from motiondb.symbols import acquisition
 
-    n_pieces = workers.n_pieces(FIRST_CUT_SECONDS * int(pool.bounds[-1]))
-    pieces = runs(list(pairwise(pool.bounds.tolist())), n_pieces)
-    cuts = workers.map(_first_cuts, pieces, frames, settings.first_cut)
+    held = as_spread(frames)
+    pieces = held.captures(pool.bounds, FIRST_CUT_SECONDS)
+    cuts = held.workers.map(_first_cuts, pieces, settings.first_cut)
     parts = np.array([part for of_piece in cuts for part in of_piece], dtype=np.int64)
     starts, ends = parts.reshape(-1, 2).T
     chosen = replace(settings.acquisition, n_symbols=settings.n_symbols)
-    return acquisition.acquire(frames, pool.bounds, starts, ends, rng, chosen, tell, workers)
+    return acquisition.acquire(held, pool.bounds, starts, ends, rng, chosen, tell)
 
 
-def _first_cuts(
-    captures: Sequence[tuple[int, int]], frames: Float32Array, settings: SegmentationSettings
-) -> list[tuple[int, int]]:
-    """First segments of some captures, whose first frames and ends are given."""
+def _first_cuts(piece: Captures, settings: SegmentationSettings) -> list[tuple[int, int]]:
+    """First segments of some captures."""
     from motiondb.symbols import segmentation
 
     return [
         (low + part.start, low + part.end)
-        for low, high in captures
-        for part in segmentation.segment(frames[low:high].astype(np.float64), settings)
+        for low, frames in frames_of(piece)
+        for part in segmentation.segment(frames.astype(np.float64), settings)
     ]
 
 
 def segment_table(
-    frames: Float32Array,
-    pool: FeaturePool,
-    symbols: MotionSymbols,
-    cutting: Cutting,
-    workers: Workers = HERE,
+    frames: Frames, pool: FeaturePool, symbols: MotionSymbols, cutting: Cutting
 ) -> SegmentTable:
     """Score every segment of a cutting under every symbol; `frames` (rows, dimensions), float32."""
     from motiondb.symbols import hmm
 
+    held = as_spread(frames)
     owner = np.searchsorted(pool.bounds, cutting.starts, side="right") - 1
     first = pool.bounds[owner]
     per_frame = (cutting.ends - cutting.starts).astype(np.float64)
-    totals = hmm.score(symbols, frames, cutting.starts, cutting.ends, workers=workers)
+    totals = hmm.score(symbols, held, cutting.starts, cutting.ends)
     scores = totals / per_frame[:, None]
     best = np.argmax(scores, axis=1)
     return SegmentTable(
@@ -147,13 +140,15 @@ def segment_table(
         ends=np.minimum((cutting.ends - first) * FEATURE_STEP, np.asarray(pool.lengths)[owner]),
         symbols=best,
         log_likelihoods=scores[np.arange(len(best)), best].astype(np.float64),
-        backgrounds=background(frames, cutting.starts, cutting.ends),
+        backgrounds=background(held.frames, cutting.starts, cutting.ends),
         scores=scores.astype(np.float32),
-        movement=_movement(frames, pool, cutting),
+        movement=_movement(held.frames, pool, cutting),
     )
 
 
-def _movement(frames: Float32Array, pool: FeaturePool, cutting: Cutting) -> Float32Array:
+def _movement(
+    frames: FloatArray | Float32Array, pool: FeaturePool, cutting: Cutting
+) -> Float32Array:
     """Movement of every segment, capture by capture: array (segments, columns)."""
     bounds = pool.bounds
     first, last = (np.searchsorted(cutting.starts, b) for b in (bounds[:-1], bounds[1:]))
@@ -171,7 +166,7 @@ def _movement(frames: Float32Array, pool: FeaturePool, cutting: Cutting) -> Floa
 
 
 def describe_segments(
-    frames: Float32Array, features: Float32Array, starts: IntArray, ends: IntArray
+    frames: FloatArray | Float32Array, features: Float32Array, starts: IntArray, ends: IntArray
 ) -> Float32Array:
     """Movement, posture and travel of the segments of one capture: array (segments, columns).
 
@@ -184,7 +179,7 @@ def describe_segments(
     )
 
 
-def background(frames: Float32Array, starts: IntArray, ends: IntArray) -> FloatArray:
+def background(frames: FloatArray | Float32Array, starts: IntArray, ends: IntArray) -> FloatArray:
     """Log-likelihood per frame under the background model: the whitened features' N(0, 1)."""
     each = -0.5 * (
         np.sum(frames.astype(np.float64) ** 2, axis=1) + frames.shape[1] * np.log(2 * np.pi)

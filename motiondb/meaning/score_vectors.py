@@ -248,7 +248,9 @@ def _sizes(n_columns: int) -> tuple[int, int, int]:
     return len(LEVELS) * n_dims, n_dims * (n_dims + 1) // 2, len(LAGS) * n_dims
 
 
-def describe_movement(frames: Float32Array, starts: IntArray, ends: IntArray) -> Float32Array:
+def describe_movement(
+    frames: FloatArray | Float32Array, starts: IntArray, ends: IntArray
+) -> Float32Array:
     """Compute places, joint and rhythm of the segments of one capture.
 
     Shapes: `frames` (frames, D); `starts`, `ends` (segments,); result (segments, columns).

@@ -22,9 +22,8 @@ data description, 1978; Arthur and Vassilvitskii, k-means++, 2007 (the start of 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -34,7 +33,7 @@ from motiondb.symbols import hmm
 from motiondb.symbols.hmm_jobs import CUT_SECONDS
 from motiondb.symbols.network import segment_by_symbols
 from motiondb.symbols.settings import AcquisitionSettings, RecutSettings
-from motiondb.workers import HERE, Workers, runs
+from motiondb.symbols.spread import Captures, Frames, Spread, as_spread, frames_of
 
 Progress = Callable[[str, float], None]
 
@@ -58,23 +57,23 @@ class Acquired:
 
 
 def acquire(
-    frames: Float32Array,
+    frames: Frames,
     bounds: IntArray,
     starts: IntArray,
     ends: IntArray,
     rng: np.random.Generator,
     settings: AcquisitionSettings | None = None,
     progress: Progress | None = None,
-    workers: Workers = HERE,
 ) -> Acquired:
     """Learn symbols from segments that tile captures; `progress`: step, and share done."""
     settings = settings or AcquisitionSettings()
     tell = progress or (lambda _what, _share: None)
-    descriptors = describe_segments(frames, starts, ends)
+    held = as_spread(frames)
+    descriptors = describe_segments(held.frames, starts, ends)
     _check(descriptors, settings)
-    floor = np.full(frames.shape[1], settings.variance_floor)
+    floor = np.full(held.frames.shape[1], settings.variance_floor)
     n_first = settings.n_symbols or int(np.clip(len(starts) // 8, 1, settings.max_symbols))
-    arena = _Arena(frames, starts, ends, floor, settings, rng, workers)
+    arena = _Arena(held, starts, ends, floor, settings, rng)
     state = _judge(arena, _fit_new(arena, starts, ends, seed_groups(descriptors, n_first, rng)))
     lengths = [state.length]
     state = _compete(arena, state, lengths, tell)
@@ -111,17 +110,21 @@ def _compete(arena: _Arena, state: _State, lengths: list[float], tell: Progress)
 class _Arena:
     """What stays the same in the competition."""
 
-    frames: Float32Array
+    held: Spread
     starts: IntArray
     ends: IntArray
     floor: FloatArray
     settings: AcquisitionSettings
     rng: np.random.Generator
-    workers: Workers = HERE
+
+    @property
+    def frames(self) -> FloatArray | Float32Array:
+        """Frames of all captures."""
+        return self.held.frames
 
     def score(self, symbols: MotionSymbols) -> Float32Array:
         """Log-likelihood of every segment under every symbol."""
-        return hmm.score(symbols, self.frames, self.starts, self.ends, workers=self.workers)
+        return hmm.score(symbols, self.held, self.starts, self.ends)
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,13 +176,12 @@ def _fit(
 ) -> MotionSymbols:
     return hmm.fit(
         symbols,
-        arena.frames,
+        arena.held,
         starts,
         ends,
         winners,
         n_iterations=n_iterations,
         variance_floor=arena.floor,
-        workers=arena.workers,
     )[0]
 
 
@@ -228,24 +230,23 @@ def _create(arena: _Arena, state: _State) -> _State | None:
 
 def _recut(arena: _Arena, bounds: IntArray, state: _State) -> tuple[_Arena, _State]:
     """Segment every capture again by the symbols, then refit these to the new segments."""
-    cutting = recut(arena.frames, bounds, state.symbols, arena.settings, arena.workers)
+    cutting = recut(arena.held, bounds, state.symbols, arena.settings)
     fresh = replace(arena, starts=cutting.starts, ends=cutting.ends)
     symbols = _fit(fresh, state.symbols, cutting.starts, cutting.ends, cutting.winners)
     return fresh, _judge(fresh, symbols)
 
 
 def recut(
-    frames: Float32Array,
+    frames: Frames,
     bounds: IntArray,
     symbols: MotionSymbols,
     settings: RecutSettings,
-    workers: Workers = HERE,
 ) -> Cutting:
     """Segment every capture by the symbols: the path of largest likelihood less switch costs."""
-    work = int(bounds[-1] - bounds[0]) * symbols.means.size
-    pieces = runs(list(pairwise(bounds.tolist())), workers.n_pieces(CUT_SECONDS * work))
+    held = as_spread(frames)
+    pieces = held.captures(bounds, CUT_SECONDS * symbols.means.size)
     cost, shortest = settings.switch_cost, settings.shortest
-    paths = list(workers.map(_cut_captures, pieces, frames, symbols, cost, shortest))
+    paths = list(held.workers.map(_cut_captures, pieces, symbols, cost, shortest))
     return Cutting(*np.concatenate(paths, axis=1)) if paths else Cutting(*_NO_PATH)
 
 
@@ -253,17 +254,13 @@ _NO_PATH = np.zeros((3, 0), dtype=np.int64)
 
 
 def _cut_captures(
-    captures: Sequence[tuple[int, int]],
-    frames: Float32Array,
-    symbols: MotionSymbols,
-    switch_cost: float,
-    shortest: int,
+    piece: Captures, symbols: MotionSymbols, switch_cost: float, shortest: int
 ) -> IntArray:
-    """Start, end and symbol of every segment of captures (first, end): array (3, n)."""
+    """Start, end and symbol of every segment of captures: array (3, n)."""
     parts = [_NO_PATH]
-    for low, high in captures:
+    for low, frames in frames_of(piece):
         path = segment_by_symbols(
-            symbols, frames[low:high], switch_cost=switch_cost, minimum_duration=shortest
+            symbols, frames, switch_cost=switch_cost, minimum_duration=shortest
         )
         moved = [(low + a, low + b, s) for a, b, s in path]
         parts.append(np.array(moved, dtype=np.int64).reshape(-1, 3).T)
@@ -349,7 +346,9 @@ def deaths(
     return np.array(order, dtype=np.int64), np.array(gains)
 
 
-def describe_segments(frames: Float32Array, starts: IntArray, ends: IntArray) -> FloatArray:
+def describe_segments(
+    frames: FloatArray | Float32Array, starts: IntArray, ends: IntArray
+) -> FloatArray:
     """Mean features of every third of a segment: array (segments, 3 * dimensions)."""
     sums = np.concatenate([np.zeros((1, frames.shape[1])), np.cumsum(frames, axis=0, dtype=float)])
     parts = []

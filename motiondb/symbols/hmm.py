@@ -41,13 +41,15 @@ from motiondb.symbols import hmm_kernels as kernels
 from motiondb.symbols.hmm_jobs import (
     FIT_SECONDS,
     SCORE_SECONDS,
+    Block,
     check_assignment,
     check_segments,
     frame_blocks,
     shares,
 )
 from motiondb.symbols.hmm_kernels import check_symbols, log_density_blocks, log_symbols
-from motiondb.workers import HERE, Workers, runs
+from motiondb.symbols.spread import Frames, Run, Spread, as_spread
+from motiondb.workers import runs
 
 SELF_LOOP_BOUNDS = (0.01, 0.999)
 """EM keeps self-loops in these bounds, so that a state can be left and can be repeated. By hand."""
@@ -93,9 +95,9 @@ def initialise(
     )
 
 
-def fit(  # noqa: PLR0913  the last four say how, by name
+def fit(
     symbols: MotionSymbols,
-    frames: FloatArray | Float32Array,
+    frames: Frames,
     starts: IntArray,
     ends: IntArray,
     assignment: IntArray,
@@ -103,7 +105,6 @@ def fit(  # noqa: PLR0913  the last four say how, by name
     n_iterations: int,
     variance_floor: ArrayLike,
     exit_required: bool = True,
-    workers: Workers = HERE,
 ) -> tuple[MotionSymbols, FloatArray]:
     """Baum-Welch for all symbols at once, each from the segments assigned to it.
 
@@ -115,15 +116,15 @@ def fit(  # noqa: PLR0913  the last four say how, by name
     in any state. If False, all segments may end in any state, as in hmmlearn.
     """
     check_symbols(symbols)
-    frames, starts, ends = check_segments(symbols, frames, starts, ends)
+    held = as_spread(frames)
+    starts, ends = check_segments(symbols, held.frames, starts, ends)
     segments = check_assignment(symbols, starts, ends, assignment)
-    floor = np.broadcast_to(np.asarray(variance_floor, dtype=np.float64), (frames.shape[1],))
+    n_dims = held.frames.shape[1]
+    floor = np.broadcast_to(np.asarray(variance_floor, dtype=np.float64), (n_dims,))
     symbols = _within_bounds(symbols, floor)
     trace = np.empty(n_iterations + 1)
     for iteration in range(n_iterations + 1):
-        statistics, log_likelihoods = _expectations(
-            symbols, frames, segments, exit_required, workers
-        )
+        statistics, log_likelihoods = _expectations(symbols, held, segments, exit_required)
         trace[iteration] = log_likelihoods.sum()
         if iteration < n_iterations:
             symbols = _maximise(symbols, statistics, floor)
@@ -132,35 +133,39 @@ def fit(  # noqa: PLR0913  the last four say how, by name
 
 def _expectations(
     symbols: MotionSymbols,
-    frames: FloatArray | Float32Array,
+    frames: Spread,
     segments: IntArray,
     must_exit: bool,
-    workers: Workers,
 ) -> tuple[kernels.Statistics, FloatArray]:
-    """E step by workers, each with its own symbols; sums run in the order of the segments."""
+    """E step by workers; sums run in the order of the segments of a run, then of the runs."""
     statistics = _no_statistics(symbols)
     log_likelihoods = np.zeros(len(segments))
     work = (segments[:, 1] - segments[:, 0]) * symbols.means[0].size
-    n_pieces = workers.n_pieces(FIT_SECONDS * int(work.sum()))
-    pieces = [segments[share] for share in shares(work, segments[:, 2], n_pieces)]
-    results = workers.map(_expect, pieces, frames, symbols, must_exit)
-    for piece, (own, likelihoods) in zip(pieces, results):
-        if len(piece):
-            which = slice(int(piece[0, 2]), int(piece[-1, 2]) + 1)
-            for total, part in zip(statistics, own):
-                total[which] = part
-        log_likelihoods[piece[:, 3]] = likelihoods
+    n_pieces = frames.n_pieces(FIT_SECONDS * int(work.sum()))
+    pieces = [
+        (run, segments[own][share])
+        for run, own in frames.of_runs(segments[:, 0])
+        for share in shares(work[own], segments[own, 2], n_pieces)
+    ]
+    results = frames.workers.map(_expect, pieces, symbols, must_exit)
+    for (_, some), (own, likelihoods) in zip(pieces, results):
+        which = slice(int(some[0, 2]), int(some[-1, 2]) + 1)
+        for total, part in zip(statistics, own):
+            total[which] += part
+        log_likelihoods[some[:, 3]] = likelihoods
     return statistics, log_likelihoods
 
 
 def _expect(
-    segments: IntArray, frames: FloatArray | Float32Array, symbols: MotionSymbols, must_exit: bool
+    piece: tuple[Run, IntArray], symbols: MotionSymbols, must_exit: bool
 ) -> tuple[kernels.Statistics, FloatArray]:
     """E step of some segments, sorted by symbol: statistics from the first symbol to the last."""
-    first, last = (int(segments[0, 2]), int(segments[-1, 2]) + 1) if len(segments) else (0, 0)
+    run, segments = piece
+    first, last = int(segments[0, 2]), int(segments[-1, 2]) + 1
     some = MotionSymbols(*(np.asarray(each)[first:last] for each in vars(symbols).values()))
     lengths = segments[:, 1] - segments[:, 0]
-    own = np.ascontiguousarray(frames[_flatten(segments[:, 0], segments[:, 1])[0]], np.float64)
+    rows = _flatten(segments[:, 0] - run.first, segments[:, 1] - run.first)[0]
+    own = np.ascontiguousarray(run.frames[rows], np.float64)
     ends = np.cumsum(lengths)
     places = np.arange(len(segments))
     moved = np.stack([ends - lengths, ends, segments[:, 2] - first, places], axis=1)
@@ -234,38 +239,41 @@ def _flatten(starts: IntArray, ends: IntArray) -> tuple[IntArray, IntArray]:
 
 def score(
     symbols: MotionSymbols,
-    frames: FloatArray | Float32Array,
+    frames: Frames,
     starts: IntArray,
     ends: IntArray,
     *,
     exit: bool = False,
-    workers: Workers = HERE,
 ) -> Float32Array:
     """Log-likelihood of every segment under every symbol: (segments, symbols)."""
     check_symbols(symbols)
-    frames, starts, ends = check_segments(symbols, frames, starts, ends)
+    held = as_spread(frames)
+    starts, ends = check_segments(symbols, held.frames, starts, ends)
     scores = np.empty((len(starts), symbols.n_symbols), dtype=np.float32)
-    work = int((ends - starts).sum()) * symbols.means.size
-    pieces = runs(list(frame_blocks(starts, ends)), workers.n_pieces(SCORE_SECONDS * work))
-    for rows, some in workers.map(_score_blocks, pieces, frames, symbols, exit):
+    n_pieces = held.n_pieces(SCORE_SECONDS * int((ends - starts).sum()) * symbols.means.size)
+    pieces = [
+        (run, blocks)
+        for run, own in held.of_runs(starts)
+        for blocks in runs(list(frame_blocks(starts, ends, own)), n_pieces)
+    ]
+    for rows, some in held.workers.map(_score_blocks, pieces, symbols, exit):
         scores[rows] = some
     return scores
 
 
 def _score_blocks(
-    blocks: Sequence[tuple[int, int, IntArray]],
-    frames: FloatArray | Float32Array,
-    symbols: MotionSymbols,
-    must_exit: bool,
+    piece: tuple[Run, Sequence[Block]], symbols: MotionSymbols, must_exit: bool
 ) -> tuple[IntArray, Float32Array]:
     """Rows and scores of the segments of some blocks of frames: (rows,), (rows, symbols)."""
+    run, blocks = piece
     prepared = log_symbols(symbols)
     rows = np.concatenate([intervals[:, 2] for _, _, intervals in blocks])
     scores = np.empty((len(rows), symbols.n_symbols), dtype=np.float32)
     done = 0
     for low, high, intervals in blocks:
         own = np.column_stack([intervals[:, :2], done + np.arange(len(intervals))])
-        for first, densities in log_density_blocks(symbols, frames[low:high]):
+        frames = run.frames[low - run.first : high - run.first]
+        for first, densities in log_density_blocks(symbols, frames):
             kernels.score_block(densities, first, prepared, must_exit, scores, own)
         done += len(intervals)
     return rows, scores

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from functools import cache
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,7 +26,7 @@ in cutting by the symbols. Measured on real captures; they decide only how work 
 
 def check_segments(
     symbols: MotionSymbols, frames: FloatArray | Float32Array, starts: ArrayLike, ends: ArrayLike
-) -> tuple[FloatArray | Float32Array, IntArray, IntArray]:
+) -> tuple[IntArray, IntArray]:
     """Refuse frames of another dimension, and segments that are empty or leave the frames."""
     n_dims = symbols.means.shape[2]
     starts, ends = np.asarray(starts, dtype=np.int64), np.asarray(ends, dtype=np.int64)
@@ -43,7 +43,7 @@ def check_segments(
             f"[{starts[i]}, {ends[i]}). "
             "Leave out empty segments and those beyond the frames."
         )
-    return frames, starts, ends
+    return starts, ends
 
 
 def check_assignment(
@@ -66,9 +66,13 @@ def check_assignment(
     return np.ascontiguousarray(segments[np.argsort(symbol, kind="stable")])
 
 
-def frame_blocks(starts: IntArray, ends: IntArray) -> Iterator[tuple[int, int, IntArray]]:
-    """Group segments into ranges of frames; `starts`, `ends` (segments,)."""
-    order = np.argsort(starts, kind="stable")
+Block: TypeAlias = tuple[int, int, IntArray]
+"""First frame, end, and segments (n, 3) in it: their starts and ends there, and their numbers."""
+
+
+def frame_blocks(starts: IntArray, ends: IntArray, which: IntArray) -> Iterator[Block]:
+    """Group some of the segments into ranges of frames; `starts`, `ends` (segments,)."""
+    order = which[np.argsort(starts[which], kind="stable")]
     first = 0
     while first < len(order):
         low, high = int(starts[order[first]]), int(ends[order[first]])

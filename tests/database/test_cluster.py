@@ -11,23 +11,27 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
-from contextlib import closing
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import duckdb
+import numpy as np
 import pytest
+from distributed import LocalCluster
 from distributed.comm import CommClosedError
 
 import motiondb
 from motiondb import Cluster, ClusterError, LearnSettings, Question
 from motiondb.database import cluster
+from motiondb.symbols import spread
 
 NOT_THE_SAME = ("run", "meta", "learning")  # Tables with times and random marks
+SETTINGS = LearnSettings(n_symbols=3)
 
 
 @dataclass
@@ -65,34 +69,69 @@ def certificate(folder: Path) -> dict[str, str]:
     }
 
 
-@pytest.fixture
-def processes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Processes]:
-    import dask.config
-    import distributed  # noqa: F401  its defaults, before some are set for a while
+@contextmanager
+def started(
+    folder: Path, protocol: str, host: str, *prefixes: Sequence[str], env: Mapping[str, str] = {}
+) -> Iterator[Processes]:
+    """A scheduler, and a worker for each prefix of its command."""
+    place = folder / "scheduler.json"
+    common = ["--scheduler-file", str(place), "--protocol", protocol, "--no-dashboard"]
 
-    settings = certificate(tmp_path)
-    place = tmp_path / "scheduler.json"
-    in_env = {
-        f"DASK_{k.replace('.', '__').replace('-', '_').upper()}": settings[k] for k in settings
-    }
-    env, common = os.environ | in_env, ["--scheduler-file", str(place), "--protocol", "tls"]
-
-    def start(what: str, *options: str) -> subprocess.Popen[bytes]:
-        command = [sys.executable, "-m", f"distributed.cli.dask_{what}", *common, *options]
+    def start(prefix: Sequence[str], what: str, *options: str) -> subprocess.Popen[bytes]:
+        command = [*prefix, sys.executable, "-m", f"distributed.cli.dask_{what}", *common, *options]
         return subprocess.Popen(
-            [*command, "--no-dashboard"], env=env, cwd=tmp_path, stderr=subprocess.DEVNULL
+            command, env=os.environ | env, cwd=folder, stderr=subprocess.DEVNULL
         )
 
-    running = [start("scheduler", "--host", "127.0.0.1", "--port", "0")]
-    running += [start("worker", "--nthreads", "1", "--no-nanny") for _ in range(2)]
-    with dask.config.set(settings):
+    running = [start((), "scheduler", "--host", host, "--port", "0")]
+    running += [start(prefix, "worker", "--nthreads", "1", "--no-nanny") for prefix in prefixes]
+    try:
         while not place.exists():
             assert running[0].poll() is None
             time.sleep(0.1)
         yield Processes(json.loads(place.read_text())["address"], running[0], running[1:])
-    for process in running:
-        process.kill()
-        process.wait()
+    finally:
+        for process in running:
+            process.kill()
+            process.wait()
+
+
+@pytest.fixture
+def processes(tmp_path: Path) -> Iterator[Processes]:
+    import dask.config
+    import distributed  # noqa: F401  its defaults, before some are set for a while
+
+    settings = certificate(tmp_path)
+    env = {f"DASK_{k.replace('.', '__').replace('-', '_').upper()}": settings[k] for k in settings}
+    with (
+        dask.config.set(settings),
+        started(tmp_path, "tls", "127.0.0.1", (), (), env=env) as processes,
+    ):
+        yield processes
+
+
+@pytest.fixture
+def two_hosts(tmp_path: Path) -> Iterator[Processes]:
+    """A scheduler here, and a worker in a network namespace, as on another machine."""
+    name, here, there = f"mdb{os.getpid()}", "10.213.77.1", "10.213.77.2"
+
+    def ip(*words: str) -> None:
+        subprocess.run(["ip", *words], check=True, capture_output=True)
+
+    try:
+        ip("netns", "add", name)
+    except (OSError, subprocess.CalledProcessError) as error:
+        pytest.skip(f"this machine allows no network namespaces: {error}")
+    try:
+        ip("link", "add", name, "type", "veth", "peer", "name", "there", "netns", name)
+        ip("addr", "add", f"{here}/30", "dev", name)
+        ip("link", "set", name, "up")
+        ip("-n", name, "addr", "add", f"{there}/30", "dev", "there")
+        ip("-n", name, "link", "set", "there", "up")
+        with started(tmp_path, "tcp", here, ("ip", "netns", "exec", name)) as processes:
+            yield processes
+    finally:
+        ip("netns", "delete", name)  # with both ends of the connection
 
 
 def rows(path: Path) -> dict[str, list[str]]:
@@ -121,15 +160,62 @@ def kills(process: subprocess.Popen[bytes], step: str) -> Callable[..., None]:
     return tell
 
 
-def test_workers_and_their_deaths_change_no_bit(
-    some: Path, tmp_path: Path, processes: Processes, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(cluster, "_LEAST", 1e-4)  # all is divided, and sent
+@pytest.fixture
+def divided(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A few captures are divided, and sent, as many hours are."""
+    monkeypatch.setattr(cluster, "_LEAST", 1e-4)
     monkeypatch.setattr(cluster, "_SMALL", 1000)
-    settings = LearnSettings(n_symbols=3)
-    with motiondb.open(tmp_path / "alone.duckdb") as db:
-        db.add(some)
-        db.learn(settings)
+    monkeypatch.setattr(spread, "RUN_FRAMES", 50)
+
+
+def made_by(workers: Cluster | None, some: Path, path: Path) -> dict[str, list[str]]:
+    """All rows of a database that workers made."""
+    with motiondb.open(path) as db:
+        db.add(some, workers=workers)
+        db.learn(SETTINGS, workers=workers)
+    return rows(path)
+
+
+@pytest.mark.usefixtures("divided")
+def test_one_worker_and_eight_change_no_bit(some: Path, tmp_path: Path) -> None:
+    alone = made_by(None, some, tmp_path / "alone.duckdb")
+    for n_workers in (1, 8):
+        with (
+            LocalCluster(
+                n_workers=n_workers, threads_per_worker=1, processes=False, dashboard_address=None
+            ) as started,
+            Cluster(started.scheduler_address) as workers,
+        ):
+            assert workers.n_workers == n_workers
+            assert made_by(workers, some, tmp_path / f"{n_workers}.duckdb") == alone
+
+
+def test_what_is_large_is_sent_once_and_forgotten_when_it_is_here() -> None:
+    sent = list[object]()
+
+    def submit(work: Callable[..., object], *given: object, **_: object) -> object:
+        sent.append(given)
+        return answering(lambda: len(sent))
+
+    workers = object.__new__(Cluster)
+    workers.address, workers._kept = "tcp://w:1", {}
+    workers._client = SimpleNamespace(status="running", submit=submit, cancel=lambda _: None)
+    workers.n_pieces = lambda *_: 9  # type: ignore[method-assign]
+    large = [np.zeros(20_000), np.zeros(20_000)]
+    pieces = [(large[0], 1), (large[1], 2), (large[0], 3)]
+    assert len(list(workers.map(len, pieces, np.zeros(3), large[1]))) == 3
+    assert len(workers._kept) == 2
+    assert len(sent) == 3 + 2
+    del large, pieces
+    sent.clear()
+    assert workers._kept == {}
+
+
+@pytest.mark.usefixtures("divided")
+def test_workers_and_their_deaths_change_no_bit(
+    some: Path, tmp_path: Path, processes: Processes
+) -> None:
+    alone = made_by(None, some, tmp_path / "alone.duckdb")
     with (
         Cluster(processes.address) as workers,
         motiondb.open(tmp_path / "two.duckdb") as db,
@@ -137,20 +223,40 @@ def test_workers_and_their_deaths_change_no_bit(
         assert processes.address.startswith("tls://")
         assert (workers.n_workers, workers.warning) == (2, "")
         db.add(some, workers=workers)
-        db.learn(settings, kills(processes.workers[0], "symbols compete"), workers=workers)
+        db.learn(SETTINGS, kills(processes.workers[0], "symbols compete"), workers=workers)
         assert workers.n_workers == 1
         questions = [Question("walk"), Question(like="ana/walk_1", limit=2), Question("walk then")]
         here, there = db.ask_many(questions), db.ask_many(questions, workers)
         assert list(map(repr, here)) == list(map(repr, there))
-    assert rows(tmp_path / "two.duckdb") == rows(tmp_path / "alone.duckdb")
-    with (
-        Cluster(processes.address) as workers,
-        motiondb.open(tmp_path / "none.duckdb") as db,
-        pytest.raises(ClusterError, match="expected the scheduler to stay until the work is done"),
-    ):
-        db.add(some, progress=kills(processes.scheduler, "reading captures"), workers=workers)
-    with motiondb.open(tmp_path / "none.duckdb") as db:
-        assert db.captures() == []
+    assert rows(tmp_path / "two.duckdb") == alone
+
+
+@pytest.mark.parametrize("step", ["reading captures", "symbols compete"])
+def test_without_the_scheduler_nothing_is_changed(
+    step: str, some: Path, tmp_path: Path, processes: Processes
+) -> None:
+    path, tell = tmp_path / "m.duckdb", kills(processes.scheduler, step)
+    with motiondb.open(path) as db:
+        if step == "symbols compete":
+            db.add(some)
+    before = rows(path)
+    with Cluster(processes.address) as workers, motiondb.open(path) as db:
+        work = {
+            "reading captures": lambda: db.add(some, progress=tell, workers=workers),
+            "symbols compete": lambda: db.learn(SETTINGS, tell, workers=workers),
+        }
+        with pytest.raises(ClusterError, match="expected the scheduler to stay until the work is"):
+            work[step]()
+    assert rows(path) == before
+
+
+def test_a_worker_on_another_machine_reads_captures_and_is_warned_of(
+    some: Path, tmp_path: Path, two_hosts: Processes
+) -> None:
+    with Cluster(two_hosts.address) as workers, motiondb.open(tmp_path / "m.duckdb") as db:
+        assert ["10.213.77.2:" in address for address in workers._client.nthreads()] == [True]
+        assert workers.warning.startswith(f"{two_hosts.address}: captures travel unencrypted")
+        assert len(db.add(some, workers=workers).added) == 4
 
 
 @pytest.mark.parametrize("lost", [CancelledError, CommClosedError])

@@ -17,6 +17,7 @@ from naive_hmm import random_symbols
 from motiondb.errors import MotionDBError
 from motiondb.symbols import acquisition, hmm, segmentation
 from motiondb.symbols.acquisition import Acquired, AcquisitionSettings
+from motiondb.symbols.spread import as_spread
 
 Planted: Any = naive.Planted
 plant, rand_index = naive.plant, naive.rand_index
@@ -175,7 +176,7 @@ def test_symbols_die_as_in_the_twin(seed: int, n_segments: int, n_symbols: int) 
     symbols = random_symbols(rng, rng.integers(1, 4, n_symbols).tolist(), 2)
     ends = 10 * np.arange(1, n_segments + 1)
     frames = np.zeros((10 * n_segments, 2), dtype=np.float32)
-    arena = acquisition._Arena(frames, ends - 10, ends, np.ones(2), SMALL, rng)
+    arena = acquisition._Arena(as_spread(frames), ends - 10, ends, np.ones(2), SMALL, rng)
     state = acquisition._State(symbols, scores, scores.argmax(axis=1), 0.0)
     left = acquisition._kill(arena, state)
     prices = 0.5 * symbols.n_states * 5 * np.log(len(frames))
@@ -190,7 +191,7 @@ def test_two_symbols_that_share_one_movement_become_one() -> None:
     planted = plant(16, 1, n_each=12)
     starts, ends = planted.starts, planted.ends
     floor, rng = np.full(4, SMALL.variance_floor), np.random.default_rng(0)
-    arena = acquisition._Arena(planted.frames, starts, ends, floor, SMALL, rng)
+    arena = acquisition._Arena(as_spread(planted.frames), starts, ends, floor, SMALL, rng)
     halves = np.arange(12) % 2
     two = acquisition._judge(arena, acquisition._fit_new(arena, starts, ends, halves))
     one = acquisition._thin(arena, two)
