@@ -1,121 +1,197 @@
 """Past one machine: what workers gain, what is sent, and what 300 hours would take on 16 of them.
 
-    python benchmarks/cluster.py CAPTURES [--sheet SHEET] [--workers 1 2]
+    python benchmarks/cluster.py --out FOLDER [--hours .3 1 3] [--most 10] [--inputs FOLDER]
 
-adds and learns the captures on this machine alone and with numbers of workers, each a process of
-one thread, and prints a table: seconds by the clock, seconds that tasks computed, the share of
-time in which workers did nothing, bytes of results. Then a model is checked and applied:
-
-    T(w) = alone + computed / w
-
-`alone` are the seconds in which no task computes: the work of the asking process, and the handing
-out; `computed` are those of tasks. It is
-fitted to the run with one worker, and checked by that with the most. On a machine with fewer free
-processors than workers it shows overheads, not gains.
+adds, learns and asks at several sizes, on this machine alone and with workers, each a process of
+one thread. The input is that of ``benchmarks/growth.py``: its folder may be given, or it is
+made. Each figure is written to ``FOLDER/rows.jsonl`` at once; what stands there is not measured
+again, so that the command can be interrupted and continued. What workers and the asking process
+take is processor time, so that other load changes it little. ``cluster_tasks/model.py`` has the
+model, which is fitted to the smaller sizes and checked at the largest.
 """
 
 from __future__ import annotations
 
 import argparse
-import tempfile
-import time
-from collections.abc import Callable
+import csv
+import hashlib
+import json
+import shutil
+import sys
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
+import duckdb
+import numpy as np
+from cluster_tasks.cluster_page import write_page
+from cluster_tasks.processes import Row, measured, started
+from growth import SAMPLES, lay_out_hours
+from growth_tasks.asking import WORDS
+from growth_tasks.warped import read_originals
+from measured_run import motiondb_command, run_measured
+
 import motiondb
 
-
-@dataclass
-class Run:
-    """What one command took."""
-
-    what: str
-    workers: int
-    seconds: float  # By the clock
-    own: float = 0.0  # Processor seconds of the asking process
-    computed: float = 0.0  # Seconds in which workers computed, summed
-    sent: float = 0.0  # Bytes of results
-    tasks: int = 0
-
-    @property
-    def idle(self) -> float:
-        """Share of the workers' time in which they did nothing."""
-        return 1.0 - self.computed / (self.workers * self.seconds) if self.workers else 0.0
+COMMANDS = ("add", "learn", "batch")
+NOT_THE_SAME = ("run", "meta", "learning")  # Tables with times and random marks
+N_EXAMPLES = 34  # Examples in the questions of ``batch``, twice as many as words
+EXAMPLE_SECONDS = 3.0
 
 
-def measured(what: str, work: Callable[[], object], workers: motiondb.Cluster | None) -> Run:
-    """Time a command, with the tasks that it handed out."""
-    begun, own = time.perf_counter(), time.process_time()
-    if workers is None:
-        work()
-        return Run(what, 0, time.perf_counter() - begun, time.process_time() - own)
-    from distributed import get_task_stream
+@dataclass(frozen=True)
+class Size:
+    """The input of some hours, and where the databases of it go."""
 
-    with get_task_stream(workers._client) as stream:
-        work()
-    run = Run(what, workers.n_workers, time.perf_counter() - begun, time.process_time() - own)
-    for task in stream.data:
-        spans = [s for s in task["startstops"] if s["action"] == "compute"]
-        run.computed += sum(s["stop"] - s["start"] for s in spans)
-        run.sent += task["nbytes"]
-        run.tasks += 1
-    return run
+    hours: float
+    captures: Path
+    sheet: Path
+    out: Path
+
+    def database(self, n_workers: int) -> Path:
+        """The database that so many workers made."""
+        return self.out / f"{self.hours:g}-hours-{n_workers}-workers.duckdb"
 
 
-def runs_with(n_workers: int, folder: Path, captures: Path, sheet: Path | None) -> list[Run]:
-    """Add and learn with so many workers; 0: without a cluster."""
-    path = folder / f"{n_workers}.duckdb"
+def options_of(command: str, size: Size, db: Path) -> list[str]:
+    """The arguments of a command."""
+    if command == "add":
+        for old in (db, db.with_name(f"{db.name}.wal")):
+            old.unlink(missing_ok=True)
+        shutil.rmtree(db.with_name(f"{db.name}.cache"), ignore_errors=True)
+        return ["add", str(size.captures), "--words", str(size.sheet), "--db", str(db)]
+    if command == "learn":
+        return ["learn", "--db", str(db)]
+    return ["batch", str(_questions(db)), "--db", str(db)]
+
+
+def _questions(db: Path) -> Path:
+    """Questions in words, and by parts of captures."""
+    with motiondb.open(db, read_only=True) as opened:
+        infos = [i for i in opened.captures() if i.duration > EXAMPLE_SECONDS]
+    examples = infos[:: max(1, len(infos) // N_EXAMPLES)][:N_EXAMPLES]
+    path = db.with_suffix(".tsv")
+    with path.open("w", newline="") as file:
+        table = csv.writer(file, delimiter="\t")
+        table.writerow(["question", "like", "start", "end"])
+        table.writerows([word, "", "", ""] for word in WORDS)
+        table.writerows(["", info.name, 0, EXAMPLE_SECONDS] for info in examples)
+    return path
+
+
+def run(command: str, size: Size, n_workers: int) -> Row:
+    """Run a command with so many workers; 0: without a cluster."""
+    db = size.database(n_workers)
+    arguments = options_of(command, size, db)
+
+    def alone(*more: str) -> Row:
+        done = run_measured(motiondb_command(*arguments, *more))
+        if done.exit_code and command != "batch":  # which says so if a word is not known
+            raise SystemExit(f"{arguments}: exit code {done.exit_code}\n{done.complaints}")
+        given = hashlib.sha256(done.output.encode()).hexdigest()
+        return {
+            "clock, s": done.seconds,
+            "own, s": done.processor_seconds,
+            "own peak, bytes": float(done.peak_bytes),
+            **({"answers": float(int(given[:12], 16))} if command == "batch" else {}),
+        }
+
     if n_workers == 0:
-        return _add_and_learn(path, captures, sheet, None)
-    from distributed import LocalCluster
+        row = alone()
+    else:
+        with started(n_workers, size.out) as processes:
+            row = measured(processes, lambda: alone("--cluster", processes.address))
+    if command == "learn":
+        row["answers"] = _digest(db)
+    return {"asked hours": size.hours, "workers": float(n_workers), "hours": _hours_of(db), **row}
 
-    with (
-        LocalCluster(n_workers=n_workers, threads_per_worker=1, dashboard_address=None) as started,
-        motiondb.Cluster(started.scheduler_address) as workers,
-    ):
-        return _add_and_learn(path, captures, sheet, workers)
+
+def _digest(db: Path) -> float:
+    """A number for all rows of a database, but times and random marks."""
+    digest = hashlib.sha256()
+    with closing(duckdb.connect(str(db), read_only=True)) as opened:
+        tables = opened.execute("SELECT table_name FROM information_schema.tables").fetchall()
+        for name in sorted(name for (name,) in tables if name not in NOT_THE_SAME):
+            rows = sorted(map(repr, opened.execute(f'SELECT * FROM "{name}"').fetchall()))
+            digest.update("\n".join([name, *rows]).encode())
+    return float(int(digest.hexdigest()[:12], 16))  # a whole number that JSON keeps
 
 
-def _add_and_learn(
-    path: Path, captures: Path, sheet: Path | None, workers: motiondb.Cluster | None
-) -> list[Run]:
-    settings = motiondb.AddSettings(skip_bad_frames=True)
-    with motiondb.open(path) as db:
-        add = measured("add", lambda: db.add(captures, sheet, settings, workers=workers), workers)
-        learn = measured("learn", lambda: db.learn(workers=workers), workers)
-    return [add, learn]
+def _hours_of(db: Path) -> float:
+    with motiondb.open(db, read_only=True) as opened:
+        return sum(info.duration for info in opened.captures()) / 3600.0
+
+
+def inputs_of(hours: float, arguments: argparse.Namespace) -> Size:
+    """The input of some hours: what is given, or the first files of more hours, or made here."""
+    out: Path = arguments.out
+    for given in (arguments.inputs or out, out):
+        sizes = (float(folder.name.removeprefix("hours-")) for folder in given.glob("hours-*"))
+        for size in sorted(size for size in sizes if size >= hours):
+            folder = given / f"hours-{size:g}"
+            captures, sheet = folder / "captures", folder / "captions.tsv"
+            if captures.is_dir() and sheet.is_file():
+                found = Size(size, captures, sheet, out)
+                return found if size == hours else first_files(found, hours)
+    originals = read_originals(arguments.captures, arguments.words, out / "originals.duckdb")
+    made = lay_out_hours(originals, out, hours)
+    return Size(hours, made.captures, made.sheet, out)
+
+
+def first_files(size: Size, hours: float) -> Size:
+    """The first files of a larger size, as many as their bytes make some hours."""
+    folder = size.out / f"hours-{hours:g}"
+    with size.sheet.open(newline="") as file:
+        head, *rows = csv.reader(file, delimiter="\t")
+    names = list(dict.fromkeys(row[0] for row in rows))
+    sizes = np.cumsum([(size.captures / name).stat().st_size for name in names])
+    kept = names[: int(np.searchsorted(sizes, sizes[-1] * hours / size.hours)) + 1]
+    for name in kept:
+        target = folder / "captures" / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(size.captures / name, target)
+    with (folder / "captions.tsv").open("w", newline="") as file:
+        csv.writer(file, delimiter="\t").writerows([head, *(r for r in rows if r[0] in set(kept))])
+    return Size(hours, folder / "captures", folder / "captions.tsv", size.out)
+
+
+def measure(arguments: argparse.Namespace) -> list[Row]:
+    """All rows: those that were measured before, and the others now."""
+    out: Path = arguments.out
+    out.mkdir(parents=True, exist_ok=True)
+    file = out / "rows.jsonl"
+    lines = file.read_text().splitlines() if file.is_file() else []
+    rows = [json.loads(line) for line in lines]
+    known = {(row["asked hours"], row["workers"], row["command"]) for row in rows}
+    for hours in sorted([*arguments.hours, *arguments.most]):
+        is_full = hours in arguments.hours
+        for n_workers in arguments.workers if is_full else [max(arguments.workers)]:
+            for command in COMMANDS:
+                if (hours, n_workers, command) in known:
+                    continue
+                print(f"{hours:g} hours, {n_workers} workers: {command}", file=sys.stderr)
+                row = run(command, inputs_of(hours, arguments), n_workers) | {"command": command}
+                rows.append(row)
+                with file.open("a") as written:
+                    written.write(json.dumps(row) + "\n")
+    return rows
 
 
 def main() -> None:
+    """Measure what is missing, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("captures", type=Path)
-    parser.add_argument("--sheet", type=Path)
-    parser.add_argument("--workers", type=int, nargs="+", default=[1, 2])
-    asked = parser.parse_args()
-    columns = ["command", "workers", "clock, s", "asking process, s", "tasks", "computed, s"]
-    columns += ["idle", "results, MB"]
-    print(f"| {' | '.join(columns)} |\n|{' --- |' * len(columns)}")
-    found: list[Run] = []
-    with tempfile.TemporaryDirectory() as folder:
-        for n_workers in [0, *asked.workers]:
-            for run in runs_with(n_workers, Path(folder), asked.captures, asked.sheet):
-                found.append(run)
-                times = f"{run.seconds:.0f} | {run.own:.0f} | {run.tasks} | {run.computed:.0f}"
-                sent = f"{run.idle:.0%} | {run.sent / 1e6:.0f}"
-                print(f"| `{run.what}` | {run.workers or 'none'} | {times} | {sent} |", flush=True)
-        with motiondb.open(Path(folder) / "0.duckdb", read_only=True) as db:
-            hours = sum(info.duration for info in db.captures()) / 3600
-    print(f"\n{hours:.2f} hours of motion.")
-    for what in ("add", "learn"):
-        one, *_, most = [run for run in found if run.what == what and run.workers]
-        alone = max(one.seconds - one.computed, 0.0)  # with the handing out of tasks
-        says = alone + most.computed / most.workers
-        print(
-            f"`{what}`: the model says {says:.0f} s for {most.workers} workers, measured "
-            f"{most.seconds:.0f} s. For 300 hours on 16 workers, by the hours: "
-            f"{300 / hours * (alone + one.computed / 16) / 3600:.1f} h."
-        )
+    parser.add_argument("--out", type=Path, required=True, help="databases and figures")
+    parser.add_argument("--hours", type=float, nargs="+", default=[0.3, 1.0, 3.0])
+    parser.add_argument("--most", type=float, nargs="*", default=[], help="with most workers only")
+    parser.add_argument("--workers", type=int, nargs="+", default=[0, 1, 2])
+    parser.add_argument("--inputs", type=Path, help="the folder of benchmarks/growth.py")
+    parser.add_argument("--captures", type=Path, default=SAMPLES / "captures")
+    parser.add_argument("--words", type=Path, default=SAMPLES / "captions.tsv")
+    parser.add_argument("--page", type=Path, help="where the page is written")
+    arguments = parser.parse_args()
+    rows = measure(arguments)
+    if arguments.page:
+        write_page(rows, arguments.page)
 
 
 if __name__ == "__main__":
