@@ -131,7 +131,7 @@ def of_learned(learned: Learned) -> PlaceData:
     assert learned.places is not None
     written = Written(learned.captions, learned.synonyms, learned.lemmas, learned.word_numbers)
     performers = {c: learned.captures[c].tags.get("performer", str(c)) for c in learned.rows}
-    return PlaceData(learned.segments, learned.standardised, written, learned.places, performers)
+    return PlaceData(learned.segments, learned.segment_rows[:], written, learned.places, performers)
 
 
 def _takes(

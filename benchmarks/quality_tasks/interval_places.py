@@ -78,7 +78,7 @@ def _written(learned: Learned, without: int | None = None) -> place_fitting.Writ
 def _places_without(learned: Learned, capture: int) -> place_fitting.Places | None:
     """Places found as if a capture had no caption."""
     return place_fitting.find_places(
-        learned.segments, learned.standardised, _written(learned, capture)
+        learned.segments, learned.segment_rows[:], _written(learned, capture)
     )
 
 

@@ -60,7 +60,7 @@ def _labelled(learned: Learned, capture: str, label: str, span: tuple[float, flo
     captions = {**learned.captions}
     captions[number] = (*captions.get(number, ()), Caption(WORDS[label], *span))
     written = Written(captions, learned.synonyms, learned.lemmas, learned.word_numbers)
-    places = find_places(learned.segments, learned.standardised, written)
+    places = find_places(learned.segments, learned.segment_rows[:], written)
     return replace(learned, captions=captions, places=places)
 
 

@@ -98,7 +98,7 @@ def _whole_vector(learned: Learned, capture: int) -> np.ndarray:
     rows = learned.rows[capture]
     starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
     return score_vectors.interval_vectors(
-        learned.standardised[rows], starts, ends, np.array([0]), ends[-1:]
+        learned.segment_rows[rows], starts, ends, np.array([0]), ends[-1:]
     )[0]
 
 

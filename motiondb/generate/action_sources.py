@@ -458,13 +458,10 @@ def _against_rivals(
 
 def _with_distance(learned: Learned, sources: Sequence[Source]) -> list[Source]:
     """Add the cost of posture and travel that are unlike those of the other sources."""
-    n = learned.n_posture_and_travel
-    if n == 0 or len(sources) < 3:
+    if learned.n_posture_and_travel == 0 or len(sources) < 3:
         return list(sources)
-    columns = learned.standardised[:, -n:]
-    spread = columns.std(axis=0) + 1e-9
     peaks = np.stack(
-        [_weighted(columns[s.rows] / spread, s.values, s.ends - s.starts) for s in sources]
+        [_weighted(learned.bearing[s.rows], s.values, s.ends - s.starts) for s in sources]
     )
     gain = np.array([_peak(s) - s.cost for s in sources])
     weight = np.exp(np.maximum(gain - gain.max(), -20.0))

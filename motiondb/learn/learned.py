@@ -18,11 +18,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from itertools import islice
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from motiondb.body.features import FEATURE_STEP
 from motiondb.errors import NotLearnedError
 from motiondb.language.translation import explanation, transition
 from motiondb.language.vocabulary import words_of
@@ -54,6 +55,9 @@ from motiondb.records import (
     FloatArray,
     IntArray,
 )
+
+if TYPE_CHECKING:
+    from motiondb.meaning.windows import ComparedSegments
 
 _LAST_NUMBER = re.compile(r"[ _-]*\d+$")
 
@@ -139,9 +143,8 @@ class Learned(LearnedModel):
     # Names by number of the captures that are left out, since their motions cannot be read
     damaged: Mapping[int, str] = field(default_factory=dict)
     prepared: Prepared | None = None  # What was computed from all captures before
-    held_rows: FloatArray | None = (
-        None  # The standardised rows of all segments, where all are asked
-    )
+    # The standardised rows of all segments, where all are asked for
+    held_rows: FloatArray | None = None
 
     def __repr__(self) -> str:
         words = len(self.association.words)
@@ -160,15 +163,8 @@ class Learned(LearnedModel):
         return {capture: place for place, capture in enumerate(self.rows)}
 
     @cached_property
-    def standardised(self) -> FloatArray:
-        """Standardised scores and movement of all segments: array (segments, symbols + columns)."""
-        table = self.segments
-        rows = score_vectors.StandardisedRows(self.score_space, table.scores, table.movement)
-        return rows.in_memory()
-
-    @cached_property
     def segment_rows(self) -> score_vectors.Rows:
-        """The rows of ``standardised``, computed where they are looked at unless they are held."""
+        """Standardised rows of all segments, computed where they are looked at unless held."""
         table = self.segments
         if self.held_rows is not None:
             return self.held_rows
@@ -224,6 +220,23 @@ class Learned(LearnedModel):
         """What captures are compared with an example by; NotLearnedError without words."""
         last, emphasis = self.n_posture_and_travel, emphasis_of(self.association.words)
         return meaning_space(self.word_map, last, emphasis, self.pooled)
+
+    @cached_property
+    def bearing(self) -> FloatArray:
+        """Posture and travel of all segments, in their usual spreads: array (segments, columns)."""
+        last = self.score_space.standardise_last(
+            self.segments.movement[:], self.n_posture_and_travel
+        )
+        return last / (last.std(axis=0) + 1e-9)
+
+    @cached_property
+    def compared(self) -> ComparedSegments:
+        """The segments of all captures, as examples are compared with them."""
+        from motiondb.meaning.windows import compared_segments  # compiled code
+
+        table, space = self.segments, None if self.fitted_word_map is None else self.meaning_space
+        frames = np.stack([table.starts // FEATURE_STEP, -(-table.ends // FEATURE_STEP)], axis=1)
+        return compared_segments(frames, table.symbols, self.segment_rows, space)
 
     @cached_property
     def has_words(self) -> bool:
@@ -437,7 +450,8 @@ def prepare(learned: Learned) -> dict[str, NDArray[Any]]:
     """
     if learned.fitted_word_map is None or not learned.rows:
         return {}
-    learned = replace(learned, held_rows=learned.standardised)  # of which all are asked thrice
+    held = score_vectors.in_memory(learned.segment_rows)
+    learned = replace(learned, held_rows=held)  # of which all are asked thrice
     evidence = learned.evidence
     extremes = evidence.extremes
     arrays = {

@@ -17,6 +17,8 @@ Source: Mueller, Information Retrieval for Music and Motion, 2007, chapters 4 an
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numba import njit
 
@@ -32,6 +34,49 @@ def distance_scale(distances: FloatArray) -> float:
     """
     pairs = distances[np.triu_indices(len(distances), 1)]
     return max(float(np.median(pairs)), 1e-9) if len(pairs) else 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Aligned:
+    """Best local alignments of a query with captures: arrays (captures,)."""
+
+    score: FloatArray  # 1 for a perfect match
+    first: IntArray  # Place in the capture of the first aligned symbol
+    last: IntArray  # One past the place of the last one
+
+
+def align_captures(
+    query: IntArray,
+    weights: FloatArray,
+    symbols: IntArray,
+    bounds: IntArray,
+    distances: FloatArray,
+) -> Aligned:
+    """Best local alignments of a query with captures.
+
+    Shapes: `query`, `weights` (l,); `symbols` (n,), capture after capture; `bounds` (captures, 2):
+    first symbol of each, and one past its last; `distances` (symbols, symbols).
+    """
+    scale = distance_scale(distances)
+    return Aligned(*_align_captures(query, weights, symbols, bounds, distances, scale))
+
+
+@njit(cache=True)
+def _align_captures(
+    query: IntArray,
+    weights: FloatArray,
+    symbols: IntArray,
+    bounds: IntArray,
+    distances: FloatArray,
+    scale: float,
+) -> tuple[FloatArray, IntArray, IntArray]:
+    """The fields of :class:`Aligned`."""
+    n = len(bounds)
+    score, first, last = np.empty(n), np.empty(n, np.int64), np.empty(n, np.int64)
+    for capture in range(n):
+        own = symbols[bounds[capture, 0] : bounds[capture, 1]]
+        score[capture], first[capture], last[capture] = align(query, weights, own, distances, scale)
+    return score, first, last
 
 
 @njit(cache=True)

@@ -41,7 +41,7 @@ from numpy.typing import NDArray
 from motiondb.language.question.readings import Exclusion, Part, Reading
 from motiondb.language.vocabulary import MODIFIERS
 from motiondb.language.word_vectors.word_vectors import word_vectors
-from motiondb.meaning import by_motion, by_question, score_vectors
+from motiondb.meaning import by_question, score_vectors
 from motiondb.meaning.caption_map import CaptionMap, solve_caption_map
 from motiondb.meaning.counting import capture_rows
 from motiondb.meaning.regression import (
@@ -54,6 +54,7 @@ from motiondb.meaning.regression import (
 )
 from motiondb.meaning.resemblance import emphasis_of, resemblance
 from motiondb.meaning.score_vectors import whole_vectors
+from motiondb.meaning.windows import window_places
 from motiondb.meaning.word_evidence import TakeScores, hear_takes
 from motiondb.meaning.word_map import (
     WordMap,
@@ -283,7 +284,7 @@ def best_window(
 
     Shapes: `vector` (columns,); `standardised` (segments, columns); `starts`, `ends` (segments,).
     """
-    low, high = by_motion.window_places(starts, ends, length)
+    low, high = window_places(starts, ends, length)
     windows = score_vectors.interval_vectors(standardised, starts, ends, low, high)
     best = int(np.argmax(resemblance(vector, windows)))
     return windows[best], int(low[best]), int(high[best])

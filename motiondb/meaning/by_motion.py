@@ -31,16 +31,16 @@ import numpy as np
 from numba import njit
 
 from motiondb.meaning import extents
-from motiondb.meaning.alignment import align, best_part, distance_scale
+from motiondb.meaning.alignment import align_captures, best_part
 from motiondb.meaning.resemblance import (
-    SECOND_LENGTH,
+    MOVING_LENGTH,
     MeaningSpace,
     n_right,
     pooled_statistics,
     right_answers,
     statistics_of_intervals,
-    with_feedback,
 )
+from motiondb.meaning.windows import ComparedSegments, Windows, score_windows
 from motiondb.records import Float32Array, FloatArray, IntArray
 
 WARP_WEIGHT = 0.5  # Weight of the warping distance
@@ -71,12 +71,8 @@ class Takes:
     """Stored captures: each one some successive rows of a table of segments."""
 
     captures: IntArray  # (captures,): their numbers
-    first: IntArray  # (captures,): first row of each
-    last: IntArray  # (captures,): one past the last row of each
-    starts: IntArray  # (segments,): first feature frame of each segment
-    ends: IntArray  # (segments,): one past the last feature frame of each segment
-    symbols: IntArray  # (segments,): symbols of the segments
-    standardised: FloatArray  # (segments, columns): standardised scores and movement
+    bounds: IntArray  # (captures, 2): first segment of each, and one past its last
+    segments: ComparedSegments  # Those of all captures
 
 
 @dataclass(frozen=True)
@@ -105,19 +101,23 @@ def find_candidates(
     `frames_of`: Whitened features of the captures. Without them, the second opinion on the words of
     the query is not used.
     """
-    windows = _score_windows(query, takes, distances)
-    tops = _scores_of_best(query, windows, frames_of, n_candidates)
+    segments, length = takes.segments, len(query.features)
+    aligned = align_captures(
+        query.symbols, query.weights, segments.symbols, takes.bounds, distances
+    )
+    windows = score_windows(segments, takes.bounds, query.vector, aligned, length)
+    tops = _scores_of_best(query, takes, windows, frames_of, n_candidates)
     candidates: list[Candidate] = []
     weakest: list[float] = []  # a heap of the largest scores so far
     for n in np.argsort(-tops, kind="stable").tolist():
         if len(weakest) == n_candidates and tops[n] < weakest[0]:
             break  # no window of this capture or a later one is among the best
         own = slice(windows.edges[n], windows.edges[n + 1])
-        low, high = windows.low[own], windows.high[own]
+        places = windows.places[own]
         scores = windows.rough[own] + (tops[n] - windows.rough[windows.best[n]])
-        for w in _separate_peaks(scores, low, high):
-            capture, score = int(windows.captures[n]), float(scores[w])
-            candidates.append(Candidate(capture, int(low[w]), int(high[w]), score))
+        for w in _separate_peaks(scores, places):
+            capture, score = int(takes.captures[n]), float(scores[w])
+            candidates.append(Candidate(capture, int(places[w, 0]), int(places[w, 1]), score))
             heapq.heappush(weakest, score)
             if len(weakest) > n_candidates:
                 heapq.heappop(weakest)
@@ -125,233 +125,75 @@ def find_candidates(
     return candidates[:n_candidates]
 
 
-@dataclass(frozen=True, eq=False)
-class _Windows:
-    """Windows [low, high) of captures with their scores, and the best one of each capture.
-
-    ``low``, ``high`` and ``rough`` are arrays (windows,), the others (captures,) if not said.
-    """
-
-    captures: IntArray
-    edges: IntArray  # (captures + 1,): first window of each capture, and their number
-    low: IntArray
-    high: IntArray
-    rough: FloatArray
-    best: IntArray  # Number of the best window
-    cosine: FloatArray  # Of its vector with that of the query
-    vector: FloatArray  # (captures, columns): its vector, of length 1
-
-    def places_of_best(self, some: IntArray) -> list[tuple[int, int, int]]:
-        """Capture, first frame and end of the best windows of some captures."""
-        best = self.best[some]
-        columns = self.captures[some], self.low[best], self.high[best]
-        return list(zip(*(column.tolist() for column in columns), strict=True))
-
-
-def _score_windows(query: Query, takes: Takes, distances: FloatArray) -> _Windows:
-    """Score the windows of all captures by symbols and vectors."""
-    table = takes.starts, takes.ends, takes.symbols
-    aligning = query.symbols, query.weights, distances, distance_scale(distances)
-    scored = _score_rows(
-        (takes.first, takes.last), table, takes.standardised, query.vector, aligning,
-        len(query.features),
-    )  # fmt: skip
-    return _Windows(takes.captures, *scored)
-
-
-@njit(cache=True)
-def _score_rows(
-    rows: tuple[IntArray, IntArray],
-    table: tuple[IntArray, IntArray, IntArray],
-    standardised: FloatArray,
-    asked: FloatArray,
-    aligning: tuple[IntArray, FloatArray, FloatArray, float],
-    length: int,
-) -> tuple[IntArray, IntArray, IntArray, FloatArray, IntArray, FloatArray, FloatArray]:
-    """The fields of :class:`_Windows`, all but the first.
-
-    `rows`: First row of every capture, and one past its last. `table`: Starts, ends and symbols of
-    segments. `asked` (columns,): the query's vector. `aligning`: The query's symbols and weights,
-    the distances of symbols and their scale. `length`: That of the windows, frames.
-    """
-    (first, last), (starts, ends, symbols) = rows, table
-    most, n_captures = 2 * int((last - first).sum()), len(first)
-    edges = np.zeros(n_captures + 1, np.int64)
-    low, high = np.empty(most, np.int64), np.empty(most, np.int64)
-    rough, cosines = np.empty(most), np.empty(n_captures)
-    best = np.empty(n_captures, np.int64)
-    vectors = np.zeros((n_captures, standardised.shape[1]))
-    for n in range(n_captures):
-        a, b, at = first[n], last[n], edges[n]
-        query, weights, distances, scale = aligning
-        aligned = align(query, weights, symbols[a:b], distances, scale)
-        some_low, some_high = _window_places(starts[a:b], ends[a:b], length)
-        to = at + len(some_low)
-        edges[n + 1], low[at:to], high[at:to] = to, some_low, some_high
-        places = starts[a:b], ends[a:b], some_low, some_high
-        chosen, cosines[n] = _rough_scores(
-            places, standardised[a:b], asked, aligned, rough[at:to], vectors[n]
-        )
-        best[n] = at + chosen
-    total = edges[n_captures]
-    return edges, low[:total], high[:total], rough[:total], best, cosines, vectors
-
-
-@njit(cache=True)
-def _rough_scores(
-    places: tuple[IntArray, IntArray, IntArray, IntArray],
-    standardised: FloatArray,
-    asked: FloatArray,
-    aligned: tuple[float, int, int],
-    rough: FloatArray,
-    vector: FloatArray,
-) -> tuple[int, float]:
-    """Number and cosine of the best window; writes ``rough`` (windows,) and its ``vector``.
-
-    A window's vector is the sum of rows, each times its frames inside. Its length and its product
-    with the query follow from the products of rows, which are computed once for all windows.
-
-    `places`: First frame of the segments, one past their last, and the same of the windows.
-    `standardised` (segments, columns); `asked` (columns,): the query's vector. `aligned`: The score
-    of the alignment, and its first and last segment + 1. `vector` (columns,): zeros.
-    """
-    starts, ends, low, high = places
-    score, first, last = aligned
-    begin, end, width = _rows_inside(starts, ends, low, high)
-    products, together = _products(standardised, asked, width)
-    best, best_cosine = 0, 0.0
-    inside = np.empty(width)
-    for w in range(len(low)):
-        a, n = begin[w], end[w] - begin[w]
-        product, square = 0.0, 0.0
-        for s in range(n):
-            inside[s] = max(min(ends[a + s], high[w]) - max(starts[a + s], low[w]), 0)
-            product += inside[s] * products[a + s]
-        for s in range(n):
-            square += inside[s] * inside[s] * together[a + s, 0]
-            for t in range(s + 1, n):
-                square += 2.0 * inside[s] * inside[t] * together[a + s, t - s]
-        cosine = product / np.sqrt(square) if square > 0.0 else product
-        overlap = 0.0
-        if last > first:
-            from_, to = starts[first], ends[last - 1]
-            shared = max(min(high[w], to) - max(low[w], from_), 0)
-            overlap = shared / max(min(high[w] - low[w], to - from_), 1)
-        rough[w] = 0.5 * cosine + 0.5 * score * overlap
-        if w == 0 or rough[w] > rough[best]:
-            best, best_cosine = w, cosine
-    for s in range(begin[best], end[best]):
-        frames = max(min(ends[s], high[best]) - max(starts[s], low[best]), 0)
-        vector += frames * standardised[s]
-    square = _dot(vector, vector)
-    if square > 0.0:
-        vector /= np.sqrt(square)
-    return best, best_cosine
-
-
-@njit(cache=True)
-def _rows_inside(
-    starts: IntArray, ends: IntArray, low: IntArray, high: IntArray
-) -> tuple[IntArray, IntArray, int]:
-    """First row of every window, one past its last (windows,), and the largest number of rows."""
-    begin, end = np.empty(len(low), np.int64), np.empty(len(low), np.int64)
-    a, width = 0, 1
-    for w in range(len(low)):
-        while a < len(ends) - 1 and ends[a] <= low[w]:
-            a += 1
-        b = a
-        while b < len(starts) and starts[b] < high[w]:
-            b += 1
-        begin[w], end[w] = a, b
-        width = max(width, b - a)
-    return begin, end, width
-
-
-@njit(cache=True)
-def _products(
-    standardised: FloatArray, asked: FloatArray, width: int
-) -> tuple[FloatArray, FloatArray]:
-    """Products of the rows with the query (segments,), and with the next rows (segments, width)."""
-    n = len(standardised)
-    products, together = np.empty(n), np.zeros((n, width))
-    for s in range(n):
-        products[s] = _dot(standardised[s], asked)
-        for t in range(min(width, n - s)):
-            together[s, t] = _dot(standardised[s], standardised[s + t])
-    return products, together
-
-
-@njit(cache=True)
-def _dot(one: FloatArray, other: FloatArray) -> float:
-    """Dot product in eight sums: the same on every processor, in a quarter of the time of one."""
-    a = b = c = d = e = f = g = h = 0.0
-    n = len(one)
-    last = n - n % 8
-    for i in range(0, last, 8):
-        a += one[i] * other[i]
-        b += one[i + 1] * other[i + 1]
-        c += one[i + 2] * other[i + 2]
-        d += one[i + 3] * other[i + 3]
-        e += one[i + 4] * other[i + 4]
-        f += one[i + 5] * other[i + 5]
-        g += one[i + 6] * other[i + 6]
-        h += one[i + 7] * other[i + 7]
-    for i in range(last, n):
-        a += one[i] * other[i]
-    return ((a + b) + (c + d)) + ((e + f) + (g + h))
-
-
 def _scores_of_best(
-    query: Query, windows: _Windows, frames_of: FramesOf | None, n: int
+    query: Query, takes: Takes, windows: Windows, frames_of: FramesOf | None, n: int
 ) -> FloatArray:
     """Scores of the best window of every capture, its cosine replaced by the resemblance.
 
-    Array (captures,); -inf where it is not among the n largest. A second opinion is computed only
-    for captures that it may bring among these, since it is the slowest part and changes a
-    resemblance by a bounded amount: a tenth of 2,700 captures.
+    Array (captures,); -inf where it is not among the n largest.
     """
-    rough = windows.rough[windows.best]
-    meaning = query.meaning
-    if meaning is None or not len(rough):
+    rough, space = windows.rough[windows.best], query.meaning
+    if space is None or not len(rough):
         return rough
-    vectors = np.concatenate([query.vector[np.newaxis], windows.vector])
-    if meaning.pooled is None or frames_of is None:
-        rows = meaning.rows(vectors)
-        alike = with_feedback(rows[1:] @ rows[0], rows[1:])
-        return rough + 0.5 * (alike - windows.cosine)
-    first = meaning.first_rows(vectors)
-    example, first = first[0], first[1:]
-    opinion = meaning.second_rows(pooled_statistics(query.features)[np.newaxis])[0]
-    second = np.zeros((len(rough), len(opinion)), opinion.dtype)
-    known = np.zeros(len(rough), bool)
-
-    def opinions(some: IntArray) -> FloatArray | Float32Array:
-        new = some[~known[some]]
-        if len(new):
-            frames = frames_of(windows.places_of_best(new))
-            second[new], known[new] = meaning.second_rows(statistics_of_intervals(frames)), True
-        return second[some]
-
-    likely = first @ example
+    if frames_of is None:
+        space = replace(space, pooled=None)
+    example = space.rows(query.vector, pooled_statistics(query.features))
+    rows = _BestRows(takes, windows, space, frames_of if space.pooled is not None else None)
+    moving = windows.moving * MOVING_LENGTH**2
     alike = _largest(
-        likely + _reach(opinion), n_right(len(rough)), lambda c: likely[c] + opinions(c) @ opinion
+        space.most_alike(rows.said, moving, example, example),
+        n_right(len(rough)),
+        lambda some: rows.of(some) @ example,
     )
     best, weights = right_answers(alike)
-    if len(best):
-        example = 0.5 * (example + weights @ first[best])
-        opinion = 0.5 * (opinion + weights @ second[best])
-    scores = rough + 0.5 * (first @ example - windows.cosine)
+    asked = 0.5 * (example + weights @ rows.of(best)) if len(best) else example
+    plain = rough - 0.5 * windows.cosine
     return _largest(
-        scores + 0.5 * _reach(opinion), n, lambda c: scores[c] + 0.5 * (opinions(c) @ opinion)
+        plain + 0.5 * space.most_alike(rows.said, moving, example, asked),
+        n,
+        lambda some: plain[some] + 0.5 * (rows.of(some) @ asked),
     )
 
 
-def _reach(opinion: FloatArray | Float32Array) -> float:
-    """Largest product of a second opinion with a row, and what rounding may add."""
-    return SECOND_LENGTH * float(np.linalg.norm(opinion)) + 1e-5
+class _BestRows:
+    """Rows (:mod:`motiondb.meaning.resemblance`) of the best windows of captures.
+
+    Movement and second opinion are the slowest parts of a row, and change a resemblance by a
+    bounded amount. They are computed only for captures that they may bring among the best: a tenth
+    of 2,700 captures, a thirtieth of 10,800.
+    """
+
+    def __init__(
+        self, takes: Takes, windows: Windows, space: MeaningSpace, frames_of: FramesOf | None
+    ) -> None:
+        self._takes, self._windows, self._space, self._frames_of = takes, windows, space, frames_of
+        self.said = space.said_rows(windows.evidence)  # (captures, words)
+        self._at = np.full(len(self.said), -1)  # (captures,): places in ``_known``
+        self._known: FloatArray | Float32Array | None = None  # whole rows
+
+    def of(self, some: IntArray) -> FloatArray | Float32Array:
+        """The rows of some captures: array (captures, columns of a row)."""
+        new = some[self._at[some] < 0]
+        if len(new):
+            places, statistics = self._windows.places[self._windows.best[new]], None
+            if self._frames_of is not None:
+                columns = self._takes.captures[new], places[:, 0], places[:, 1]
+                intervals = list(zip(*(column.tolist() for column in columns), strict=True))
+                statistics = statistics_of_intervals(self._frames_of(intervals))
+            vectors = self._takes.segments.vectors(places)
+            rows = np.concatenate(
+                [self.said[new], self._space.rest_rows(vectors, statistics)], axis=1
+            )
+            known = rows[:0] if self._known is None else self._known
+            self._at[new] = np.arange(len(known), len(known) + len(new))
+            self._known = np.concatenate([known, rows])
+        assert self._known is not None
+        return self._known[self._at[some]]
 
 
-def _largest(bounds: FloatArray, n: int, values_of: Callable[[IntArray], FloatArray]) -> FloatArray:
+def _largest(
+    bounds: FloatArray, n: int, values_of: Callable[[IntArray], FloatArray | Float32Array]
+) -> FloatArray:
     """Values, none above its bound, computed in order of the bounds until the n largest are known.
 
     The others are -inf.
@@ -438,37 +280,6 @@ def to_activities(
     return _without_overlaps(placed)
 
 
-def window_places(starts: IntArray, ends: IntArray, length: int) -> tuple[IntArray, IntArray]:
-    """First frame, and one past the last, of windows that begin or end with segments.
-
-    Shapes: `starts`, `ends` (segments,).
-
-    >>> [place.tolist() for place in window_places(np.array([0, 10]), np.array([10, 30]), 12)]
-    [[0, 10, 18], [12, 22, 30]]
-    """
-    return _window_places(starts, ends, length)
-
-
-@njit(cache=True)
-def _window_places(starts: IntArray, ends: IntArray, length: int) -> tuple[IntArray, IntArray]:
-    """As :func:`window_places`."""
-    total, n = ends[-1], len(starts)
-    last = max(total - length, 0)
-    places = np.empty(2 * n, np.int64)
-    for i in range(n):
-        places[i] = min(max(starts[i], 0), last)
-        places[n + i] = min(max(ends[i] - length, 0), last)
-    places.sort()
-    low = np.empty(2 * n, np.int64)
-    n_low = 0
-    for place in places:
-        if n_low == 0 or low[n_low - 1] != place:
-            low[n_low] = place
-            n_low += 1
-    low = low[:n_low].copy()
-    return low, np.minimum(low + length, total)
-
-
 def same_motion(chance: float, warp: float) -> float:
     """Raise a probability where frames nearly agree, since equal motions show the same action.
 
@@ -478,16 +289,25 @@ def same_motion(chance: float, warp: float) -> float:
     return 1.0 - (1.0 - chance) * min(1.0, warp / NEAR)
 
 
-def _separate_peaks(rough: FloatArray, low: IntArray, high: IntArray) -> list[int]:
-    """Numbers of the best windows that overlap one another by less than half."""
-    chosen: list[int] = []
-    for w in np.argsort(-rough, kind="stable"):
-        shared = [min(high[w], high[c]) - max(low[w], low[c]) for c in chosen]
-        if all(s < 0.5 * (high[w] - low[w]) for s in shared):
-            chosen.append(int(w))
-        if len(chosen) == PER_CAPTURE:
+@njit(cache=True)
+def _separate_peaks(rough: FloatArray, places: IntArray) -> IntArray:
+    """Numbers of the best windows that overlap one another by less than half.
+
+    Shapes: `rough` (windows,); `places` (windows, 4).
+    """
+    chosen, n = np.empty(PER_CAPTURE, np.int64), 0
+    for w in np.argsort(-rough, kind="mergesort"):
+        low, high = places[w, 0], places[w, 1]
+        apart = True
+        for c in chosen[:n]:
+            shared = min(high, places[c, 1]) - max(low, places[c, 0])
+            apart = apart and shared < 0.5 * (high - low)
+        if apart:
+            chosen[n] = w
+            n += 1
+        if n == PER_CAPTURE:
             break
-    return chosen
+    return chosen[:n]
 
 
 def _without_overlaps(candidates: list[Candidate]) -> list[Candidate]:

@@ -38,6 +38,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -59,6 +60,8 @@ POOLED_SHARE = 0.3
 performers out of the CMU training parts (1-NN accuracy and mAP there .667 and .643 without it,
 .689 and .648 with .3, .688 and .651 with .4)."""
 SECOND_LENGTH = math.sqrt(POOLED_SHARE)  # Of the second opinion in a row
+MOVING_LENGTH = math.sqrt(1.0 - MEANING_SHARE)  # Of the movement in a row
+ROUNDING = 1e-5  # More than rounding adds to a product
 MODIFIER_SHARE = 0.5
 """Weight of words of direction, manner and parts of the body. Below
 it, actions that differ by these words (raising the left or the right hand) are not distinguished.
@@ -82,32 +85,57 @@ class MeaningSpace:
     pooled: PooledMap | None  # Second opinion on the words, its u times the weights of the words
 
     def rows(
-        self, vectors: FloatArray, statistics: FloatArray | None = None
+        self, vectors: FloatArray | Float32Array, statistics: FloatArray | None = None
     ) -> FloatArray | Float32Array:
         """Rows whose dot products are resemblances: array (..., columns of a row).
 
-        Shapes: `vectors` (..., columns); `statistics` (..., 5 D).
+        Shapes: `vectors` (..., columns); `statistics` (..., 5 D), None without a second opinion.
         """
-        if self.pooled is None or statistics is None:
-            return self._first(vectors, MEANING_SHARE)
-        return np.concatenate([self.first_rows(vectors), self.second_rows(statistics)], axis=-1)
+        seen: NDArray[Any] = vectors.astype(self.weights.dtype, copy=False)
+        said, rest = self.said_rows(seen @ self.weights), self.rest_rows(seen, statistics)
+        return np.concatenate([said, rest], axis=-1)
 
-    def first_rows(self, vectors: FloatArray) -> FloatArray | Float32Array:
-        """The first columns of rows with a second opinion: those that follow from the vectors."""
-        return self._first(vectors, MEANING_SHARE - POOLED_SHARE)
+    def said_rows(self, evidence: FloatArray | Float32Array) -> FloatArray | Float32Array:
+        """The first columns of rows: words, by their evidence (..., words) without offsets."""
+        share = MEANING_SHARE - (0.0 if self.pooled is None else POOLED_SHARE)
+        return unit(evidence + self.offsets) * math.sqrt(share)
 
-    def second_rows(self, statistics: FloatArray) -> FloatArray | Float32Array:
-        """The last columns of such rows, of length :data:`SECOND_LENGTH`: the second opinion."""
-        assert self.pooled is not None
+    def rest_rows(
+        self, vectors: FloatArray | Float32Array, statistics: FloatArray | None = None
+    ) -> FloatArray | Float32Array:
+        """The other columns of rows: movement and the second opinion; see :meth:`rows`."""
+        moving = unit(vectors[..., : self.n_moving].astype(self.weights.dtype, copy=False))
+        moving *= MOVING_LENGTH
+        if self.pooled is None:
+            return moving
+        assert statistics is not None
         evidence = self.pooled.evidence(statistics.astype(self.weights.dtype, copy=False))
-        return unit(evidence) * SECOND_LENGTH
+        return np.concatenate([moving, unit(evidence) * SECOND_LENGTH], axis=-1)
 
-    def _first(self, vectors: FloatArray, share: float) -> FloatArray | Float32Array:
-        """Words with a share, and movement."""
-        vectors = vectors.astype(self.weights.dtype, copy=False)
-        evidence = unit(vectors @ self.weights + self.offsets) * math.sqrt(share)
-        moving = unit(vectors[..., : self.n_moving]) * math.sqrt(1.0 - MEANING_SHARE)
-        return np.concatenate([evidence, moving], axis=-1)
+    def most_alike(
+        self,
+        said: FloatArray | Float32Array,
+        moving: FloatArray,
+        example: FloatArray | Float32Array,
+        asked: FloatArray | Float32Array,
+    ) -> FloatArray:
+        """The largest product that rows can have with another row: array (n,).
+
+        Let r be the movement of a row, x that of the example, of the same length, p their product,
+        and a x + y that of the other row, y orthogonal to x. Its product with r is at most
+        a p + |y| |r - p x / |x|^2|, and that of second opinions at most that of their lengths.
+
+        Shapes: `said` (n, words): the words of the rows; `moving` (n,): p; `example`, `asked`
+        (columns of a row,): the row of the example, and the other row.
+        """
+        words, opinion = said.shape[1], said.shape[1] + self.n_moving
+        x, other = example[words:opinion], asked[words:opinion]
+        square = MOVING_LENGTH**2
+        a = float(other @ x) / square
+        y = float(np.linalg.norm(other - a * x))
+        aside = np.sqrt(np.maximum(square - moving**2 / square, 0.0) + ROUNDING)
+        seconds = SECOND_LENGTH * float(np.linalg.norm(asked[opinion:]))
+        return said @ asked[:words] + (a * moving + y * aside + seconds + ROUNDING)
 
 
 def meaning_space(

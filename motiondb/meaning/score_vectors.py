@@ -35,16 +35,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import DTypeLike, NDArray
 
 from motiondb.body import body
 from motiondb.body.features import FEATURE_FPS, ROOT_WEIGHT, VELOCITY_SECONDS
 from motiondb.records import LARGEST, Axes, Float32Array, FloatArray, IntArray, SegmentTable, Within
 
 
-def unit(vectors: FloatArray) -> FloatArray:
+def unit(vectors: NDArray[Any]) -> NDArray[Any]:
     """Scale rows to length 1; zero rows stay zero; `vectors` (..., columns)."""
     length = np.sqrt(np.add.reduce(vectors * vectors, axis=-1, keepdims=True))
     length[~(length > 0.0)] = 1.0
@@ -71,14 +72,26 @@ class ScoreSpace:
 
         Shapes: `scores` (segments, symbols); `movement` (segments, columns).
         """
-        relative = _relative(scores)
-        n_symbols = relative.shape[1]
+        columns = _relative(scores)
+        n_movement = len(self.mean) - columns.shape[1]
+        if n_movement and movement is not None:
+            columns = np.concatenate([columns, movement[:, :n_movement]], axis=1)
+        return self._standardise(columns, scores.shape[1], 0)
+
+    def standardise_last(self, movement: Float32Array, n: int) -> FloatArray:
+        """The last n columns of such rows: array (segments, n); `movement` (segments, columns)."""
+        n_columns = len(self.mean)
+        return self._standardise(movement[:, -n:], n_columns - movement.shape[1], n_columns - n)
+
+    def _standardise(
+        self, columns: FloatArray | Float32Array, n_symbols: int, first: int
+    ) -> FloatArray:
+        """Standardise the columns of rows from the first on: array (segments, columns)."""
         sizes = block_sizes(len(self.mean) - n_symbols)
-        if sizes and movement is not None:
-            relative = np.concatenate([relative, movement[:, : sum(sizes)]], axis=1)
         weights = [block_weight(n) * np.sqrt(n_symbols / size) for n, size in enumerate(sizes)]
-        weight = np.repeat([1.0, *weights], [n_symbols, *sizes])
-        return weight * np.clip((relative - self.mean) / self.spread, -CLIP, CLIP)
+        weight = np.repeat([1.0, *weights], [n_symbols, *sizes])[first:]
+        values = (columns - self.mean[first:]) / self.spread[first:]
+        return weight * np.clip(values, -CLIP, CLIP)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,17 +114,17 @@ class StandardisedRows:
     def __getitem__(self, which: slice | IntArray) -> FloatArray:
         return self.space.standardise(self.scores[which], self.movement[which])
 
-    def in_memory(self) -> FloatArray:
-        """All rows as one array, made some at a time."""
-        rows = np.empty(self.shape)
-        for first in range(0, len(rows), AT_ONCE):
-            part = slice(first, first + AT_ONCE)
-            rows[part] = self[part]
-        return rows
-
 
 Rows = FloatArray | StandardisedRows
 """Standardised rows (segments, columns), all there or computed where they are looked at."""
+
+
+def in_memory(rows: Rows, dtype: DTypeLike = np.float64) -> NDArray[Any]:
+    """All rows as one new array, made some at a time."""
+    array = np.empty(rows.shape, dtype)
+    for first in range(0, len(array), AT_ONCE):
+        array[first : first + AT_ONCE] = rows[slice(first, first + AT_ONCE)]
+    return array
 
 
 def fit_score_space(

@@ -154,15 +154,11 @@ def _how_sure(
 def _find_motion(
     learned: Learned, pool: FeaturePool, query: by_motion.Query, allowed: Sequence[int]
 ) -> list[by_motion.Candidate]:
-    table, rows = learned.segments, [learned.rows[capture] for capture in allowed]
+    rows = [learned.rows[capture] for capture in allowed]
     takes = by_motion.Takes(
         np.array(allowed, dtype=np.int64),
-        np.array([each.start for each in rows], dtype=np.int64),
-        np.array([each.stop for each in rows], dtype=np.int64),
-        table.starts // FEATURE_STEP,
-        -(-table.ends // FEATURE_STEP),
-        table.symbols,
-        learned.standardised,
+        np.array([(each.start, each.stop) for each in rows], dtype=np.int64).reshape(-1, 2),
+        learned.compared,
     )
 
     def frames_of(intervals: Sequence[tuple[int, int, int]]) -> Sequence[Float32Array]:

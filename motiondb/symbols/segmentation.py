@@ -25,19 +25,24 @@ from motiondb.records import FloatArray, IntArray, Segment
 from motiondb.symbols.settings import SegmentationSettings
 
 
+@njit(cache=True)
 def context(features: FloatArray, window: int) -> FloatArray:
     """Mean and deviation in a centred window: array (frames, 2 * dimensions)."""
     n_frames, n_dims = features.shape
-    low = np.maximum(np.arange(n_frames) - window // 2, 0)
-    high = np.minimum(np.arange(n_frames) + window // 2 + 1, n_frames)
-    count = (high - low)[:, None]
-    sums = np.concatenate([np.zeros((1, n_dims)), np.cumsum(features, axis=0, dtype=np.float64)])
-    squares = np.concatenate(
-        [np.zeros((1, n_dims)), np.cumsum(np.square(features, dtype=np.float64), axis=0)]
-    )
-    mean = (sums[high] - sums[low]) / count
-    spread = np.sqrt(np.maximum((squares[high] - squares[low]) / count - mean**2, 0.0))
-    return np.concatenate([mean, spread], axis=1) / np.sqrt(n_dims)
+    sums, squares = np.zeros((2, n_frames + 1, n_dims))
+    for t in range(n_frames):
+        for d in range(n_dims):
+            sums[t + 1, d] = sums[t, d] + features[t, d]
+            squares[t + 1, d] = squares[t, d] + features[t, d] * features[t, d]
+    values, scale = np.empty((n_frames, 2 * n_dims)), np.sqrt(n_dims)
+    for t in range(n_frames):
+        low, high = max(t - window // 2, 0), min(t + window // 2 + 1, n_frames)
+        for d in range(n_dims):
+            mean = (sums[high, d] - sums[low, d]) / (high - low)
+            variance = (squares[high, d] - squares[low, d]) / (high - low) - mean * mean
+            values[t, d] = mean / scale
+            values[t, n_dims + d] = np.sqrt(max(variance, 0.0)) / scale
+    return values
 
 
 def pose_speed(features: FloatArray) -> FloatArray:

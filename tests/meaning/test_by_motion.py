@@ -123,15 +123,15 @@ def test_the_second_opinion_on_a_window_by_hand() -> None:
     """Two captures with the same vectors: the one whose frames spread as the query's gains."""
     distances = np.array([[0.0, 2.0], [2.0, 0.0]])
     same = [0], [10], [1], np.array([[0.0, 1.0]])
-    takes = takes_of((7, *same), (8, *same))
     frames = {7: np.tile([[-1.0], [1.0]], (5, 1)), 8: np.zeros((10, 1))}
     statistics = np.stack([pooled_statistics(frames[capture]) for capture in (7, 8)])
     pooled = fit_pooled_map(statistics, np.eye(2, dtype=bool))
     words = WordMap(np.eye(2), np.zeros(2), np.ones(2), np.ones(2), np.ones(3))
+    space = meaning_space(words, pooled=pooled)
+    takes = takes_of((7, *same), (8, *same), space=space)
     query = by_motion.Query(
-        frames[7].astype(np.float32), np.array([1]), np.ones(1), np.array([0.0, 1.0]),
-        meaning_space(words, pooled=pooled),
-    )  # fmt: skip
+        frames[7].astype(np.float32), np.array([1]), np.ones(1), np.array([0.0, 1.0]), space
+    )
 
     def frames_of(intervals: list[tuple[int, int, int]]) -> list[Float32Array]:
         return [frames[c][first:end].astype(np.float32) for c, first, end in intervals]

@@ -94,3 +94,20 @@ def test_single_precision_ranks_as_double_precision_does(n: int, seed: int) -> N
     # in the order of single precision, no value of double precision rises by more than rounding
     ranked = expected[np.argsort(-alike, kind="stable")]
     assert np.diff(ranked).max() < 2e-5
+
+
+@given(st.integers(0, 1000))
+@settings(max_examples=40, deadline=None)
+def test_no_product_of_rows_is_larger_than_its_bound(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    vectors, statistics = unit(rng.normal(size=(30, 9))), rng.normal(size=(30, 10))
+    words = WordMap(rng.normal(size=(9, 6)), rng.normal(size=6), *np.ones((2, 6)), np.ones(3))
+    pooled = fit_pooled_map(statistics, rng.random((30, 6)) < 0.4)
+    space = meaning_space(words, 3, pooled=pooled)
+    rows = space.rows(vectors, statistics)
+    said, moving, example = rows[:, :6], rows[:, 6:12] @ rows[0, 6:12], rows[0]
+    for asked in (example, rows[:4].mean(axis=0), rows[1]):
+        bounds = space.most_alike(said, moving, example, asked)
+        assert (rows @ asked <= bounds).all()
+        # the bound is reached where the row itself is asked for
+        assert bounds[0] <= rows[0] @ asked + 2e-3 or asked is not example

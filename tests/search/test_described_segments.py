@@ -38,7 +38,7 @@ def _by_motion(learned: Learned, capture: int) -> np.ndarray:
     starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
     vectors = [
         interval_vectors(
-            learned.standardised[rows], starts, ends,
+            learned.segment_rows[rows], starts, ends,
             np.array([start - WINDOW_MARGIN]), np.array([end + WINDOW_MARGIN]),
         )
         for start, end in zip(starts, ends)
