@@ -182,7 +182,10 @@ def test_one_worker_and_eight_change_no_bit(some: Path, tmp_path: Path) -> None:
     for n_workers in (1, 8):
         with (
             LocalCluster(
-                n_workers=n_workers, threads_per_worker=1, processes=False, dashboard_address=None
+                n_workers=n_workers,
+                threads_per_worker=1,
+                processes=False,
+                dashboard_address="127.0.0.1:0",  # any free port
             ) as started,
             Cluster(started.scheduler_address) as workers,
         ):
