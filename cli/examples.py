@@ -49,6 +49,8 @@ motiondb check
 motiondb rescue damaged.duckdb -o saved.duckdb
 motiondb info
 motiondb compact
+motiondb compact --motions-to /shared/motions
+motiondb compact --motions-to here
 motiondb serve --open
 motiondb serve --read-only --port 8080
 motiondb fetch cmu --subjects 14,16

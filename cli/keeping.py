@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -75,7 +76,8 @@ def info(shared: options.Shared) -> None:
             what = key.replace("bytes", "").strip("_") or "size"
             printing.say(f"{what + ':':22} {value / 1e6:.1f} MB")
         elif value is not None and key not in ("start", "compact_pays"):
-            printing.say(f"{key.replace('_', ' ') + ':':22} {value}")
+            shown = ", ".join(value) if isinstance(value, list) else value
+            printing.say(f"{key.replace('_', ' ') + ':':22} {shown}")
     if facts.start:
         print_start(facts.start)
     for run in runs[-10:]:
@@ -92,11 +94,37 @@ def info(shared: options.Shared) -> None:
 
 
 @app.command()
-def compact(shared: options.Shared) -> None:
-    """Rewrite the database file without the space of removed rows."""
-    before, after = motiondb.compact(shared.db, wait=shared.wait)
-    if not printing.as_json(shared, answers.Compacted(before, after)):
-        printing.say(f"{before / 1e6:.1f} MB before, {after / 1e6:.1f} MB after")
+def compact(
+    shared: options.Shared,
+    motions_to: Annotated[
+        str,
+        typer.Option(
+            "--motions-to",
+            metavar="PLACE",
+            help="Move motions and original files there: a folder, a URL of fsspec such as "
+            "s3://bucket/motions, or here for the database file.",
+        ),
+    ] = "",
+) -> None:
+    """Rewrite the database file without the space of removed rows; removals become final.
+
+    With --motions-to, motions and original files lie in Parquet files in a folder or at a URL, and
+    the file holds the rest. Captures that are added later lie in the file until they are moved by
+    the same command.
+    """
+    with printing.progress(shared) if motions_to else nullcontext() as tell:
+        done = motiondb.compact(shared.db, shared.wait, motions_to, tell)
+    if printing.as_json(shared, done):
+        return
+    if motions_to:
+        printing.say(f"motions of {printing.number(done.moved, 'capture')} moved")
+    printing.say(f"{done.before / 1e6:.1f} MB before, {done.after / 1e6:.1f} MB after")
+    if done.unused:
+        files = printing.number(len(done.unused), "Parquet file")
+        printing.say(
+            f"{files} no longer needed, such as {done.unused[0]}. Delete what no copy of the "
+            "database needs (--json lists all)."
+        )
 
 
 @knowing.command("export")

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 from motiondb.database.arguments import checked
 
 if TYPE_CHECKING:
-    from motiondb.answers.catalogue import listed_capture, shown_event
+    from motiondb.answers.catalogue import Compacted, listed_capture, shown_event
     from motiondb.answers.grammars import GrammarAnswer
     from motiondb.answers.learning import learned_summary
     from motiondb.answers.making import Source
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from motiondb.body.kinematics import forward_kinematics
     from motiondb.database import MotionDB
     from motiondb.database.asking_many import Question
-    from motiondb.database.catalogue.cataloguing import check_captures
+    from motiondb.database.catalogue.cataloguing import Progress, check_captures
     from motiondb.database.catalogue.exporting import MotionChanges
     from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
     from motiondb.database.catalogue.parts import check_motion_file
@@ -306,7 +306,12 @@ def open(
 
 
 @checked
-def compact(path: str | Path, wait: float = 0.0) -> tuple[int, int]:
+def compact(
+    path: str | Path,
+    wait: float = 0.0,
+    motions_to: str = "",
+    progress: Progress | None = None,
+) -> Compacted:
     """Rewrite a database file without the space that removed rows left.
 
     Parameters
@@ -315,20 +320,29 @@ def compact(path: str | Path, wait: float = 0.0) -> tuple[int, int]:
         The DuckDB file; no process may have it open.
     wait : float
         Seconds to wait for another process that holds the file.
+    motions_to : str
+        Where motions and original files are to lie: a folder, or a URL that fsspec knows, such as
+        "s3://bucket/motions"; "here": in the database file. "" leaves them where they are.
+    progress : callable, optional
+        Called with the name of the step, the number done, and the total number.
 
     Returns
     -------
-    tuple of int
-        Size in bytes before and after.
+    Compacted
+        Size in bytes before and after, and what was moved.
 
     Raises
     ------
     MotionDBError
-        When another process holds the file, or it is not a database of motiondb.
+        When another process holds the file, it is not a database of motiondb, or the place cannot
+        be written. What was moved until then stays moved; the others are as they were.
     """
     from motiondb import store
+    from motiondb.answers import Compacted
 
-    return store.compact(Path(path), wait=wait)
+    return Compacted(
+        **vars(store.compact(Path(path), wait=wait, motions_to=motions_to, progress=progress))
+    )
 
 
 def changes_saved() -> bool:

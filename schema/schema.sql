@@ -37,14 +37,27 @@ CREATE TABLE run (
 
 -- ── Catalogue: what the user put in ──────────────────────────────────────────────────────────
 
+-- Parquet files that hold motions and original files of captures (`compact --motions-to`). They are
+-- never changed. In other tables, a column NAME_at says which bytes of them a value is that was moved;
+-- it is NULL where the value is here.
+CREATE TABLE parquet_file (
+    file_id BIGINT PRIMARY KEY,
+    place VARCHAR NOT NULL,                 -- folder, or URL of one
+    name VARCHAR NOT NULL UNIQUE,           -- of the file in there
+    n_bytes BIGINT NOT NULL,
+    sha256 VARCHAR NOT NULL
+);
+
 -- The files as they were, so that what went in can come out bit for bit.
 CREATE TABLE source (
     sha256 VARCHAR PRIMARY KEY,             -- of the file, then its skeleton file
     format VARCHAR NOT NULL,
     file_name VARCHAR NOT NULL,
     skeleton_name VARCHAR,                  -- NULL: the file carries its own skeleton
-    data BLOB USING COMPRESSION uncompressed NOT NULL,          -- zlib; empty: left out
-    skeleton_data BLOB USING COMPRESSION uncompressed           -- zlib
+    data BLOB USING COMPRESSION uncompressed NOT NULL,          -- zlib; empty: left out, or moved
+    skeleton_data BLOB USING COMPRESSION uncompressed,          -- zlib
+    data_at STRUCT(file_id BIGINT, start BIGINT, n_bytes BIGINT, crc32 BIGINT),     -- or NULL
+    skeleton_data_at STRUCT(file_id BIGINT, start BIGINT, n_bytes BIGINT, crc32 BIGINT)
 );
 
 -- A capture's identity: never edited after it was added.
@@ -106,7 +119,8 @@ CREATE TABLE synonym (
 CREATE TABLE motion (
     capture_id BIGINT NOT NULL,
     n_frames BIGINT NOT NULL,
-    poses BLOB USING COMPRESSION uncompressed NOT NULL
+    poses BLOB USING COMPRESSION uncompressed NOT NULL,         -- empty: moved
+    poses_at STRUCT(file_id BIGINT, start BIGINT, n_bytes BIGINT, crc32 BIGINT)     -- or NULL
 );
 
 -- `capture_id` repeats `other_id`: as a whole, mirrored, or cut out of it (seconds within other).

@@ -56,6 +56,8 @@ OPENERS = {
     "motiondb/database/loading.py": "the package's own",
     "motiondb/database/scenes/scene_texts.py": "the package's own",
     "motiondb/store/catalogue/cache.py": "writes",
+    "motiondb/store/catalogue/places.py": "files at a URL; its own drafts",
+    "motiondb/store/moving.py": "its own drafts",
     "motiondb/fetch/download.py": "its own parts",
     "motiondb/language/word_vectors": "the package's own",
     "motiondb/page": "its own files, and uploads",

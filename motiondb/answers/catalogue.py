@@ -309,10 +309,12 @@ class Faults:
 
 @dataclass(frozen=True)
 class Compacted:
-    """The size of a database file, bytes."""
+    """The size of a database file, bytes, and what became of motions and original files."""
 
     before: int
     after: int
+    moved: int  # Captures whose motions and original files were moved
+    unused: tuple[str, ...]  # Parquet files that this database no longer relies on
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -345,6 +347,8 @@ class DatabaseInfo:
     grammars: int
     learned: bool
     cache_bytes: int = 0  # Of the folder beside it, which is made again when it is missing
+    parquet_bytes: int = 0  # Of the Parquet files that hold its motions and original files
+    motions_at: list[str] | None = None  # Folders and URLs of these; None: there are none
     unused_bytes: int = 0  # Of the file; ``compact`` gives them back
     removed: int = 0  # Captures in the trash, which ``compact`` empties
     compact_pays: bool = False  # Whether a quarter of the file is unused, or more

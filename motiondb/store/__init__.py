@@ -60,6 +60,7 @@ from motiondb.store.catalogue.generated import (
     to_provenance,
 )
 from motiondb.store.catalogue.names import check_new_name
+from motiondb.store.catalogue.parquet_files import load_parquet_files
 from motiondb.store.catalogue.runs import (
     copy_run,
     finish_run,
@@ -132,6 +133,7 @@ from motiondb.store.learned import (
     load_transition_counts,
     save_learning,
 )
+from motiondb.store.moving import move_motions
 from motiondb.store.salvage import (
     SalvagedCapture,
     copy_shared,

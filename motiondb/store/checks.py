@@ -23,6 +23,7 @@ import numpy as np
 from motiondb.errors import MotionDBError, StoreError
 from motiondb.files.safe_files import log_of
 from motiondb.store.catalogue.captures import load_poses, unflatten_motion
+from motiondb.store.catalogue.parquet_files import check_parquet_file, load_parquet_files
 from motiondb.store.catalogue.sources import load_source
 from motiondb.store.connection.faults import damage_sentence
 from motiondb.store.connection.handle import Store
@@ -200,6 +201,9 @@ _REFERENCES = (
     ("frame_source", "capture_id", "capture", "capture_id"),
     ("same_file", "capture_id", "capture", "capture_id"),
     ("source", "sha256", "capture", "sha256"),
+    ("motion", "poses_at.file_id", "parquet_file", "file_id"),
+    ("source", "data_at.file_id", "parquet_file", "file_id"),
+    ("source", "skeleton_data_at.file_id", "parquet_file", "file_id"),
     ("segment", "capture_id", "capture", "capture_id"),
     ("segment", "symbol_id", "symbol", "symbol_id"),
     ("segment_score", "capture_id", "segment", "capture_id"),
@@ -252,11 +256,11 @@ def check_store(store: Store, *, sources: bool = False) -> list[str]:
         if faults:  # the rules read these tables
             return faults
         faults = _broken(store, _RULES) + _unresolved(store)
-        faults += _foreign_rows(store) + _bad_poses(store) + _bad_meta(store)
-        faults += _broken(store, _GRAMMAR_RULES, "grammar ") + _broken(
-            store, _SCENE_RULES, "scene "
-        )
-        return faults + (_bad_sources(store) if sources else [])
+        bad_files = _bad_parquet_files(store)
+        faults += [*bad_files.values(), *_foreign_rows(store), *_bad_poses(store, bad_files)]
+        faults += _bad_meta(store) + _broken(store, _GRAMMAR_RULES, "grammar ")
+        faults += _broken(store, _SCENE_RULES, "scene ")
+        return faults + (_bad_sources(store, bad_files) if sources else [])
     except StoreError as error:
         return [*faults, str(error)]
 
@@ -418,11 +422,27 @@ def _unresolved(store: Store, without: Collection[str] = ()) -> list[str]:
     return faults
 
 
-def _bad_poses(store: Store) -> list[str]:
-    """Motions with numbers that are not finite or quaternions that are not of length 1."""
+def _bad_parquet_files(store: Store) -> dict[int, str]:
+    """Number of a Parquet file that is missing or damaged -> a sentence."""
+    faults = {}
+    for file in load_parquet_files(store):
+        try:
+            check_parquet_file(store, file)
+        except StoreError as error:
+            faults[file.file_id] = str(error)
+    return faults
+
+
+def _bad_poses(store: Store, without: Collection[int]) -> list[str]:
+    """Motions with numbers that are not finite or quaternions that are not of length 1.
+
+    `without`: Numbers of Parquet files that are not read.
+    """
     faults: list[str] = []
     captures = store.connection.execute(
-        "SELECT capture_id, name FROM capture ORDER BY 1"
+        "SELECT capture_id, name FROM capture WHERE capture_id NOT IN (SELECT capture_id "
+        "FROM motion WHERE list_contains(?, poses_at.file_id)) ORDER BY 1",
+        [list(without)],
     ).fetchall()
     for number, name in captures:
         try:
@@ -440,10 +460,14 @@ def _bad_poses(store: Store) -> list[str]:
     return faults
 
 
-def _bad_sources(store: Store) -> list[str]:
+def _bad_sources(store: Store, without: Collection[int]) -> list[str]:
     faults: list[str] = []
-    query = "SELECT capture_id FROM capture JOIN source USING (sha256) WHERE octet_length(data) > 0"
-    for number in store.connection.column(query):
+    query = (
+        "SELECT capture_id FROM capture JOIN source USING (sha256) WHERE (octet_length(data) > 0 "
+        "OR data_at IS NOT NULL) AND NOT coalesce(list_contains(?, data_at.file_id), false) "
+        "ORDER BY ALL"
+    )
+    for number in store.connection.column(query, [list(without)]):
         try:
             load_source(store, number)
         except MotionDBError as error:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 import duckdb
@@ -26,10 +27,23 @@ from motiondb.store.connection.faults import first_sentence, is_damage
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.opening import is_lock, open_store
 from motiondb.store.connection.statements import Connection
+from motiondb.store.moving import Progress, forget_unused, move_motions
 
 
-def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
-    """Empty the trash and replace the file by a copy; its sizes before and after, bytes."""
+@dataclass(frozen=True)
+class Compacted:
+    """The size of a database file, bytes, and what became of motions and originals."""
+
+    before: int
+    after: int
+    moved: int  # Captures whose motions and originals were moved
+    unused: tuple[str, ...]  # Parquet files that this database no longer relies on
+
+
+def compact(
+    path: str | Path, *, wait: float = 0.0, motions_to: str = "", progress: Progress | None = None
+) -> Compacted:
+    """Empty the trash, move motions if asked (:mod:`moving`), and replace the file by a copy."""
     # Other processes may read the file meanwhile, but not write: it is held open for reading until
     # the copy has taken its place, so that no change can be lost. A kill leaves the old file, and a
     # copy that the next command deletes.
@@ -43,8 +57,11 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
     with open_store(path, create=False, wait=wait) as store:  # brings the log into the file
         if store.lacked_log:  # the copy would no longer fit to the log
             raise StoreError(store.log_note)
+        before = path.stat().st_size
         empty_trash(store)
-    before, identity = path.stat().st_size, _identity(path)
+        moved, unused = move_motions(store, motions_to, progress) if motions_to else (0, [])
+        unused += forget_unused(store)
+    identity = _identity(path)
     with open_store(path, read_only=True, wait=wait) as store:
         if log_of(path).exists():
             raise StoreError(
@@ -78,7 +95,7 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
             raise StoreError(_no_room(path, error)) from error
         finally:
             delete_all(new, log_of(new))
-    return before, path.stat().st_size
+    return Compacted(before, path.stat().st_size, moved, tuple(unused))
 
 
 def _identity(path: Path) -> tuple[int, int]:

@@ -35,7 +35,7 @@ from motiondb.store.catalogue.annotations import (
 from motiondb.store.catalogue.captures import load_poses, unflatten_motion
 from motiondb.store.catalogue.generated import Provenance, load_provenance
 from motiondb.store.catalogue.runs import load_runs
-from motiondb.store.catalogue.sources import Source, unpack_source
+from motiondb.store.catalogue.sources import Source, find_source, unpack_source
 from motiondb.store.catalogue.where import COLUMNS
 from motiondb.store.connection.faults import is_damage
 from motiondb.store.connection.handle import Store
@@ -169,16 +169,12 @@ def _salvage(store: Store, row: dict[str, Any], lost_columns: Sequence[str]) -> 
 
 
 def _read_source(store: Store, key: str, value: object) -> Source:
-    row = store.connection.execute(
-        "SELECT sha256, format, file_name, data, skeleton_name, skeleton_data FROM source "
-        f"WHERE {key} = ?",
-        [value],
-    ).fetchone()
-    if row is None:
+    source = find_source(store, f"{key} = ?", value)
+    if source is None:
         raise KeyError(value)
-    if not row[3]:  # it was left out
-        return Source(*row)
-    return unpack_source(store.path, Source(*row))
+    if not source.data:  # it was left out
+        return source
+    return unpack_source(store.path, source)
 
 
 def _read_motion(store: Store, row: dict[str, Any], lost_columns: Sequence[str]) -> Motion:

@@ -28,9 +28,9 @@ def test_compacting_gives_the_room_back_and_loses_nothing(
     store.remove_capture(database, 2)
     counts = {k: n for k, n in store.count_rows(database).items() if not k.startswith("trash.")}
     database.close()
-    before, after = store.compact(database.path)
-    assert after < before - 1_000_000
-    assert after == database.path.stat().st_size
+    sizes = store.compact(database.path)
+    assert sizes.after < sizes.before - 1_000_000
+    assert sizes.after == database.path.stat().st_size
     with store.open_store(database.path) as compacted:
         assert store.count_rows(compacted) == counts
         assert store.check_store(compacted, sources=True) == []

@@ -210,6 +210,7 @@ def database_info(session: Session) -> DatabaseInfo:
 
             learned["start"] = start_facts(session)
     n_bytes, unused = opened.path.stat().st_size, store.unused_bytes(opened)
+    files = store.load_parquet_files(opened)
     return DatabaseInfo(
         database=str(opened.path),
         bytes=n_bytes,
@@ -221,6 +222,8 @@ def database_info(session: Session) -> DatabaseInfo:
         copies=len(store.load_relations(opened)),
         grammars=len(store.load_grammar_names(opened)),
         cache_bytes=store.cache_bytes(opened),
+        parquet_bytes=sum(file.n_bytes for file in files),
+        motions_at=sorted({file.place for file in files}) or None,
         unused_bytes=unused,
         removed=len(store.load_trash(opened)),
         compact_pays=unused >= max(PAYS * n_bytes, LEAST_UNUSED),

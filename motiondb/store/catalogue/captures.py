@@ -18,6 +18,7 @@ from motiondb.errors import QueryError, StoreError, suggestion
 from motiondb.files.safe_files import odd_kind
 from motiondb.records import Caption, CaptureInfo, Float32Array, Motion
 from motiondb.store.catalogue.annotations import load_captions, save_captions, save_tags
+from motiondb.store.catalogue.parquet_files import load_part
 from motiondb.store.catalogue.sources import Source
 from motiondb.store.catalogue.trash import OWN_TABLES, put_in_trash
 from motiondb.store.catalogue.where import (
@@ -67,7 +68,7 @@ def save_capture(
         )
         _insert_identity(connection, info, motion.notes, source)
         connection.execute(
-            "INSERT INTO motion VALUES (?, ?, ?)", [number, len(poses), pack_poses(poses)]
+            "INSERT INTO motion VALUES (?, ?, ?, NULL)", [number, len(poses), pack_poses(poses)]
         )
         save_tags(store, number, info.tags)
         save_captions(store, number, captions)
@@ -163,11 +164,11 @@ def load_motion(store: Store, capture_id: int) -> Motion:
 
 def load_poses(store: Store, capture_id: int) -> Float32Array:
     """The poses of a capture: array (frames, 87); DamagedMotionError without, or with bad ones."""
-    query = "SELECT n_frames, poses FROM motion WHERE capture_id = ?"
+    query = "SELECT * FROM motion WHERE capture_id = ?"  # a damaged older file has no poses_at
     rows = store.connection.execute(query, [capture_id]).fetchall()
     try:
-        ((n_frames, packed),) = rows
-        poses = unpack_poses(packed)
+        ((_number, n_frames, packed, *at),) = rows
+        poses = unpack_poses(load_part(store, at[0]) if any(at) else packed)
         if len(poses) != n_frames:
             raise ValueError(f"{len(poses)} frames")
     except (ValueError, zlib.error) as error:
@@ -222,7 +223,7 @@ def _insert_identity(
     source: Source,
 ) -> None:
     connection.execute(
-        "INSERT INTO source VALUES (?, ?, ?, ?, ?, ?)",
+        "INSERT INTO source VALUES (?, ?, ?, ?, ?, ?, NULL, NULL)",
         [
             source.sha256,
             source.format,

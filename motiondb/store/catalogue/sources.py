@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from motiondb.errors import QueryError, StoreError
+from motiondb.store.catalogue.parquet_files import load_part
 from motiondb.store.connection.handle import Store
 
 _LEVEL = 1
@@ -98,14 +99,29 @@ def load_source(store: Store, capture_id: int) -> Source:
 
 def load_packed_source(store: Store, capture_id: int) -> Source:
     """Load the file of a capture as it is stored, for another store."""
-    row = store.connection.execute(
-        "SELECT sha256, s.format, file_name, data, skeleton_name, skeleton_data FROM source s "
-        "JOIN capture USING (sha256) WHERE capture_id = ?",
-        [capture_id],
-    ).fetchone()
-    if row is None:
+    query = "sha256 = (SELECT sha256 FROM capture WHERE capture_id = ?)"
+    source = find_source(store, query, capture_id)
+    if source is None:
         raise QueryError(f"capture {capture_id}: expected a capture in {store.path}, found none.")
-    return Source(*row)
+    return source
+
+
+def find_source(store: Store, condition: str, value: object) -> Source | None:
+    """The file whose row satisfies a condition with one parameter, as it is stored, or None."""
+    query = f"SELECT * FROM source WHERE {condition}"  # a damaged older file has fewer columns
+    row = store.connection.execute(query, [value]).fetchone()
+    if row is None:
+        return None
+    sha256, kind, file_name, skeleton_name, data, skeleton, *rest = row
+    data_at, skeleton_at = rest or (None, None)
+    return Source(
+        sha256,
+        kind,
+        file_name,
+        data if data_at is None else load_part(store, data_at),
+        skeleton_name,
+        skeleton if skeleton_at is None else load_part(store, skeleton_at),
+    )
 
 
 def unpack_source(path: Path, source: Source) -> Source:

@@ -19,6 +19,7 @@ import time
 import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import ClassVar
@@ -54,6 +55,20 @@ def _close(connection: duckdb.DuckDBPyConnection) -> None:
     connection.close()
 
 
+@dataclass(frozen=True)
+class Block:
+    """Some bytes of a Parquet file that were read together."""
+
+    file_id: int
+    start: int
+    data: bytes
+
+    @property
+    def stop(self) -> int:
+        """The byte after the last one."""
+        return self.start + len(self.data)
+
+
 class ThreadState(threading.local):
     """The state of a store for each thread: its connection and its transaction."""
 
@@ -63,6 +78,7 @@ class ThreadState(threading.local):
     in_transaction = False
     depth = 0  # of blocks that need the root to stay
     snapshot_revision: int | None = None  # that a block for reading sees; None outside of one
+    block: Block | None = None  # the last one that was read
 
     def __init__(self) -> None:
         self.changed: set[str] = set()  # marks in ``meta`` that the transaction will renew

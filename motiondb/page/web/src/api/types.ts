@@ -1150,6 +1150,8 @@ export interface Status {
   grammars: number;
   learned: boolean;
   cache_bytes: number;
+  parquet_bytes: number;
+  motions_at: string[] | null;
   unused_bytes: number;
   removed: number;
   compact_pays: boolean;

@@ -1,0 +1,150 @@
+"""Places outside the database where files lie: a folder of this machine, or a URL of fsspec.
+
+A folder needs nothing else. A URL (``s3://bucket/motions``) is read and written by `fsspec
+<https://filesystem-spec.readthedocs.io>`_, which is imported only then; passwords and keys are
+those of its own configuration and are never kept in the database.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, BinaryIO, Protocol, cast
+from urllib.parse import urlsplit
+from urllib.request import url2pathname
+
+from motiondb.errors import QueryError, StoreError
+from motiondb.files.safe_files import open_file, whole_file
+
+_AT_ONCE = 2**20  # Bytes
+
+
+class Place(Protocol):
+    """Where files lie by their names; the errors of its methods are those of the file system."""
+
+    def open(self, name: str) -> BinaryIO:
+        """Open a file for reading from its beginning to its end."""
+
+    def read(self, name: str, start: int, stop: int) -> bytes:
+        """Return some bytes of a file, fewer where it ends before."""
+
+    def write(self, name: str, file: Path) -> None:
+        """Copy a file of this machine here, under a name that is free."""
+
+    def delete(self, name: str) -> None:
+        """Delete a file."""
+
+
+class _Folder:
+    """A folder of this machine, or one that several machines share."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def open(self, name: str) -> BinaryIO:
+        return open_file(self._path / name)
+
+    def read(self, name: str, start: int, stop: int) -> bytes:
+        with self.open(name) as file:
+            file.seek(start)
+            return file.read(stop - start)
+
+    def write(self, name: str, file: Path) -> None:
+        self._path.mkdir(exist_ok=True)
+        with whole_file(self._path / name) as draft:
+            shutil.copyfile(file, draft)
+            with draft.open("rb+") as written:
+                os.fsync(written.fileno())
+        if os.name == "posix":  # the name, too, is on the disk before the database relies on it
+            folder = os.open(self._path, os.O_RDONLY)
+            try:
+                os.fsync(folder)
+            finally:
+                os.close(folder)
+
+    def delete(self, name: str) -> None:
+        (self._path / name).unlink()
+
+
+class _Remote:
+    """A folder that a file system of fsspec knows."""
+
+    def __init__(self, system: Any, path: str) -> None:  # noqa: ANN401  of fsspec, without types
+        self._system, self._path = system, path.rstrip("/")
+
+    def open(self, name: str) -> BinaryIO:
+        return cast("BinaryIO", self._system.open(f"{self._path}/{name}", "rb"))
+
+    def read(self, name: str, start: int, stop: int) -> bytes:
+        return bytes(self._system.cat_file(f"{self._path}/{name}", start=start, end=stop))
+
+    def write(self, name: str, file: Path) -> None:
+        self._system.put_file(str(file), f"{self._path}/{name}")
+
+    def delete(self, name: str) -> None:
+        self._system.rm_file(f"{self._path}/{name}")
+
+
+def place_name(text: str) -> str:
+    """How a place is kept: a URL, or the whole path of a folder; QueryError for a URL with a key.
+
+    >>> place_name("s3://bucket/motions/"), place_name("file:///shared/motions")
+    ('s3://bucket/motions', '/shared/motions')
+    """
+    parts = urlsplit(text)
+    if parts.scheme == "file":
+        text = url2pathname(parts.path)
+    elif "://" in text:
+        if parts.password:
+            raise QueryError(
+                f"{parts.scheme}://{parts.hostname}: expected a URL without a password, found "
+                "one. The database would keep it; put it into the configuration of fsspec."
+            )
+        return text.rstrip("/")
+    return str(Path(text).expanduser().absolute())
+
+
+@lru_cache(maxsize=16)
+def open_place(name: str) -> Place:
+    """The place of a name that :func:`place_name` returned; StoreError if nothing can read it."""
+    if "://" not in name:
+        return _Folder(Path(name))
+    try:
+        import fsspec
+    except ImportError:
+        raise StoreError(
+            f"{name}: expected the package fsspec, which reads such URLs, found that it is not "
+            "installed: pip install 'motiondb[cluster]'."
+        ) from None
+    with told(name, "Look at the URL, and at the packages that fsspec needs for it."):
+        return _Remote(*fsspec.core.url_to_fs(name))
+
+
+@contextmanager
+def told(where: str, advice: str) -> Iterator[None]:
+    """Surround the use of a place: its errors become a StoreError that names it."""
+    try:
+        yield
+    except (StoreError, MemoryError):
+        raise
+    except FileNotFoundError as error:
+        raise StoreError(f"{where}: expected a file or folder, found none. {advice}") from error
+    except Exception as error:  # what a file system of fsspec raises is its own choice
+        reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
+        raise StoreError(
+            f"{where}: expected a place that can be used, found: {reason.rstrip('.')}. {advice}"
+        ) from error
+
+
+def digest_of(place: Place, name: str) -> str:
+    """SHA-256 of a file, which is read to its end."""
+    counted = hashlib.sha256()
+    with place.open(name) as file:
+        while piece := file.read(_AT_ONCE):
+            counted.update(piece)
+    return counted.hexdigest()

@@ -1,0 +1,248 @@
+"""Move motions and original files out of the database into Parquet files, and back.
+
+A Parquet file holds the captures of some hours: their numbers and names, packed motions
+(:mod:`motiondb.store.poses`) and original files (zlib). It is written, read back and compared
+before the database, in the same transaction, keeps where the values stand in place of them. What is
+interrupted leaves the captures whose file was finished moved, and the others as they were; the same
+command then goes on.
+
+Parquet files are never deleted once the database has relied on them: a copy of it may still.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import mmap
+import shutil
+import tempfile
+import uuid
+import zlib
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import astuple, replace
+from pathlib import Path
+
+from motiondb.errors import StoreError
+from motiondb.store.catalogue.parquet_files import (
+    ParquetFile,
+    advice,
+    load_parquet_files,
+    load_part,
+)
+from motiondb.store.catalogue.places import digest_of, open_place, place_name, told
+from motiondb.store.catalogue.runs import finish_run, start_run
+from motiondb.store.connection.handle import Store
+from motiondb.store.connection.transactions import transaction
+
+HERE = "here"
+"""In place of a folder or URL: the database itself."""
+Progress = Callable[[str, int, int], None]
+"""Called with the name of the step, the number done, and the total number."""
+
+_MOVED = (
+    # table, key, the column that is moved; where to is in COLUMN_at
+    ("motion", "capture_id", "poses"),
+    ("source", "sha256", "data"),
+    ("source", "sha256", "skeleton_data"),
+)
+_FRAMES = 216_000  # Of the captures of a file, two hours: about 100 MB with originals
+_CAPTURES = 1000  # At most in a file; DuckDB finds so many rows by their index
+_ROOM = "Nothing of it was moved. Look at the folder or URL, its permissions and its room."
+
+
+def move_motions(store: Store, to: str, progress: Progress | None = None) -> tuple[int, list[str]]:
+    """Move all motions and originals to a folder or URL, or into the database (``HERE``).
+
+    Returns the number of captures that were moved, and the paths of the Parquet files that this
+    database no longer relies on.
+    """
+    tell = progress or (lambda _what, _done, _total: None)
+    place = to if to == HERE else place_name(to)
+    if place != HERE:
+        open_place(place)  # refuses it before anything is changed
+    files = [file for file in load_parquet_files(store) if file.place != place]
+    batches = [] if to == HERE else list(_batches(store))
+    if not files and not batches:
+        return 0, []
+    run_id = start_run(store, "move", {"to": place})
+    total = len(files) + len(batches)
+    moved = 0
+    for done, file in enumerate(files):
+        tell("moving motions", done, total)
+        moved += _bring_back(store, file) if to == HERE else _take_along(store, file, place)
+    for done, batch in enumerate(batches, start=len(files)):
+        tell("moving motions", done, total)
+        moved += _move_out(store, batch, place)
+    tell("moving motions", total, total)
+    finish_run(store, run_id)
+    return moved, [file.path for file in files]
+
+
+def forget_unused(store: Store) -> list[str]:
+    """Forget the Parquet files of which nothing is needed any more; their paths."""
+    used = " UNION ".join(f"SELECT {c}_at.file_id AS f FROM {table}" for table, _, c in _MOVED)
+    unused = f"file_id NOT IN (SELECT f FROM ({used}) WHERE f IS NOT NULL)"
+    query = f"SELECT place || '/' || name FROM parquet_file WHERE {unused} ORDER BY file_id"
+    paths = store.connection.column(query)
+    if paths:
+        with transaction(store) as connection:
+            connection.execute(f"DELETE FROM parquet_file WHERE {unused}")
+    return paths
+
+
+def _batches(store: Store) -> Iterator[list[tuple[int, str]]]:
+    """Number and digest of captures whose motions are in the database, some hours at a time."""
+    query = (
+        "SELECT capture_id, sha256, motion_frames FROM capture JOIN motion USING (capture_id) "
+        "WHERE poses_at IS NULL ORDER BY capture_id"
+    )
+    batch, n_frames = list[tuple[int, str]](), 0
+    for number, sha256, length in store.connection.execute(query).fetchall():
+        if batch and (n_frames + length > _FRAMES or len(batch) == _CAPTURES):
+            yield batch
+            batch, n_frames = [], 0
+        batch.append((number, sha256))
+        n_frames += length
+    if batch:
+        yield batch
+
+
+def _move_out(store: Store, batch: Sequence[tuple[int, str]], where: str) -> int:
+    """Move some captures into a new Parquet file, in one transaction; how many."""
+    name = f"motions-{uuid.uuid4().hex}.parquet"
+    with tempfile.TemporaryDirectory() as folder, transaction(store) as connection:
+        draft = Path(folder) / name
+        _write_parquet(store, batch, draft)
+        number = int(connection.value("SELECT coalesce(max(file_id), 0) + 1 FROM parquet_file"))
+        with (
+            draft.open("rb") as opened,
+            mmap.mmap(opened.fileno(), 0, access=mmap.ACCESS_READ) as whole,
+        ):
+            file = ParquetFile(number, where, name, len(whole), hashlib.sha256(whole).hexdigest())
+            _note_parts(store, batch, file, whole)
+        connection.execute("INSERT INTO parquet_file VALUES (?, ?, ?, ?, ?)", [*astuple(file)])
+        _put(file, draft)
+    return len(batch)
+
+
+def _put(file: ParquetFile, draft: Path) -> None:
+    """Copy a file to its place and compare what stands there; after an error it is deleted."""
+    place = open_place(file.place)
+    try:
+        with told(file.path, _ROOM):
+            place.write(file.name, draft)
+            found = digest_of(place, file.name)
+        if found != file.sha256:
+            raise StoreError(
+                f"{file.path}: expected the bytes that were copied there, found others. {_ROOM}"
+            )
+    except BaseException:
+        with suppress(Exception):  # the first error is the cause
+            place.delete(file.name)
+        raise
+
+
+def _write_parquet(store: Store, batch: Sequence[tuple[int, str]], path: Path) -> None:
+    """Write captures as a Parquet file, in which values stand as they are."""
+    target = str(path).replace("'", "''")
+    store.connection.execute(
+        "COPY (SELECT capture_id, c.name, m.n_frames, poses, sha256, s.format, file_name, data, "
+        "skeleton_name, skeleton_data FROM capture c "
+        f"JOIN (FROM motion WHERE {_chosen(batch, 'capture_id')}) m USING (capture_id) "
+        f"JOIN (FROM source WHERE {_chosen(batch, 'sha256')}) s USING (sha256) "
+        f"ORDER BY capture_id) TO '{target}' (FORMAT parquet, COMPRESSION uncompressed)"
+    )
+
+
+def _chosen(batch: Sequence[tuple[int, str]], key: str) -> str:
+    """The condition for the rows of some captures, by their number or their digest."""
+    keys = (str(n) if key == "capture_id" else f"'{sha256}'" for n, sha256 in batch)
+    return f"{key} IN ({', '.join(keys)})"
+
+
+def _note_parts(
+    store: Store, batch: Sequence[tuple[int, str]], file: ParquetFile, whole: mmap.mmap
+) -> None:
+    """Keep where the values of captures stand in a Parquet file, in place of the values."""
+    for table, key, column in _MOVED:
+        query = f"SELECT {key}, {column} FROM {table} WHERE {_chosen(batch, key)}"
+        values = dict(store.connection.execute(query).fetchall())
+        end, parts = 0, list[str]()
+        for number, sha256 in batch:
+            of_row = number if key == "capture_id" else sha256
+            if not values[of_row]:  # it was left out, or there is none
+                continue
+            start = whole.find(values[of_row], end)
+            if start < 0:  # values that are the same may stand there once
+                start = whole.find(values[of_row])
+            if start < 0:
+                raise StoreError(
+                    f"{store.path}: expected the {column} of capture {number} in the Parquet file "
+                    f"as they are, found none. {_ROOM}"
+                )
+            end = start + len(values[of_row])
+            parts.append(f"('{of_row}', {start}, {end - start}, {zlib.crc32(values[of_row])})")
+        if parts:
+            store.connection.execute(
+                f"UPDATE {table} SET {column} = ''::BLOB, {column}_at = "
+                f"{{file_id: {file.file_id}, start: p.s, n_bytes: p.n, crc32: p.crc}} "
+                f"FROM (VALUES {', '.join(parts)}) p(k, s, n, crc) WHERE {key} = p.k"
+            )
+
+
+def _bring_back(store: Store, file: ParquetFile) -> int:
+    """Move what a Parquet file holds into the database, in one transaction; how many captures."""
+    with transaction(store) as connection:
+        n_captures = _count_captures(store, file)
+        for table, key, column in _MOVED:
+            rows = connection.execute(
+                f"SELECT {key}, {column}_at FROM {table} WHERE {column}_at.file_id = ? "
+                f"ORDER BY {column}_at.start",
+                [file.file_id],
+            ).fetchall()
+            for of_row, at in rows:
+                connection.execute(
+                    f"UPDATE {table} SET {column} = ?, {column}_at = NULL WHERE {key} = ?",
+                    [load_part(store, at), of_row],
+                )
+        connection.execute("DELETE FROM parquet_file WHERE file_id = ?", [file.file_id])
+    return n_captures
+
+
+def _take_along(store: Store, file: ParquetFile, where: str) -> int:
+    """Rely on a copy of a Parquet file at another place, and make it; how many captures."""
+    new = replace(file, place=where)
+    if not _is_copy(new):
+        with tempfile.TemporaryDirectory() as folder:
+            draft = Path(folder) / file.name
+            with (
+                told(file.path, advice(store)),
+                open_place(file.place).open(file.name) as read,
+                draft.open("wb") as written,
+            ):
+                shutil.copyfileobj(read, written)
+            _put(new, draft)
+    with transaction(store) as connection:
+        connection.execute(
+            "UPDATE parquet_file SET place = ? WHERE file_id = ?", [where, file.file_id]
+        )
+    return _count_captures(store, file)
+
+
+def _is_copy(file: ParquetFile) -> bool:
+    """Whether a file stands at its place already; one of other content is refused."""
+    with told(file.path, _ROOM):
+        try:
+            found = digest_of(open_place(file.place), file.name)
+        except FileNotFoundError:
+            return False
+    if found != file.sha256:
+        raise StoreError(
+            f"{file.path}: expected no such file or a copy of it, found another one. {_ROOM}"
+        )
+    return True
+
+
+def _count_captures(store: Store, file: ParquetFile) -> int:
+    query = "SELECT count(*) FROM motion WHERE poses_at.file_id = ?"
+    return int(store.connection.value(query, [file.file_id]))

@@ -1,0 +1,101 @@
+"""A learned database whose motions and originals lie in a folder: the same answers."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import motiondb
+
+NAME = "ana/walk_1"
+
+
+def answers(db: motiondb.MotionDB) -> list[Any]:
+    """What is asked of words, of motion, and of originals."""
+    made = db.generate("walk then jump", seed=3)
+    return [
+        db.search("walk then jump").matches,
+        db.like(NAME, start=0.5, end=2.0).matches,
+        db.describe(NAME),
+        made.motion.root_positions.tobytes(),
+    ]
+
+
+@pytest.fixture
+def moved(learned_copy: Path, tmp_path: Path) -> Path:
+    """A learned database of which the motions were moved."""
+    done = motiondb.compact(learned_copy, motions_to=str(tmp_path / "out"))
+    assert done.moved == 101
+    assert done.after < done.before
+    return learned_copy
+
+
+def test_the_answers_are_the_same(learned_file: Path, moved: Path) -> None:
+    with motiondb.open(learned_file, read_only=True) as db:
+        expected = answers(db)
+    for _ in range(2):  # then without the cache beside it
+        with motiondb.open(moved) as db:
+            assert str(answers(db)) == str(expected)
+            assert db.check() == []
+        shutil.rmtree(moved.with_name(f"{moved.name}.cache"))
+
+
+def test_words_are_answered_without_the_folder_and_the_rest_says_what_is_missing(
+    moved: Path, tmp_path: Path
+) -> None:
+    with motiondb.open(moved) as db:
+        expected = [(m.capture, m.start) for m in db.search("walk then jump").matches]
+    (tmp_path / "out").rename(tmp_path / "away")
+    with motiondb.open(moved) as db:
+        assert [(m.capture, m.start) for m in db.search("walk then jump").matches] == expected
+        assert len(db.captures()) == 101
+        assert db.info().captures == 101
+        for ask in (
+            lambda: db.like(NAME),
+            lambda: db.generate("walk", seed=3),
+            lambda: db.export(NAME, tmp_path / "w.bvh"),
+        ):
+            with pytest.raises(motiondb.StoreError, match="--motions-to PLACE"):
+                ask()
+        assert db.damage_note == ""  # no capture is left out of answers
+
+
+def test_it_is_copied_merged_and_rescued(moved: Path, tmp_path: Path, samples_folder: Path) -> None:
+    original = (samples_folder / f"{NAME}.bvh").read_bytes()
+    with motiondb.open(moved, read_only=True) as db:
+        motion = db.motion(NAME)
+        db.backup(tmp_path / "copy.duckdb")
+    with motiondb.open(tmp_path / "merged.duckdb") as db:
+        assert len(db.merge(tmp_path / "copy.duckdb").added) == 101
+    report = motiondb.rescue(moved, tmp_path / "rescued.duckdb")
+    assert (len(report.captures), report.mended, report.lost) == (101, (), ())
+    shutil.rmtree(tmp_path / "out")  # which neither of the two needs
+    for name in ("merged", "rescued"):
+        with motiondb.open(tmp_path / f"{name}.duckdb") as db:
+            assert (db.motion(NAME).root_positions == motion.root_positions).all()
+            db.export(NAME, tmp_path / f"{name}.bvh")
+            assert (tmp_path / f"{name}.bvh").read_bytes() == original
+            assert db.info().motions_at is None
+
+
+def test_a_moved_capture_is_removed_and_comes_back(moved: Path, tmp_path: Path) -> None:
+    with motiondb.open(moved) as db:
+        before = db.motion(NAME)
+        db.remove([NAME])
+        db.undo()
+        assert (db.motion(NAME).root_positions == before.root_positions).all()
+        assert db.check() == []
+
+
+def test_the_command_moves_and_brings_back(command: Any, learned_copy: Path) -> None:
+    ended = command("compact", "--motions-to", "out")
+    assert ended.code == 0, ended.err
+    assert ended.out.startswith("motions of 101 captures moved\n")
+    told = command("info").out
+    assert f"motions at:            {learned_copy.parent / 'out'}\n" in told
+    ended = command("compact", "--motions-to", "here")
+    assert "1 Parquet file no longer needed, such as " in ended.out
+    assert "motions at" not in command("info").out

@@ -1,0 +1,319 @@
+"""Motions and originals in Parquet files: the same bytes, whole moves, faults that are told."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import duckdb
+import numpy as np
+import pytest
+
+from motiondb import store
+from motiondb.errors import QueryError, StoreError
+from motiondb.store import moving
+from motiondb.store.catalogue import parquet_files, places
+from motiondb.store.connection import migrations
+from motiondb.store.connection.faults import DamagedMotionError
+from motiondb.store.connection.transactions import read_meta
+
+N_FRAMES = (12, 30, 7, 12, 25)
+Content = dict[str, tuple[bytes, bytes, object]]
+
+
+@pytest.fixture
+def filled(
+    database: store.Store, samples: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> store.Store:
+    """Five captures for three Parquet files: with skeletons, without, and one without its file."""
+    monkeypatch.setattr(moving, "_FRAMES", 42)
+    run_id = store.start_run(database, "add")
+    for number, n_frames in enumerate(N_FRAMES):
+        name = "abcde"[number]
+        skeleton = b"bones" if number in (1, 2) else None
+        source = store.pack_source(
+            f"{name}.amc", name.encode() * 999, "amc", skeleton and "s.asf", skeleton
+        )
+        if number == 4:
+            source = store.leave_out(source)
+        store.save_capture(
+            database, samples.info(name, run_id), samples.motion(number, n_frames), source
+        )
+    return database
+
+
+def content(database: store.Store) -> Content:
+    """The bits of every motion, and every original."""
+    found = {}
+    for info in store.load_captures(database):
+        motion = store.load_motion(database, info.capture_id)
+        bits = motion.root_positions.tobytes(), motion.local_rotations.tobytes()
+        found[info.name] = (*bits, vars(store.load_packed_source(database, info.capture_id)))
+    return found
+
+
+@pytest.mark.parametrize("is_url", [False, True])
+def test_what_is_moved_comes_out_bit_for_bit(
+    filled: store.Store, tmp_path: Path, is_url: bool
+) -> None:
+    place = f"memory://{tmp_path.name}/out" if is_url else str(tmp_path / "out")
+    before, mark = content(filled), read_meta(filled, "motion_revision")
+    assert store.move_motions(filled, place) == (5, [])
+    files = store.load_parquet_files(filled)
+    assert [file.place for file in files] == [place] * 3
+    assert filled.connection.execute(
+        "SELECT (SELECT sum(octet_length(poses)) FROM motion), (SELECT sum(octet_length(data) + "
+        "coalesce(octet_length(skeleton_data), 0)) FROM source)"
+    ).fetchone() == (0, 0)
+    assert content(filled) == before
+    assert read_meta(filled, "motion_revision") == mark  # the cache stays valid
+    assert store.check_store(filled, sources=True) == []
+    assert store.move_motions(filled, place) == (0, [])
+    assert store.move_motions(filled, moving.HERE) == (5, [file.path for file in files])
+    assert store.load_parquet_files(filled) == []
+    assert content(filled) == before
+    assert store.check_store(filled, sources=True) == []
+
+
+def test_any_program_reads_the_files(filled: store.Store, tmp_path: Path) -> None:
+    rows = filled.connection.execute(
+        "SELECT c.name, poses, data, skeleton_data FROM capture c JOIN motion USING (capture_id) "
+        "JOIN source USING (sha256) ORDER BY ALL"
+    ).fetchall()
+    store.move_motions(filled, str(tmp_path / "out"))
+    query = "SELECT name, poses, data, skeleton_data FROM read_parquet(?) ORDER BY ALL"
+    assert duckdb.execute(query, [str(tmp_path / "out/*.parquet")]).fetchall() == rows
+
+
+def test_new_captures_lie_in_the_file_until_they_are_moved(
+    filled: store.Store, samples: ModuleType, tmp_path: Path
+) -> None:
+    place = str(tmp_path / "out")
+    store.move_motions(filled, place)
+    samples.add(filled, "ffffff", words=())
+    before = content(filled)
+    assert store.move_motions(filled, place) == (1, [])
+    assert content(filled) == before
+
+
+def test_a_write_that_fails_leaves_whole_files_and_is_continued(
+    filled: store.Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before, place, written = content(filled), str(tmp_path / "out"), []
+    write = places._Folder.write
+
+    def fails_at_the_second(self: places._Folder, name: str, file: Path) -> None:
+        write(self, name, file)
+        written.append(name)
+        if len(written) == 2:
+            (self._path / name).write_bytes(file.read_bytes()[:99])
+            raise OSError("the disk is full")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(places._Folder, "write", fails_at_the_second)
+        with pytest.raises(StoreError) as error:
+            store.move_motions(filled, place)
+    assert str(error.value) == (
+        f"{place}/{written[1]}: expected a place that can be used, found: the disk is full. "
+        "Nothing of it was moved. Look at the folder or URL, its permissions and its room."
+    )
+    assert [path.name for path in (tmp_path / "out").iterdir()] == written[:1]
+    assert [file.name for file in store.load_parquet_files(filled)] == written[:1]
+    assert content(filled) == before
+    assert store.check_store(filled, sources=True) == []
+    assert store.move_motions(filled, place) == (3, [])
+    assert content(filled) == before
+
+
+def test_other_bytes_than_were_written_are_refused(
+    filled: store.Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = content(filled)
+    monkeypatch.setattr(moving, "digest_of", lambda *_: "0")
+    with pytest.raises(StoreError, match="expected the bytes that were copied there, found others"):
+        store.move_motions(filled, str(tmp_path / "out"))
+    assert list((tmp_path / "out").iterdir()) == []
+    assert store.load_parquet_files(filled) == []
+    assert content(filled) == before
+
+
+def test_a_missing_file_is_named_and_found_at_another_place(
+    filled: store.Store, tmp_path: Path
+) -> None:
+    old, new = tmp_path / "out", tmp_path / "new"
+    store.move_motions(filled, str(old))
+    before, file = content(filled), store.load_parquet_files(filled)[0]
+    filled.local.block = None  # what was read is not asked for again
+    old.rename(new)
+    sentence = (
+        f"{file.path}: expected a file or folder, found none. It holds motions and originals of "
+        f"{filled.path}: put a copy there, or say where it lies now (motiondb compact --db "
+        f"{filled.path} --motions-to PLACE)."
+    )
+    with pytest.raises(StoreError) as error:
+        store.load_motion(filled, 1)
+    assert str(error.value) == sentence
+    assert not isinstance(error.value, DamagedMotionError)  # answers are not given without it
+    assert len(store.load_captures(filled)) == 5
+    assert store.check_quickly(filled) == []
+    faults = store.check_store(filled, sources=True)
+    assert (len(faults), faults[0]) == (3, sentence)
+    assert store.move_motions(filled, str(new))[0] == 5
+    assert len(list(new.iterdir())) == 3
+    assert content(filled) == before
+
+
+def test_files_are_copied_to_another_place_and_others_are_not_overwritten(
+    filled: store.Store, tmp_path: Path
+) -> None:
+    old, new = tmp_path / "out", tmp_path / "new"
+    store.move_motions(filled, str(old))
+    before, files = content(filled), store.load_parquet_files(filled)
+    new.mkdir()
+    (new / files[1].name).write_text("something else")
+    with pytest.raises(StoreError, match="expected no such file or a copy of it, found another"):
+        store.move_motions(filled, str(new))
+    assert (new / files[1].name).read_text() == "something else"
+    assert content(filled) == before
+    (new / files[1].name).unlink()
+    assert store.move_motions(filled, str(new)) == (3, [file.path for file in files[1:]])
+    shutil.rmtree(old)
+    filled.local.block = None
+    assert content(filled) == before
+
+
+def test_a_damaged_motion_is_told_and_the_others_are_read(
+    filled: store.Store, tmp_path: Path
+) -> None:
+    store.move_motions(filled, str(tmp_path / "out"))
+    before, file = content(filled), store.load_parquet_files(filled)[0]
+    start = filled.connection.value("SELECT poses_at.start FROM motion WHERE capture_id = 2")
+    data = bytearray(Path(file.path).read_bytes())
+    data[start + 5] ^= 1
+    Path(file.path).write_bytes(data)
+    filled.local.block = None
+    with pytest.raises(DamagedMotionError, match="expected the bytes that were written") as error:
+        store.load_motion(filled, 2)
+    assert str(error.value).startswith(f"{file.path}: ")
+    assert [number for number, _ in store.readable_motions(filled, range(1, 6))] == [1, 3, 4, 5]
+    (fault,) = store.check_store(filled)
+    assert fault.startswith(f"{file.path}: expected the digest {file.sha256[:12]}, found ")
+    data[start + 5] ^= 1
+    Path(file.path).write_bytes(data[:-1])  # the end is no value
+    assert content(filled) == before
+    Path(file.path).write_bytes(data[: start + 5])
+    filled.local.block = None
+    with pytest.raises(DamagedMotionError):
+        store.load_motion(filled, 2)
+
+
+def test_motions_in_order_are_read_together(
+    filled: store.Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(moving, "_FRAMES", 1000)
+    store.move_motions(filled, str(tmp_path / "out"))
+    sizes, read = list[int](), places._Folder.read
+
+    def counted(self: places._Folder, name: str, start: int, stop: int) -> bytes:
+        sizes.append(stop - start)
+        return read(self, name, start, stop)
+
+    monkeypatch.setattr(places._Folder, "read", counted)
+    for number in (1, 2, 3, 4, 5):
+        store.load_motion(filled, number)
+    assert len(sizes) == 2  # the first alone, then all that follow
+    lengths = dict(
+        filled.connection.execute("SELECT capture_id, poses_at.n_bytes FROM motion").fetchall()
+    )
+    monkeypatch.setattr(parquet_files, "_AHEAD", lengths[3] + 4 + lengths[4])
+    for numbers, expected in (((5, 1), [5, 1]), ((2, 3), [2, 3])):
+        sizes.clear()
+        filled.local.block = None
+        for number in numbers:
+            store.load_motion(filled, number)
+        assert sizes[0] == lengths[expected[0]]
+    assert sizes[1] == lengths[3] + 4 + lengths[4]
+
+
+def test_a_removed_capture_comes_back_and_files_without_captures_are_forgotten(
+    filled: store.Store, tmp_path: Path
+) -> None:
+    store.move_motions(filled, str(tmp_path / "out"))
+    before, files = content(filled), store.load_parquet_files(filled)
+    for number in (1, 2):
+        store.remove_capture(filled, number)
+    store.restore_capture(filled, 2)
+    store.restore_capture(filled, 1)
+    assert content(filled) == before
+    for number in (1, 2):
+        store.remove_capture(filled, number)
+    filled.close()
+    done = store.compact(filled.path)
+    assert (done.moved, done.unused) == (0, (files[0].path,))
+    with store.open_store(filled.path) as opened:
+        assert store.load_parquet_files(opened) == files[1:]
+        assert store.check_store(opened, sources=True) == []
+        assert content(opened) == {name: before[name] for name in "cde"}
+    assert Path(files[0].path).exists()
+
+
+def test_compacting_moves_and_gives_the_room_back(
+    database: store.Store, samples: ModuleType, tmp_path: Path
+) -> None:
+    noise = np.random.default_rng(0).bytes(1_500_000)
+    source = store.pack_source("a.bvh", noise, "bvh")
+    run_id = store.start_run(database, "add")
+    store.save_capture(database, samples.info("a", run_id), samples.motion(), source)
+    before = content(database)
+    database.close()
+    done = store.compact(database.path, motions_to=str(tmp_path / "out"))
+    assert done.moved == 1
+    assert done.after < done.before - 1_000_000
+    with store.open_store(database.path) as opened:
+        assert content(opened) == before
+        assert store.load_runs(opened)[-1].kind == "move"
+    assert len(store.compact(database.path, motions_to="here").unused) == 1
+    with store.open_store(database.path) as opened:
+        assert content(opened) == before
+
+
+def test_a_database_of_version_4_takes_part(filled: store.Store, tmp_path: Path) -> None:
+    before = content(filled)
+    store.remove_capture(filled, 1)
+    for schema in ("main", "trash"):
+        for column in (
+            "source DROP data_at",
+            "source DROP skeleton_data_at",
+            "motion DROP poses_at",
+        ):
+            filled.connection.execute(f"ALTER TABLE {schema}.{column}")
+    filled.connection.execute("DROP TABLE parquet_file")
+    filled.connection.execute("UPDATE meta SET value = '4' WHERE key = 'schema'")
+    filled.close()
+    with store.opened_damaged(filled.path) as (opened, _):  # it stays as it is
+        saved = {each.info.name: each for each in store.salvage_captures(opened)}
+        assert [saved[name].lost for name in "bcde"] == [()] * 4
+    with store.open_store(filled.path) as opened:
+        assert migrations.schema_version(opened.connection, "") == 5
+        assert store.check_store(opened, sources=True) == []
+        store.restore_capture(opened, 1)
+        assert content(opened) == before
+        store.move_motions(opened, str(tmp_path / "out"))
+        assert content(opened) == before
+
+
+def test_a_url_needs_its_package_and_holds_no_password(
+    filled: store.Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with pytest.raises(QueryError, match="expected a URL without a password, found one") as error:
+        store.move_motions(filled, "s3://key:secret@host/bucket")
+    assert "secret" not in str(error.value)
+    with pytest.raises(
+        StoreError, match="nonsense://x: expected a place that can be used, found: "
+    ):
+        store.move_motions(filled, "nonsense://x")
+    monkeypatch.setitem(sys.modules, "fsspec", None)
+    with pytest.raises(StoreError, match=r"pip install 'motiondb\[cluster\]'"):
+        store.move_motions(filled, "s3://not-opened-before/x")
