@@ -72,10 +72,12 @@ def info(shared: options.Shared) -> None:
     ):
         return
     for key, value in vars(facts).items():
+        if value is None or key in ("start", "compact_pays"):
+            continue
         if key.endswith("bytes"):
             what = key.replace("bytes", "").strip("_") or "size"
             printing.say(f"{what + ':':22} {value / 1e6:.1f} MB")
-        elif value is not None and key not in ("start", "compact_pays"):
+        else:
             shown = ", ".join(value) if isinstance(value, list) else value
             printing.say(f"{key.replace('_', ' ') + ':':22} {shown}")
     if facts.start:

@@ -347,8 +347,8 @@ class DatabaseInfo:
     grammars: int
     learned: bool
     cache_bytes: int = 0  # Of the folder beside it, which is made again when it is missing
-    parquet_bytes: int = 0  # Of the Parquet files that hold its motions and original files
-    motions_at: list[str] | None = None  # Folders and URLs of these; None: there are none
+    parquet_bytes: int | None = None  # Of Parquet files that hold motions and original files
+    motions_at: list[str] | None = None  # Folders and URLs of these
     unused_bytes: int = 0  # Of the file; ``compact`` gives them back
     removed: int = 0  # Captures in the trash, which ``compact`` empties
     compact_pays: bool = False  # Whether a quarter of the file is unused, or more

@@ -31,7 +31,7 @@ from motiondb.store.catalogue.parquet_files import (
 )
 from motiondb.store.catalogue.places import digest_of, open_place, place_name, told
 from motiondb.store.catalogue.runs import finish_run, start_run
-from motiondb.store.connection.handle import Store
+from motiondb.store.connection.handle import Store, bounded_memory
 from motiondb.store.connection.transactions import transaction
 
 HERE = "here"
@@ -45,7 +45,8 @@ _MOVED = (
     ("source", "sha256", "data"),
     ("source", "sha256", "skeleton_data"),
 )
-_FRAMES = 216_000  # Of the captures of a file, two hours: about 100 MB with originals
+_FRAMES, _FILE_BYTES = 216_000, 2**27
+"""Frames of the captures of a file, two hours, and about how large it is with their originals."""
 _CAPTURES = 1000  # At most in a file; DuckDB finds so many rows by their index
 _ROOM = "Nothing of it was moved. Look at the folder or URL, its permissions and its room."
 
@@ -67,12 +68,13 @@ def move_motions(store: Store, to: str, progress: Progress | None = None) -> tup
     run_id = start_run(store, "move", {"to": place})
     total = len(files) + len(batches)
     moved = 0
-    for done, file in enumerate(files):
-        tell("moving motions", done, total)
-        moved += _bring_back(store, file) if to == HERE else _take_along(store, file, place)
-    for done, batch in enumerate(batches, start=len(files)):
-        tell("moving motions", done, total)
-        moved += _move_out(store, batch, place)
+    with bounded_memory(store, _FILE_BYTES):
+        for done, file in enumerate(files):
+            tell("moving motions", done, total)
+            moved += _bring_back(store, file) if to == HERE else _take_along(store, file, place)
+        for done, batch in enumerate(batches, start=len(files)):
+            tell("moving motions", done, total)
+            moved += _move_out(store, batch, place)
     tell("moving motions", total, total)
     finish_run(store, run_id)
     return moved, [file.path for file in files]
@@ -91,10 +93,13 @@ def forget_unused(store: Store) -> list[str]:
 
 
 def _batches(store: Store) -> Iterator[list[tuple[int, str]]]:
-    """Number and digest of captures whose motions are in the database, some hours at a time."""
+    """Number and digest of captures whose motions are in the database, some hours at a time.
+
+    Generated ones stay: they are few, and every question reads them.
+    """
     query = (
         "SELECT capture_id, sha256, motion_frames FROM capture JOIN motion USING (capture_id) "
-        "WHERE poses_at IS NULL ORDER BY capture_id"
+        "WHERE poses_at IS NULL AND kind = 'captured' ORDER BY capture_id"
     )
     batch, n_frames = list[tuple[int, str]](), 0
     for number, sha256, length in store.connection.execute(query).fetchall():

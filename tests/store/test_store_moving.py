@@ -93,9 +93,12 @@ def test_new_captures_lie_in_the_file_until_they_are_moved(
     place = str(tmp_path / "out")
     store.move_motions(filled, place)
     samples.add(filled, "ffffff", words=())
+    samples.add(filled, "ggggggg", words=(), kind="generated")
     before = content(filled)
     assert store.move_motions(filled, place) == (1, [])
     assert content(filled) == before
+    left = "SELECT capture_id FROM motion WHERE poses_at IS NULL"
+    assert filled.connection.column(left) == [7]  # the generated one, which every question reads
 
 
 def test_a_write_that_fails_leaves_whole_files_and_is_continued(
@@ -279,7 +282,7 @@ def test_compacting_moves_and_gives_the_room_back(
         assert content(opened) == before
 
 
-def test_a_database_of_version_4_takes_part(filled: store.Store, tmp_path: Path) -> None:
+def test_a_database_of_version_5_takes_part(filled: store.Store, tmp_path: Path) -> None:
     before = content(filled)
     store.remove_capture(filled, 1)
     for schema in ("main", "trash"):
@@ -290,13 +293,13 @@ def test_a_database_of_version_4_takes_part(filled: store.Store, tmp_path: Path)
         ):
             filled.connection.execute(f"ALTER TABLE {schema}.{column}")
     filled.connection.execute("DROP TABLE parquet_file")
-    filled.connection.execute("UPDATE meta SET value = '4' WHERE key = 'schema'")
+    filled.connection.execute("UPDATE meta SET value = '5' WHERE key = 'schema'")
     filled.close()
     with store.opened_damaged(filled.path) as (opened, _):  # it stays as it is
         saved = {each.info.name: each for each in store.salvage_captures(opened)}
         assert [saved[name].lost for name in "bcde"] == [()] * 4
     with store.open_store(filled.path) as opened:
-        assert migrations.schema_version(opened.connection, "") == 5
+        assert migrations.schema_version(opened.connection, "") == 6
         assert store.check_store(opened, sources=True) == []
         store.restore_capture(opened, 1)
         assert content(opened) == before

@@ -222,7 +222,7 @@ def database_info(session: Session) -> DatabaseInfo:
         copies=len(store.load_relations(opened)),
         grammars=len(store.load_grammar_names(opened)),
         cache_bytes=store.cache_bytes(opened),
-        parquet_bytes=sum(file.n_bytes for file in files),
+        parquet_bytes=sum(file.n_bytes for file in files) or None,
         motions_at=sorted({file.place for file in files}) or None,
         unused_bytes=unused,
         removed=len(store.load_trash(opened)),

@@ -1150,7 +1150,7 @@ export interface Status {
   grammars: number;
   learned: boolean;
   cache_bytes: number;
-  parquet_bytes: number;
+  parquet_bytes: number | null;
   motions_at: string[] | null;
   unused_bytes: number;
   removed: number;
