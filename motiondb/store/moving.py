@@ -26,8 +26,8 @@ from motiondb.errors import StoreError
 from motiondb.store.catalogue.parquet_files import (
     ParquetFile,
     advice,
+    check_parquet_file,
     load_parquet_files,
-    load_part,
 )
 from motiondb.store.catalogue.places import digest_of, open_place, place_name, told
 from motiondb.store.catalogue.runs import finish_run, start_run
@@ -39,12 +39,9 @@ HERE = "here"
 Progress = Callable[[str, int, int], None]
 """Called with the name of the step, the number done, and the total number."""
 
-_MOVED = (
-    # table, key, the column that is moved; where to is in COLUMN_at
-    ("motion", "capture_id", "poses"),
-    ("source", "sha256", "data"),
-    ("source", "sha256", "skeleton_data"),
-)
+_MOVED = {"motion": ("capture_id", ("poses",)), "source": ("sha256", ("data", "skeleton_data"))}
+"""Table -> its key, and its columns of which the values are moved."""
+_PART = "STRUCT(file_id BIGINT, start BIGINT, n_bytes BIGINT, crc32 BIGINT)"
 _FRAMES, _FILE_BYTES = 216_000, 2**27
 """Frames of the captures of a file, two hours, and about how large it is with their originals."""
 _CAPTURES = 1000  # At most in a file; DuckDB finds so many rows by their index
@@ -82,7 +79,11 @@ def move_motions(store: Store, to: str, progress: Progress | None = None) -> tup
 
 def forget_unused(store: Store) -> list[str]:
     """Forget the Parquet files of which nothing is needed any more; their paths."""
-    used = " UNION ".join(f"SELECT {c}_at.file_id AS f FROM {table}" for table, _, c in _MOVED)
+    used = " UNION ".join(
+        f"SELECT {column}_at.file_id AS f FROM {table}"
+        for table, (_, columns) in _MOVED.items()
+        for column in columns
+    )
     unused = f"file_id NOT IN (SELECT f FROM ({used}) WHERE f IS NOT NULL)"
     query = f"SELECT place || '/' || name FROM parquet_file WHERE {unused} ORDER BY file_id"
     paths = store.connection.column(query)
@@ -149,14 +150,17 @@ def _put(file: ParquetFile, draft: Path) -> None:
 
 def _write_parquet(store: Store, batch: Sequence[tuple[int, str]], path: Path) -> None:
     """Write captures as a Parquet file, in which values stand as they are."""
-    target = str(path).replace("'", "''")
     store.connection.execute(
         "COPY (SELECT capture_id, c.name, m.n_frames, poses, sha256, s.format, file_name, data, "
         "skeleton_name, skeleton_data FROM capture c "
         f"JOIN (FROM motion WHERE {_chosen(batch, 'capture_id')}) m USING (capture_id) "
         f"JOIN (FROM source WHERE {_chosen(batch, 'sha256')}) s USING (sha256) "
-        f"ORDER BY capture_id) TO '{target}' (FORMAT parquet, COMPRESSION uncompressed)"
+        f"ORDER BY capture_id) TO {_quoted(path)} (FORMAT parquet, COMPRESSION uncompressed)"
     )
+
+
+def _quoted(path: Path) -> str:
+    return "'" + str(path).replace("'", "''") + "'"
 
 
 def _chosen(batch: Sequence[tuple[int, str]], key: str) -> str:
@@ -169,47 +173,75 @@ def _note_parts(
     store: Store, batch: Sequence[tuple[int, str]], file: ParquetFile, whole: mmap.mmap
 ) -> None:
     """Keep where the values of captures stand in a Parquet file, in place of the values."""
-    for table, key, column in _MOVED:
-        query = f"SELECT {key}, {column} FROM {table} WHERE {_chosen(batch, key)}"
-        values = dict(store.connection.execute(query).fetchall())
-        end, parts = 0, list[str]()
-        for number, sha256 in batch:
-            of_row = number if key == "capture_id" else sha256
-            if not values[of_row]:  # it was left out, or there is none
-                continue
-            start = whole.find(values[of_row], end)
-            if start < 0:  # values that are the same may stand there once
-                start = whole.find(values[of_row])
-            if start < 0:
-                raise StoreError(
-                    f"{store.path}: expected the {column} of capture {number} in the Parquet file "
-                    f"as they are, found none. {_ROOM}"
-                )
-            end = start + len(values[of_row])
-            parts.append(f"('{of_row}', {start}, {end - start}, {zlib.crc32(values[of_row])})")
-        if parts:
-            store.connection.execute(
-                f"UPDATE {table} SET {column} = ''::BLOB, {column}_at = "
-                f"{{file_id: {file.file_id}, start: p.s, n_bytes: p.n, crc32: p.crc}} "
-                f"FROM (VALUES {', '.join(parts)}) p(k, s, n, crc) WHERE {key} = p.k"
+    for table, (key, columns) in _MOVED.items():
+        keys = [sha256 if key == "sha256" else number for number, sha256 in batch]
+        found = []
+        for column in columns:
+            query = f"SELECT {key}, {column} FROM {table} WHERE {_chosen(batch, key)}"
+            values = dict(store.connection.execute(query).fetchall())
+            found.append(_find([values[of_row] for of_row in keys], file, whole))
+        rows = ", ".join(
+            f"({of_row!r}, {', '.join(parts)})" for of_row, *parts in zip(keys, *found)
+        )
+        left = ", ".join(
+            f"CASE WHEN {c} IS NOT NULL THEN ''::BLOB END AS {c}, p.{c}_at AS {c}_at"
+            for c in columns
+        )
+        _rewrite(
+            store,
+            table,
+            f"SELECT t.* REPLACE ({left}) FROM {table} t "
+            f"JOIN (VALUES {rows}) p({key}, {', '.join(f'{c}_at' for c in columns)}) USING ({key})",
+        )
+
+
+def _find(values: Sequence[bytes | None], file: ParquetFile, whole: mmap.mmap) -> list[str]:
+    """Where values stand in a file, as SQL; they are in the order of the file."""
+    parts, end = list[str](), 0
+    for value in values:
+        if not value:  # it was left out, or there is none
+            parts.append(f"NULL::{_PART}")
+            continue
+        start = whole.find(value, end)
+        if start < 0:  # values that are the same may stand there once
+            start = whole.find(value)
+        if start < 0:
+            raise StoreError(
+                f"{file.path}: expected values as they are in the database, found others. {_ROOM}"
             )
+        end = start + len(value)
+        part = [file.file_id, start, len(value), zlib.crc32(value)]
+        parts.append(f"row({', '.join(map(str, part))})::{_PART}")
+    return parts
+
+
+def _rewrite(store: Store, table: str, rows: str) -> None:
+    """Put the rows of a query in place of those of the same keys."""
+    # UPDATE would keep the replaced values in memory, and write rows beside them anew
+    run, key = store.connection.execute, _MOVED[table][0]
+    run(f"CREATE TEMP TABLE rewritten AS {rows}")
+    run(f"DELETE FROM {table} WHERE {key} IN (SELECT {key} FROM rewritten)")
+    run(f"INSERT INTO {table} FROM rewritten")
+    run("DROP TABLE rewritten")
 
 
 def _bring_back(store: Store, file: ParquetFile) -> int:
     """Move what a Parquet file holds into the database, in one transaction; how many captures."""
-    with transaction(store) as connection:
+    with tempfile.TemporaryDirectory() as folder, transaction(store) as connection:
         n_captures = _count_captures(store, file)
-        for table, key, column in _MOVED:
-            rows = connection.execute(
-                f"SELECT {key}, {column}_at FROM {table} WHERE {column}_at.file_id = ? "
-                f"ORDER BY {column}_at.start",
-                [file.file_id],
-            ).fetchall()
-            for of_row, at in rows:
-                connection.execute(
-                    f"UPDATE {table} SET {column} = ?, {column}_at = NULL WHERE {key} = ?",
-                    [load_part(store, at), of_row],
-                )
+        target = _fetch(store, file, Path(folder))
+        for table, (key, columns) in _MOVED.items():
+            back = ", ".join(
+                f"coalesce(p.{c}, t.{c}) AS {c}, NULL::{_PART} AS {c}_at" for c in columns
+            )
+            held = ", ".join(f"t.{c}_at.file_id" for c in columns)
+            _rewrite(
+                store,
+                table,
+                f"SELECT t.* REPLACE ({back}) FROM {table} t "
+                f"JOIN read_parquet({_quoted(target)}) p USING ({key}) "
+                f"WHERE {file.file_id} IN ({held})",
+            )
         connection.execute("DELETE FROM parquet_file WHERE file_id = ?", [file.file_id])
     return n_captures
 
@@ -219,19 +251,25 @@ def _take_along(store: Store, file: ParquetFile, where: str) -> int:
     new = replace(file, place=where)
     if not _is_copy(new):
         with tempfile.TemporaryDirectory() as folder:
-            draft = Path(folder) / file.name
-            with (
-                told(file.path, advice(store)),
-                open_place(file.place).open(file.name) as read,
-                draft.open("wb") as written,
-            ):
-                shutil.copyfileobj(read, written)
-            _put(new, draft)
+            _put(new, _fetch(store, file, Path(folder)))
     with transaction(store) as connection:
         connection.execute(
             "UPDATE parquet_file SET place = ? WHERE file_id = ?", [where, file.file_id]
         )
     return _count_captures(store, file)
+
+
+def _fetch(store: Store, file: ParquetFile, folder: Path) -> Path:
+    """Copy a file into a folder of this machine, and compare it."""
+    draft = folder / file.name
+    with (
+        told(file.path, advice(store)),
+        open_place(file.place).open(file.name) as read,
+        draft.open("wb") as written,
+    ):
+        shutil.copyfileobj(read, written)
+    check_parquet_file(store, file, open_place(str(folder)))
+    return draft
 
 
 def _is_copy(file: ParquetFile) -> bool:

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from motiondb.errors import StoreError
-from motiondb.store.catalogue.places import digest_of, open_place, told
+from motiondb.store.catalogue.places import Place, digest_of, open_place, told
 from motiondb.store.connection.faults import DamagedFileError, DamagedMotionError
 from motiondb.store.connection.handle import Block, Store
 
@@ -48,10 +48,10 @@ def load_parquet_files(store: Store) -> list[ParquetFile]:
     return [ParquetFile(*row) for row in rows]
 
 
-def check_parquet_file(store: Store, file: ParquetFile) -> None:
-    """Read a file to its end; StoreError where it is missing or its digest is another one."""
+def check_parquet_file(store: Store, file: ParquetFile, copied_to: Place | None = None) -> None:
+    """Read a file, or a copy, to its end; StoreError if it is missing or has another digest."""
     with told(file.path, advice(store)):
-        found = digest_of(open_place(file.place), file.name)
+        found = digest_of(copied_to or open_place(file.place), file.name)
     if found != file.sha256:
         raise DamagedFileError(
             f"{file.path}: expected the digest {file.sha256[:12]}, found {found[:12]}: the file is "

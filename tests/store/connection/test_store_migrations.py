@@ -115,9 +115,7 @@ _FORMER_SEGMENTS = """
 """  # From the tables of version 5 to those of version 4
 
 
-def test_segments_of_version_4_come_to_today(
-    database: store.Store, samples: ModuleType
-) -> None:
+def test_segments_of_version_4_come_to_today(database: store.Store, samples: ModuleType) -> None:
     for name in ("a", "bb"):
         samples.add(database, name)
     infos = store.load_captures(database)
