@@ -153,6 +153,7 @@ def load_symbols(store: Store) -> MotionSymbols:
 
 def load_segments(store: Store, *, scores: bool = True) -> SegmentTable:
     """Load the segments; without ``scores`` that array has no columns."""
+    n_symbols = load_learning_size(store).n_symbols
     rows = store.connection.arrays(
         "SELECT capture_id, start_frame, end_frame, symbol_id, log_likelihood, background "
         "FROM segment ORDER BY capture_id, start_frame",
@@ -160,8 +161,7 @@ def load_segments(store: Store, *, scores: bool = True) -> SegmentTable:
     n = len(rows["capture_id"])
     table = np.zeros((n, 0), dtype=np.float32)
     if scores:
-        parts = load_scores(store).values()
-        table = np.concatenate([np.zeros((0, load_learning_size(store).n_symbols)), *parts])
+        table = np.concatenate([np.zeros((0, n_symbols)), *load_scores(store).values()])
     return SegmentTable(
         rows["capture_id"],
         rows["start_frame"],
