@@ -161,7 +161,7 @@ def load_segments(store: Store, *, scores: bool = True) -> SegmentTable:
     n = len(rows["capture_id"])
     table = np.zeros((n, 0), dtype=np.float32)
     if scores:
-        table = np.concatenate([np.zeros((0, n_symbols)), *load_scores(store).values()])
+        table = np.concatenate([np.zeros((0, n_symbols), np.float32), *load_scores(store).values()])
     return SegmentTable(
         rows["capture_id"],
         rows["start_frame"],
