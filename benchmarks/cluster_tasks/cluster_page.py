@@ -16,6 +16,7 @@ PACKAGES = ("motiondb", "numpy", "scipy", "numba", "distributed")
 PREDICTED = ("add", "learn")
 HOURS, WORKERS = 300.0, 16
 GIGA = 1e9
+FRAMES_HOUR = 3600.0 * 15 * 24 * 4  # Bytes of the feature frames of an hour
 
 
 def write_page(rows: Sequence[Row], path: Path) -> None:
@@ -26,7 +27,9 @@ def write_page(rows: Sequence[Row], path: Path) -> None:
         f"{machine()}; {versions(*PACKAGES)}. Workers are processes of one thread on the same "
         "machine; with two of them, the asking process and the scheduler share its two "
         "processors. All but the clock are processor times, which other load changes less. "
-        "*Received* is all that workers read from their connections, also from one another.",
+        "*Received* is all that workers read from their connections, also from one another; "
+        f"*frames held* the most feature frames ({FRAMES_HOUR / 1e6:.1f} MB an hour) that one "
+        "worker had at a time while it learned.",
         _measured(rows),
         _same(rows),
         "## The model",
@@ -42,8 +45,8 @@ def write_page(rows: Sequence[Row], path: Path) -> None:
 
 def _measured(rows: Sequence[Row]) -> str:
     head = ["command", "hours", "workers", "clock, s", "asking process, s", "workers, s"]
-    head += ["scheduler, s", "tasks", "idle", "received, MB", "memory of a worker, MB"]
-    head += ["of the scheduler", "of the asking process"]
+    head += ["scheduler, s", "tasks", "idle", "received, MB", "frames held, MB"]
+    head += ["memory of a worker, MB", "of the scheduler", "of the asking process"]
     order = {"add": 0, "learn": 1, "batch": 2}
     ordered = sorted(rows, key=lambda r: (order[r["command"]], r["asked hours"], r["workers"]))
     return table(head, [_line(row) for row in ordered])
@@ -54,7 +57,7 @@ def _line(row: Row) -> list[str]:
     times = [f"{row['clock, s']:.0f}", f"{row['own, s']:.0f}"]
     own = f"{row['own peak, bytes'] / 1e6:.0f}"
     if not row["workers"]:
-        return [*first, "none", *times, *[""] * 7, own]
+        return [*first, "none", *times, *[""] * 8, own]
     idle = 1.0 - row["worked, s"] / (row["workers"] * row["clock, s"])
     return [
         *first,
@@ -65,6 +68,7 @@ def _line(row: Row) -> list[str]:
         f"{row['tasks']:.0f}",
         f"{idle:.0%}",
         f"{row['received, bytes'] / 1e6:.0f}",
+        f"{row['held, bytes'] / 1e6:.1f}" if row["command"] == "learn" else "",
         f"{row['worker peak, bytes'] / 1e6:.0f}",
         f"{row['scheduler peak, bytes'] / 1e6:.0f}",
         own,

@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -16,13 +17,15 @@ from typing import Any
 
 import psutil
 from dask.utils import key_split
-from distributed import Client, get_task_stream
+from distributed import Client, Worker, get_task_stream
 from tornado.iostream import IOStream
 
 from motiondb.database.cluster import ready
+from motiondb.symbols.spread import Run
 
 Row = dict[str, float]
 _RECEIVED = 0  # Bytes that this process read from its connections since `begin`
+LOOK_SECONDS = 0.5
 BENCHMARKS = Path(__file__).parent.parent
 
 
@@ -44,6 +47,12 @@ def begin() -> None:
 def took() -> tuple[float, float, float]:
     """In a worker: bytes received, processor seconds, and the largest resident size so far."""
     return float(_RECEIVED), time.process_time(), _peak(os.getpid())
+
+
+def held(dask_worker: Worker) -> float:
+    """In a worker: bytes of frames of captures that it holds."""
+    found = list(dask_worker.data.values())
+    return float(sum(each.frames.nbytes for each in found if isinstance(each, Run)))
 
 
 @dataclass
@@ -92,8 +101,20 @@ def started(n_workers: int, folder: Path) -> Iterator[Processes]:
 def measured(processes: Processes, work: Callable[[], Row]) -> Row:
     """Do some work; gives its row with what scheduler and workers took for it."""
     before, idle = _of_workers(processes), _seconds(processes.scheduler)
-    with get_task_stream(processes.client) as stream:
-        row = work()
+    most, done = [0.0], threading.Event()
+
+    def look() -> None:
+        while not done.wait(LOOK_SECONDS):
+            most[0] = max(most[0], *processes.client.run(held).values())
+
+    looking = threading.Thread(target=look)
+    looking.start()
+    try:
+        with get_task_stream(processes.client) as stream:
+            row = work()
+    finally:
+        done.set()
+        looking.join()
     after = _of_workers(processes)
     spent = [[b - a for a, b in zip(*pair)] for pair in zip(before, after)]
     worked = sum(each[1] for each in spent)
@@ -106,6 +127,7 @@ def measured(processes: Processes, work: Callable[[], Row]) -> Row:
             "worked, s": worked,
             "worked most, s": max(each[1] for each in spent),
             "worker grew, bytes": max(each[2] for each in spent),
+            "held, bytes": most[0],
             "worker peak, bytes": max(each[2] for each in after),
             "scheduler, s": _seconds(processes.scheduler) - idle,
             "scheduler peak, bytes": _peak(processes.scheduler.pid),

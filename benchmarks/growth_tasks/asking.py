@@ -53,7 +53,7 @@ def main() -> None:
         db.search(WORDS[0])
         figures["first question, s"] = time.process_time() - began
         figures["first question, peak bytes"] = peak()
-        asks = [lambda w=w: db.search(w) for w in WORDS if _is_known(db, w)]
+        asks = [lambda w=w: db.search(w) for w in WORDS if is_known(db, w)]
         timed(asks)
         figures["word question, s"] = float(np.median(timed(asks)))
         figures["word questions, peak bytes"] = peak()
@@ -71,7 +71,8 @@ def main() -> None:
     print(json.dumps(figures))
 
 
-def _is_known(db: MotionDB, words: str) -> bool:
+def is_known(db: MotionDB, words: str) -> bool:
+    """Whether a question is answered."""
     try:
         db.search(words)
     except MotionDBError:
