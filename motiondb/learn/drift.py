@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -120,11 +121,12 @@ def count_word_use(
     """Count the words of captions, and those that are not in the vocabulary."""
     from motiondb.language import vocabulary  # answers with a drift do not need it
 
+    words_of = cache(lambda said: vocabulary.words_of(said, synonyms, lemmas))  # many are the same
     known = set(vocabulary_words)
     total = 0
     unknown: dict[str, int] = {}
     for caption in captions:
-        words = vocabulary.words_of(caption.words, synonyms, lemmas)
+        words = words_of(caption.words)
         total += len(words)
         for word in words:
             if word not in known:

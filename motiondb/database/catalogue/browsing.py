@@ -194,7 +194,7 @@ _RUNS = re.compile("[0-9]+|[^0-9]+")  # Numbers, and what stands between them
 def database_info(session: Session) -> DatabaseInfo:
     """What is in the database: numbers of captures, grammars, symbols and words."""
     opened = session.store
-    captures = store.load_captures(opened)
+    captures = session.captures
     learned: dict[str, Any] = {"learned": store.is_learned(opened)}
     if learned["learned"]:
         size = store.load_learning_size(opened)
@@ -237,7 +237,7 @@ def unlearned_captures(session: Session) -> list[str]:
 
     def load() -> list[str]:
         learned = store.load_learned_captures(session.store)
-        infos = store.load_captures(session.store)
+        infos = session.captures
         return [i.name for i in infos if i.kind == "captured" and i.capture_id not in learned]
 
     return list(session.kept("unlearned", load))
