@@ -37,6 +37,7 @@ COMMANDS = ("add", "learn", "batch")
 NOT_THE_SAME = ("run", "meta", "learning")  # Tables with times and random marks
 N_EXAMPLES = 34  # Examples in the questions of ``batch``, twice as many as words
 EXAMPLE_SECONDS = 3.0
+WARM_HOURS = 0.05  # Of motion, before anything is measured
 
 
 @dataclass(frozen=True)
@@ -156,6 +157,13 @@ def first_files(size: Size, hours: float) -> Size:
     return Size(hours, folder / "captures", folder / "captions.tsv", size.out)
 
 
+def warm_up(arguments: argparse.Namespace) -> None:
+    """Have all kernels compiled, which is done once and kept."""
+    size = inputs_of(WARM_HOURS, arguments)
+    for command in COMMANDS:
+        run(command, size, 0)
+
+
 def measure(arguments: argparse.Namespace) -> list[Row]:
     """All rows: those that were measured before, and the others now."""
     out: Path = arguments.out
@@ -164,17 +172,22 @@ def measure(arguments: argparse.Namespace) -> list[Row]:
     lines = file.read_text().splitlines() if file.is_file() else []
     rows = [json.loads(line) for line in lines]
     known = {(row["asked hours"], row["workers"], row["command"]) for row in rows}
-    for hours in sorted([*arguments.hours, *arguments.most]):
-        is_full = hours in arguments.hours
-        for n_workers in arguments.workers if is_full else [max(arguments.workers)]:
-            for command in COMMANDS:
-                if (hours, n_workers, command) in known:
-                    continue
-                print(f"{hours:g} hours, {n_workers} workers: {command}", file=sys.stderr)
-                row = run(command, inputs_of(hours, arguments), n_workers) | {"command": command}
-                rows.append(row)
-                with file.open("a") as written:
-                    written.write(json.dumps(row) + "\n")
+    wanted = [
+        (hours, n_workers, command)
+        for hours in sorted([*arguments.hours, *arguments.most])
+        for n_workers in arguments.workers
+        if hours in arguments.hours or n_workers == max(arguments.workers)
+        for command in COMMANDS
+    ]
+    missing = [each for each in wanted if each not in known]
+    if missing:
+        warm_up(arguments)
+    for hours, n_workers, command in missing:
+        print(f"{hours:g} hours, {n_workers} workers: {command}", file=sys.stderr, flush=True)
+        row = run(command, inputs_of(hours, arguments), n_workers) | {"command": command}
+        rows.append(row)
+        with file.open("a") as written:
+            written.write(json.dumps(row) + "\n")
     return rows
 
 

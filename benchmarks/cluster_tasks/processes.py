@@ -126,7 +126,6 @@ def measured(processes: Processes, work: Callable[[], Row]) -> Row:
             "received most, bytes": max(each[0] for each in spent),
             "worked, s": worked,
             "worked most, s": max(each[1] for each in spent),
-            "worker grew, bytes": max(each[2] for each in spent),
             "held, bytes": most[0],
             "worker peak, bytes": max(each[2] for each in after),
             "scheduler, s": _seconds(processes.scheduler) - idle,
