@@ -57,6 +57,7 @@ from motiondb.language.question.tree import LIMBS, SIDES, NotUsed
 from motiondb.learn.learned import Learned
 from motiondb.meaning.limb_sides import limbs_to_measure
 from motiondb.records import FloatArray, IntArray
+from motiondb.symbols.hmm_jobs import one_blas_thread
 
 LEAST_SHOWN = 0.1
 """Y: a place that the caption's order rules out can still be overruled by the motion. With .02 it
@@ -441,9 +442,9 @@ def _against_rivals(
     others = learned.described_segments
     known = {int(w) for w in np.flatnonzero((others.says > 0.0).sum(axis=0) >= LEAST_CAPTURES)}
     compared = order[:MOST_COMPARED]
-    alike = neighbour_gains(
-        others, {sources[n].capture: learned.segment_rows[sources[n].rows] for n in compared}, words
-    )
+    takes = {sources[n].capture: learned.segment_rows[sources[n].rows] for n in compared}
+    with one_blas_thread():  # the matrices are too small to gain from two
+        alike = neighbour_gains(others, takes, words)
     gains = {}
     for n in compared:
         capture = sources[n].capture

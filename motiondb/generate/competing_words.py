@@ -31,12 +31,12 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motiondb.learn.learned import DescribedSegments
 from motiondb.meaning.motion_judge import RELATED
+from motiondb.meaning.nearest_captures import NearestCaptures
 from motiondb.meaning.score_vectors import unit
-from motiondb.records import Float32Array, FloatArray, IntArray
+from motiondb.records import FloatArray
 
 NEIGHBOURS = 10  # Number of neighbouring captures
 SMALL = 0.03  # The share of one in about thirty neighbours; below it a word counts as absent
@@ -44,8 +44,6 @@ MOST_RIVALRY = 16.0
 """Nats a second beyond which r is no larger, so that it weighs no more than the evidence of the
 place. On the best excerpts of 36 actions of CMU the judge finds the asked action before all others
 in .64 with 16 and in .61 with 8 (.58 with 8 before words of the same action were left out)."""
-AT_ONCE = 64  # Rows that are compared with all others at once: more take more memory
-ROUGH = 1e-4  # By which a cosine of two rows may be wrong in single precision; measured 1e-6
 LEAST_CAPTURES = 3  # Captures of a word that counts as another action: fewer say little of it
 
 
@@ -55,59 +53,28 @@ def neighbour_gains(
     """Gain q of the segments of some captures: capture -> (segments,), each up to 3.5 nats.
 
     `takes`: Capture -> score vectors (segments, values).
-
-    All cosines are computed in single precision, those of captures that may be among the nearest
-    once more in double: the same captures are found, in a third of the time.
     """
     words = sorted(asked)
     rivals = np.ones(others.says.shape[1], dtype=bool)
     rivals[sorted(related_words(others.says, words))] = False
     if not words or not len(others.captures):
         return {capture: np.zeros(len(vectors)) for capture, vectors in takes.items()}
-    units = {capture: unit(vectors) for capture, vectors in takes.items()}
-    every = np.concatenate(list(units.values()), dtype=np.float32, casting="same_kind")
-    rough = np.concatenate(
-        [
-            np.maximum.reduceat(some @ others.rough.T, others.firsts, axis=1)
-            for some in np.split(every, range(AT_ONCE, len(every), AT_ONCE))
-        ]
-    )
-    gains, first = {}, 0
-    for capture, rows in units.items():
-        kept = others.captures != capture
-        roughly = np.where(kept, rough[first : first + len(rows)], -2.0)
-        first += len(rows)
-        if not kept.any():
-            gains[capture] = np.zeros(len(rows))
+    units = [unit(vectors) for vectors in takes.values()]
+    bounds = others.segments.cosine_bounds(np.concatenate(units))
+    nearest, gains, first = NearestCaptures(others.segments), {}, 0
+    for capture, vectors in zip(takes, units):
+        own = bounds[first : first + len(vectors)]
+        first += len(vectors)
+        own[:, others.captures == capture] = -np.inf
+        if not np.isfinite(own).any():
+            gains[capture] = np.zeros(len(vectors))
             continue
-        nearest, cosines = _nearest_captures(others, rows, roughly, kept)
+        found, cosines = nearest.find(vectors, own, NEIGHBOURS)
         weights = cosines / np.maximum(cosines.sum(axis=1, keepdims=True), 1e-12)
-        said = np.einsum("sn,snw->sw", weights, others.says[nearest])
+        said = np.einsum("sn,snw->sw", weights, others.says[found])
         best = said[:, rivals].max(axis=1) if rivals.any() else np.zeros(len(said))
         gains[capture] = np.log(said[:, words] + SMALL).mean(axis=1) - np.log(best + SMALL)
     return gains
-
-
-def _nearest_captures(
-    others: DescribedSegments, rows: FloatArray, rough: Float32Array, kept: NDArray[np.bool_]
-) -> tuple[IntArray, FloatArray]:
-    """The captures most alike to each row, and their cosines: two arrays (rows, NEIGHBOURS).
-
-    `rows` (rows, values) of length 1; `rough` (rows, captures): their cosines within ``ROUGH``;
-    `kept` (captures,): which may be among them.
-    """
-    n_nearest = min(NEIGHBOURS, int(kept.sum()))
-    last = len(kept) - n_nearest
-    least = np.partition(rough, last, axis=1)[:, last : last + 1]
-    likely = np.flatnonzero((rough >= least - ROUGH).any(axis=0) & kept)
-    behind = np.append(others.firsts[1:], len(others.vectors))
-    lengths = (behind - others.firsts)[likely]
-    chosen = np.concatenate([np.arange(others.firsts[c], behind[c]) for c in likely])
-    ends = np.cumsum([0, *lengths])[:-1]
-    cosines = np.maximum.reduceat(rows @ others.vectors[chosen].T, ends, axis=1)
-    cosines = np.maximum(cosines, 0.0)
-    order = np.argsort(-cosines, axis=1, kind="stable")[:, :n_nearest]
-    return likely[order], np.take_along_axis(cosines, order, axis=1)
 
 
 def related_words(says: FloatArray, words: Collection[int]) -> set[int]:

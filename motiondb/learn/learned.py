@@ -57,6 +57,7 @@ from motiondb.records import (
 )
 
 if TYPE_CHECKING:
+    from motiondb.meaning.nearest_captures import CaptureSegments
     from motiondb.meaning.windows import ComparedSegments
 
 _LAST_NUMBER = re.compile(r"[ _-]*\d+$")
@@ -117,17 +118,10 @@ class Prepared:
 class DescribedSegments:
     """The segments of the described captures and their words."""
 
-    # (segments, values): score vectors of length 1, in the order of the captures
-    vectors: FloatArray
-    firsts: IntArray  # (captures,): first row of every capture
+    segments: CaptureSegments
     captures: IntArray  # (captures,): numbers of the captures
     # (captures, words): 1/sqrt(actions) where its captions say a word among that many actions
     says: FloatArray
-
-    @cached_property
-    def rough(self) -> Float32Array:
-        """The vectors in single precision."""
-        return self.vectors.astype(np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -415,20 +409,17 @@ class Learned(LearnedModel):
     @cached_property
     def described_segments(self) -> DescribedSegments:
         """The segments of the described captures, to be compared with one another."""
+        from motiondb.meaning.nearest_captures import CaptureSegments  # compiled code
+
         said = said_words(self.described, self.word_numbers)
         rows = {c: r for c, r in self.rows.items() if c in said and r.stop > r.start}
         says = np.zeros((len(rows), len(self.word_numbers)))
         for n, capture in enumerate(rows):
             words, n_actions = said[capture]
             says[n, sorted(words)] = 1.0 / np.sqrt(max(n_actions, 1))
-        parts = [np.arange(r.start, r.stop) for r in rows.values()]
-        every = np.concatenate([np.zeros(0, dtype=np.int64), *parts])
-        return DescribedSegments(
-            score_vectors.unit(self.segment_rows[every]),
-            np.cumsum([0, *(len(part) for part in parts)])[: len(parts)],
-            np.array(list(rows), np.int64),
-            says,
-        )
+        bounds = np.array([(r.start, r.stop) for r in rows.values()], np.int64).reshape(-1, 2)
+        captures = np.array(list(rows), np.int64)
+        return DescribedSegments(CaptureSegments(self.segment_rows, bounds), captures, says)
 
     @cached_property
     def said_places(self) -> dict[int, FloatArray]:

@@ -15,6 +15,7 @@ from motiondb.generate.competing_words import (
 )
 from motiondb.generate.symbol_motion import log_clarity, symbol_clarity
 from motiondb.learn.learned import DescribedSegments
+from motiondb.meaning.nearest_captures import CaptureSegments
 
 
 def test_clarity_of_a_stretch_is_the_mean_over_its_frames() -> None:
@@ -50,9 +51,8 @@ SIT, CLIMB, STOOL = range(3)
 
 
 def test_without_other_captures_nothing_is_gained() -> None:
-    nobody = DescribedSegments(
-        np.zeros((0, 2)), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros((0, 3))
-    )
+    nothing = CaptureSegments(np.zeros((0, 2)), np.zeros((0, 2), dtype=np.int64))
+    nobody = DescribedSegments(nothing, np.zeros(0, dtype=np.int64), np.zeros((0, 3)))
     assert neighbour_gains(nobody, {1: np.ones((4, 2))}, [SIT])[1].tolist() == [0.0] * 4
 
 
@@ -63,7 +63,8 @@ def test_the_gain_beside_a_slow_twin() -> None:
     vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
     firsts = np.cumsum([0, *lengths])[:-1]
     says = (rng.random((30, 8)) < 0.2).astype(float)
-    others = DescribedSegments(vectors, firsts, np.arange(30), says)
+    segments = CaptureSegments(vectors, np.stack([firsts, firsts + lengths], axis=1))
+    others = DescribedSegments(segments, np.arange(30), says)
     asked, queries = [2, 5], rng.normal(size=(7, 6))
     gain = neighbour_gains(others, {3: queries}, asked)[3]
     rivals = [w for w in range(8) if w not in related_words(says, asked)]
