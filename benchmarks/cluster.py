@@ -21,6 +21,7 @@ import sys
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import duckdb
 import numpy as np
@@ -164,13 +165,18 @@ def warm_up(arguments: argparse.Namespace) -> None:
         run(command, size, 0)
 
 
-def measure(arguments: argparse.Namespace) -> list[Row]:
+def rows_in(file: Path) -> list[dict[str, Any]]:
+    """The rows of a file, if there is one."""
+    lines = file.read_text().splitlines() if file.is_file() else []
+    return [json.loads(line) for line in lines]
+
+
+def measure(arguments: argparse.Namespace) -> list[dict[str, Any]]:
     """All rows: those that were measured before, and the others now."""
     out: Path = arguments.out
     out.mkdir(parents=True, exist_ok=True)
     file = out / "rows.jsonl"
-    lines = file.read_text().splitlines() if file.is_file() else []
-    rows = [json.loads(line) for line in lines]
+    rows = rows_in(file)
     known = {(row["asked hours"], row["workers"], row["command"]) for row in rows}
     wanted = [
         (hours, n_workers, command)
@@ -205,7 +211,8 @@ def main() -> None:
     arguments = parser.parse_args()
     rows = measure(arguments)
     if arguments.page:
-        write_page(rows, arguments.page)
+        growth = rows_in(arguments.inputs / "rows.jsonl") if arguments.inputs else []
+        write_page(rows, [row for row in growth if "learn, s" in row], arguments.page)
 
 
 if __name__ == "__main__":

@@ -19,8 +19,8 @@ GIGA = 1e9
 FRAMES_HOUR = 3600.0 * 15 * 24 * 4  # Bytes of the feature frames of an hour
 
 
-def write_page(rows: Sequence[Row], path: Path) -> None:
-    """Write the page."""
+def write_page(rows: Sequence[Row], growth: Sequence[Row], path: Path) -> None:
+    """Write the page; `growth`: rows of ``benchmarks/growth.py``, of one machine."""
     blocks = [
         "# Past one machine",
         f"What do workers gain, and what is sent? Measured by `python benchmarks/cluster.py` on "
@@ -37,8 +37,9 @@ def write_page(rows: Sequence[Row], path: Path) -> None:
         "of all workers. Each quantity is a line through two sizes (the search for copies over "
         "the square of the hours). At the next size, lines through the two below it say:",
         *(_checks(rows, command) for command in PREDICTED),
+        _beyond(rows, growth),
         f"## {HOURS:g} hours on {WORKERS} workers",
-        *(_said(rows, command) for command in PREDICTED),
+        *(_said(rows, growth, command) for command in PREDICTED),
     ]
     path.write_text("\n\n".join(block for block in blocks if block) + "\n", encoding="utf-8")
 
@@ -81,15 +82,20 @@ def _same(rows: Sequence[Row]) -> str:
     for row in rows:
         if "answers" in row:
             given.setdefault((row["command"], row["asked hours"]), []).append(row)
-    sentences = []
-    for (command, hours), some in sorted(given.items()):
-        if len(some) > 1:
-            same = "the same" if len({row["answers"] for row in some}) == 1 else "NOT the same"
-            numbers = ", ".join(f"{row['workers']:.0f}" if row["workers"] else "no" for row in some)
-            sentences.append(f"{same} for `{command}` at {hours:g} hours with {numbers} workers")
-    if not sentences:
+    several = {what: some for what, some in given.items() if len(some) > 1}
+    wrong = [
+        f"NOT those of `{command}` at {hours:g} hours"
+        for (command, hours), some in several.items()
+        if len({row["answers"] for row in some}) > 1
+    ]
+    if not several:
         return ""
-    return f"All derived tables, and all answers, bit for bit: {'; '.join(sentences)}."
+    compared = ", ".join(f"`{command}` at {hours:g} hours" for command, hours in several)
+    return (
+        "The derived tables of the databases that workers made, and all answers, are those of one "
+        f"machine without workers, bit for bit{''.join(f', but {each}' for each in wrong)} "
+        f"(compared: {compared})."
+    )
 
 
 def _of(rows: Sequence[Row], command: str) -> list[Row]:
@@ -99,14 +105,53 @@ def _of(rows: Sequence[Row], command: str) -> list[Row]:
     return sorted(some, key=lambda row: row["hours"])
 
 
+def _checked(rows: Sequence[Row], command: str) -> list[tuple[Taken, Row]]:
+    """What lines through two sizes say of the next, and what was measured there."""
+    some = _of(rows, command)
+    pairs = zip(pairwise(some), some[2:])
+    return [(predict(known, row["hours"], row["workers"]), row) for known, row in pairs]
+
+
+def _farther(
+    rows: Sequence[Row], growth: Sequence[Row], command: str
+) -> list[tuple[float, float, float]]:
+    """Larger sizes on one machine: hours, own + work by the lines, and what was measured, s."""
+    known = _of(rows, command)[-2:]
+    if len(known) < 2:
+        return []
+    return [
+        (
+            row["hours"],
+            predict(known, row["hours"], known[-1]["workers"]).seconds(1),
+            row[f"{command}, s"],
+        )
+        for row in growth
+        if row["hours"] > 1.5 * known[-1]["hours"]
+    ]
+
+
 def _checks(rows: Sequence[Row], command: str) -> str:
-    """What lines through two sizes say of the next."""
-    some, lines = _of(rows, command), list[list[str]]()
-    for known, row in zip(pairwise(some), some[2:]):
-        said, found = predict(known, row["hours"], row["workers"]), taken(row)
-        lines.append([f"{row['hours']:.2g}", *map(_compared, astuple(said), astuple(found))])
+    lines = [
+        [f"{row['hours']:.2g}", *map(_compared, astuple(said), astuple(taken(row)))]
+        for said, row in _checked(rows, command)
+    ]
     head = [f"`{command}` at hours", *(f.name.replace("_", " ") for f in fields(Taken))]
     return table(head, lines) if lines else ""
+
+
+def _beyond(rows: Sequence[Row], growth: Sequence[Row]) -> str:
+    lines = [
+        [f"`{command}`", f"{hours:.0f}", _compared(said, found), f"{found:.0f} s"]
+        for command in PREDICTED
+        for hours, said, found in _farther(rows, growth, command)
+    ]
+    if not lines:
+        return ""
+    head = ["command", "hours", "own + work, by the lines", "measured on one machine"]
+    return (
+        "Farther away, the sum of own and work is compared with the processor seconds of one "
+        f"machine without a cluster ([measured](scale.md)).\n\n{table(head, lines)}"
+    )
 
 
 def _compared(said: float, found: float) -> str:
@@ -114,17 +159,23 @@ def _compared(said: float, found: float) -> str:
     return f"{said / divisor:.0f} {unit} ({said / found - 1:+.0%})"
 
 
-def _said(rows: Sequence[Row], command: str) -> str:
-    """What the lines through the two largest sizes say of 300 hours."""
+def _said(rows: Sequence[Row], growth: Sequence[Row], command: str) -> str:
+    """What the lines through the two largest sizes say of 300 hours, and how they erred so far."""
     some = _of(rows, command)
     if len(some) < 2:
         return ""
     said = predict(some[-2:], HOURS, WORKERS)
-    farther = HOURS / some[-1]["hours"]
+    errors = [
+        each.seconds(row["workers"]) / taken(row).seconds(row["workers"]) - 1
+        for each, row in _checked(rows, command)
+    ]
+    errors += [one / found - 1 for _, one, found in _farther(rows, growth, command)]
+    erred = f" Where it was checked, the time erred by {min(errors):+.0%} to {max(errors):+.0%}."
     return (
         f"`{command}`: {said.seconds(WORKERS) / 3600:.1f} hours, of which the asking process "
         f"works {said.own / 3600:.1f} alone, and each worker {said.work / WORKERS / 3600:.1f}. "
         f"All workers receive {said.received / GIGA:.0f} GB; a worker holds "
         f"{said.worker_peak / GIGA:.1f} GB at most, the asking process {said.own_peak / GIGA:.0f} "
-        f"GB. That is {farther:.0f} times the largest size measured."
+        f"GB. That is {HOURS / some[-1]['hours']:.0f} times the largest size measured."
+        f"{erred if errors else ''}"
     )

@@ -5,7 +5,8 @@
 `own` are processor seconds of the asking process, `work` those of all workers, at h hours and w
 workers; nothing that one waits for meanwhile counts. Every quantity is a line through the values at
 two sizes, over the hours (the search for copies: over their square; the memory of a worker: over
-the hours of its share). So a third size shows what the lines are worth.
+the hours of its share). The memory of ``add``, which works in batches, is taken as that of the
+larger size. So a third size shows what the lines are worth.
 """
 
 from __future__ import annotations
@@ -52,12 +53,15 @@ def predict(known: Sequence[Row], hours: float, n_workers: float) -> Taken:
     copies = [row.get(COPIES, 0.0) for row in known]
     others = [row["worked, s"] - part for row, part in zip(known, copies)]
     squares = [size**2 for size in sizes]
+    last = taken(known[-1])
+    in_batches = known[-1]["command"] == "add"
+    shared = line(shares, [row["worker peak, bytes"] for row in known], hours / n_workers)
     return Taken(
         over_hours("own, s"),
         line(sizes, others, hours) + line(squares, copies, hours**2),
         over_hours("received, bytes"),
-        over_hours("own peak, bytes"),
-        line(shares, [row["worker peak, bytes"] for row in known], hours / n_workers),
+        last.own_peak if in_batches else over_hours("own peak, bytes"),
+        last.worker_peak if in_batches else shared,
     )
 
 
