@@ -449,7 +449,7 @@ def _against_rivals(
     for n in compared:
         capture = sources[n].capture
         gains[n] = NEIGHBOUR_WEIGHT * alike[capture]
-        evidence = learned.unplaced.get(capture)
+        evidence = None if learned.unplaced is None else learned.unplaced.get(capture)
         if evidence is not None and words:
             rivals = known - words - sources[n].beside
             gains[n] = gains[n] + RIVAL_WEIGHT * rival_gain(evidence, words, rivals)

@@ -173,6 +173,11 @@ class Learned(LearnedModel):
         same = all(mine[name] is theirs[name] for name in FOLLOWED)
         return self.prepared.arrays if same else {}
 
+    def _ready_of(self, prefix: str) -> dict[str, NDArray[Any]]:
+        """The prepared arrays whose names begin with a text, by the rest of their names."""
+        ready = self._ready.items()
+        return {n.removeprefix(prefix): array for n, array in ready if n.startswith(prefix)}
+
     @cached_property
     def _projected(self) -> dict[int, Float32Array]:
         """Whitened features by capture, those asked for last."""
@@ -375,8 +380,7 @@ class Learned(LearnedModel):
         if self.places is None:
             return None
         rows, n_words = (self.segments, self.segment_rows), len(self.association.words)
-        names = {f"place_{name}": name for name in place_fitting.FITTED}
-        arrays = {short: self._ready[n] for n, short in names.items() if n in self._ready}
+        arrays = self._ready_of("place_")
         return place_fitting.place_evidence(self.places, *rows, n_words, self.performers, arrays)
 
     @cached_property
@@ -385,10 +389,12 @@ class Learned(LearnedModel):
         return performers_of(self.captures)
 
     @cached_property
-    def unplaced(self) -> Mapping[int, FloatArray]:
+    def unplaced(self) -> place_fitting.LeftOut | None:
         """Evidence for words by a map that ignores places and is fitted without the take itself."""
         said = said_words(self.described, self.word_numbers)
-        return {} if self.placed is None else self.placed.unplaced(said)
+        return (
+            None if self.placed is None else self.placed.unplaced(said, self._ready_of("unplaced_"))
+        )
 
     @cached_property
     def listed_actions(self) -> dict[int, list[frozenset[int]]]:
@@ -453,6 +459,8 @@ def prepare(learned: Learned) -> dict[str, NDArray[Any]]:
     if learned.placed is not None:
         fitted = place_fitting.fitted_arrays(learned.placed)
         arrays |= {f"place_{name}": array for name, array in fitted.items()}
+    if learned.unplaced is not None:
+        arrays |= {f"unplaced_{name}": array for name, array in learned.unplaced.arrays().items()}
     return arrays
 
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from types import MappingProxyType
 
 import numpy as np
 
@@ -30,7 +31,7 @@ from motiondb.meaning.place_map import (
     take_weights,
 )
 from motiondb.meaning.regression import Fitted, MadeRows, Regression
-from motiondb.meaning.score_vectors import Rows, interval_vectors
+from motiondb.meaning.score_vectors import AT_ONCE, Rows, interval_vectors
 from motiondb.meaning.word_evidence import WINDOW_MARGIN, TakeScores
 from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentTable
 from motiondb.symbols.hmm_jobs import one_blas_thread
@@ -306,7 +307,11 @@ class PlaceEvidence:
             self.of_performers[performer] = dict(zip(captures, np.split(evidence, ends[:-1])))
         return self.of_performers[performer][capture]
 
-    def unplaced(self, said: Mapping[int, tuple[frozenset[int], int]]) -> Mapping[int, FloatArray]:
+    def unplaced(
+        self,
+        said: Mapping[int, tuple[frozenset[int], int]],
+        arrays: Mapping[str, FloatArray] = MappingProxyType({}),
+    ) -> LeftOut | None:
         """Evidence for every word without its places, per take that was used in learning.
 
         Every segment of a take counts as showing all words of the take, each by 1 / sqrt(actions of
@@ -314,15 +319,29 @@ class PlaceEvidence:
         are looked at.
 
         `said`: Capture number -> numbers of its words, and of the actions that these name.
+
+        `arrays`: Those of :meth:`LeftOut.arrays`, if they were computed before.
         """
         if self.fitted is None:
-            return {}
-        even = np.zeros((len(self.fitted.fitted.centred), self.n_words))
-        for capture, inside in self.placed.items():
-            words, n_actions = said.get(capture, (frozenset[int](), 1))
-            even[inside, sorted(words)] = 1.0 / np.sqrt(max(n_actions, 1))
-        with one_blas_thread():
-            return LeftOut(self.placed, FittedPlaces(self.fitted.fitted.regression.fit(even)))
+            return None
+        captures, regression = list(self.placed), self.fitted.fitted.regression
+        bounds = np.array([0, *(rows.stop for rows in self.placed.values())])
+
+        def even_of(groups: Sequence[int]) -> FloatArray:
+            rows = [np.zeros((bounds[n + 1] - bounds[n], self.n_words)) for n in groups]
+            for n, even in zip(groups, rows):
+                words, n_actions = said.get(captures[n], (frozenset[int](), 1))
+                even[:, sorted(words)] = 1.0 / np.sqrt(max(n_actions, 1))
+            return np.concatenate(rows)
+
+        target = MadeRows(bounds, even_of)
+        if arrays:
+            mean, slopes = arrays["mean"], arrays["slopes"]
+            fitted = Fitted(regression, mean, slopes, regression.centred(target, mean))
+        else:
+            with one_blas_thread():
+                fitted = regression.fit_made(target)
+        return LeftOut(self.placed, FittedPlaces(fitted))
 
 
 @dataclass(frozen=True, eq=False)
@@ -332,6 +351,10 @@ class LeftOut(Mapping[int, FloatArray]):
     placed: Mapping[int, slice]  # Capture number -> rows of ``fitted``
     fitted: FittedPlaces
     kept: dict[int, FloatArray] = field(default_factory=dict, repr=False)
+
+    def arrays(self) -> dict[str, FloatArray]:
+        """Arrays from which :meth:`PlaceEvidence.unplaced` restores it."""
+        return {"mean": self.fitted.fitted.mean, "slopes": self.fitted.fitted.slopes}
 
     def __getitem__(self, capture: int) -> FloatArray:
         rows = self.placed[capture]
@@ -377,19 +400,22 @@ def _restored(
     seconds = np.concatenate([lengths[rows[capture]] for capture in captures]) / MOTION_FPS
     roots = np.sqrt(take_weights(seconds, owners))[:, None]
 
-    def rows_of(n: int) -> FloatArray:
-        vectors = window_vectors(table, standardised, rows[captures[n]])
-        return np.asarray((vectors - arrays["centre"]) * roots[bounds[n] : bounds[n + 1]])
+    def rows_of(groups: Sequence[int]) -> FloatArray:
+        vectors = _windows_of(table, standardised, [rows[captures[n]] for n in groups])
+        vectors -= arrays["centre"]
+        vectors *= np.concatenate([roots[bounds[n] : bounds[n + 1]] for n in groups])
+        return vectors
 
-    def centred_of(n: int) -> FloatArray:
-        shown = np.zeros((sizes[n], n_words))
-        _set_shown(shown, places, captures[n])
-        return np.asarray(roots[bounds[n] : bounds[n + 1]] * (shown - arrays["mean"]))
+    def shown_of(groups: Sequence[int]) -> FloatArray:
+        shown = [np.zeros((sizes[n], n_words)) for n in groups]
+        for n, own in zip(groups, shown):
+            _set_shown(own, places, captures[n])
+        return np.concatenate(shown)
 
     regression = Regression(
         MadeRows(bounds, rows_of), roots, *(arrays[name] for name in FITTED[:3])
     )
-    centred = MadeRows(bounds, centred_of)
+    centred = regression.centred(MadeRows(bounds, shown_of), arrays["mean"])
     fitted = Fitted(regression, arrays["mean"], arrays["slopes"], centred)
     placed = {c: slice(int(a), int(b)) for c, a, b in zip(captures, bounds, bounds[1:])}
     return placed, FittedPlaces(fitted)
@@ -459,11 +485,28 @@ def _stacked(
     seconds = np.concatenate([lengths[rows[c]] for c in captures])
     sizes = [rows[c].stop - rows[c].start for c in captures]
     owners = np.repeat(np.arange(len(captures), dtype=np.int64), sizes)
-    vectors, first = np.empty((len(seconds), standardised.shape[1])), 0
-    for capture, size in zip(captures, sizes):
-        vectors[first : first + size] = window_vectors(table, standardised, rows[capture])
-        first += size
+    vectors = _windows_of(table, standardised, [rows[c] for c in captures])
     return vectors, seconds, owners
+
+
+def _windows_of(table: SegmentTable, standardised: Rows, parts: Sequence[slice]) -> FloatArray:
+    """As :func:`window_vectors`, of several captures, of which some are standardised at once."""
+    ends = np.cumsum([0, *(part.stop - part.start for part in parts)])
+    vectors = np.empty((ends[-1], standardised.shape[1]))
+    block, first, last = vectors[:0], 0, 0  # the rows from first to last
+    for n, part in enumerate(parts):
+        if last <= ends[n]:
+            stop = int(np.searchsorted(ends, ends[n] + AT_ONCE, side="left"))
+            some = parts[n : max(stop, n + 1)]
+            block = standardised[np.concatenate([np.arange(p.start, p.stop) for p in some])]
+            first, last = int(ends[n]), int(ends[n]) + len(block)
+        own = slice(int(ends[n]), int(ends[n + 1]))
+        starts, stops = table.starts[part], table.ends[part]
+        vectors[own] = interval_vectors(
+            block[own.start - first : own.stop - first],
+            starts, stops, starts - WINDOW_MARGIN, stops + WINDOW_MARGIN,
+        )  # fmt: skip
+    return vectors
 
 
 def _listed(table: SegmentTable, rows: slice, written: Written, capture: int) -> _Take | None:

@@ -48,7 +48,6 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import Annotated, Self
 
 import numpy as np
@@ -132,24 +131,22 @@ AT_ONCE = 4096  # Made rows that are multiplied at once; by hand
 
 @dataclass(frozen=True, eq=False)
 class MadeRows:
-    """Rows that are made, group by group, where they are looked at."""
+    """Rows that are made, some groups at a time, where they are looked at."""
 
     bounds: IntArray  # (groups + 1,): group n has the rows from bounds[n] to bounds[n + 1]
-    make: Callable[[int], FloatArray]  # Number of a group -> its rows
+    make: Callable[[Sequence[int]], FloatArray]  # Numbers of groups, rising -> all their rows
 
     def __len__(self) -> int:
         return int(self.bounds[-1])
 
     def __getitem__(self, which: IntArray | slice) -> FloatArray:
         numbers = np.arange(len(self))[which]
+        if not len(numbers):
+            return self.make([0])[:0]
         groups = np.searchsorted(self.bounds, numbers, side="right") - 1
-        parts = {n: self.make(n) for n in np.unique(groups).tolist()}
-        firsts = np.flatnonzero(np.diff(groups, prepend=-1))
-        pieces = [
-            parts[int(groups[a])][numbers[a:b] - self.bounds[groups[a]]]
-            for a, b in pairwise([*firsts.tolist(), len(numbers)])
-        ]
-        return np.concatenate(pieces) if pieces else self.make(0)[:0]
+        looked_at, place = np.unique(groups, return_inverse=True)
+        firsts = np.cumsum([0, *np.diff(self.bounds)[looked_at]])[:-1]
+        return self.make(looked_at.tolist())[numbers - self.bounds[groups] + firsts[place]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,12 +166,25 @@ class Regression:
         weights = self.roots[:, 0] ** 2
         mean = weights @ target / weights.sum()
         centred = self.roots * (target - mean)
-        if isinstance(self.rows, MadeRows):  # they would not fit into memory
-            parts = [slice(a, a + AT_ONCE) for a in range(0, len(self.rows), AT_ONCE)]
-            cross = sum((self.rows[part].T @ centred[part] for part in parts), 0.0)
-        else:
-            cross = self.rows.T @ centred
+        return Fitted(self, mean, self.inverse @ (self.rows[:].T @ centred), centred)
+
+    def fit_made(self, target: MadeRows) -> Fitted:
+        """As :meth:`fit`, some rows at a time: all would not fit into memory."""
+        weights = self.roots[:, 0] ** 2
+        parts = [slice(a, a + AT_ONCE) for a in range(0, len(target), AT_ONCE)]
+        mean = sum((weights[part] @ target[part] for part in parts), 0.0) / weights.sum()
+        centred = self.centred(target, mean)
+        cross = sum((self.rows[part].T @ centred[part] for part in parts), 0.0)
         return Fitted(self, mean, self.inverse @ cross, centred)
+
+    def centred(self, target: MadeRows, mean: FloatArray) -> MadeRows:
+        """Targets less their mean, times the roots of the weights."""
+
+        def make(groups: Sequence[int]) -> FloatArray:
+            own = [self.roots[target.bounds[n] : target.bounds[n + 1]] for n in groups]
+            return np.asarray(np.concatenate(own) * (target.make(groups) - mean))
+
+        return MadeRows(target.bounds, make)
 
 
 @dataclass(frozen=True, eq=False)

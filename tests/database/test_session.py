@@ -252,6 +252,8 @@ def test_what_is_kept_of_all_captures_is_what_would_be_computed(learned_file: Pa
     assert isinstance(learned.evidence.odds[1].base, np.memmap)
     assert learned.placed is not None
     assert plain.placed is not None
+    assert learned.unplaced is not None
+    assert plain.unplaced is not None
     np.testing.assert_array_equal(learned.likeness, plain.likeness)
     for capture in list(learned.rows)[::9]:
         np.testing.assert_array_equal(learned.evidence.odds[capture], plain.evidence.odds[capture])

@@ -175,7 +175,12 @@ def test_evidence_without_places_is_of_the_map_of_the_other_takes() -> None:
     takes = listed[1]
     numbers = {1: (frozenset({0, 1}), 2), 2: (frozenset({1, 2}), 2), 3: (frozenset({0}), 1)}
     assert places is not None
-    evidence = place_evidence(places, table, rows, 3, {}).unplaced(numbers)
+    placed = place_evidence(places, table, rows, 3, {})
+    evidence = placed.unplaced(numbers)
+    assert evidence is not None
+    again = placed.unplaced(numbers, evidence.arrays())
+    assert again is not None
+    np.testing.assert_array_equal(again[1], evidence[1])
     shares = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [1.0, 0.0, 0.0]]) ** 0.5
     even = np.repeat(shares, [5, 4, 4], axis=0)
     inside = slice(0, 5)

@@ -107,7 +107,7 @@ class CheckedRows:
     ) -> None:
         # A plain array of the same memory: slices of a memory map take 20 times as long
         self.rows, self.shape, self.dtype = rows.view(np.ndarray), rows.shape, rows.dtype
-        self._bounds, self._sums, self._make = bounds.tolist(), sums, make
+        self._bounds, self._edges, self._sums, self._make = bounds.tolist(), bounds, sums, make
         self._is_sound = [False] * len(sums)
         self._mended: dict[int, NDArray[Any]] = {}
         self._columns = slice(None)
@@ -151,7 +151,7 @@ class CheckedRows:
     def _chosen(self, which: NDArray[Any]) -> NDArray[Any]:
         """Rows by their numbers, or those that are true."""
         numbers = np.flatnonzero(which) if which.dtype == bool else which
-        for place in np.unique(np.searchsorted(self._bounds, numbers, side="right") - 1).tolist():
+        for place in np.unique(np.searchsorted(self._edges, numbers, side="right") - 1).tolist():
             self._check(place)
         return (self[:] if self._mended else self.rows[:, self._columns])[numbers]
 
