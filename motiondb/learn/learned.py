@@ -162,7 +162,7 @@ class Learned(LearnedModel):
         table = self.segments
         if self.held_rows is not None:
             return self.held_rows
-        return score_vectors.StandardisedRows(self.score_space, table.scores, table.movement)
+        return score_vectors.StandardisedRows.of_table(self.score_space, table)
 
     @cached_property
     def _ready(self) -> Mapping[str, NDArray[Any]]:

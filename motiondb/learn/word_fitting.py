@@ -25,6 +25,7 @@ from motiondb.meaning.asked_certainty import fit_certainties
 from motiondb.meaning.counting import Counted, Described
 from motiondb.meaning.description_map import fit_description_calibration
 from motiondb.meaning.regression import Certainties
+from motiondb.meaning.score_vectors import StandardisedRows
 from motiondb.meaning.word_map import choose_ridge_and_calibration
 from motiondb.records import Caption, FloatArray, IntArray, SegmentTable
 
@@ -187,7 +188,7 @@ def _certainties(
             ends=np.array([d.end for d in intervals]),
             groups=rows.performers,
             table=table,
-            standardised=scores.standardise(table.scores, table.movement),
+            standardised=score_vectors.in_memory(StandardisedRows.of_table(scores, table)),
             ridge=ridge,
             calibration=calibration,
             n_posture_and_travel=score_vectors.count_posture_and_travel(table.movement.shape[1]),

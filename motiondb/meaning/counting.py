@@ -165,7 +165,7 @@ def training_rows(
     captures, to the last bit.
     """
     intervals, presence = merged_intervals(described, number)
-    rows = score_vectors.StandardisedRows(scores, table.scores, table.movement)
+    rows = score_vectors.StandardisedRows.of_table(scores, table)
     vectors = np.empty((len(intervals), len(scores.mean)))
     for row, d in enumerate(intervals):
         part = slice(d.low, d.high)

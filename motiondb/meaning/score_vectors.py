@@ -106,6 +106,11 @@ class StandardisedRows:
     scores: Float32Array  # (segments, symbols)
     movement: Float32Array  # (segments, columns)
 
+    @classmethod
+    def of_table(cls, space: ScoreSpace, table: SegmentTable) -> StandardisedRows:
+        """The rows of the segments of a table."""
+        return cls(space, table.scores, table.movement)
+
     @property
     def shape(self) -> tuple[int, int]:
         """Segments and columns."""
@@ -139,7 +144,8 @@ def fit_score_space(
     means, spreads = [], []
     for block in blocks:
         mean = weights @ block
-        spread = np.sqrt(weights @ (block - mean) ** 2)
+        gaps = block - mean
+        spread = np.sqrt(weights @ np.square(gaps, out=gaps))
         means.append(mean)
         spreads.append(np.maximum(spread, 1e-6 + 0.01 * spread.max(initial=0.0)))
     return ScoreSpace(np.concatenate(means), np.concatenate(spreads))
