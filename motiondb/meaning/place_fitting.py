@@ -178,7 +178,7 @@ def find_places(table: SegmentTable, standardised: FloatArray, written: Written)
         return None
     captures, takes = listed
     with one_blas_thread():  # many small systems
-        every = find_shown(takes)
+        every = find_shown(takes, overwrite=True)
     words, shown = {}, {}
     inferred, inferred_shown = {}, {}
     for n, (capture, inside) in enumerate(zip(captures, takes.rows())):

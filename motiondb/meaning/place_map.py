@@ -89,11 +89,15 @@ class PlaceMap:
         return np.asarray(SHARPNESS * (vectors @ self.weights + self.offsets) / self.spreads)
 
 
-def find_shown(takes: ListedTakes) -> FloatArray:
-    """Estimate the hidden places of listed actions: array (rows, words), y of the module."""
+def find_shown(takes: ListedTakes, *, overwrite: bool = False) -> FloatArray:
+    """Estimate the hidden places of listed actions: array (rows, words), y of the module.
+
+    `overwrite`: Whether the vectors of the takes may be.
+    """
     rows = takes.rows()
     shown = even_shares(takes, rows)
-    regression = prepare(takes.vectors, take_weights(takes.seconds, takes.owners), RIDGE)
+    weights = take_weights(takes.seconds, takes.owners)
+    regression = prepare(takes.vectors, weights, RIDGE, overwrite=overwrite)
     for _ in range(ROUNDS):
         evidence = FittedPlaces(regression.fit(shown)).left_out(takes)
         shown = DAMPING * shown + (1.0 - DAMPING) * place_actions(takes, rows, evidence)
