@@ -17,6 +17,7 @@ from motiondb.store import moving
 from motiondb.store.catalogue import parquet_files, places
 from motiondb.store.connection import migrations
 from motiondb.store.connection.faults import DamagedMotionError
+from motiondb.store.connection.handle import Block
 from motiondb.store.connection.transactions import read_meta
 
 N_FRAMES = (12, 30, 7, 12, 25)
@@ -75,6 +76,9 @@ def test_what_is_moved_comes_out_bit_for_bit(
     assert store.load_parquet_files(filled) == []
     assert content(filled) == before
     assert store.check_store(filled, sources=True) == []
+    filled.local.block = Block(1, 0, bytes(files[0].n_bytes))  # of a former file of this number
+    store.move_motions(filled, place)
+    assert content(filled) == before
 
 
 def test_any_program_reads_the_files(filled: store.Store, tmp_path: Path) -> None:

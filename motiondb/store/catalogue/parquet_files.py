@@ -63,25 +63,26 @@ def load_part(store: Store, at: Part) -> bytes:
     """Read the bytes of a part; those that follow are read with it where parts come in order."""
     number, start, stop = at["file_id"], at["start"], at["start"] + at["n_bytes"]
     block = store.local.block
-    is_near = (
-        block is not None
-        and block.file_id == number
-        and block.start <= start <= block.stop + _BETWEEN
-    )
-    if block is None or not is_near or stop > block.stop:
+    data, is_near = b"", False
+    if block is not None and block.file_id == number:
+        is_near = block.start <= start <= block.stop + _BETWEEN
+        data = block.data[start - block.start : stop - block.start] if is_near else b""
+    if not _is_whole(data, at):  # it is not in the block, or that is of a former file
         file = _file_of(store, number)
         end = max(stop, min(start + _AHEAD, file.n_bytes)) if is_near else stop
         with told(file.path, advice(store)):
-            block = Block(number, start, open_place(file.place).read(file.name, start, end))
-        store.local.block = block
-    data = block.data[start - block.start : stop - block.start]
-    if zlib.crc32(data) != at["crc32"]:
-        store.local.block = None
-        raise DamagedMotionError(
-            f"{_file_of(store, number).path}: expected the bytes that were written, found others. "
-            f"{advice(store)}"
-        )
+            read = open_place(file.place).read(file.name, start, end)
+        store.local.block = Block(number, start, read)
+        data = read[: stop - start]
+        if not _is_whole(data, at):
+            raise DamagedMotionError(
+                f"{file.path}: expected the bytes that were written, found others. {advice(store)}"
+            )
     return data
+
+
+def _is_whole(data: bytes, at: Part) -> bool:
+    return len(data) == at["n_bytes"] and zlib.crc32(data) == at["crc32"]
 
 
 def _file_of(store: Store, number: int) -> ParquetFile:
