@@ -218,7 +218,7 @@ class MotionDB(Captures):
             values = store.load_parameters(opened, "drift_baseline", "lemmas")
             baseline = from_values(drift.DriftBaseline, values, "drift_baseline")
             lemmas = from_values(dict[str, str], values, "lemmas")
-            captured = {i.capture_id for i in self.session.captures if i.kind == "captured"}
+            captured = store.load_captured(opened)
             captions = [
                 caption
                 for capture, rows in store.load_captions(opened).items()

@@ -30,9 +30,11 @@ from motiondb.store.catalogue.cache import (
 )
 from motiondb.store.catalogue.captures import (
     load_capture,
+    load_captured,
     load_captures,
     load_digests,
     load_motion,
+    load_totals,
     remove_capture,
     rename_capture,
     save_capture,

@@ -194,7 +194,7 @@ _RUNS = re.compile("[0-9]+|[^0-9]+")  # Numbers, and what stands between them
 def database_info(session: Session) -> DatabaseInfo:
     """What is in the database: numbers of captures, grammars, symbols and words."""
     opened = session.store
-    captures = session.captures
+    totals = store.load_totals(opened)
     learned: dict[str, Any] = {"learned": store.is_learned(opened)}
     if learned["learned"]:
         size = store.load_learning_size(opened)
@@ -214,11 +214,11 @@ def database_info(session: Session) -> DatabaseInfo:
     return DatabaseInfo(
         database=str(opened.path),
         bytes=n_bytes,
-        captures=len(captures),
-        generated=sum(c.kind == "generated" for c in captures),
-        seconds=round(sum(c.duration for c in captures), 2),
-        performers=len({c.tags["performer"] for c in captures if "performer" in c.tags}),
-        captures_with_words=len(store.load_captions(opened)),
+        captures=totals.captures,
+        generated=totals.generated,
+        seconds=round(totals.seconds, 2),
+        performers=totals.performers,
+        captures_with_words=totals.captures_with_words,
         copies=len(store.load_relations(opened)),
         grammars=len(store.load_grammar_names(opened)),
         cache_bytes=store.cache_bytes(opened),
@@ -237,7 +237,7 @@ def unlearned_captures(session: Session) -> list[str]:
 
     def load() -> list[str]:
         learned = store.load_learned_captures(session.store)
-        infos = session.captures
-        return [i.name for i in infos if i.kind == "captured" and i.capture_id not in learned]
+        captured = store.load_captured(session.store)
+        return [name for number, name in captured.items() if number not in learned]
 
     return list(session.kept("unlearned", load))

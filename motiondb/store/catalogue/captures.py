@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -120,6 +120,40 @@ def load_captures(store: Store, where: str | Sequence[Filter] = "") -> list[Capt
     captions = load_captions(store) if asks_captions(filters) else {}
     texts = {number: [caption.words for caption in said] for number, said in captions.items()}
     return [info for info in infos if matches(info, filters, texts.get(info.capture_id, ()))]
+
+
+@dataclass(frozen=True)
+class CaptureTotals:
+    """Numbers over all captures, which need none of their rows in memory."""
+
+    captures: int
+    generated: int
+    seconds: float  # Their durations together
+    performers: int
+    captures_with_words: int
+
+
+def load_totals(store: Store) -> CaptureTotals:
+    """Count the captures."""
+    connection = store.connection
+    durations = connection.column("SELECT duration FROM capture ORDER BY capture_id")
+
+    def count(query: str) -> int:
+        return int(connection.value(query) or 0)
+
+    return CaptureTotals(
+        len(durations),
+        count("SELECT count(*) FROM capture WHERE kind = 'generated'"),
+        sum(durations),
+        count("SELECT count(DISTINCT value) FROM capture_tag WHERE key = 'performer'"),
+        count("SELECT count(DISTINCT capture_id) FROM caption"),
+    )
+
+
+def load_captured(store: Store) -> dict[int, str]:
+    """Load number and name of the captures that were not generated, in order of number."""
+    query = "SELECT capture_id, name FROM capture WHERE kind = 'captured' ORDER BY capture_id"
+    return dict(store.connection.execute(query).fetchall())
 
 
 def load_capture(store: Store, name: str, *, or_file: bool = False) -> CaptureInfo:

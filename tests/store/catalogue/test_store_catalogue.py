@@ -13,7 +13,12 @@ from motiondb import store
 from motiondb.body import body
 from motiondb.errors import QueryError, StoreError
 from motiondb.records import Caption, Relation
-from motiondb.store.catalogue.captures import N_JOINTS, flatten_motion, unflatten_motion
+from motiondb.store.catalogue.captures import (
+    N_JOINTS,
+    CaptureTotals,
+    flatten_motion,
+    unflatten_motion,
+)
 from motiondb.store.poses import POSE_SIZE, pack_poses, unpack_poses
 
 
@@ -140,6 +145,26 @@ def test_tags_words_and_synonyms_are_replaced(database: store.Store, samples: Mo
     assert store.load_captions(database) == {}
     store.save_tags(database, 1, {"performer": "10"})
     assert store.load_capture(database, "a").tags == {"performer": "10"}
+
+
+def test_totals_are_those_of_the_rows(database: store.Store, samples: ModuleType) -> None:
+    assert store.load_totals(database) == CaptureTotals(0, 0, 0.0, 0, 0)
+    for number, name in enumerate(("a", "bb", "ccc", "dddd"), start=1):
+        samples.add(database, name)
+        store.save_tags(database, number, {"performer": "9" if number < 3 else name})
+    store.save_captions(database, 2, [Caption("run"), Caption("jump", 1.0, 2.0)])
+    store.save_captions(database, 3, [])
+    made = "UPDATE capture SET kind = 'generated', duration = 7.5 WHERE name = 'bb'"
+    database.connection.execute(made)
+    infos = store.load_captures(database)
+    assert store.load_totals(database) == CaptureTotals(
+        len(infos),
+        sum(info.kind == "generated" for info in infos),
+        sum(info.duration for info in infos),
+        len({info.tags["performer"] for info in infos}),
+        len(store.load_captions(database)),
+    )
+    assert store.load_captured(database) == {1: "a", 3: "ccc", 4: "dddd"}
 
 
 def test_relations_go_by_names(database: store.Store, samples: ModuleType) -> None:
