@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache, partial
 from importlib import resources
@@ -52,15 +51,17 @@ def load_learned(opened: store.Store, pool: Callable[[], FeaturePool]) -> Learne
         model = from_stored(store.load_learning(opened, scores=False))
         captions, features = store.load_captions(opened), pool()
         infos = {info.capture_id: info for info in store.load_captures(opened)}
-        damaged = {n: info.name for n, info in infos.items() if n not in features.places}
+        held = _segment_rows(opened, model, features.of_capture)
+        lacking = set(model.segments.capture_ids.tolist()) - set(held.capture_ids.tolist())
+        lacking |= infos.keys() - features.places.keys()
+        damaged = {n: info.name for n, info in infos.items() if n in lacking}
         if damaged:
             sound = ~np.isin(model.segments.capture_ids, list(damaged))
             model = with_segments(model, take_rows(model.segments, sound))
-        table = _with_rows(opened, model, features.of_capture)
         return Learned(
             **{
                 **vars(model),
-                "segments": table,
+                "segments": _with_rows(model, held),
                 "certainties": given_certainties(model.certainties, model.counted),
             },
             captures={number: info for number, info in infos.items() if number not in damaged},
@@ -71,19 +72,22 @@ def load_learned(opened: store.Store, pool: Callable[[], FeaturePool]) -> Learne
         )
 
 
-def _with_rows(
+def _segment_rows(
     opened: store.Store,
     model: LearnedModel,
     features_of: Callable[[int], Float32Array],
     ready: Mapping[int, store.Made] = MappingProxyType({}),
-) -> SegmentTable:
-    """The segments of a model with scores and movement, memory-mapped from the cache."""
-    table, n_symbols = model.segments, model.symbols.n_symbols
+) -> store.CaptureRows:
+    """Scores and movement of the segments of a model, side by side, from the cache."""
     make = partial(_make_segment_rows, opened, model, features_of)
-    held = store.cached_segment_rows(opened, SEGMENTS, make, ready)
-    rows = held.rows
+    return store.cached_segment_rows(opened, SEGMENTS, make, ready)
+
+
+def _with_rows(model: LearnedModel, held: store.CaptureRows) -> SegmentTable:
+    """The segments of a model with their scores and movement, of which more may be held."""
+    table, rows, n_symbols = model.segments, held.rows, model.symbols.n_symbols
     which = np.isin(held.capture_ids, table.capture_ids)
-    if not which.all():  # a motion was damaged since the rows were made
+    if not which.all():  # without those of captures that are damaged
         rows = rows[np.repeat(which, np.diff(held.bounds))]
     parts = ((0, n_symbols), (n_symbols, rows.shape[1]))
     if isinstance(rows, store.CheckedRows):
@@ -103,13 +107,14 @@ def _make_segment_rows(
     rows, table = capture_rows(model.segments), model.segments
     made: dict[int, store.Made] = {}
     for capture, scores in store.load_scores(opened, captures).items():
-        with suppress(KeyError):  # of a motion that cannot be read
+        try:
             features = features_of(capture)
-            starts, ends = table.starts[rows[capture]], table.ends[rows[capture]]
-            cut = starts // FEATURE_STEP, -(-ends // FEATURE_STEP)
-            frames = model.feature_space.project(features)
-            moving = describe_segments(frames, features, *cut)
-            made[capture] = np.concatenate([scores, moving], axis=1), 0.0
+        except KeyError:  # of a motion that cannot be read
+            continue
+        starts, ends = table.starts[rows[capture]], table.ends[rows[capture]]
+        cut = starts // FEATURE_STEP, -(-ends // FEATURE_STEP)
+        moving = describe_segments(model.feature_space.project(features), features, *cut)
+        made[capture] = np.concatenate([scores, moving], axis=1), 0.0
     return made
 
 
@@ -144,7 +149,7 @@ def keep_segment_rows(opened: store.Store, model: LearnedModel) -> None:
     with store.reading(opened):
         if store.load_learning_size(opened).run_id == model.run_id:
             features_of = load_features(opened).of_capture
-            _with_rows(opened, model, features_of, WhenAsked(rows, of_capture))
+            _segment_rows(opened, model, features_of, WhenAsked(rows, of_capture))
 
 
 FeaturesMade = tuple[NDArray[Any], float]

@@ -30,7 +30,7 @@ def damage_sentence(path: Path, names: Iterable[str]) -> str:
     return (
         f"{path}: expected motions that can be read, found damaged ones of "
         f"{', '.join(sorted(names))}, which answers leave out. Restore a copy, save what is "
-        f"readable: motiondb rescue {path} -o NEW.duckdb, or remove them."
+        f"readable: motiondb rescue {path} -o NEW.duckdb, or remove them and run motiondb learn."
     )
 
 

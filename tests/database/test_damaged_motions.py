@@ -67,3 +67,22 @@ def test_captures_are_added_beside_a_damaged_one_which_can_be_removed(
         assert db.search("walk").matches
         assert db.damage_note == ""
         np.testing.assert_allclose(db.motion("again").duration, clip.duration, atol=0.1)
+
+
+@pytest.mark.parametrize("lost", ["nothing", "features-*", "segments-*"])
+def test_a_motion_that_is_mended_answers_again(learned_copy: Path, lost: str) -> None:
+    with motiondb.open(learned_copy) as db:
+        before = [(m.capture, m.start) for m in db.search("walk", limit=200).matches]
+        whole = db.store.connection.execute("SELECT capture_id, poses FROM motion").fetchall()
+    damage(learned_copy)
+    with motiondb.open(learned_copy) as db:
+        assert BAD not in {match.capture for match in db.search("walk", limit=200).matches}
+        for number, poses in whole:
+            update = "UPDATE motion SET poses = ? WHERE capture_id = ?"
+            db.store.connection.execute(update, [poses, number])
+    for file in learned_copy.with_name(f"{learned_copy.name}.cache").glob(lost):
+        file.unlink()
+    with motiondb.open(learned_copy, read_only=True) as db:
+        again = [(m.capture, m.start) for m in db.search("walk", limit=200).matches]
+        assert again == before
+        assert db.damage_note == ""

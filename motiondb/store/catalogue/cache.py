@@ -2,8 +2,9 @@
 
 The folder ``motions.duckdb.cache/`` holds the arrays as ``KIND-REVISION-NAME.npy``. A list,
 ``KIND-REVISION.json``, gives their names, shapes, types and checksums; it is written last. The
-revision is a random mark that the store renews with every change of its motions. Each file is
-written under a temporary name, flushed to the disk, and renamed.
+revision is a random mark that the store renews with every change of its motions, or a digest of it
+and of what else the arrays follow from. Each file is written under a temporary name, flushed to the
+disk, and renamed.
 
 An array that does not match its list is rebuilt from the store, so the folder can be deleted or
 damaged at any time. If the folder cannot be written, the arrays stay in memory.
@@ -211,7 +212,7 @@ def cached_rows(
         motions = dict(readable_motions(store, numbers))
         return dict(zip(motions, make(list(motions.values()))))
 
-    return _cached(store, kind, _capture_marks, "", of_captures, ready)
+    return _cached(store, kind, _CAPTURES, "", of_captures, ready)
 
 
 def cached_segment_rows(
@@ -222,12 +223,12 @@ def cached_segment_rows(
     Rows of a former cache are used for a capture whose segments are of the same run.
     """
     revision = read_meta(store, "segment_revision")
-    return _cached(store, kind, _segment_marks, revision, make, ready)
+    return _cached(store, kind, _SEGMENTS, revision, make, ready)
 
 
 def segment_rows(store: Store, kind: str, make: Make, numbers: Iterable[int]) -> dict[int, Made]:
     """Rows of :func:`cached_segment_rows` of some captures: from the newest cache, or made."""
-    marks, wanted = _segment_marks(store), set(numbers)
+    marks, wanted = _marks(store, _SEGMENTS), set(numbers)
     some = {number: mark for number, mark in marks.items() if number in wanted}
     return _in_memory(some, _former_rows(store, kind), make)
 
@@ -235,23 +236,28 @@ def segment_rows(store: Store, kind: str, make: Make, numbers: Iterable[int]) ->
 def _cached(
     store: Store,
     kind: str,
-    marks_of: Callable[[Store], dict[int, int]],
+    captures: str,
     mark: str,
     make: Make,
     ready: Mapping[int, Made],
 ) -> CaptureRows:
-    """Rows of captures, each of which follows from what ``marks_of`` tells apart."""
+    """Rows of the captures that a query gives with what tells them apart (:func:`_marks`)."""
     folder, stem = _place(store, kind, mark)
 
     def mended(number: int) -> NDArray[Any]:
         with suppress(OSError):
             (folder / f"{stem}.json").unlink()
-        return make([number])[number][0]
+        made = make([number])
+        if number not in made:
+            load_motion(store, number)  # tells the damage of the motion
+        return made[number][0]
 
     if not store.in_transaction:
         with suppress(*_UNUSABLE):
-            return _to_capture_rows(_read_arrays(folder, stem), mended)
-    marks = marks_of(store)
+            held = _to_capture_rows(_read_arrays(folder, stem), mended)
+            if _is_whole(store, captures, held.capture_ids, make):
+                return held
+    marks = _marks(store, captures)
     former = _former_rows(store, kind)
     if not store.in_transaction and marks:
         with suppress(*_UNUSABLE):
@@ -270,7 +276,7 @@ def lacking_rows(store: Store, kind: str) -> dict[int, Motion]:
     if is_cached(store, kind):
         return {}
     former = _former_rows(store, kind)
-    new = [number for number, mark in _capture_marks(store).items() if mark not in former]
+    new = [number for number, mark in _marks(store, _CAPTURES).items() if mark not in former]
     return dict(readable_motions(store, new))
 
 
@@ -290,23 +296,26 @@ def _to_capture_rows(arrays: Arrays, mended: Callable[[int], NDArray[Any]]) -> C
     return CaptureRows(numbers, bounds, checked, arrays["values"])
 
 
-def _capture_marks(store: Store) -> dict[int, int]:
-    """Capture number -> 64 bits that tell its motion from that of any other, by number."""
-    return _marks(store, "SELECT capture_id, sha256, run_id FROM capture ORDER BY capture_id")
+_CAPTURES = "SELECT capture_id, sha256, run_id FROM capture ORDER BY capture_id"
+_SEGMENTS = "SELECT DISTINCT capture_id, '', run_id FROM segment ORDER BY capture_id"
+"""What tells the motions, and the segments, of captures from all others."""
 
 
-def _segment_marks(store: Store) -> dict[int, int]:
-    """Capture number -> 64 bits that tell its segments from all others, by number."""
-    return _marks(store, "SELECT DISTINCT capture_id, '', run_id FROM segment ORDER BY capture_id")
+def _is_whole(store: Store, captures: str, held: IntArray, make: Make) -> bool:
+    """Whether a cache has all captures but those whose motions still cannot be read."""
+    if store.connection.value(f"SELECT count(*) FROM ({captures})") == len(held):
+        return True
+    lacking = set(store.connection.column(captures)) - set(held.tolist())
+    return not make(sorted(lacking))
 
 
-def _marks(store: Store, query: str) -> dict[int, int]:
-    """Marks of captures by their numbers, digests and runs."""
+def _marks(store: Store, captures: str) -> dict[int, int]:
+    """Capture number -> 56 bits of its number, digest and run, which a query gives."""
     runs = store.connection.execute("SELECT run_id, started, version, parameters FROM run")
     made_by = {run: repr(facts) for run, *facts in runs.fetchall()}
     texts = (
         (number, f"{number} {digest} {made_by.get(run)}")
-        for number, digest, run in store.connection.execute(query).fetchall()
+        for number, digest, run in store.connection.execute(captures).fetchall()
     )
     return {
         number: int.from_bytes(hashlib.sha256(text.encode()).digest()[:7], "big")

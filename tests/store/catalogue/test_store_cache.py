@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 import re
 import subprocess
 import sys
@@ -53,6 +54,24 @@ def test_rows_of_every_capture(filled: store.Store) -> None:
         np.testing.assert_array_equal(held.rows, np.concatenate(expected))
         assert isinstance(held.rows.rows.base, np.memmap)
     assert make.made == [5, 6, 7]
+
+
+def test_columns_and_chosen_rows_are_checked_as_the_whole(filled: store.Store) -> None:
+    make = Maker()
+    expected = np.array(store.cached_rows(filled, "places", make).rows)
+    (file,) = _folder(filled).glob("places-*-rows.npy")
+    content = bytearray(file.read_bytes())
+    content[-1] ^= 1  # in the last row of the third capture
+    file.write_bytes(content)
+    second = store.cached_rows(filled, "places", make).rows.columns(1, 2)
+    assert (second.shape, second.size) == ((18, 1), 18)
+    np.testing.assert_array_equal(second[np.array([7, 2, 2])], expected[[7, 2, 2], 1:])
+    assert make.made == [5, 6, 7]  # the damage is not in these
+    np.testing.assert_array_equal(second[np.array([17, 0])], expected[[17, 0], 1:])
+    assert make.made == [5, 6, 7, 7]
+    sent = pickle.loads(pickle.dumps(second))
+    assert type(sent) is np.ndarray
+    np.testing.assert_array_equal(sent, expected[:, 1:])
 
 
 def test_only_rows_of_new_captures_are_made_and_old_files_go(
