@@ -58,13 +58,15 @@ class Threads:
         if len(first) <= 1 or N_THREADS == 1:
             yield from (work(piece, *shared) for piece in chain(first, left))
             return
-        with ThreadPoolExecutor(N_THREADS) as pool:
-            running = deque[Future[Result]]()
+        pool, running = ThreadPoolExecutor(N_THREADS), deque[Future[Result]]()
+        try:
             for piece in chain(first, left):
                 running.append(pool.submit(work, piece, *shared))
                 if len(running) == PIECES_EACH * N_THREADS:
                     yield running.popleft().result()
             yield from (future.result() for future in running)
+        finally:  # after an error, or when nobody wants more, what has not begun is left out
+            pool.shutdown(cancel_futures=True)
 
 
 HERE = Threads()  # The workers where nobody names others

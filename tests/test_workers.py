@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from threading import Event
 
 import pytest
 
@@ -35,3 +37,27 @@ def test_few_pieces_are_taken_ahead_and_results_come_in_order(
 
 def test_no_pieces_have_no_results() -> None:
     assert list(workers.HERE.map(slowly, [], 0.0)) == []
+
+
+def test_pieces_that_nobody_wants_are_not_computed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those that two threads have begun are finished; of the others, none is."""
+    monkeypatch.setattr(workers, "N_THREADS", 2)
+    ended, computed = Event(), list[int]()
+
+    class Pool(ThreadPoolExecutor):
+        def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+            super().shutdown(wait=False, cancel_futures=cancel_futures)
+            ended.set()
+            super().shutdown(wait=wait)
+
+    def work(piece: int) -> int:
+        if piece:
+            ended.wait()
+        computed.append(piece)
+        return piece
+
+    monkeypatch.setattr(workers, "ThreadPoolExecutor", Pool)
+    for wanted in workers.HERE.map(work, range(100)):
+        assert wanted == 0
+        break
+    assert len(computed) <= 3

@@ -46,7 +46,8 @@ RELATIVE = 0.25  # Largest distance of a copy, as a share of the motion's spread
 KEY_FRAMES = 12  # Frames of the query that are compared first
 LEAST_FRAMES = 20  # Least length of a query, frames (2/3 s): shorter ones agree by chance
 KEPT = 64  # Takes whose poses are kept while others are compared; bounds memory
-AT_ONCE = 2**20  # Frames (10 hours) of takes that are put into boxes together; bounds memory
+AT_ONCE = 2**20  # Frames (10 hours) of takes in a group, unless one is longer; bounds memory
+TOGETHER = 4  # Groups in memory at a time: each then goes to a quarter of the workers. By hand
 MANY = 200  # Queries for which it is worth to sort boxes in space; affects only the time
 SLACK = 2  # Largest difference in length of two files of one take, frames
 
@@ -143,23 +144,38 @@ def _likely(
     library: Library, places: Sequence[int], keys: Sequence[Keys], workers: Workers
 ) -> IntArray:
     """Where copies may be, in order: array (places, 2), query and frame of the takes end to end."""
-    n_frames = int(library.sizes[places].sum())
-    n_groups = max(1, math.ceil(n_frames / AT_ONCE))
-    n_pieces = math.ceil(workers.n_pieces() / n_groups)
-    groups = runs(places, n_groups)
-    pieces = (
-        (boxes, some)
-        for boxes in _boxes_of(library, groups, in_space=len(keys) >= MANY)
-        for some in runs(list(enumerate(keys)), n_pieces)
-    )
-    found = [np.zeros((0, 2), dtype=np.int64), *workers.map(likely_places, pieces, SLACK)]
+    asked, groups = list(enumerate(keys)), _groups(library, places)
+    found, first = [np.zeros((0, 2), dtype=np.int64)], 0
+    for some in (groups[n : n + TOGETHER] for n in range(0, len(groups), TOGETHER)):
+        n_pieces = math.ceil(workers.n_pieces() / len(some))
+        pieces = (
+            (boxes, part)
+            for boxes in _boxes_of(library, some, first, in_space=len(keys) >= MANY)
+            for part in runs(asked, n_pieces)
+        )
+        found += workers.map(likely_places, pieces, SLACK)
+        first += sum(int(library.sizes[takes].sum()) for takes in some)
     likely = np.concatenate(found)
     return likely[np.lexsort((likely[:, 1], likely[:, 0]))]
 
 
-def _boxes_of(library: Library, groups: Sequence[Sequence[int]], in_space: bool) -> Iterator[Boxes]:
-    """Boxes of groups of takes, which stand end to end."""
-    first = 0
+def _groups(library: Library, places: Sequence[int]) -> list[list[int]]:
+    """Takes that are put into boxes together."""
+    groups, n_held = list[list[int]](), 0
+    for take in places:
+        n_frames = int(library.sizes[take])
+        if not groups or n_held + n_frames > AT_ONCE:
+            groups.append([])
+            n_held = 0
+        groups[-1].append(take)
+        n_held += n_frames
+    return groups
+
+
+def _boxes_of(
+    library: Library, groups: Sequence[list[int]], first: int, in_space: bool
+) -> Iterator[Boxes]:
+    """Boxes of groups of takes, which stand end to end; `first`: number of their first frame."""
     for takes in groups:
         outlines = join_outlines([library.outline_of(take) for take in takes], first)
         yield make_boxes(outlines, in_space=in_space)

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import weakref
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -152,3 +156,49 @@ def test_the_outlines_rule_out_no_place_that_a_full_comparison_finds(
     assert {copy.kind for copy in found} == {"mirror", "cut", "same"}
     some, old = list(range(20, 30)), list(range(20))
     assert copies.find_copies(library, old, some) == find_everywhere(poses, old, some)
+
+
+class Ahead:
+    """Workers with many pieces in hand, as many as a cluster of sixteen has."""
+
+    def n_pieces(self, seconds: float = 0.0) -> int:
+        return 64
+
+    def map(
+        self, work: Callable[..., Any], pieces: Iterable[Any], *shared: object
+    ) -> Iterator[Any]:
+        running = deque[Any]()
+        for piece in pieces:
+            running.append(piece)
+            if len(running) == self.n_pieces():
+                yield work(running.popleft(), *shared)
+        while running:
+            yield work(running.popleft(), *shared)
+
+
+def test_few_groups_of_few_frames_are_in_memory(
+    motions: list[Motion], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However many takes there are, of whatever lengths, and however many pieces are in hand."""
+    long = poses_of(motions)
+    short = [pose[:21] for pose in long for _ in range(20)]
+    library = copies.build_library([*short, *long, *long])
+    everything = range(len(library.sizes))
+    at_once = copies.find_copies(library, everything)
+    monkeypatch.setattr(copies, "AT_ONCE", max(map(len, long)))
+    made, most, n_frames = weakref.WeakSet[Any](), 0, list[int]()
+    make = copies.make_boxes
+
+    def watched(*args: Any, **options: Any) -> object:
+        nonlocal most
+        boxes = make(*args, **options)
+        made.add(boxes)
+        most = max(most, len(made))
+        n_frames.append(len(boxes.outlines.limbs))
+        return boxes
+
+    monkeypatch.setattr(copies, "make_boxes", watched)
+    assert copies.find_copies(library, everything, workers=Ahead()) == at_once
+    assert sum(n_frames) == library.sizes.sum()
+    assert max(n_frames) <= copies.AT_ONCE
+    assert len(n_frames) > most == copies.TOGETHER
