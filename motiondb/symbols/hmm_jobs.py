@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from functools import cache
 from itertools import pairwise
+from threading import Lock
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -104,8 +105,45 @@ def shares(work: IntArray, groups: IntArray, n_shares: int) -> list[slice]:
 
 
 def one_blas_thread() -> AbstractContextManager[object]:
-    """Limit matrix products to one thread: two thread pools would compete for the processors."""
-    return _thread_pools().limit(limits=1, user_api="blas")
+    """Limit matrix products to one thread: two thread pools would compete for the processors.
+
+    The limit is that of the process: it ends when the last of all blocks ends.
+    """
+    return _LIMIT
+
+
+class _OneThread:
+    """The blocks of all threads in which matrix products have one thread."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._n_inside = 0
+
+    def __enter__(self) -> None:
+        with self._lock:
+            limiter = _thread_pools().limit(limits=1, user_api="blas")
+            _release()
+            if not self._n_inside:
+                self._first = limiter  # knows the numbers of threads from before
+            self._n_inside += 1
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self._n_inside -= 1
+            if not self._n_inside:
+                self._first.restore_original_limits()
+                _release()
+
+
+_LIMIT = _OneThread()
+
+
+def _release() -> None:
+    """Let other threads set the limit: newer threadpoolctl obeys one thread alone until then."""
+    import threadpoolctl
+
+    controller = getattr(threadpoolctl, "OpenBLASController", None)
+    getattr(controller, "clear_controlling_thread", lambda: None)()
 
 
 @cache

@@ -25,7 +25,7 @@ from motiondb.records import FloatArray, IntArray, Segment
 from motiondb.symbols.settings import SegmentationSettings
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def context(features: FloatArray, window: int) -> FloatArray:
     """Mean and deviation in a centred window: array (frames, 2 * dimensions)."""
     n_frames, n_dims = features.shape
@@ -79,7 +79,7 @@ def optimal_cuts(
     return _cut(sums, squares, cut_costs, shortest, max(longest, 2 * shortest - 1))
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _cut(
     sums: FloatArray, squares: FloatArray, cut_costs: FloatArray, shortest: int, longest: int
 ) -> IntArray:

@@ -111,3 +111,9 @@ def test_true_boundaries_draw_cuts() -> None:
         covered += near.tolist()
     assert len(hits) >= 40
     assert np.mean(hits) > 1.4 * np.mean(covered)
+
+
+def test_threads_cut_at_the_same_time() -> None:
+    """Nothing that is compiled holds the interpreter."""
+    for kernel in (segmentation.context, segmentation._cut):
+        assert kernel.targetoptions["nogil"]
