@@ -39,7 +39,7 @@ from motiondb.meaning.place_certainty import learn_certainty
 from motiondb.meaning.place_fitting import Places, Written, find_places
 from motiondb.meaning.regression import Certainties
 from motiondb.meaning.resemblance import PooledMap, fit_pooled_map, pooled_statistics
-from motiondb.meaning.score_vectors import StandardisedRows, in_memory
+from motiondb.meaning.score_vectors import StandardisedRows
 from motiondb.records import Float32Array, IntArray, MotionSymbols, SegmentTable, SymbolSpace
 from motiondb.symbols import acquisition, feature_space
 from motiondb.symbols import space as symbol_spaces
@@ -164,7 +164,7 @@ def _fit_places(
     table: SegmentTable, taught: TaughtWords, words: FittedWords, rng: np.random.Generator
 ) -> tuple[Places | None, Certainties]:
     """Where the actions of captions happen, and certainties with that of places."""
-    standardised = in_memory(StandardisedRows.of_table(words.score_space, table))
+    standardised = StandardisedRows.of_table(words.score_space, table)
     written = Written(taught.captions, taught.synonyms, taught.lemmas, words.numbers)
     places = find_places(table, standardised, written)
     if places is None:

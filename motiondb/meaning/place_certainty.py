@@ -44,7 +44,7 @@ from motiondb.meaning.counting import capture_rows
 from motiondb.meaning.place_fitting import PlaceEvidence, Places, Written, place_evidence
 from motiondb.meaning.place_map import PlaceMap
 from motiondb.meaning.regression import Certainty, fit_probability, probability
-from motiondb.meaning.score_vectors import interval_vectors
+from motiondb.meaning.score_vectors import Rows, interval_vectors
 from motiondb.meaning.word_evidence import WINDOW_MARGIN, TakeScores
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, SegmentTable
 from motiondb.symbols.hmm_jobs import one_blas_thread
@@ -115,7 +115,7 @@ class PlaceQuestion:
 
 def short_captures(
     table: SegmentTable,
-    standardised: FloatArray,
+    standardised: Rows,
     written: Written,
     performers: Mapping[int, str],
 ) -> list[ShortCapture]:
@@ -301,7 +301,7 @@ def interval_cues(
 
 def learn_certainty(
     table: SegmentTable,
-    standardised: FloatArray,
+    standardised: Rows,
     written: Written,
     places: Places,
     performers: Mapping[int, str],

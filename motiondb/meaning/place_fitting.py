@@ -168,7 +168,7 @@ def is_interval(caption: Caption) -> bool:
     return caption.start is not None or caption.end is not None
 
 
-def find_places(table: SegmentTable, standardised: FloatArray, written: Written) -> Places | None:
+def find_places(table: SegmentTable, standardised: Rows, written: Written) -> Places | None:
     """Find where the actions of captions happen; None if no caption holds a known word.
 
     Shapes: `standardised` (segments, columns).
@@ -203,7 +203,7 @@ def _said_words(takes: ListedTakes, n: int, rows: slice) -> set[int]:
 
 
 def listed_takes(
-    table: SegmentTable, standardised: FloatArray, written: Written
+    table: SegmentTable, standardised: Rows, written: Written
 ) -> tuple[list[int], ListedTakes] | None:
     """Capture numbers and takes whose captions have known words; None if there are none."""
     rows = capture_rows(table)
