@@ -25,7 +25,7 @@ from motiondb.symbols.spread import Run
 
 Row = dict[str, float]
 _RECEIVED = 0  # Bytes that this process read from its connections since `begin`
-LOOK_SECONDS = 0.5
+LOOK_SECONDS = 2.0
 BENCHMARKS = Path(__file__).parent.parent
 
 

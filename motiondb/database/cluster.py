@@ -93,7 +93,8 @@ class Cluster:
     def __init__(self, address: str) -> None:
         self.address = address
         self._started: LocalCluster | None = None
-        self._kept: dict[int, Future] = {}
+        self._kept: dict[int, _Kept] = {}
+        self._n_sent = 0  # Objects that were sent to be kept
         self._client = self._connect()
         try:
             self._check_workers()
@@ -213,24 +214,43 @@ class Cluster:
                 self._client.cancel([future for _, future in running])
 
     def _submit(self, job: _Job[Result], piece: object) -> Future:
-        """Hand out a piece, to a worker that has most of its data."""
+        """Hand out a piece, to the worker that keeps its data if it is there."""
         try:
-            held = tuple(map(self._keep, piece)) if isinstance(piece, tuple) else piece
-            kept = map(self._keep, job.shared)
+            place, held = None, piece
+            if isinstance(piece, tuple):
+                parts = [self._keep(each) for each in piece]
+                place = next((part.worker for part in parts if isinstance(part, _Kept)), None)
+                held = tuple(map(_sent, parts))
+            shared = [_sent(self._keep(each)) for each in job.shared]
             name = f"{job.work.__name__.strip('_')}-{uuid4()}"  # shown on dask's page
-            return self._client.submit(_checked, versions(), job.work, held, *kept, key=name)
+            return self._client.submit(
+                _checked,
+                versions(),
+                job.work,
+                held,
+                *shared,
+                key=name,
+                workers=place,
+                allow_other_workers=place is not None,
+            )
         except _ENDED as error:
             raise self._gone(_first_line(error)) from None
 
     def _keep(self, what: object) -> object:
-        """What a task names for an object: itself if it is small, or the copy that workers keep."""
+        """An object itself if it is small; otherwise how a worker keeps it: each in its turn."""
         if _n_bytes(what) < _SMALL:
             return what
         place = id(what)
         if place not in self._kept:
+            addresses = sorted(self._client.nthreads())
+            worker = addresses[self._n_sent % len(addresses)]
+            self._n_sent += 1
             with warnings.catch_warnings():  # of its size: the scheduler keeps it, so that it can
                 warnings.simplefilter("ignore")  # be sent again where it was lost with a worker
-                self._kept[place] = self._client.submit(_itself, what, pure=False)
+                future = self._client.submit(
+                    _itself, what, pure=False, workers=worker, allow_other_workers=True
+                )
+            self._kept[place] = _Kept(future, worker)
             weakref.finalize(what, self._kept.pop, place, None).atexit = False
         return self._kept[place]
 
@@ -316,6 +336,14 @@ class Cluster:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+
+
+@dataclass(frozen=True)
+class _Kept:
+    """An object that a worker keeps."""
+
+    future: Future
+    worker: str  # Its address
 
 
 @dataclass(frozen=True)
@@ -407,6 +435,11 @@ def _exposed(address: str) -> str:
         f"{address}: captures travel unencrypted, and whoever reaches the scheduler can run code "
         f"on its workers. Use it in a network of your own only, or TLS (docs/guide/cluster.md)."
     )
+
+
+def _sent(what: object) -> object:
+    """What a task names for an object, or for one that is kept."""
+    return what.future if isinstance(what, _Kept) else what
 
 
 def _itself(what: Result) -> Result:
