@@ -32,6 +32,7 @@ from types import MappingProxyType
 from typing import Any, BinaryIO
 
 import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
 from numpy.typing import DTypeLike, NDArray
 
 from motiondb.files.json_text import parse_json
@@ -92,11 +93,12 @@ def cached_arrays(
     return arrays
 
 
-class CheckedRows:
+class CheckedRows(NDArrayOperatorsMixin):
     """Rows of captures in a memory map; those of a capture are checked when they are looked at.
 
     The rows of a capture whose checksum is wrong are made anew, and the list of the cache is
-    deleted, so that the next opening makes all anew.
+    deleted, so that the next opening makes all anew. What is neither an index nor a shape is asked
+    of the whole, as of any array.
     """
 
     def __init__(
@@ -159,6 +161,17 @@ class CheckedRows:
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
         whole = self[:].astype(dtype or self.dtype, copy=False)
         return whole.copy() if copy else whole
+
+    def __array_ufunc__(
+        self, ufunc: np.ufunc, method: str, *inputs: object, **named: object
+    ) -> object:
+        arrays = (np.asarray(x) if isinstance(x, CheckedRows) else x for x in inputs)
+        return getattr(ufunc, method)(*arrays, **named)
+
+    def __getattr__(self, name: str) -> object:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return getattr(np.asarray(self), name)
 
     def __reduce__(self) -> tuple[Callable[..., NDArray[Any]], tuple[NDArray[Any]]]:
         """Another process gets the rows as an array."""

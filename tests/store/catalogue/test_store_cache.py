@@ -69,6 +69,8 @@ def test_columns_and_chosen_rows_are_checked_as_the_whole(filled: store.Store) -
     assert make.made == [5, 6, 7]  # the damage is not in these
     np.testing.assert_array_equal(second[np.array([17, 0])], expected[[17, 0], 1:])
     assert make.made == [5, 6, 7, 7]
+    np.testing.assert_array_equal(second.argmax(axis=0), expected[:, 1:].argmax(axis=0))
+    np.testing.assert_array_equal(2.0 * second - 1.0, 2.0 * expected[:, 1:] - 1.0)
     sent = pickle.loads(pickle.dumps(second))
     assert type(sent) is np.ndarray
     np.testing.assert_array_equal(sent, expected[:, 1:])
