@@ -28,7 +28,7 @@ import numpy as np
 from cluster_tasks.cluster_page import write_page
 from cluster_tasks.processes import Row, measured, started
 from growth import SAMPLES, lay_out_hours
-from growth_tasks.asking import WORDS, is_known
+from growth_tasks.asking import WORDS
 from growth_tasks.warped import read_originals
 from measured_run import motiondb_command, run_measured
 
@@ -71,7 +71,7 @@ def _questions(db: Path) -> Path:
     """Questions in words, and by parts of captures."""
     with motiondb.open(db, read_only=True) as opened:
         infos = [i for i in opened.captures() if i.duration > EXAMPLE_SECONDS]
-        words = [word for word in WORDS if is_known(opened, word)]
+        words = [word for word in WORDS if _is_known(opened, word)]
     examples = infos[:: max(1, len(infos) // N_EXAMPLES)][:N_EXAMPLES]
     path = db.with_suffix(".tsv")
     with path.open("w", newline="") as file:
@@ -80,6 +80,15 @@ def _questions(db: Path) -> Path:
         table.writerows([word, "", "", ""] for word in words)
         table.writerows(["", info.name, 0, EXAMPLE_SECONDS] for info in examples)
     return path
+
+
+def _is_known(db: motiondb.MotionDB, words: str) -> bool:
+    """Whether a question is answered."""
+    try:
+        db.search(words)
+    except motiondb.MotionDBError:
+        return False
+    return True
 
 
 def run(command: str, size: Size, n_workers: int) -> Row:

@@ -33,8 +33,10 @@ def write_page(rows: Sequence[Row], growth: Sequence[Row], path: Path) -> None:
         _measured(rows),
         _same(rows),
         "## The model",
-        "T(h, w) = own(h) + work(h) / w: processor seconds of the asking process at h hours, and "
-        "of all workers. Each quantity is a line through two sizes (the search for copies over "
+        "T(h, w) = own(h) + work(h) / w: processor seconds of the asking process and the "
+        "scheduler at h hours, and of all workers. T is no duration: what processes wait for, one "
+        "another or the network, is not in it. The last column above says how many times T the "
+        "clock showed. Each quantity is a line through two sizes (the search for copies over "
         "the square of the hours). At the next size, lines through the two below it say:",
         *(_checks(rows, command) for command in PREDICTED),
         _beyond(rows, growth),
@@ -47,7 +49,7 @@ def write_page(rows: Sequence[Row], growth: Sequence[Row], path: Path) -> None:
 def _measured(rows: Sequence[Row]) -> str:
     head = ["command", "hours", "workers", "clock, s", "asking process, s", "workers, s"]
     head += ["scheduler, s", "tasks", "idle", "received, MB", "frames held, MB"]
-    head += ["memory of a worker, MB", "of the scheduler", "of the asking process"]
+    head += ["memory of a worker, MB", "of the scheduler", "of the asking process", "clock / T"]
     order = {"add": 0, "learn": 1, "batch": 2}
     ordered = sorted(rows, key=lambda r: (order[r["command"]], r["asked hours"], r["workers"]))
     return table(head, [_line(row) for row in ordered])
@@ -58,7 +60,7 @@ def _line(row: Row) -> list[str]:
     times = [f"{row['clock, s']:.0f}", f"{row['own, s']:.0f}"]
     own = f"{row['own peak, bytes'] / 1e6:.0f}"
     if not row["workers"]:
-        return [*first, "none", *times, *[""] * 8, own]
+        return [*first, "none", *times, *[""] * 8, own, ""]
     idle = 1.0 - row["worked, s"] / (row["workers"] * row["clock, s"])
     return [
         *first,
@@ -73,7 +75,13 @@ def _line(row: Row) -> list[str]:
         f"{row['worker peak, bytes'] / 1e6:.0f}",
         f"{row['scheduler peak, bytes'] / 1e6:.0f}",
         own,
+        f"{_clock(row):.1f}",
     ]
+
+
+def _clock(row: Row) -> float:
+    """How many times T the clock showed."""
+    return row["clock, s"] / taken(row).seconds(row["workers"])
 
 
 def _same(rows: Sequence[Row]) -> str:
@@ -150,7 +158,8 @@ def _beyond(rows: Sequence[Row], growth: Sequence[Row]) -> str:
     head = ["command", "hours", "own + work, by the lines", "measured on one machine"]
     return (
         "Farther away, the sum of own and work is compared with the processor seconds of one "
-        f"machine without a cluster ([measured](scale.md)).\n\n{table(head, lines)}"
+        "machine without a cluster, and so without a scheduler ([measured](scale.md)).\n\n"
+        f"{table(head, lines)}"
     )
 
 
@@ -170,12 +179,18 @@ def _said(rows: Sequence[Row], growth: Sequence[Row], command: str) -> str:
         for each, row in _checked(rows, command)
     ]
     errors += [one / found - 1 for _, one, found in _farther(rows, growth, command)]
-    erred = f" Where it was checked, the time erred by {min(errors):+.0%} to {max(errors):+.0%}."
+    erred = ""
+    if errors:
+        span = f"{min(errors):+.0%} to {max(errors):+.0%}"
+        erred = f" T erred by {span} of measured processor seconds."
+    clocks = [_clock(row) for row in rows if row["command"] == command and row["workers"]]
     return (
-        f"`{command}`: {said.seconds(WORKERS) / 3600:.1f} hours, of which the asking process "
-        f"works {said.own / 3600:.1f} alone, and each worker {said.work / WORKERS / 3600:.1f}. "
+        f"`{command}`: T = {said.seconds(WORKERS):,.0f} s, processor seconds on the longest path, "
+        f"not a duration: {said.own:,.0f} s of the asking process and the scheduler, and "
+        f"{said.work / WORKERS:,.0f} s of each worker. In the runs above, the clock showed "
+        f"{min(clocks):.1f} to {max(clocks):.1f} times T. "
         f"All workers receive {said.received / GIGA:.0f} GB; a worker holds "
         f"{said.worker_peak / GIGA:.1f} GB at most, the asking process {said.own_peak / GIGA:.0f} "
         f"GB. That is {HOURS / some[-1]['hours']:.0f} times the largest size measured."
-        f"{erred if errors else ''}"
+        f"{erred}"
     )
