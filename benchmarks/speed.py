@@ -75,7 +75,7 @@ class Ratio:
     target: float  # 0: none
     difference: str
     work: float  # Multiply-adds that the results need at least
-    read: float  # Bytes that must be read or written at least
+    read: float  # Bytes that must be read or written at least: each array once
     seconds: float  # Of motiondb
     kind: str = "float64"  # Of the numbers
 
@@ -300,7 +300,7 @@ def _ratio_table(ratios: list[Ratio]) -> str:
         for r in ratios
     ]
     head = ["compared", "times faster", "target", "met", "equal up to", "multiply-adds at least"]
-    return table([*head, "bytes at least", "share of the machine's limit"], rows)
+    return table([*head, "bytes at least", "share of the machine's limit, bytes from memory"], rows)
 
 
 def _size(n_bytes: float) -> str:

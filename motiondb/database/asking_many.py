@@ -114,7 +114,7 @@ class _Posed:
     """A question with all that only the process with the file can look up."""
 
     question: Question
-    allowed: list[int]  # Numbers of the captures that are searched
+    allowed: list[int] | None  # Numbers of the captures that are searched; None: all
     motion: Motion | None  # The example
 
 
@@ -132,8 +132,10 @@ class _Opened:
         _check(question)
         arguments.check_least("limit", question.limit, 1)
         motion = self.motion_of(question) if question.like else None
-        allowed = searching.allowed_captures(self.session, question.where, question.exact)
         searching.check_any(self.session.searchable)
+        allowed = None  # said in a word, and not by as many numbers for each of many questions
+        if question.where.strip():
+            allowed = searching.allowed_captures(self.session, question.where, question.exact)
         return _Posed(question, allowed, motion)
 
 
@@ -178,7 +180,8 @@ def _answer(searched: Searched, posed: _Posed) -> Found:
     from motiondb.database import searching
     from motiondb.search.by_example import search_motion
 
-    asked, allowed, motion = posed.question, posed.allowed, posed.motion
+    asked, motion = posed.question, posed.motion
+    allowed = list(searched.learned.captures) if posed.allowed is None else posed.allowed
     if motion is not None:
         return search_motion(searched.learned, searched.pool(), motion, allowed, asked.limit)
     return searching.answer_words(

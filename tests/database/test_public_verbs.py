@@ -7,14 +7,16 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import motiondb
-from motiondb import Motion, Scenes
+from motiondb import Motion, Scenes, workers
 from motiondb.answers.catalogue import EventRow
 from motiondb.body import body
+from motiondb.database import asking_many
 
 BAD_SEED = motiondb.GrammarSettings(seed=-1)
 AMBIGUOUS = 'start S\nS -> S S | a\na := "walk"\n'
@@ -55,6 +57,26 @@ def test_many_questions_are_answered_in_their_order_and_errors_stand_in_for_answ
     assert "found both" in str(both)
     assert "expected start and end for an example only" in str(cut)
     assert "found neither" in str(empty)
+
+
+def test_questions_about_all_captures_are_sent_without_their_numbers(learned_file: Path) -> None:
+    sent = list[Any]()
+
+    class Watched(workers.Threads):
+        def map(self, work: Any, pieces: Any, *shared: object) -> Any:
+            given = list(pieces)
+            for piece in given:
+                sent.extend(piece)
+            return super().map(work, given, *shared)
+
+    asked = [motiondb.Question("kick"), motiondb.Question("kick", where="performer=ana")]
+    with motiondb.open(learned_file, read_only=True) as db:
+        here = asking_many.ask_many(db.session, db.motion, asked, None)
+        there = asking_many.ask_many(db.session, db.motion, asked, Watched())
+        assert list(map(repr, there)) == list(map(repr, here))
+    every, some = sent
+    assert every.allowed is None
+    assert some.allowed
 
 
 def test_an_answer_explains_itself_in_words_and_seconds(learned_file: Path) -> None:
