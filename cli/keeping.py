@@ -99,14 +99,14 @@ def info(shared: options.Shared) -> None:
 def compact(
     shared: options.Shared,
     motions_to: Annotated[
-        str,
+        str | None,
         typer.Option(
             "--motions-to",
             metavar="PLACE",
             help="Move motions and original files there: a folder, a URL of fsspec such as "
             "s3://bucket/motions, or here for the database file.",
         ),
-    ] = "",
+    ] = None,
 ) -> None:
     """Rewrite the database file without the space of removed rows; removals become final.
 
@@ -114,11 +114,11 @@ def compact(
     the file holds the rest. Captures that are added later lie in the file until they are moved by
     the same command.
     """
-    with printing.progress(shared) if motions_to else nullcontext() as tell:
+    with printing.progress(shared) if motions_to is not None else nullcontext() as tell:
         done = motiondb.compact(shared.db, shared.wait, motions_to, tell)
     if printing.as_json(shared, done):
         return
-    if motions_to:
+    if motions_to is not None:
         printing.say(f"motions of {printing.number(done.moved, 'capture')} moved")
     printing.say(f"{done.before / 1e6:.1f} MB before, {done.after / 1e6:.1f} MB after")
     if done.unused:

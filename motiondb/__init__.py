@@ -309,7 +309,7 @@ def open(
 def compact(
     path: str | Path,
     wait: float = 0.0,
-    motions_to: str = "",
+    motions_to: str | None = None,
     progress: Progress | None = None,
 ) -> Compacted:
     """Rewrite a database file without the space that removed rows left.
@@ -320,9 +320,9 @@ def compact(
         The DuckDB file; no process may have it open.
     wait : float
         Seconds to wait for another process that holds the file.
-    motions_to : str
+    motions_to : str, optional
         Where motions and original files are to lie: a folder, or a URL that fsspec knows, such as
-        "s3://bucket/motions"; "here": in the database file. "" leaves them where they are.
+        "s3://bucket/motions"; "here": in the database file. None leaves them where they are.
     progress : callable, optional
         Called with the name of the step, the number done, and the total number.
 

@@ -27,7 +27,7 @@ from motiondb.store.connection.faults import first_sentence, is_damage
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.opening import is_lock, open_store
 from motiondb.store.connection.statements import Connection
-from motiondb.store.moving import Progress, forget_unused, move_motions
+from motiondb.store.moving import Progress, find_place, forget_unused, move_motions
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,11 @@ class Compacted:
 
 
 def compact(
-    path: str | Path, *, wait: float = 0.0, motions_to: str = "", progress: Progress | None = None
+    path: str | Path,
+    *,
+    wait: float = 0.0,
+    motions_to: str | None = None,
+    progress: Progress | None = None,
 ) -> Compacted:
     """Empty the trash, move motions if asked (:mod:`moving`), and replace the file by a copy."""
     # Other processes may read the file meanwhile, but not write: it is held open for reading until
@@ -49,6 +53,7 @@ def compact(
     # copy that the next command deletes.
     check_file_name(Path(path))
     path = link_target(Path(path))
+    place = None if motions_to is None else find_place(motions_to)  # before the trash is emptied
     try:
         check_one_name(path)
     except OSError as error:
@@ -59,7 +64,7 @@ def compact(
             raise StoreError(store.log_note)
         before = path.stat().st_size
         empty_trash(store)
-        moved, unused = move_motions(store, motions_to, progress) if motions_to else (0, [])
+        moved, unused = move_motions(store, place, progress) if place else (0, [])
         unused += forget_unused(store)
     identity = _identity(path)
     with open_store(path, read_only=True, wait=wait) as store:

@@ -34,7 +34,7 @@ from motiondb.store.catalogue.runs import finish_run, start_run
 from motiondb.store.connection.handle import Store, bounded_memory
 from motiondb.store.connection.transactions import transaction
 
-HERE = "here"
+IN_DATABASE = "here"
 """In place of a folder or URL: the database itself."""
 Progress = Callable[[str, int, int], None]
 """Called with the name of the step, the number done, and the total number."""
@@ -48,18 +48,26 @@ _CAPTURES = 1000  # At most in a file; DuckDB finds so many rows by their index
 _ROOM = "Nothing of it was moved. Look at the folder or URL, its permissions and its room."
 
 
+def find_place(to: str) -> str:
+    """How a place is kept; it is refused if nothing can lie there. ``IN_DATABASE`` is one, too."""
+    if to == IN_DATABASE:
+        return to
+    name = place_name(to)
+    with told(name, _ROOM):
+        open_place(name).check()
+    return name
+
+
 def move_motions(store: Store, to: str, progress: Progress | None = None) -> tuple[int, list[str]]:
-    """Move all motions and originals to a folder or URL, or into the database (``HERE``).
+    """Move all motions and originals to a folder or URL, or into the database (``IN_DATABASE``).
 
     Returns the number of captures that were moved, and the paths of the Parquet files that this
     database no longer relies on.
     """
     tell = progress or (lambda _what, _done, _total: None)
-    place = to if to == HERE else place_name(to)
-    if place != HERE:
-        open_place(place)  # refuses it before anything is changed
+    place = find_place(to)
     files = [file for file in load_parquet_files(store) if file.place != place]
-    batches = [] if to == HERE else list(_batches(store))
+    batches = [] if to == IN_DATABASE else list(_batches(store))
     if not files and not batches:
         return 0, []
     run_id = start_run(store, "move", {"to": place})
@@ -68,7 +76,9 @@ def move_motions(store: Store, to: str, progress: Progress | None = None) -> tup
     with bounded_memory(store, _FILE_BYTES):
         for done, file in enumerate(files):
             tell("moving motions", done, total)
-            moved += _bring_back(store, file) if to == HERE else _take_along(store, file, place)
+            moved += (
+                _bring_back(store, file) if to == IN_DATABASE else _take_along(store, file, place)
+            )
         for done, batch in enumerate(batches, start=len(files)):
             tell("moving motions", done, total)
             moved += _move_out(store, batch, place)

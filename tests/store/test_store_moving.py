@@ -57,8 +57,9 @@ def content(database: store.Store) -> Content:
 
 @pytest.mark.parametrize("is_url", [False, True])
 def test_what_is_moved_comes_out_bit_for_bit(
-    filled: store.Store, tmp_path: Path, is_url: bool
+    filled: store.Store, tmp_path: Path, is_url: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(places, "_NOT_KEPT", ())  # memory:// is, as long as this test runs
     place = f"memory://{tmp_path.name}/out" if is_url else str(tmp_path / "out")
     before, mark = content(filled), read_meta(filled, "motion_revision")
     assert store.move_motions(filled, place) == (5, [])
@@ -72,7 +73,7 @@ def test_what_is_moved_comes_out_bit_for_bit(
     assert read_meta(filled, "motion_revision") == mark  # the cache stays valid
     assert store.check_store(filled, sources=True) == []
     assert store.move_motions(filled, place) == (0, [])
-    assert store.move_motions(filled, moving.HERE) == (5, [file.path for file in files])
+    assert store.move_motions(filled, moving.IN_DATABASE) == (5, [file.path for file in files])
     assert store.load_parquet_files(filled) == []
     assert content(filled) == before
     assert store.check_store(filled, sources=True) == []
@@ -311,12 +312,53 @@ def test_a_database_of_version_5_takes_part(filled: store.Store, tmp_path: Path)
         assert content(opened) == before
 
 
-def test_a_url_needs_its_package_and_holds_no_password(
-    filled: store.Store, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with pytest.raises(QueryError, match="expected a URL without a password, found one") as error:
-        store.move_motions(filled, "s3://key:secret@host/bucket")
-    assert "secret" not in str(error.value)
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("", "'': expected a folder or a URL that fsspec knows, found nothing."),
+        ("s3://", "s3://: expected a folder or a URL that fsspec knows, found no name in it."),
+        ("http://[x", "http://[x: expected a folder or a URL that fsspec knows, found: Invalid"),
+        ("~nobody-of-this-name/x", "~nobody-of-this-name/x: expected a folder or a URL that"),
+        ("a\0b", "a\0b: expected a folder or a URL that fsspec knows, found: embedded null"),
+        ("memory://a", "memory://a: expected a URL whose files stay, found one of memory or of"),
+        ("simplecache::ftp://u:SECRET@h/x", "simplecache::ftp://h/x: expected a URL whose files"),
+        ("s3://KEY:SECRET@h/x", "s3://h/x: expected a URL without a user, a password or a query"),
+        ("s3://KEY:SEC/RET@h/x", "s3://h/x: expected a URL without a user, a password or a query"),
+        ("s3://SECRET:@h/x", "s3://h/x: expected a URL without a user, a password or a query"),
+        ("https://h/x?sig=SECRET", "https://h/x: expected a URL without a user, a password or a"),
+    ],
+)
+def test_what_cannot_be_a_place_is_told_without_its_secrets(text: str, found: str) -> None:
+    with pytest.raises(QueryError) as error:
+        places.place_name(text)
+    assert str(error.value).startswith(found)
+    assert "SEC" not in str(error.value)
+
+
+def test_a_place_has_one_name(tmp_path: Path) -> None:
+    (tmp_path / "link").symlink_to("out")
+    for text in ("out", "link", "a/../out", "out//"):
+        assert places.place_name(f"{tmp_path}/{text}") == str(tmp_path / "out")
+    assert places.place_name(f"file://{tmp_path}/link/") == str(tmp_path / "out")
+    assert places.place_name("s3://bucket//a///b/") == "s3://bucket/a/b"
+
+
+def test_a_place_that_is_refused_leaves_the_trash(filled: store.Store, tmp_path: Path) -> None:
+    store.remove_capture(filled, 1)
+    filled.close()
+    (tmp_path / "file").touch()
+    for text, found in (
+        ("none/a/b", "expected the folder {0}/none/a, found none. Make the folder first."),
+        ("file", "expected a folder, found a file. Name another one."),
+    ):
+        with pytest.raises(StoreError) as error:
+            store.compact(filled.path, motions_to=f"{tmp_path}/{text}")
+        assert str(error.value) == f"{tmp_path}/{text}: {found.format(tmp_path)}"
+    with store.open_store(filled.path) as opened:
+        store.restore_capture(opened, 1)
+
+
+def test_a_url_needs_its_package(filled: store.Store, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(
         StoreError, match="nonsense://x: expected a place that can be used, found: "
     ):

@@ -2,13 +2,14 @@
 
 A folder needs nothing else. A URL (``s3://bucket/motions``) is read and written by `fsspec
 <https://filesystem-spec.readthedocs.io>`_, which is imported only then; passwords and keys are
-those of its own configuration and are never kept in the database.
+those of its own configuration: URLs that hold them are refused, as the database would keep them.
 """
 
 from __future__ import annotations
 
 import hashlib
 import os
+import re
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,10 +23,15 @@ from motiondb.errors import QueryError, StoreError
 from motiondb.files.safe_files import open_file, whole_file
 
 _AT_ONCE = 2**20  # Bytes
+_EXPECTED = "a folder or a URL that fsspec knows"
+_NOT_KEPT = frozenset({"memory"})  # File systems whose files end with the process
 
 
 class Place(Protocol):
     """Where files lie by their names; the errors of its methods are those of the file system."""
+
+    def check(self) -> None:
+        """StoreError if files cannot lie here, as far as this is known before one is written."""
 
     def open(self, name: str) -> BinaryIO:
         """Open a file for reading from its beginning to its end."""
@@ -45,6 +51,15 @@ class _Folder:
 
     def __init__(self, path: Path) -> None:
         self._path = path
+
+    def check(self) -> None:
+        if self._path.exists() and not self._path.is_dir():
+            raise StoreError(f"{self._path}: expected a folder, found a file. Name another one.")
+        if not self._path.parent.is_dir():
+            raise StoreError(
+                f"{self._path}: expected the folder {self._path.parent}, found none. Make the "
+                "folder first."
+            )
 
     def open(self, name: str) -> BinaryIO:
         return open_file(self._path / name)
@@ -77,6 +92,9 @@ class _Remote:
     def __init__(self, system: Any, path: str) -> None:  # noqa: ANN401  of fsspec, without types
         self._system, self._path = system, path.rstrip("/")
 
+    def check(self) -> None:
+        """Do nothing: object stores have no folders."""
+
     def open(self, name: str) -> BinaryIO:
         return cast("BinaryIO", self._system.open(f"{self._path}/{name}", "rb"))
 
@@ -91,22 +109,43 @@ class _Remote:
 
 
 def place_name(text: str) -> str:
-    """How a place is kept: a URL, or the whole path of a folder; QueryError for a URL with a key.
+    """How a place is kept: a URL, or the real path of a folder; QueryError for what cannot be kept.
 
-    >>> place_name("s3://bucket/motions/"), place_name("file:///shared/motions")
-    ('s3://bucket/motions', '/shared/motions')
+    >>> place_name("s3://bucket//motions/"), place_name("file:///shared/../motions")
+    ('s3://bucket/motions', '/motions')
     """
-    parts = urlsplit(text)
-    if parts.scheme == "file":
-        text = url2pathname(parts.path)
-    elif "://" in text:
-        if parts.password:
-            raise QueryError(
-                f"{parts.scheme}://{parts.hostname}: expected a URL without a password, found "
-                "one. The database would keep it; put it into the configuration of fsspec."
-            )
-        return text.rstrip("/")
-    return str(Path(text).expanduser().absolute())
+    if not text:
+        raise QueryError(f"'': expected {_EXPECTED}, found nothing. Name one.")
+    try:
+        scheme, host, path, query, _ = urlsplit(text)
+        if scheme == "file" or "://" not in text:
+            folder = url2pathname(path) if scheme == "file" else text
+            return os.path.realpath(Path(folder).expanduser())
+    except (ValueError, RuntimeError) as error:  # a bracket, an unknown user, a null character
+        raise QueryError(
+            f"{_without_keys(text)}: expected {_EXPECTED}, found: {str(error).rstrip('.')}. "
+            "Name another one."
+        ) from None
+    shown = _without_keys(text)
+    if not host and not path.strip("/"):
+        raise QueryError(f"{shown}: expected {_EXPECTED}, found no name in it. Name one.")
+    if "::" in text or scheme in _NOT_KEPT:
+        raise QueryError(
+            f"{shown}: expected a URL whose files stay, found one of memory or of several file "
+            "systems, whose files may end with this command. Name the place itself."
+        )
+    if "@" in text or query:  # a password may hold a slash
+        raise QueryError(
+            f"{shown}: expected a URL without a user, a password or a query, found one with them. "
+            "The database would keep it; put it into the configuration of fsspec."
+        )
+    rest = re.sub("/+", "/", text.partition("://")[2].removeprefix(host))
+    return f"{scheme}://{host}{rest}".rstrip("/")
+
+
+def _without_keys(text: str) -> str:
+    """A place without what may be a secret in each of its URLs."""
+    return "::".join(re.sub(r"(?s)(?<=//).*@|\?.*", "", part) for part in text.split("::"))
 
 
 @lru_cache(maxsize=16)
