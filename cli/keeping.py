@@ -123,10 +123,9 @@ def compact(
     printing.say(f"{done.before / 1e6:.1f} MB before, {done.after / 1e6:.1f} MB after")
     if done.unused:
         files = printing.number(len(done.unused), "Parquet file")
-        printing.say(
-            f"{files} no longer needed, such as {done.unused[0]}. Delete what no copy of the "
-            "database needs (--json lists all)."
-        )
+        printing.say(f"{files} no longer needed. Delete what no copy of the database needs:")
+        for path in done.unused:
+            printing.say(f"  {path}")
 
 
 @knowing.command("export")

@@ -241,9 +241,8 @@ def whole_file(path: Path, *, is_cache: bool = False) -> Iterator[Path]:
     if not is_cache:
         check_output(path)
         check_one_name(path)
-    stem = draft_stem(path)
-    sweep_drafts(path.parent, re.escape(stem))
-    draft = path.with_name(f".{stem}.{os.getpid()}.{threading.get_ident()}.part")
+    sweep_drafts(path.parent, re.escape(draft_stem(path)))
+    draft = draft_of(path)
     try:
         _delete_draft(draft)  # of an earlier process of the same number
         yield draft
@@ -314,6 +313,11 @@ def sweep_drafts(folder: Path, stem: str) -> None:
         owner = draft.fullmatch(left.name)
         if owner is not None and not is_running(int(owner[1])):
             delete_all(left)
+
+
+def draft_of(path: Path) -> Path:
+    """Return the draft of a file by this thread."""
+    return path.with_name(f".{draft_stem(path)}.{os.getpid()}.{threading.get_ident()}.part")
 
 
 def draft_stem(path: Path) -> str:

@@ -24,6 +24,7 @@ from motiondb.errors import MotionDBError, StoreError
 from motiondb.files.safe_files import log_of
 from motiondb.store.catalogue.captures import load_poses, unflatten_motion
 from motiondb.store.catalogue.parquet_files import check_parquet_file, load_parquet_files
+from motiondb.store.catalogue.places import PlaceError
 from motiondb.store.catalogue.sources import load_source
 from motiondb.store.connection.faults import damage_sentence
 from motiondb.store.connection.handle import Store
@@ -256,11 +257,11 @@ def check_store(store: Store, *, sources: bool = False) -> list[str]:
         if faults:  # the rules read these tables
             return faults
         faults = _broken(store, _RULES) + _unresolved(store)
-        bad_files = _bad_parquet_files(store)
-        faults += [*bad_files.values(), *_foreign_rows(store), *_bad_poses(store, bad_files)]
+        bad_files, missing = _bad_parquet_files(store)
+        faults += [*bad_files, *_foreign_rows(store), *_bad_poses(store, missing)]
         faults += _bad_meta(store) + _broken(store, _GRAMMAR_RULES, "grammar ")
         faults += _broken(store, _SCENE_RULES, "scene ")
-        return faults + (_bad_sources(store, bad_files) if sources else [])
+        return faults + (_bad_sources(store, missing) if sources else [])
     except StoreError as error:
         return [*faults, str(error)]
 
@@ -422,15 +423,17 @@ def _unresolved(store: Store, without: Collection[str] = ()) -> list[str]:
     return faults
 
 
-def _bad_parquet_files(store: Store) -> dict[int, str]:
-    """Number of a Parquet file that is missing or damaged -> a sentence."""
-    faults = {}
+def _bad_parquet_files(store: Store) -> tuple[list[str], list[int]]:
+    """A sentence for every Parquet file that is damaged or missing, and numbers of missing ones."""
+    faults, missing = [], []
     for file in load_parquet_files(store):
         try:
             check_parquet_file(store, file)
         except StoreError as error:
-            faults[file.file_id] = str(error)
-    return faults
+            faults.append(str(error))
+            if isinstance(error, PlaceError):
+                missing.append(file.file_id)
+    return faults, missing
 
 
 def _bad_poses(store: Store, without: Collection[int]) -> list[str]:

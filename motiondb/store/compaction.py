@@ -27,7 +27,14 @@ from motiondb.store.connection.faults import first_sentence, is_damage
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.opening import is_lock, open_store
 from motiondb.store.connection.statements import Connection
-from motiondb.store.moving import Progress, find_place, forget_unused, move_motions
+from motiondb.store.moving import (
+    Progress,
+    find_place,
+    forget_untold,
+    forget_unused,
+    move_motions,
+    untold_files,
+)
 
 
 @dataclass(frozen=True)
@@ -63,9 +70,7 @@ def compact(
         if store.lacked_log:  # the copy would no longer fit to the log
             raise StoreError(store.log_note)
         before = path.stat().st_size
-        empty_trash(store)
-        moved, unused = move_motions(store, place, progress) if place else (0, [])
-        unused += forget_unused(store)
+        moved, unused = _prepare(store, place, progress)
     identity = _identity(path)
     with open_store(path, read_only=True, wait=wait) as store:
         if log_of(path).exists():
@@ -100,7 +105,23 @@ def compact(
             raise StoreError(_no_room(path, error)) from error
         finally:
             delete_all(new, log_of(new))
+    _forget_told(path, unused, wait)
     return Compacted(before, path.stat().st_size, moved, tuple(unused))
+
+
+def _prepare(store: Store, place: str | None, progress: Progress | None) -> tuple[int, list[str]]:
+    """Empty the trash and move motions; how many captures, and the Parquet files not needed now."""
+    empty_trash(store)
+    moved = move_motions(store, place, progress) if place else 0
+    forget_unused(store)
+    return moved, untold_files(store)
+
+
+def _forget_told(path: Path, unused: Sequence[str], wait: float) -> None:
+    """Forget the unused Parquet files, which are told now; else they are told once more."""
+    if unused:
+        with suppress(StoreError), open_store(path, create=False, wait=wait) as store:
+            forget_untold(store)
 
 
 def _identity(path: Path) -> tuple[int, int]:

@@ -12,25 +12,28 @@ Parquet files are never deleted once the database has relied on them: a copy of 
 from __future__ import annotations
 
 import hashlib
+import json
 import mmap
-import shutil
-import tempfile
 import uuid
 import zlib
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import astuple, replace
 from pathlib import Path
+from typing import BinaryIO
 
 from motiondb.errors import StoreError
+from motiondb.files.safe_files import delete_all, draft_of
 from motiondb.store.catalogue.parquet_files import (
     ParquetFile,
+    Part,
     advice,
-    check_parquet_file,
+    is_whole,
     load_parquet_files,
 )
-from motiondb.store.catalogue.places import digest_of, open_place, place_name, told
+from motiondb.store.catalogue.places import digest_of, open_place, place_name, read_pieces, told
 from motiondb.store.catalogue.runs import finish_run, start_run
+from motiondb.store.connection.faults import DamagedFileError
 from motiondb.store.connection.handle import Store, bounded_memory
 from motiondb.store.connection.transactions import transaction
 
@@ -45,6 +48,7 @@ _PART = "STRUCT(file_id BIGINT, start BIGINT, n_bytes BIGINT, crc32 BIGINT)"
 _FRAMES, _FILE_BYTES = 216_000, 2**27
 """Frames of the captures of a file, two hours, and about how large it is with their originals."""
 _CAPTURES = 1000  # At most in a file; DuckDB finds so many rows by their index
+_UNTOLD = "unused_parquet_files"  # Key in ``meta`` of a list in JSON
 _ROOM = "Nothing of it was moved. Look at the folder or URL, its permissions and its room."
 
 
@@ -58,49 +62,78 @@ def find_place(to: str) -> str:
     return name
 
 
-def move_motions(store: Store, to: str, progress: Progress | None = None) -> tuple[int, list[str]]:
+def move_motions(store: Store, to: str, progress: Progress | None = None) -> int:
     """Move all motions and originals to a folder or URL, or into the database (``IN_DATABASE``).
 
-    Returns the number of captures that were moved, and the paths of the Parquet files that this
-    database no longer relies on.
+    Returns the number of captures that were moved. DamagedFileError at the end names those that
+    could not be read.
     """
     tell = progress or (lambda _what, _done, _total: None)
     place = find_place(to)
     files = [file for file in load_parquet_files(store) if file.place != place]
-    batches = [] if to == IN_DATABASE else list(_batches(store))
-    if not files and not batches:
-        return 0, []
+    if not files and (place == IN_DATABASE or not any(_batches(store))):
+        return 0
     run_id = start_run(store, "move", {"to": place})
-    total = len(files) + len(batches)
-    moved = 0
+    moved, lost = 0, list[str]()
     with bounded_memory(store, _FILE_BYTES):
         for done, file in enumerate(files):
-            tell("moving motions", done, total)
-            moved += (
-                _bring_back(store, file) if to == IN_DATABASE else _take_along(store, file, place)
-            )
+            tell("moving motions", done, len(files))
+            n_moved, damaged = _move_file(store, file, place)
+            moved += n_moved
+            lost += damaged
+        batches = [] if place == IN_DATABASE else list(_batches(store))
+        total = len(files) + len(batches)
         for done, batch in enumerate(batches, start=len(files)):
             tell("moving motions", done, total)
             moved += _move_out(store, batch, place)
     tell("moving motions", total, total)
     finish_run(store, run_id)
-    return moved, [file.path for file in files]
+    if lost:
+        raise DamagedFileError(
+            f"{store.path}: expected motions and originals as they were written, found others of "
+            f"the captures {', '.join(lost)}, which stay where they are. Those of {moved} captures "
+            "were moved. Put a copy of the damaged files in their place, or remove these captures."
+        )
+    return moved
 
 
-def forget_unused(store: Store) -> list[str]:
-    """Forget the Parquet files of which nothing is needed any more; their paths."""
+def forget_unused(store: Store) -> None:
+    """Forget the Parquet files of which nothing is needed any more; their paths wait to be told."""
     used = " UNION ".join(
-        f"SELECT {column}_at.file_id AS f FROM {table}"
+        f"SELECT {column}_at.file_id FROM {table} WHERE {column}_at IS NOT NULL"
         for table, (_, columns) in _MOVED.items()
         for column in columns
     )
-    unused = f"file_id NOT IN (SELECT f FROM ({used}) WHERE f IS NOT NULL)"
-    query = f"SELECT place || '/' || name FROM parquet_file WHERE {unused} ORDER BY file_id"
-    paths = store.connection.column(query)
-    if paths:
-        with transaction(store) as connection:
-            connection.execute(f"DELETE FROM parquet_file WHERE {unused}")
-    return paths
+    numbers = set(store.connection.column(used))
+    for file in load_parquet_files(store):
+        if file.file_id not in numbers:
+            _forget(store, file)
+
+
+def _forget(store: Store, file: ParquetFile) -> None:
+    with transaction(store) as connection:
+        connection.execute("DELETE FROM parquet_file WHERE file_id = ?", [file.file_id])
+        _note_unused(store, file.path)
+
+
+def _note_unused(store: Store, path: str) -> None:
+    """Keep the path of a file that is no longer relied on, until it has been told."""
+    paths = json.dumps([*untold_files(store), path])
+    with transaction(store) as connection:
+        connection.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", [_UNTOLD, paths])
+
+
+def untold_files(store: Store) -> list[str]:
+    """Paths of Parquet files that the database no longer relies on, and nobody has been told."""
+    noted = store.connection.value("SELECT value FROM meta WHERE key = ?", [_UNTOLD])
+    used = {file.path for file in load_parquet_files(store)}
+    return [path for path in json.loads(noted or "[]") if path not in used]
+
+
+def forget_untold(store: Store) -> None:
+    """Forget the paths of :func:`untold_files` once they have been told."""
+    with transaction(store) as connection:
+        connection.execute("DELETE FROM meta WHERE key = ?", [_UNTOLD])
 
 
 def _batches(store: Store) -> Iterator[list[tuple[int, str]]]:
@@ -126,8 +159,7 @@ def _batches(store: Store) -> Iterator[list[tuple[int, str]]]:
 def _move_out(store: Store, batch: Sequence[tuple[int, str]], where: str) -> int:
     """Move some captures into a new Parquet file, in one transaction; how many."""
     name = f"motions-{uuid.uuid4().hex}.parquet"
-    with tempfile.TemporaryDirectory() as folder, transaction(store) as connection:
-        draft = Path(folder) / name
+    with _draft_beside(store) as draft, transaction(store) as connection:
         _write_parquet(store, batch, draft)
         number = int(connection.value("SELECT coalesce(max(file_id), 0) + 1 FROM parquet_file"))
         with (
@@ -141,8 +173,23 @@ def _move_out(store: Store, batch: Sequence[tuple[int, str]], where: str) -> int
     return len(batch)
 
 
+@contextmanager
+def _draft_beside(store: Store) -> Iterator[Path]:
+    """The name of a draft beside the database; one that a kill leaves goes at the next opening."""
+    draft = draft_of(store.path)
+    try:
+        yield draft
+    except OSError as error:
+        raise StoreError(
+            f"{store.path}: expected room for a draft beside it, found: {error.strerror or error}. "
+            "What was moved before stays moved. Make room and run the command again."
+        ) from error
+    finally:
+        delete_all(draft)
+
+
 def _put(file: ParquetFile, draft: Path) -> None:
-    """Copy a file to its place and compare what stands there; after an error it is deleted."""
+    """Copy a file to its place and compare what stands there."""
     place = open_place(file.place)
     try:
         with told(file.path, _ROOM):
@@ -154,7 +201,9 @@ def _put(file: ParquetFile, draft: Path) -> None:
             )
     except BaseException:
         with suppress(Exception):  # the first error is the cause
-            place.delete(file.name)
+            # a whole file stays: another process may have put it there, for a copy of the database
+            if digest_of(place, file.name) != file.sha256:
+                place.delete(file.name)
         raise
 
 
@@ -207,20 +256,20 @@ def _note_parts(
 
 def _find(values: Sequence[bytes | None], file: ParquetFile, whole: mmap.mmap) -> list[str]:
     """Where values stand in a file, as SQL; they are in the order of the file."""
-    parts, end = list[str](), 0
+    parts, starts, end = list[str](), dict[bytes, int](), 0
     for value in values:
         if not value:  # it was left out, or there is none
             parts.append(f"NULL::{_PART}")
             continue
-        start = whole.find(value, end)
-        if start < 0:  # values that are the same may stand there once
-            start = whole.find(value)
-        if start < 0:
-            raise StoreError(
-                f"{file.path}: expected values as they are in the database, found others. {_ROOM}"
-            )
-        end = start + len(value)
-        part = [file.file_id, start, len(value), zlib.crc32(value)]
+        if value not in starts:  # values that are the same may stand there once
+            start = whole.find(value, end)
+            if start < 0:
+                raise StoreError(
+                    f"{file.path}: expected values as they are in the database, found others. "
+                    f"{_ROOM}"
+                )
+            starts[value], end = start, start + len(value)
+        part = [file.file_id, starts[value], len(value), zlib.crc32(value)]
         parts.append(f"row({', '.join(map(str, part))})::{_PART}")
     return parts
 
@@ -235,51 +284,105 @@ def _rewrite(store: Store, table: str, rows: str) -> None:
     run("DROP TABLE rewritten")
 
 
-def _bring_back(store: Store, file: ParquetFile) -> int:
-    """Move what a Parquet file holds into the database, in one transaction; how many captures."""
-    with tempfile.TemporaryDirectory() as folder, transaction(store) as connection:
-        n_captures = _count_captures(store, file)
-        target = _fetch(store, file, Path(folder))
-        for table, (key, columns) in _MOVED.items():
-            back = ", ".join(
-                f"coalesce(p.{c}, t.{c}) AS {c}, NULL::{_PART} AS {c}_at" for c in columns
-            )
-            held = ", ".join(f"t.{c}_at.file_id" for c in columns)
-            _rewrite(
-                store,
-                table,
-                f"SELECT t.* REPLACE ({back}) FROM {table} t "
-                f"JOIN read_parquet({_quoted(target)}) p USING ({key}) "
-                f"WHERE {file.file_id} IN ({held})",
-            )
-        connection.execute("DELETE FROM parquet_file WHERE file_id = ?", [file.file_id])
-    return n_captures
+def _move_file(store: Store, file: ParquetFile, where: str) -> tuple[int, list[str]]:
+    """Move what a Parquet file holds; how many captures, and the names of damaged ones.
 
-
-def _take_along(store: Store, file: ParquetFile, where: str) -> int:
-    """Rely on a copy of a Parquet file at another place, and make it; how many captures."""
+    Of a damaged file, what can be read comes into the database, from where it can be moved.
+    """
     new = replace(file, place=where)
-    if not _is_copy(new):
-        with tempfile.TemporaryDirectory() as folder:
-            _put(new, _fetch(store, file, Path(folder)))
+    is_there = where != IN_DATABASE and _is_copy(new)
+    if not is_there:
+        with _draft_beside(store) as draft:
+            digest = _fetch(store, file, draft)
+            if where == IN_DATABASE or digest != file.sha256:
+                n_moved, damaged = _bring_back(store, file, draft)
+                return (n_moved if where == IN_DATABASE else 0), damaged
+            _put(new, draft)
     with transaction(store) as connection:
         connection.execute(
             "UPDATE parquet_file SET place = ? WHERE file_id = ?", [where, file.file_id]
         )
-    return _count_captures(store, file)
+        if is_there:  # the former path may be another name of the same file
+            return 0, []
+        _note_unused(store, file.path)
+    return int(
+        store.connection.value(
+            "SELECT count(*) FROM motion WHERE poses_at.file_id = ?", [file.file_id]
+        )
+    ), []
 
 
-def _fetch(store: Store, file: ParquetFile, folder: Path) -> Path:
-    """Copy a file into a folder of this machine, and compare it."""
-    draft = folder / file.name
-    with (
-        told(file.path, advice(store)),
-        open_place(file.place).open(file.name) as read,
-        draft.open("wb") as written,
-    ):
-        shutil.copyfileobj(read, written)
-    check_parquet_file(store, file, open_place(str(folder)))
-    return draft
+def _bring_back(store: Store, file: ParquetFile, draft: Path) -> tuple[int, list[str]]:
+    """Move captures of a file into the database, in one transaction, from a copy of the file.
+
+    Returns how many, and the names of those of which a value is damaged, which stay.
+    """
+    with transaction(store), draft.open("rb") as opened:
+        whole, damaged = _readable(store, file, opened)
+        if whole:
+            for table in _MOVED:
+                _bring_values(store, table, whole, opened)
+        if not damaged:
+            _forget(store, file)
+    return len(whole), damaged
+
+
+def _readable(
+    store: Store, file: ParquetFile, opened: BinaryIO
+) -> tuple[list[tuple[int, str]], list[str]]:
+    """Number and digest of the captures of which a file holds all values, names of the others."""
+    rows = store.connection.execute(
+        "SELECT capture_id, sha256, c.name, poses_at, data_at, skeleton_data_at FROM capture c "
+        "JOIN motion USING (capture_id) JOIN source USING (sha256) WHERE list_contains("
+        "[poses_at.file_id, data_at.file_id, skeleton_data_at.file_id], ?) ORDER BY capture_id",
+        [file.file_id],
+    ).fetchall()
+    whole, damaged = list[tuple[int, str]](), list[str]()
+    for number, sha256, name, *parts in rows:
+        if all(is_whole(_read_value(opened, at), at) for at in parts if at):
+            whole.append((number, sha256))
+        else:
+            damaged.append(name)
+    return whole, damaged
+
+
+def _bring_values(
+    store: Store, table: str, batch: Sequence[tuple[int, str]], opened: BinaryIO
+) -> None:
+    """Put the values of captures, which an open file holds, into their rows of a table."""
+    key, columns = _MOVED[table]
+    chosen = _chosen(batch, key)
+    places = ", ".join(f"{c}_at" for c in columns)
+    rows = store.connection.execute(f"SELECT {key}, {places} FROM {table} WHERE {chosen}")
+    of_file = rows.fetchall()
+    store.connection.execute(
+        f"CREATE TEMP TABLE back AS SELECT {key}, {', '.join(columns)} FROM {table} LIMIT 0"
+    )
+    marks = ", ".join("?" * (1 + len(columns)))
+    for of_row, *parts in of_file:
+        values = [at and _read_value(opened, at) for at in parts]
+        store.connection.execute(f"INSERT INTO back VALUES ({marks})", [of_row, *values])
+    back = ", ".join(f"coalesce(b.{c}, t.{c}) AS {c}, NULL::{_PART} AS {c}_at" for c in columns)
+    _rewrite(store, table, f"SELECT t.* REPLACE ({back}) FROM {table} t JOIN back b USING ({key})")
+    store.connection.execute("DROP TABLE back")
+
+
+def _read_value(opened: BinaryIO, at: Part) -> bytes:
+    opened.seek(at["start"])
+    return opened.read(at["n_bytes"])
+
+
+def _fetch(store: Store, file: ParquetFile, draft: Path) -> str:
+    """Copy a file to this machine; its digest."""
+    counted, pieces = hashlib.sha256(), read_pieces(open_place(file.place), file.name)
+    with draft.open("wb") as written:
+        while True:
+            with told(file.path, advice(store)):  # of the place; the draft's errors are others
+                piece = next(pieces, b"")
+            if not piece:
+                return counted.hexdigest()
+            counted.update(piece)
+            written.write(piece)
 
 
 def _is_copy(file: ParquetFile) -> bool:
@@ -294,8 +397,3 @@ def _is_copy(file: ParquetFile) -> bool:
             f"{file.path}: expected no such file or a copy of it, found another one. {_ROOM}"
         )
     return True
-
-
-def _count_captures(store: Store, file: ParquetFile) -> int:
-    query = "SELECT count(*) FROM motion WHERE poses_at.file_id = ?"
-    return int(store.connection.value(query, [file.file_id]))

@@ -62,7 +62,7 @@ def test_what_is_moved_comes_out_bit_for_bit(
     monkeypatch.setattr(places, "_NOT_KEPT", ())  # memory:// is, as long as this test runs
     place = f"memory://{tmp_path.name}/out" if is_url else str(tmp_path / "out")
     before, mark = content(filled), read_meta(filled, "motion_revision")
-    assert store.move_motions(filled, place) == (5, [])
+    assert store.move_motions(filled, place) == 5
     files = store.load_parquet_files(filled)
     assert [file.place for file in files] == [place] * 3
     assert filled.connection.execute(
@@ -72,8 +72,10 @@ def test_what_is_moved_comes_out_bit_for_bit(
     assert content(filled) == before
     assert read_meta(filled, "motion_revision") == mark  # the cache stays valid
     assert store.check_store(filled, sources=True) == []
-    assert store.move_motions(filled, place) == (0, [])
-    assert store.move_motions(filled, moving.IN_DATABASE) == (5, [file.path for file in files])
+    assert store.move_motions(filled, place) == 0
+    assert moving.untold_files(filled) == []
+    assert store.move_motions(filled, moving.IN_DATABASE) == 5
+    assert moving.untold_files(filled) == [file.path for file in files]
     assert store.load_parquet_files(filled) == []
     assert content(filled) == before
     assert store.check_store(filled, sources=True) == []
@@ -100,7 +102,7 @@ def test_new_captures_lie_in_the_file_until_they_are_moved(
     samples.add(filled, "ffffff", words=())
     samples.add(filled, "ggggggg", words=(), kind="generated")
     before = content(filled)
-    assert store.move_motions(filled, place) == (1, [])
+    assert store.move_motions(filled, place) == 1
     assert content(filled) == before
     left = "SELECT capture_id FROM motion WHERE poses_at IS NULL"
     assert filled.connection.column(left) == [7]  # the generated one, which every question reads
@@ -131,7 +133,7 @@ def test_a_write_that_fails_leaves_whole_files_and_is_continued(
     assert [file.name for file in store.load_parquet_files(filled)] == written[:1]
     assert content(filled) == before
     assert store.check_store(filled, sources=True) == []
-    assert store.move_motions(filled, place) == (3, [])
+    assert store.move_motions(filled, place) == 3
     assert content(filled) == before
 
 
@@ -168,7 +170,8 @@ def test_a_missing_file_is_named_and_found_at_another_place(
     assert store.check_quickly(filled) == []
     faults = store.check_store(filled, sources=True)
     assert (len(faults), faults[0]) == (3, sentence)
-    assert store.move_motions(filled, str(new))[0] == 5
+    assert store.move_motions(filled, str(new)) == 0  # nothing had to be moved
+    assert moving.untold_files(filled) == []
     assert len(list(new.iterdir())) == 3
     assert content(filled) == before
 
@@ -186,7 +189,9 @@ def test_files_are_copied_to_another_place_and_others_are_not_overwritten(
     assert (new / files[1].name).read_text() == "something else"
     assert content(filled) == before
     (new / files[1].name).unlink()
-    assert store.move_motions(filled, str(new)) == (3, [file.path for file in files[1:]])
+    assert moving.untold_files(filled) == [files[0].path]
+    assert store.move_motions(filled, str(new)) == 3
+    assert moving.untold_files(filled) == [file.path for file in files]  # the first one, too
     shutil.rmtree(old)
     filled.local.block = None
     assert content(filled) == before
@@ -202,12 +207,15 @@ def test_a_damaged_motion_is_told_and_the_others_are_read(
     data[start + 5] ^= 1
     Path(file.path).write_bytes(data)
     filled.local.block = None
-    with pytest.raises(DamagedMotionError, match="expected the bytes that were written") as error:
+    with pytest.raises(
+        DamagedMotionError, match="expected the bytes of the capture b as they"
+    ) as error:
         store.load_motion(filled, 2)
     assert str(error.value).startswith(f"{file.path}: ")
     assert [number for number, _ in store.readable_motions(filled, range(1, 6))] == [1, 3, 4, 5]
-    (fault,) = store.check_store(filled)
-    assert fault.startswith(f"{file.path}: expected the digest {file.sha256[:12]}, found ")
+    of_file, of_capture = store.check_store(filled)
+    assert of_file.startswith(f"{file.path}: expected the digest {file.sha256[:12]}, found ")
+    assert of_capture.startswith(f"b: {file.path}: expected the bytes of the capture b as they")
     data[start + 5] ^= 1
     Path(file.path).write_bytes(data[:-1])  # the end is no value
     assert content(filled) == before
@@ -215,6 +223,77 @@ def test_a_damaged_motion_is_told_and_the_others_are_read(
     filled.local.block = None
     with pytest.raises(DamagedMotionError):
         store.load_motion(filled, 2)
+
+
+@pytest.mark.parametrize("column", ["poses_at", "data_at", "skeleton_data_at"])
+@pytest.mark.parametrize("is_here", [False, True])
+def test_all_but_a_damaged_value_is_moved(
+    filled: store.Store, tmp_path: Path, column: str, is_here: bool
+) -> None:
+    store.move_motions(filled, str(tmp_path / "out"))
+    before, files = content(filled), store.load_parquet_files(filled)
+    query = f"SELECT {column}.start FROM capture JOIN motion USING (capture_id) JOIN source USING "
+    start = filled.connection.value(f"{query} (sha256) WHERE name = 'b'")
+    data = bytearray(Path(files[0].path).read_bytes())
+    data[start + 5] ^= 1
+    Path(files[0].path).write_bytes(data)
+    place = moving.IN_DATABASE if is_here else str(tmp_path / "new")
+    with pytest.raises(StoreError, match="found others of the captures b, which stay"):
+        store.move_motions(filled, place)
+    left = store.load_parquet_files(filled)
+    assert left[0] == files[0]
+    assert filled.connection.column("SELECT capture_id FROM motion WHERE poses_at.file_id = 1") == [
+        2
+    ]
+    assert [file.place for file in left[1:]] == ([] if is_here else [place] * 3)
+    assert moving.untold_files(filled) == [file.path for file in files[1:]]
+    data[start + 5] ^= 1
+    Path(files[0].path).write_bytes(data)  # a copy in its place
+    for file in files[1:]:
+        Path(file.path).unlink()
+    assert content(filled) == before
+    store.move_motions(filled, place)
+    assert moving.untold_files(filled) == [file.path for file in [*files[1:], files[0]]]
+    shutil.rmtree(tmp_path / "out")
+    filled.local.block = None
+    assert content(filled) == before
+    assert store.check_store(filled, sources=True) == []
+
+
+def test_what_another_process_put_there_is_not_deleted(
+    filled: store.Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store.move_motions(filled, str(tmp_path / "out"))
+
+    def fails_once_it_is_there(self: places._Folder, name: str, file: Path) -> None:
+        self._path.mkdir(exist_ok=True)
+        shutil.copyfile(file, self._path / name)
+        raise OSError("interrupted")
+
+    monkeypatch.setattr(places._Folder, "write", fails_once_it_is_there)
+    with pytest.raises(StoreError, match="interrupted"):
+        store.move_motions(filled, str(tmp_path / "new"))
+    name = store.load_parquet_files(filled)[0].name
+    assert (tmp_path / "new" / name).exists()
+
+
+def test_a_link_to_the_place_is_the_place(filled: store.Store, tmp_path: Path) -> None:
+    out, link = tmp_path / "out", tmp_path / "link"
+    store.move_motions(filled, str(out))
+    link.symlink_to(out)
+    assert store.move_motions(filled, str(link)) == 0
+    filled.connection.execute("UPDATE parquet_file SET place = ?", [str(link)])  # an older one
+    assert store.move_motions(filled, str(out)) == 0
+    assert moving.untold_files(filled) == []
+
+
+def test_no_room_for_a_draft_is_not_blamed_on_the_place(
+    filled: store.Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store.move_motions(filled, str(tmp_path / "out"))
+    monkeypatch.setattr(moving, "draft_of", lambda _path: tmp_path / "none" / "draft")
+    with pytest.raises(StoreError, match=r"motions.duckdb: expected room for a draft beside it"):
+        store.move_motions(filled, moving.IN_DATABASE)
 
 
 def test_motions_in_order_are_read_together(
@@ -265,6 +344,7 @@ def test_a_removed_capture_comes_back_and_files_without_captures_are_forgotten(
         assert store.check_store(opened, sources=True) == []
         assert content(opened) == {name: before[name] for name in "cde"}
     assert Path(files[0].path).exists()
+    assert store.compact(filled.path).unused == ()  # it was told
 
 
 def test_compacting_moves_and_gives_the_room_back(

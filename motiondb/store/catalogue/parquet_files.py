@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from motiondb.errors import StoreError
-from motiondb.store.catalogue.places import Place, digest_of, open_place, told
+from motiondb.store.catalogue.places import digest_of, open_place, told
 from motiondb.store.connection.faults import DamagedFileError, DamagedMotionError
 from motiondb.store.connection.handle import Block, Store
 
@@ -48,10 +48,10 @@ def load_parquet_files(store: Store) -> list[ParquetFile]:
     return [ParquetFile(*row) for row in rows]
 
 
-def check_parquet_file(store: Store, file: ParquetFile, copied_to: Place | None = None) -> None:
-    """Read a file, or a copy, to its end; StoreError if it is missing or has another digest."""
+def check_parquet_file(store: Store, file: ParquetFile) -> None:
+    """Read a file to its end; StoreError if it is missing or has another digest."""
     with told(file.path, advice(store)):
-        found = digest_of(copied_to or open_place(file.place), file.name)
+        found = digest_of(open_place(file.place), file.name)
     if found != file.sha256:
         raise DamagedFileError(
             f"{file.path}: expected the digest {file.sha256[:12]}, found {found[:12]}: the file is "
@@ -67,22 +67,38 @@ def load_part(store: Store, at: Part) -> bytes:
     if block is not None and block.file_id == number:
         is_near = block.start <= start <= block.stop + _BETWEEN
         data = block.data[start - block.start : stop - block.start] if is_near else b""
-    if not _is_whole(data, at):  # it is not in the block, or that is of a former file
+    if not is_whole(data, at):  # it is not in the block, or that is of a former file
         file = _file_of(store, number)
         end = max(stop, min(start + _AHEAD, file.n_bytes)) if is_near else stop
         with told(file.path, advice(store)):
             read = open_place(file.place).read(file.name, start, end)
         store.local.block = Block(number, start, read)
         data = read[: stop - start]
-        if not _is_whole(data, at):
+        if not is_whole(data, at):
             raise DamagedMotionError(
-                f"{file.path}: expected the bytes that were written, found others. {advice(store)}"
+                f"{file.path}: expected the bytes of {_captures_at(store, at)} as they were "
+                f"written, found others. {advice(store)}"
             )
     return data
 
 
-def _is_whole(data: bytes, at: Part) -> bool:
+def is_whole(data: bytes, at: Part) -> bool:
+    """Whether bytes are the value that was written."""
     return len(data) == at["n_bytes"] and zlib.crc32(data) == at["crc32"]
+
+
+def _captures_at(store: Store, at: Part) -> str:
+    """The captures of a value, for a message."""
+    stands = " OR ".join(
+        f"({column}.file_id = $file_id AND {column}.start = $start)"
+        for column in ("poses_at", "data_at", "skeleton_data_at")
+    )
+    names = store.connection.column(
+        "SELECT name FROM capture JOIN motion USING (capture_id) JOIN source USING (sha256) "
+        f"WHERE {stands} ORDER BY name LIMIT 5",
+        {"file_id": at["file_id"], "start": at["start"]},
+    )
+    return f"the capture {', '.join(names)}" if names else "a removed capture"
 
 
 def _file_of(store: Store, number: int) -> ParquetFile:

@@ -27,6 +27,10 @@ _EXPECTED = "a folder or a URL that fsspec knows"
 _NOT_KEPT = frozenset({"memory"})  # File systems whose files end with the process
 
 
+class PlaceError(StoreError):
+    """A place, or a file in it, that cannot be reached."""
+
+
 class Place(Protocol):
     """Where files lie by their names; the errors of its methods are those of the file system."""
 
@@ -156,7 +160,7 @@ def open_place(name: str) -> Place:
     try:
         import fsspec
     except ImportError:
-        raise StoreError(
+        raise PlaceError(
             f"{name}: expected the package fsspec, which reads such URLs, found that it is not "
             "installed: pip install 'motiondb[cluster]'."
         ) from None
@@ -166,24 +170,30 @@ def open_place(name: str) -> Place:
 
 @contextmanager
 def told(where: str, advice: str) -> Iterator[None]:
-    """Surround the use of a place: its errors become a StoreError that names it."""
+    """Surround the use of a place: its errors become a PlaceError that names it."""
     try:
         yield
     except (StoreError, MemoryError):
         raise
     except FileNotFoundError as error:
-        raise StoreError(f"{where}: expected a file or folder, found none. {advice}") from error
+        raise PlaceError(f"{where}: expected a file or folder, found none. {advice}") from error
     except Exception as error:  # what a file system of fsspec raises is its own choice
         reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
-        raise StoreError(
+        raise PlaceError(
             f"{where}: expected a place that can be used, found: {reason.rstrip('.')}. {advice}"
         ) from error
+
+
+def read_pieces(place: Place, name: str) -> Iterator[bytes]:
+    """The bytes of a file, in order."""
+    with place.open(name) as file:
+        while piece := file.read(_AT_ONCE):
+            yield piece
 
 
 def digest_of(place: Place, name: str) -> str:
     """SHA-256 of a file, which is read to its end."""
     counted = hashlib.sha256()
-    with place.open(name) as file:
-        while piece := file.read(_AT_ONCE):
-            counted.update(piece)
+    for piece in read_pieces(place, name):
+        counted.update(piece)
     return counted.hexdigest()
