@@ -17,6 +17,7 @@ import csv
 import hashlib
 import json
 import shutil
+import signal
 import sys
 from contextlib import closing
 from dataclasses import dataclass
@@ -218,6 +219,7 @@ def main() -> None:
     parser.add_argument("--words", type=Path, default=SAMPLES / "captions.tsv")
     parser.add_argument("--page", type=Path, help="where the page is written")
     arguments = parser.parse_args()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # so that workers end, too
     rows = measure(arguments)
     if arguments.page:
         growth = rows_in(arguments.inputs / "rows.jsonl") if arguments.inputs else []
