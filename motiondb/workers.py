@@ -37,8 +37,8 @@ class Workers(Protocol):
 
         `work`: A function of a module, which changes nothing.
 
-        `shared`: What is the same for all pieces. Where it is large, and so the large objects in a
-        piece that is a tuple, it is sent to other processes only once.
+        `shared`: What is the same for all pieces. Where it is a large array, or a record of arrays,
+        it is sent to other processes only once, and so are those in a piece that is a tuple.
         """
 
 

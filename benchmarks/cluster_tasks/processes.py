@@ -21,7 +21,7 @@ from distributed import Client, Worker, get_task_stream
 from tornado.iostream import IOStream
 
 from motiondb.database.cluster import ready
-from motiondb.symbols.spread import Run
+from motiondb.symbols.spread import Part
 
 Row = dict[str, float]
 _RECEIVED = 0  # Bytes that this process read from its connections since `begin`
@@ -52,7 +52,7 @@ def took() -> tuple[float, float, float]:
 def held(dask_worker: Worker) -> float:
     """In a worker: bytes of frames of captures that it holds."""
     found = list(dask_worker.data.values())
-    return float(sum(each.frames.nbytes for each in found if isinstance(each, Run)))
+    return float(sum(each.frames.nbytes for each in found if isinstance(each, Part)))
 
 
 @dataclass

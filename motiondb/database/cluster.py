@@ -182,7 +182,8 @@ class Cluster:
         """Results of ``work(piece, *shared)``, in the order of the pieces.
 
         What is large among the shared, and in a piece that is a tuple, is sent once, and kept by
-        the workers that needed it as long as it is kept here.
+        the workers that needed it as long as it is kept here. Large is an array, or a record of
+        arrays; a list, a tuple or a dictionary of them is sent with every piece.
 
         Parameters
         ----------
@@ -278,8 +279,15 @@ class Cluster:
                 ) from None
             except (CancelledError, CommClosedError) as error:  # lost with worker or scheduler
                 self._check_there(error)
+                self._forget_lost()
                 future = self._submit(job, piece)
         raise self._gone("results were lost again and again")
+
+    def _forget_lost(self) -> None:
+        """Forget what workers keep no more, so that it is sent again."""
+        for place, kept in list(self._kept.items()):
+            if kept.future.cancelled():
+                self._kept.pop(place, None)
 
     def _finished(self, future: Future, bounds: Bounds[Any, Any] | None, piece: object) -> bool:
         """Wait for a piece; False if it took too long, and its worker is started anew."""

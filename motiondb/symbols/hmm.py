@@ -48,7 +48,7 @@ from motiondb.symbols.hmm_jobs import (
     shares,
 )
 from motiondb.symbols.hmm_kernels import check_symbols, log_density_blocks, log_symbols
-from motiondb.symbols.spread import Frames, Run, Spread, as_spread
+from motiondb.symbols.spread import Frames, Part, Spread, as_spread
 from motiondb.workers import runs
 
 SELF_LOOP_BOUNDS = (0.01, 0.999)
@@ -137,14 +137,14 @@ def _expectations(
     segments: IntArray,
     must_exit: bool,
 ) -> tuple[kernels.Statistics, FloatArray]:
-    """E step by workers; sums run in the order of the segments of a run, then of the runs."""
+    """E step by workers; sums run in the order of the segments of a part, then of the parts."""
     statistics = _no_statistics(symbols)
     log_likelihoods = np.zeros(len(segments))
     work = (segments[:, 1] - segments[:, 0]) * symbols.means[0].size
     n_pieces = frames.n_pieces(FIT_SECONDS * int(work.sum()))
     pieces = [
-        (run, segments[own][share])
-        for run, own in frames.of_runs(segments[:, 0])
+        (part, segments[own][share])
+        for part, own in frames.of_parts(segments[:, 0])
         for share in shares(work[own], segments[own, 2], n_pieces)
     ]
     results = frames.workers.map(_expect, pieces, symbols, must_exit)
@@ -157,15 +157,15 @@ def _expectations(
 
 
 def _expect(
-    piece: tuple[Run, IntArray], symbols: MotionSymbols, must_exit: bool
+    piece: tuple[Part, IntArray], symbols: MotionSymbols, must_exit: bool
 ) -> tuple[kernels.Statistics, FloatArray]:
     """E step of some segments, sorted by symbol: statistics from the first symbol to the last."""
-    run, segments = piece
+    part, segments = piece
     first, last = int(segments[0, 2]), int(segments[-1, 2]) + 1
     some = MotionSymbols(*(np.asarray(each)[first:last] for each in vars(symbols).values()))
     lengths = segments[:, 1] - segments[:, 0]
-    rows = _flatten(segments[:, 0] - run.first, segments[:, 1] - run.first)[0]
-    own = np.ascontiguousarray(run.frames[rows], np.float64)
+    rows = _flatten(segments[:, 0] - part.first, segments[:, 1] - part.first)[0]
+    own = np.ascontiguousarray(part.frames[rows], np.float64)
     ends = np.cumsum(lengths)
     places = np.arange(len(segments))
     moved = np.stack([ends - lengths, ends, segments[:, 2] - first, places], axis=1)
@@ -252,8 +252,8 @@ def score(
     scores = np.empty((len(starts), symbols.n_symbols), dtype=np.float32)
     n_pieces = held.n_pieces(SCORE_SECONDS * int((ends - starts).sum()) * symbols.means.size)
     pieces = [
-        (run, blocks)
-        for run, own in held.of_runs(starts)
+        (part, blocks)
+        for part, own in held.of_parts(starts)
         for blocks in runs(list(frame_blocks(starts, ends, own)), n_pieces)
     ]
     for rows, some in held.workers.map(_score_blocks, pieces, symbols, exit):
@@ -262,17 +262,17 @@ def score(
 
 
 def _score_blocks(
-    piece: tuple[Run, Sequence[Block]], symbols: MotionSymbols, must_exit: bool
+    piece: tuple[Part, Sequence[Block]], symbols: MotionSymbols, must_exit: bool
 ) -> tuple[IntArray, Float32Array]:
     """Rows and scores of the segments of some blocks of frames: (rows,), (rows, symbols)."""
-    run, blocks = piece
+    part, blocks = piece
     prepared = log_symbols(symbols)
     rows = np.concatenate([intervals[:, 2] for _, _, intervals in blocks])
     scores = np.empty((len(rows), symbols.n_symbols), dtype=np.float32)
     done = 0
     for low, high, intervals in blocks:
         own = np.column_stack([intervals[:, :2], done + np.arange(len(intervals))])
-        frames = run.frames[low - run.first : high - run.first]
+        frames = part.frames[low - part.first : high - part.first]
         for first, densities in log_density_blocks(symbols, frames):
             kernels.score_block(densities, first, prepared, must_exit, scores, own)
         done += len(intervals)

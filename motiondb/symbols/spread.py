@@ -1,4 +1,6 @@
-"""Feature frames of all captures in runs of captures, so that each of several workers holds some.
+"""Feature frames of all captures in parts, whole captures in each, which workers hold.
+
+A worker needs only the parts whose pieces of work it computes.
 
 Whatever works on frames takes an array, or a :class:`Spread`, which says who works as well.
 """
@@ -16,13 +18,13 @@ import numpy as np
 from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.workers import HERE, Workers, runs
 
-RUN_FRAMES = 2**17
-"""Frames of a run (2.4 hours, 13 MB of 24 dimensions), unless one capture is longer. Sums run over
-the segments of each run, and then over the runs: another number changes their last bits."""
+PART_FRAMES = 2**17
+"""Frames of a part (2.4 hours, 13 MB of 24 dimensions), unless one capture is longer. Sums run over
+the segments of each part, and then over the parts: another number changes their last bits."""
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class Part:
     """Frames of some captures that follow one another."""
 
     first: int  # Number of its first frame among those of all captures
@@ -34,56 +36,56 @@ class Spread:
     """Frames of all captures, and who works on them."""
 
     frames: FloatArray | Float32Array  # (frames, dimensions)
-    runs: tuple[Run, ...]  # The same, whole captures in each
+    parts: tuple[Part, ...]  # The same, whole captures in each
     workers: Workers = HERE
 
-    def of_runs(self, starts: IntArray) -> Iterator[tuple[Run, IntArray]]:
-        """Runs, each with the numbers of those intervals in it that begin at some frames."""
-        number = np.searchsorted([run.first for run in self.runs], starts, side="right") - 1
-        for n, run in enumerate(self.runs):
+    def of_parts(self, starts: IntArray) -> Iterator[tuple[Part, IntArray]]:
+        """Parts, each with the numbers of those intervals in it that begin at some frames."""
+        number = np.searchsorted([part.first for part in self.parts], starts, side="right") - 1
+        for n, part in enumerate(self.parts):
             if len(own := np.flatnonzero(number == n)):
-                yield run, own
+                yield part, own
 
     def n_pieces(self, seconds: float) -> int:
-        """Number of pieces into which the work on a run is divided; `seconds`: of all runs."""
-        return math.ceil(self.workers.n_pieces(seconds) / len(self.runs))
+        """Number of pieces into which the work on a part is divided; `seconds`: of all parts."""
+        return math.ceil(self.workers.n_pieces(seconds) / len(self.parts))
 
     def captures(self, bounds: IntArray, seconds: float) -> list[Captures]:
         """Captures in pieces of work; `bounds`: their first frames, and end; `seconds`: a frame."""
         n_pieces = self.n_pieces(seconds * len(self.frames))
         spans = list(pairwise(bounds.tolist()))
         return [
-            (run, [spans[n] for n in some])
-            for run, own in self.of_runs(bounds[:-1])
+            (part, [spans[n] for n in some])
+            for part, own in self.of_parts(bounds[:-1])
             for some in runs(own.tolist(), n_pieces)
         ]
 
 
 Frames: TypeAlias = FloatArray | Float32Array | Spread
-Captures: TypeAlias = tuple[Run, Sequence[tuple[int, int]]]
-"""Some captures of a run: their first frames and ends, among those of all captures."""
+Captures: TypeAlias = tuple[Part, Sequence[tuple[int, int]]]
+"""Some captures of a part: their first frames and ends, among those of all captures."""
 
 
 def spread(frames: FloatArray | Float32Array, bounds: IntArray, workers: Workers = HERE) -> Spread:
-    """Divide frames (frames, dimensions) into runs; `bounds`: first frames of captures, and end.
+    """Divide frames (frames, dimensions) into parts; `bounds`: first frames of captures, and end.
 
-    >>> [run.first for run in spread(np.zeros((9, 1)), np.array([0, 4, 9])).runs]
+    >>> [part.first for part in spread(np.zeros((9, 1)), np.array([0, 4, 9])).parts]
     [0]
     """
-    n_runs = max(1, math.ceil(len(frames) / RUN_FRAMES))
-    wanted = len(frames) * np.arange(1, n_runs) / n_runs
+    n_parts = max(1, math.ceil(len(frames) / PART_FRAMES))
+    wanted = len(frames) * np.arange(1, n_parts) / n_parts
     edges = np.unique([0, *bounds[np.searchsorted(bounds, wanted)], len(frames)]).tolist()
-    parts = tuple(Run(a, frames[a:b]) for a, b in pairwise(edges))
-    return Spread(frames, parts or (Run(0, frames),), workers)
+    parts = tuple(Part(a, frames[a:b]) for a, b in pairwise(edges))
+    return Spread(frames, parts or (Part(0, frames),), workers)
 
 
 def as_spread(frames: Frames) -> Spread:
-    """Frames in an array are one run, and this process works on them."""
-    return frames if isinstance(frames, Spread) else Spread(frames, (Run(0, frames),))
+    """Frames in an array are one part, and this process works on them."""
+    return frames if isinstance(frames, Spread) else Spread(frames, (Part(0, frames),))
 
 
 def frames_of(some: Captures) -> Iterator[tuple[int, FloatArray | Float32Array]]:
     """First frame and frames of each of some captures."""
-    run, spans = some
+    part, spans = some
     for low, high in spans:
-        yield low, run.frames[low - run.first : high - run.first]
+        yield low, part.frames[low - part.first : high - part.first]

@@ -165,7 +165,7 @@ def divided(monkeypatch: pytest.MonkeyPatch) -> None:
     """A few captures are divided, and sent, as many hours are."""
     monkeypatch.setattr(cluster, "_LEAST", 1e-4)
     monkeypatch.setattr(cluster, "_SMALL", 1000)
-    monkeypatch.setattr(spread, "RUN_FRAMES", 50)
+    monkeypatch.setattr(spread, "PART_FRAMES", 50)
 
 
 def made_by(workers: Cluster | None, some: Path, path: Path) -> dict[str, list[str]]:
@@ -269,7 +269,7 @@ def test_a_result_whose_connection_ends_is_asked_for_again_while_there_is_a_sche
 ) -> None:
     client = SimpleNamespace(status="running", submit=lambda *_, **__: answering(lambda: 7))
     workers = object.__new__(Cluster)
-    workers.address, workers._client = "tcp://w:1", client
+    workers.address, workers._client, workers._kept = "tcp://w:1", client, {}
 
     def fails() -> None:
         raise lost("Stream is closed")
@@ -279,6 +279,29 @@ def test_a_result_whose_connection_ends_is_asked_for_again_while_there_is_a_sche
     client.status = "closed"
     with pytest.raises(ClusterError, match=r"^tcp://w:1: .* went away \(Stream is closed\)\."):
         workers._result(job, "7", answering(fails))
+
+
+def test_what_workers_lost_is_sent_again() -> None:
+    kept = list[Any]()
+
+    def lost() -> None:
+        raise CancelledError("lost")
+
+    def submit(work: object, *given: object, **_: object) -> object:
+        if work is not cluster._itself:
+            return answering(lost if given[-1] is kept[0] else lambda: 7)
+        cancelled = not kept
+        kept.append(SimpleNamespace(cancelled=lambda: cancelled))
+        return kept[-1]
+
+    workers = object.__new__(Cluster)
+    workers.address, workers._kept, workers._n_sent = "tcp://w:1", {}, 0
+    workers._client = SimpleNamespace(
+        status="running", submit=submit, cancel=lambda _: None, nthreads=lambda: {"a": 1}
+    )
+    large = np.zeros(20_000)
+    assert list(workers.map(len, [1], large)) == [7]
+    assert len(kept) == 2
 
 
 def test_nobody_answers(monkeypatch: pytest.MonkeyPatch) -> None:
