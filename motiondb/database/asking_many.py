@@ -132,10 +132,10 @@ class _Opened:
         _check(question)
         arguments.check_least("limit", question.limit, 1)
         motion = self.motion_of(question) if question.like else None
-        searching.check_any(self.session.searchable)
         allowed = None  # said in a word, and not by as many numbers for each of many questions
         if question.where.strip():
             allowed = searching.allowed_captures(self.session, question.where, question.exact)
+        searching.check_any(self.session.searchable)
         return _Posed(question, allowed, motion)
 
 
