@@ -18,7 +18,8 @@
 -- number that every committed change raises), motion_revision, content_revision and segment_revision
 -- (random marks, new with every change of the motions, of anything that can be learned from, or of
 -- the segments), log ('open' while
--- changes stand in the log beside the file, else empty).
+-- changes stand in the log beside the file, else empty), unused_parquet_files (JSON list of paths that
+-- are to be told, or missing).
 CREATE TABLE meta (
     key VARCHAR PRIMARY KEY,
     value VARCHAR NOT NULL

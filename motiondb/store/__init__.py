@@ -138,6 +138,7 @@ from motiondb.store.learned import (
 from motiondb.store.moving import move_motions
 from motiondb.store.salvage import (
     SalvagedCapture,
+    check_places,
     copy_shared,
     opened_damaged,
     salvage_captures,

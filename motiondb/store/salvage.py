@@ -34,6 +34,8 @@ from motiondb.store.catalogue.annotations import (
 )
 from motiondb.store.catalogue.captures import load_poses, unflatten_motion
 from motiondb.store.catalogue.generated import Provenance, load_provenance
+from motiondb.store.catalogue.parquet_files import advice, load_parquet_files
+from motiondb.store.catalogue.places import PlaceError, open_place, told
 from motiondb.store.catalogue.runs import load_runs
 from motiondb.store.catalogue.sources import Source, find_source, unpack_source
 from motiondb.store.catalogue.where import COLUMNS
@@ -112,6 +114,14 @@ def salvage_runs(store: Store) -> list[Run]:
     return _attempt([], "", lambda: load_runs(store)) or []
 
 
+def check_places(store: Store) -> None:
+    """PlaceError if a Parquet file is missing or cannot be reached."""
+    for file in _attempt([], "", lambda: load_parquet_files(store)) or ():
+        lost = "If it is lost for good, put an empty file of this name there."
+        with told(file.path, f"{advice(store)} {lost}"):
+            open_place(file.place).open(file.name).close()
+
+
 def salvage_captures(store: Store) -> Iterator[SalvagedCapture]:
     """Every capture of which anything can be read, in order of number."""
     columns: dict[str, dict[int, Any]] = {}
@@ -134,6 +144,8 @@ def _attempt(lost: list[str], what: str, read: Callable[[], T]) -> T | None:
     """The answer of ``read``; None, and ``what`` is noted as lost, where it fails."""
     try:
         return read()
+    except PlaceError:  # nothing is known of what lies there
+        raise
     except (MotionDBError, ValueError, TypeError, KeyError, IndexError):
         lost.append(what)
         return None

@@ -102,3 +102,17 @@ def test_the_command_moves_and_brings_back(command: Any, learned_copy: Path) -> 
         f"1 Parquet file no longer needed. Delete what no copy of the database needs:\n  {file}\n"
     )
     assert "motions at" not in command("info").out
+
+
+def test_rescue_names_a_missing_parquet_file(moved: Path, tmp_path: Path) -> None:
+    (file, *_) = sorted((tmp_path / "out").iterdir())
+    data = file.read_bytes()
+    file.unlink()
+    with pytest.raises(motiondb.StoreError) as error:
+        motiondb.rescue(moved, tmp_path / "rescued.duckdb")
+    assert str(error.value).startswith(f"{file}: expected a file or folder, found none.")
+    assert not (tmp_path / "rescued.duckdb").exists()
+    file.write_bytes(data[: len(data) // 2])  # what is damaged is lost, and the rest is saved
+    report = motiondb.rescue(moved, tmp_path / "rescued.duckdb")
+    assert report.captures
+    assert report.mended or report.lost

@@ -47,7 +47,8 @@ def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> Rescue
     Raises
     ------
     StoreError
-        Nothing of the file can be read, or the output is there already.
+        Nothing of the file can be read, a Parquet file with motions of it is missing, or the output
+        is there already.
     """
     path, output = Path(path), Path(output)
     check_file_name(path)
@@ -63,6 +64,7 @@ def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> Rescue
         )
     draft = output
     with store.opened_damaged(path, wait=wait) as (damaged, lost):
+        store.check_places(damaged)  # else captures that are whole would be called unreadable
         try:
             with output_file(output, StoreError) as draft:
                 with store.open_store(draft) as new:

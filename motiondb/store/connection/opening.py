@@ -56,6 +56,7 @@ _HELD = ("Could not set lock", "File is already open in", "used by another proce
 """What DuckDB says of a file that another process holds: on POSIX; on Windows, in any language; on
 Windows where the process is not known."""
 _HOLDER = re.compile(r"(?:held|open) in\s+(\S.*?) \(PID (\d+)\)")
+_NO_WRITING = ("Permission denied", "Read-only file system")
 _LONGEST_COMMAND = 120  # Letters of a command that are shown: one or two lines of a terminal
 
 
@@ -94,7 +95,7 @@ def _connect_current(
         if version < migrations.newest_version():
             if read_only:
                 connection.close()
-                _connect_current(path, usual_wait, False, wait).close()
+                _bring_up_to_date(path, wait, version)
                 return _connect_current(path, usual_wait, True, wait)
             migrations.migrate(connection, version)
         sweep_drafts(path.parent, re.escape(draft_stem(path)))
@@ -110,6 +111,20 @@ def _connect_current(
         connection.close()
         raise
     return connection
+
+
+def _bring_up_to_date(path: Path, wait: float, version: int) -> None:
+    """Migrate a file that was opened for reading."""
+    try:
+        _connect_current(path, wait, False, wait).close()
+    except StoreError as error:
+        if not any(reason in str(error.__cause__) for reason in _NO_WRITING):
+            raise
+        raise StoreError(
+            f"{path}: expected a schema of version {migrations.newest_version()}, found one of "
+            f"version {version}, which this user may not bring up to date. Open it once with the "
+            "right to write to it and its folder, or copy it."
+        ) from error
 
 
 MOST_GROUPS = 64  # Row groups of a table that grows with every change, before they join; by hand

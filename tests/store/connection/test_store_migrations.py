@@ -14,7 +14,7 @@ import pytest
 from motiondb import store
 from motiondb.errors import StoreError
 from motiondb.store import checks
-from motiondb.store.connection import migrations
+from motiondb.store.connection import migrations, opening
 
 RELEASED = {
     4: "6aaa4d3c4936aaf3c811a169a73ee3797e00889b8c4e526ef6be9d0c7ea813c2",
@@ -127,6 +127,29 @@ def test_segments_of_version_4_come_to_today(database: store.Store, samples: Mod
     with store.open_store(database.path) as newer:
         samples.assert_equal(store.load_segments(newer), learning.segments)
         assert store.check_store(newer) == []
+
+
+def test_an_older_file_that_cannot_be_written_is_told_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "m.duckdb"
+    store.open_store(path).close()
+    _add_a_version(monkeypatch, "CREATE TABLE later (x BIGINT);")
+    connect = opening.connect
+
+    def reads_only(path: Path, read_only: bool, wait: float = 0.0) -> duckdb.DuckDBPyConnection:
+        if read_only:
+            return connect(path, read_only, wait)
+        raise StoreError("cannot be opened") from duckdb.IOException("Permission denied")
+
+    monkeypatch.setattr(opening, "connect", reads_only)
+    with pytest.raises(StoreError) as error:
+        store.open_store(path, read_only=True).connection.execute("SELECT 1")
+    assert str(error.value) == (
+        f"{path}: expected a schema of version {TODAY + 1}, found one of version {TODAY}, which "
+        "this user may not bring up to date. Open it once with the right to write to it and its "
+        "folder, or copy it."
+    )
 
 
 def test_a_failing_migration_leaves_the_version_before(
