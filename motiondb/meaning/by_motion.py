@@ -40,7 +40,7 @@ from motiondb.meaning.resemblance import (
     right_answers,
     statistics_of_intervals,
 )
-from motiondb.meaning.windows import ComparedSegments, Windows, score_windows
+from motiondb.meaning.windows import ComparedSegments, Windows, row_products, score_windows
 from motiondb.records import Float32Array, FloatArray, IntArray
 
 WARP_WEIGHT = 0.5  # Weight of the warping distance
@@ -143,7 +143,7 @@ def _scores_of_best(
     alike = _largest(
         space.most_alike(rows.said, moving, example, example),
         n_right(len(rough)),
-        lambda some: rows.of(some) @ example,
+        lambda some: row_products(rows.of(some), example),
     )
     best, weights = right_answers(alike)
     asked = 0.5 * (example + weights @ rows.of(best)) if len(best) else example
@@ -151,7 +151,7 @@ def _scores_of_best(
     return _largest(
         plain + 0.5 * space.most_alike(rows.said, moving, example, asked),
         n,
-        lambda some: plain[some] + 0.5 * (rows.of(some) @ asked),
+        lambda some: plain[some] + 0.5 * row_products(rows.of(some), asked),
     )
 
 

@@ -150,7 +150,8 @@ def meaning_space(
     Shapes: `emphasis` (words,).
 
     `dtype`: Precision. Single precision halves the memory that a comparison reads, which is most of
-    its time; resemblances then differ from those in double precision by some 1e-7.
+    its time; resemblances then differ from those in double precision by some 1e-7, and by more for
+    vectors whose evidence for every word is nearly 0.
     """
     weights = np.ones(len(words.offsets)) if emphasis is None else emphasis
     second = None

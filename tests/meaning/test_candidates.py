@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from made_tables import Made, takes_of
@@ -133,3 +135,59 @@ def test_rows_that_cannot_matter_are_not_computed(n_candidates: int, second: boo
     assert len(looked) == len(set(looked))
     assert len(looked) < 300 or n_candidates == 1000
     assert second or not looked
+
+
+@pytest.mark.parametrize("words", [True, False])
+def test_a_copy_comes_after_its_original(words: bool) -> None:
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        takes = [(*made[:4], rng.normal(size=(len(made[1]), 300))) for made in makes(rng, 30)]
+        takes.append((999, *takes[0][1:]))  # the last row of a product is where BLAS differs
+        vector, symbols = unit(rng.normal(size=300)), np.array([2, 0, 5])
+        fit = WordMap(rng.normal(size=(300, 50)), np.ones(50), *np.ones((2, 50)), np.ones(3))
+        space, features = meaning_space(fit, 20) if words else None, np.zeros((30, 2))
+        query = by_motion.Query(features, symbols, np.full(3, 1 / 3), vector, space)
+        table = takes_of(*takes, space=query.meaning)
+        found = by_motion.find_candidates(query, table, np.ones((6, 6)) - np.eye(6), 1000)
+        copies = [(c.rough, c.capture, c.start) for c in found if c.capture in (0, 999)]
+        assert copies == sorted(copies, key=lambda c: (-c[0], c[1], c[2]))
+        own, other = ([(c[0], c[2]) for c in copies if c[1] == n] for n in (0, 999))
+        assert own == other
+
+
+def test_candidates_are_those_of_a_full_scan_where_segments_cancel(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    bounded = by_motion._largest
+
+    def scanned(
+        bounds: np.ndarray, _: int, values_of: Callable[[np.ndarray], np.ndarray]
+    ) -> np.ndarray:
+        values = values_of(np.arange(len(bounds)))
+        assert (values <= bounds).all()
+        return values
+
+    def frames_of(intervals: list[tuple[int, int, int]]) -> list[np.ndarray]:
+        return [frames[capture][low:high] for capture, low, high in intervals]
+
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        base, takes, frames = rng.normal(size=300), [], {}
+        for number in range(150):
+            row = rng.normal(size=300)
+            rest = base * 10 ** rng.uniform(-7, -2)
+            rows = np.clip(np.stack([row, rest - row]), -3, 3)
+            takes.append((number, [0, 15], [15, 30], [0, 1], rows))
+            frames[number] = rng.normal(size=(30, 4)).astype("f4")
+        pooled = fit_pooled_map(
+            statistics_of_intervals(list(frames.values())), rng.random((150, 50)) < 0.3
+        )
+        fit = WordMap(rng.normal(size=(300, 50)), np.ones(50), *np.ones((2, 50)), np.ones(3))
+        space = meaning_space(fit, 20, pooled=pooled)
+        query = by_motion.Query(frames[3], np.array([2, 0]), np.full(2, 0.5), unit(base), space)
+        table, distances = takes_of(*takes, space=space), np.ones((6, 6)) - np.eye(6)
+        found = []
+        for largest in (bounded, scanned):
+            monkeypatch.setattr(by_motion, "_largest", largest)
+            found.append(by_motion.find_candidates(query, table, distances, 10, frames_of))
+        assert [c.capture for c in found[0]] == [c.capture for c in found[1]]
