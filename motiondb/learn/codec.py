@@ -169,6 +169,8 @@ def _mapping(hint: Hint, values: Values, name: str) -> Mapping[Any, Any]:
         rows = np.asarray(values[name]).astype(np.int64).tolist()
         return made({_as_key(key, of_keys): number for *key, number in rows})
     keys = [_as_key(key, of_keys) for key in np.asarray(values[f"{name}.keys"], int).tolist()]
+    if not keys:
+        return {}
     shapes = np.asarray(values[f"{name}.sizes"], int)
     flat = np.asarray(values[f"{name}.values"])
     bounds = pairwise([0, *np.cumsum(shapes.prod(axis=1)).tolist()])

@@ -113,7 +113,10 @@ def described_intervals(
     synonyms: Mapping[str, str],
     known_lemmas: Mapping[str, str] | None = None,
 ) -> list[Described]:
-    """Captions with at least one motion word, and the segments they describe."""
+    """Captions with at least one motion word, and the segments they describe.
+
+    The segments of a capture are in order and do not overlap.
+    """
     intervals = []
     split = cache(lambda said: vocabulary.split_actions(said, synonyms, known_lemmas))
     rows = capture_rows(table)

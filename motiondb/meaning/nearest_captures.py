@@ -24,7 +24,7 @@ from motiondb.meaning.score_vectors import AT_ONCE, Rows, unit
 from motiondb.records import Float32Array, FloatArray, IntArray
 
 AXES = 64  # With 32, twice as many captures are compared exactly; with 128, half as many
-AXES_FROM = 4096  # Segments, evenly taken, that the axes are computed from; by hand
+AXES_FROM = 4096  # The axes are computed from fewer than twice as many segments, evenly taken
 TOGETHER = 64  # Segments whose bounds are computed together: more take more memory
 ROUNDING = 1e-4  # By which a bound may be wrong in single precision; measured 1e-6
 
@@ -34,12 +34,12 @@ class CaptureSegments:
     """The segments of captures, to be compared with others."""
 
     rows: Rows  # (segments, columns): standardised rows
-    bounds: IntArray  # (captures, 2): first segment of each, and one past its last
+    spans: IntArray  # (captures, 2): first segment of each, and one past its last
 
     @cached_property
     def _axes(self) -> FloatArray:
         """Principal axes of the vectors: array (columns, axes)."""
-        every = np.concatenate([np.arange(*bounds) for bounds in self.bounds])
+        every = np.concatenate([np.arange(*span) for span in self.spans])
         some = every[:: max(len(every) // AXES_FROM, 1)]
         vectors = unit(self.rows[some])
         return np.linalg.eigh(vectors.T @ vectors)[1][:, -AXES:].copy()
@@ -62,11 +62,11 @@ class CaptureSegments:
 
         Shapes: `vectors` (n, columns), of length 1.
         """
-        bounds = np.empty((len(vectors), len(self.bounds)), np.float32)
+        bounds = np.empty((len(vectors), len(self.spans)), np.float32)
         asked = self.outlines(vectors)
         for first in range(0, len(vectors), TOGETHER):
             products = asked[first : first + TOGETHER] @ self._outlines.T
-            _largest_of_captures(products, self.bounds, bounds[first : first + TOGETHER])
+            _largest_of_captures(products, self.spans, bounds[first : first + TOGETHER])
         return bounds
 
 
@@ -99,7 +99,7 @@ class NearestCaptures:
         places = captures.tolist()
         new = [place for place in places if place not in self._vectors]
         if new:
-            ranges = [np.arange(*self._others.bounds[place]) for place in new]
+            ranges = [np.arange(*self._others.spans[place]) for place in new]
             rows = unit(self._others.rows[np.concatenate(ranges)])
             ends = np.cumsum([len(each) for each in ranges])
             self._vectors.update(zip(new, np.split(rows, ends[:-1])))
@@ -107,14 +107,14 @@ class NearestCaptures:
 
 
 @njit(cache=True)
-def _largest_of_captures(products: Float32Array, bounds: IntArray, largest: Float32Array) -> None:
+def _largest_of_captures(products: Float32Array, spans: IntArray, largest: Float32Array) -> None:
     """Write the largest product of each capture to `largest` (n, captures).
 
-    Shapes: `products` (n, segments); `bounds` (captures, 2).
+    Shapes: `products` (n, segments); `spans` (captures, 2).
     """
     for row in range(len(products)):
-        for capture in range(len(bounds)):
-            best = products[row, bounds[capture, 0]]
-            for segment in range(bounds[capture, 0] + 1, bounds[capture, 1]):
+        for capture in range(len(spans)):
+            best = products[row, spans[capture, 0]]
+            for segment in range(spans[capture, 0] + 1, spans[capture, 1]):
                 best = max(best, products[row, segment])
             largest[row, capture] = best

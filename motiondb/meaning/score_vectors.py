@@ -79,9 +79,12 @@ class ScoreSpace:
         return self._standardise(columns, scores.shape[1], 0)
 
     def standardise_last(self, movement: Float32Array, n: int) -> FloatArray:
-        """The last n columns of such rows: array (segments, n); `movement` (segments, columns)."""
-        n_columns = len(self.mean)
-        return self._standardise(movement[:, -n:], n_columns - movement.shape[1], n_columns - n)
+        """The last n columns of such rows: array (segments, n).
+
+        Shapes: `movement` (segments, columns), all columns of the rows that are not symbols.
+        """
+        n_columns, last = len(self.mean), movement[:, movement.shape[1] - n :]
+        return self._standardise(last, n_columns - movement.shape[1], n_columns - n)
 
     def _standardise(
         self, columns: FloatArray | Float32Array, n_symbols: int, first: int

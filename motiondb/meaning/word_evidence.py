@@ -217,8 +217,9 @@ def joint_log_odds(log_odds: Sequence[float]) -> float:
 AT_ONCE = 1024
 """Captures whose log-odds are joined into one array at a time. Chosen by hand: some 10 MB."""
 SLACK = 1e-4
-"""Nats that a bound may be too low by rounding. Chosen by hand, far above the rounding of single
-precision, in which extremes are kept, and far below what separates answers."""
+"""Nats that a bound may be too low by rounding. Chosen by hand, far below what separates answers.
+It is above the rounding of single precision, in which extremes are kept, for log-odds below some
+1,000 nats."""
 
 
 @dataclass(frozen=True, eq=False)

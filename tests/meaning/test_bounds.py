@@ -11,7 +11,13 @@ from made_takes import take
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import Reading, readings
 from motiondb.meaning import by_question
-from motiondb.meaning.word_evidence import SLACK, TakeScores, take_extremes, upper_bounds
+from motiondb.meaning.word_evidence import (
+    SLACK,
+    TakeExtremes,
+    TakeScores,
+    take_extremes,
+    upper_bounds,
+)
 from motiondb.search.by_words import likeliest_takes
 
 NUMBER = {"walk": 0, "turn": 1, "sit": 2}
@@ -34,6 +40,23 @@ def random_takes(seed: int, count: int) -> dict[int, TakeScores]:
         windows, whole = rng.normal(0.0, 3.0, (n, 3)).round(), rng.normal(0.0, 2.0, 3).round()
         takes[int(capture)] = take(windows.tolist(), whole.tolist())
     return takes
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10**6), st.sampled_from(QUESTIONS), st.sampled_from([1.0, 30.0, 200.0]))
+def test_no_answer_is_above_the_bound_of_single_precision(
+    seed: int, text: str, spread: float
+) -> None:
+    rng, read = np.random.default_rng(seed), asked(text)
+    takes = {
+        n: take((spread * rng.normal(size=(5, 3))).tolist(), [0.1, 0.7, -0.3]) for n in range(9)
+    }
+    seen = take_extremes(takes)
+    single = {name: array.astype(np.float32) for name, array in vars(seen).items()}
+    extremes = TakeExtremes(**{**single, "captures": seen.captures})
+    for capture, bound in zip(extremes.captures, upper_bounds(extremes, read, NUMBER)):
+        hit = by_question.search_take(takes[int(capture)], read, NUMBER)
+        assert hit is None or hit.log_odds <= bound + SLACK
 
 
 def test_extremes_by_hand() -> None:

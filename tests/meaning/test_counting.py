@@ -299,3 +299,26 @@ def test_before_learning_nothing_is_counted(tmp_path: Path, spare: Path) -> None
         assert (len(report.added), report.counted) == (2, 0)
         assert db.set_words("hop", "hop").counted == ()
         assert db.remove(["hop"]) == ["hop"]
+
+
+@pytest.mark.parametrize("gaps", [False, True])
+def test_described_segments_are_those_that_a_caption_overlaps(gaps: bool) -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(200):
+        lengths = rng.integers(1, 30, int(rng.integers(1, 8)))
+        ends = np.cumsum(lengths)
+        starts = ends - lengths + (rng.integers(0, lengths) if gaps else 0)
+        n, scores = len(ends), np.zeros((len(ends), 2), dtype=np.float32)
+        table = SegmentTable(
+            np.ones(n, int), starts, ends, 0 * ends, 0.0 * ends, 0.0 * ends, scores
+        )
+        edges = rng.choice(np.concatenate([starts, ends]) / 30.0, 2)
+        low, high = edges if rng.random() < 0.5 else rng.uniform(-0.5, ends[-1] / 30.0 + 1.0, 2)
+        captions = {1: (Caption("walk", low, high), Caption("walk", None, high))}
+        expected = []
+        for start in (low, 0.0):
+            inside = np.flatnonzero((starts < high * 30.0) & (ends > start * 30.0))
+            if len(inside):
+                expected.append((inside[0], inside[-1] + 1))
+        described = counting.described_intervals(table, captions, {})
+        assert [(d.low, d.high) for d in described] == expected

@@ -76,3 +76,8 @@ def test_no_captures_have_no_vectors() -> None:
 
 def test_rows_have_length_one() -> None:
     np.testing.assert_allclose(unit(np.array([[3.0, 4.0], [0, 0]])), [[0.6, 0.8], [0, 0]])
+
+
+def test_no_last_columns_are_none() -> None:
+    space = score_vectors.ScoreSpace(np.zeros(630), np.ones(630))
+    assert space.standardise_last(np.zeros((4, 627), dtype=np.float32), 0).shape == (4, 0)
