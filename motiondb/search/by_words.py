@@ -31,7 +31,7 @@ from motiondb.learn.recognition import decode
 from motiondb.meaning import by_question
 from motiondb.meaning.by_question import QuestionHit
 from motiondb.meaning.word_evidence import SLACK, WRITTEN, upper_bounds
-from motiondb.records import MOTION_FPS, Match, MatchPart
+from motiondb.records import MOTION_FPS, FloatArray, IntArray, Match, MatchPart
 from motiondb.search import placing, reasons
 from motiondb.search.asked_words import AskedWords, WrittenWord
 from motiondb.search.asking import AskedQuestion
@@ -285,9 +285,10 @@ def find(
     """The best answers to some readings of a question, best first."""
     asked, number, verbs = question.asked, question.asked.numbers, question.sentence.verbs
     takes, extremes = asked.evidence.takes, asked.evidence.extremes
-    bounds = dict(zip(extremes.captures.tolist(), upper_bounds(extremes, read, number).tolist()))
+    searched = np.isin(extremes.captures, np.asarray(allowed, dtype=np.int64))
     likeliest = likeliest_takes(
-        {capture: bounds[capture] for capture in allowed if capture in takes},
+        extremes.captures[searched],
+        upper_bounds(extremes, read, number)[searched],
         lambda capture: by_question.search_take(takes[capture], read, number, verbs),
         limit,
     )
@@ -300,15 +301,20 @@ def find(
 
 
 def likeliest_takes(
-    bounds: Mapping[int, float],
+    captures: IntArray,
+    bounds: FloatArray,
     search: Callable[[int], QuestionHit | None],
     limit: int,
 ) -> list[tuple[int, QuestionHit]]:
-    """The captures with the largest log-odds, best first; of equal ones, the lowest numbers."""
+    """The captures with the largest log-odds, best first; of equal ones, the lowest numbers.
+
+    Shapes: `captures`, `bounds` (captures,): numbers, and what their log-odds are at most.
+    """
     best: list[tuple[float, int, QuestionHit]] = []  # a heap, the worst first
-    for capture in sorted(bounds, key=lambda capture: -bounds[capture]):
-        if len(best) >= limit and (not best or bounds[capture] + SLACK < best[0][0]):
+    for place in np.argsort(-bounds, kind="stable"):
+        if len(best) >= limit and (not best or bounds[place] + SLACK < best[0][0]):
             break
+        capture = int(captures[place])
         hit = search(capture)
         if hit is None:
             continue

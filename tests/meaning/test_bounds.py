@@ -107,9 +107,11 @@ def test_the_likeliest_are_those_of_a_search_of_everything(
         if hit is not None:
             every.append((-hit.log_odds, capture))
     extremes = take_extremes(takes)
-    bounds = dict(zip(extremes.captures.tolist(), upper_bounds(extremes, read, NUMBER).tolist()))
     likeliest = likeliest_takes(
-        bounds, lambda capture: by_question.search_take(takes[capture], read, NUMBER), limit
+        extremes.captures,
+        upper_bounds(extremes, read, NUMBER),
+        lambda capture: by_question.search_take(takes[capture], read, NUMBER),
+        limit,
     )
     assert [capture for capture, _ in likeliest] == [c for _, c in sorted(every)[:limit]]
 
@@ -121,6 +123,6 @@ def test_captures_below_the_answers_are_not_looked_at() -> None:
         looked.append(capture)
         return by_question.QuestionHit(0, 1, 5.0 - capture, ((0, 1),), ())
 
-    best = likeliest_takes({n: 5.0 - n for n in range(100)}, search, 3)
+    best = likeliest_takes(np.arange(100), 5.0 - np.arange(100), search, 3)
     assert [capture for capture, _ in best] == [0, 1, 2]
     assert looked == [0, 1, 2]
