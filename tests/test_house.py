@@ -58,7 +58,6 @@ OPENERS = {
     "motiondb/store/catalogue/cache.py": "writes",
     "motiondb/store/catalogue/places.py": "files at a URL; its own drafts",
     "motiondb/store/moving.py": "its own drafts",
-    "motiondb/store/salvage.py": "Parquet files, by their place",
     "motiondb/fetch/download.py": "its own parts",
     "motiondb/language/word_vectors": "the package's own",
     "motiondb/page": "its own files, and uploads",

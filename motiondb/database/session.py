@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from motiondb.database.loading import FeaturesMade
     from motiondb.learn.learned import Learned
     from motiondb.learn.recognition import FeaturePool
-    from motiondb.records import CaptureInfo, Motion
+    from motiondb.records import Motion
 
 T = TypeVar("T")
 
@@ -89,11 +89,6 @@ class Session:
             if revision == self._revision:
                 self._kept[key] = value
         return value
-
-    @property
-    def captures(self) -> list[CaptureInfo]:
-        """The catalogue, in order of number."""
-        return self.kept("captures", lambda: store.load_captures(self.store))
 
     @property
     def learned(self) -> Learned:

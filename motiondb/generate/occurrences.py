@@ -16,10 +16,9 @@ punch               a time in which a hand is far from its shoulder, not lower t
 
 So raised knees, arabesques, climbing, and legs in the air of somebody who is upside down are no
 kicks, and a kick is no jump. Feet that are up at the same time kick once. Hands that go out
-together punch once; a hand that
-stays out does not hide the punch of the other. The limits were set on kicks and punches of six
-captures of CMU; those of speed, stretching and leaning of kicks on four: all 17 kicks of karate and
-of exercises are counted, and nothing else in these captures.
+together punch once; a hand that stays out does not hide the punch of the other. The limits were set
+on kicks and punches of six captures of CMU; those of speed, stretching and leaning of kicks on
+four: all 17 kicks of karate and of exercises are counted, and nothing else in these captures.
 """
 
 from __future__ import annotations

@@ -470,10 +470,13 @@ def _set_shown(shown: FloatArray, places: Places, capture: int) -> None:
 
 def window_vectors(table: SegmentTable, standardised: Rows, rows: slice) -> FloatArray:
     """Vectors of the windows around the segments of one capture: array (segments, columns)."""
+    return _around_segments(table, standardised[rows], rows)
+
+
+def _around_segments(table: SegmentTable, own: FloatArray, rows: slice) -> FloatArray:
+    """As :func:`window_vectors`; `own` (segments, columns): standardised rows of the capture."""
     starts, ends = table.starts[rows], table.ends[rows]
-    return interval_vectors(
-        standardised[rows], starts, ends, starts - WINDOW_MARGIN, ends + WINDOW_MARGIN
-    )
+    return interval_vectors(own, starts, ends, starts - WINDOW_MARGIN, ends + WINDOW_MARGIN)
 
 
 def _stacked(
@@ -500,12 +503,8 @@ def _windows_of(table: SegmentTable, standardised: Rows, parts: Sequence[slice])
             some = parts[n : max(stop, n + 1)]
             block = standardised[np.concatenate([np.arange(p.start, p.stop) for p in some])]
             first, last = int(ends[n]), int(ends[n]) + len(block)
-        own = slice(int(ends[n]), int(ends[n + 1]))
-        starts, stops = table.starts[part], table.ends[part]
-        vectors[own] = interval_vectors(
-            block[own.start - first : own.stop - first],
-            starts, stops, starts - WINDOW_MARGIN, stops + WINDOW_MARGIN,
-        )  # fmt: skip
+        own = block[ends[n] - first : ends[n + 1] - first]
+        vectors[ends[n] : ends[n + 1]] = _around_segments(table, own, part)
     return vectors
 
 

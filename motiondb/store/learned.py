@@ -169,7 +169,7 @@ def load_segments(store: Store, *, scores: bool = True) -> SegmentTable:
         rows["symbol_id"],
         rows["log_likelihood"],
         rows["background"],
-        table.astype(np.float32, copy=False),
+        table,
     )
 
 

@@ -35,7 +35,7 @@ from motiondb.store.catalogue.annotations import (
 from motiondb.store.catalogue.captures import load_poses, unflatten_motion
 from motiondb.store.catalogue.generated import Provenance, load_provenance
 from motiondb.store.catalogue.parquet_files import advice, load_parquet_files
-from motiondb.store.catalogue.places import PlaceError, open_place, told
+from motiondb.store.catalogue.places import PlaceError, find_file, told
 from motiondb.store.catalogue.runs import load_runs
 from motiondb.store.catalogue.sources import Source, find_source, unpack_source
 from motiondb.store.catalogue.where import COLUMNS
@@ -119,7 +119,7 @@ def check_places(store: Store) -> None:
     for file in _attempt([], "", lambda: load_parquet_files(store)) or ():
         lost = "If it is lost for good, put an empty file of this name there."
         with told(file.path, f"{advice(store)} {lost}"):
-            open_place(file.place).open(file.name).close()
+            find_file(file.place, file.name)
 
 
 def salvage_captures(store: Store) -> Iterator[SalvagedCapture]:

@@ -184,6 +184,11 @@ def told(where: str, advice: str) -> Iterator[None]:
         ) from error
 
 
+def find_file(place: str, name: str) -> None:
+    """Open a file and close it again; an error of the file system if it is not there."""
+    open_place(place).open(name).close()
+
+
 def read_pieces(place: Place, name: str) -> Iterator[bytes]:
     """The bytes of a file, in order."""
     with place.open(name) as file:
