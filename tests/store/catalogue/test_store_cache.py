@@ -98,6 +98,50 @@ def test_only_rows_of_new_captures_are_made_and_old_files_go(
     assert (_folder(filled) / "places-2024.json").read_text() == "a user's own"
 
 
+def _place_rows(filled: store.Store, numbers: Sequence[int]) -> np.ndarray:
+    return np.concatenate([store.load_motion(filled, n).root_positions[:, :2] for n in numbers])
+
+
+def test_rows_of_new_captures_are_written_behind_the_others(
+    filled: store.Store, samples: ModuleType
+) -> None:
+    before = store.cached_rows(filled, "places", Maker())
+    (file,) = _folder(filled).glob("places-*-rows.npy")
+    first = file.stat()
+    samples.add(filled, "dddd", n_frames=2)
+    held = store.cached_rows(filled, "places", Maker())
+    (file,) = _folder(filled).glob("places-*-rows.npy")
+    second = file.stat()
+    assert (second.st_ino, second.st_size) == (first.st_ino, first.st_size + 2 * 2 * 4)
+    np.testing.assert_array_equal(np.load(file), _place_rows(filled, [1, 2, 3, 4]))
+    np.testing.assert_array_equal(held.rows, np.load(file))
+    np.testing.assert_array_equal(before.rows, held.rows[:18])
+
+
+def test_rows_that_an_interrupt_left_behind_the_others_do_no_harm(
+    filled: store.Store, samples: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("motiondb.store.catalogue.cache._AT_ONCE", 1)
+    store.cached_rows(filled, "places", Maker())
+    (listed,) = _folder(filled).glob("places-*.json")
+    for name in ("dddd", "eeeee"):
+        samples.add(filled, name, n_frames=2)
+
+    def ends(motions: Sequence[Motion]) -> list[tuple[np.ndarray, float]]:
+        raise KeyboardInterrupt
+
+    one = Maker()([store.load_motion(filled, 4)])[0]
+    with pytest.raises(KeyboardInterrupt):
+        store.cached_rows(filled, "places", ends, {4: one})
+    assert listed.is_file()  # what it lists is still there
+    for _ in range(2):
+        make = Maker()
+        held = store.cached_rows(filled, "places", make)
+        np.testing.assert_array_equal(held.rows, _place_rows(filled, [1, 2, 3, 4, 5]))
+    assert make.made == []
+    assert len(list(_folder(filled).iterdir())) == 7
+
+
 def test_damaged_rows_are_made_anew_when_they_are_looked_at(filled: store.Store) -> None:
     make = Maker()
     expected = np.array(store.cached_rows(filled, "places", make).rows)
