@@ -28,6 +28,7 @@ import numpy as np
 from motiondb.body import body, features, retarget, rotation
 from motiondb.records import DuplicateGroup, Float32Array, FloatArray, IntArray, Motion, Relation
 from motiondb.search.copy_outlines import (
+    N_AXES,
     Boxes,
     Int16Array,
     Keys,
@@ -71,6 +72,7 @@ class Library:
     sizes: IntArray  # (takes,): frames
     reaches: FloatArray  # (takes,): how far a copy may be at key frames (:func:`reach`), metres
     outline_of: Callable[[int], Int16Array]  # Outline of a take, by which most are ruled out
+    outlines_at: Callable[[IntArray, IntArray], Int16Array]  # Of frames (takes, frames) of takes
     poses_of: PosesOf  # Poses of one take (frames, 63); called only for takes that may be copies
 
 
@@ -93,7 +95,14 @@ def build_library(poses: Sequence[Float32Array]) -> Library:
     outlines = [outline(p) for p in poses]
     sizes = np.array([len(p) for p in poses], dtype=np.int64)
     reaches = np.array([reach(p) for p in poses])
-    return Library(sizes, reaches, lambda take: outlines[take], lambda take: poses[take])
+
+    def outlines_at(takes: IntArray, frames: IntArray) -> Int16Array:
+        found = np.zeros((*frames.shape, N_AXES), dtype=np.int16)
+        for n, take in enumerate(takes):
+            found[n] = outlines[take][frames[n]]
+        return found
+
+    return Library(sizes, reaches, outlines.__getitem__, outlines_at, poses.__getitem__)
 
 
 def find_copies(
@@ -110,15 +119,14 @@ def find_copies(
     places = list(range(len(sizes)) if takes is None else takes)
     most = max((int(sizes[place]) + SLACK for place in places), default=0)
     fit = [q for q in queries if LEAST_FRAMES <= sizes[q] <= most]
-    asked = [(q, m) for q in fit for m in (False, True)]
-    keys = [_keys_of(library, *each) for each in asked]
-    likely = _likely(library, places, keys, workers)
+    likely = _likely(library, places, _keys_of(library, np.array(fit, dtype=np.int64)), workers)
     bounds = np.concatenate([[0], np.cumsum(sizes[places])])
     number = np.searchsorted(bounds, likely[:, 1], side="right") - 1
     poses_of = lru_cache(maxsize=KEPT)(library.poses_of)
     copies: list[Copy] = []
-    firsts = np.searchsorted(likely[:, 0], np.arange(len(asked) + 1))
-    for (query, mirrored), first, last in zip(asked, firsts, firsts[1:]):
+    asked, firsts = np.unique(likely[:, 0], return_index=True)
+    for n_asked, first, last in zip(asked.tolist(), firsts, [*firsts[1:], len(likely)]):
+        query, mirrored = fit[n_asked // 2], n_asked % 2 == 1
         some = number[first:last]
         others = np.array([places[n] != query for n in some], dtype=bool)
         if not others.any():
@@ -140,18 +148,16 @@ def find_copies(
     return copies
 
 
-def _likely(
-    library: Library, places: Sequence[int], keys: Sequence[Keys], workers: Workers
-) -> IntArray:
+def _likely(library: Library, places: Sequence[int], keys: Keys, workers: Workers) -> IntArray:
     """Where copies may be, in order: array (places, 2), query and frame of the takes end to end."""
-    asked, groups = list(enumerate(keys)), _groups(library, places)
+    groups = _groups(library, places)
     found, first = [np.zeros((0, 2), dtype=np.int64)], 0
     for some in (groups[n : n + TOGETHER] for n in range(0, len(groups), TOGETHER)):
         n_pieces = math.ceil(workers.n_pieces() / len(some))
         pieces = (
             (boxes, part)
             for boxes in _boxes_of(library, some, first, in_space=len(keys) >= MANY)
-            for part in runs(asked, n_pieces)
+            for part in runs(keys, n_pieces)
         )
         found += workers.map(likely_places, pieces, SLACK)
         first += sum(int(library.sizes[takes].sum()) for takes in some)
@@ -182,12 +188,14 @@ def _boxes_of(
         first += int(library.sizes[takes].sum())
 
 
-def _keys_of(library: Library, query: int, mirrored: bool) -> Keys:
-    """The key frames of a query, or of its mirror image."""
-    limbs, far = library.outline_of(query), float(library.reaches[query])
-    frames = _keys(len(limbs))
-    chosen = mirror_outline(limbs[frames]) if mirrored else limbs[frames]
-    return Keys(frames, chosen, len(limbs), far)
+def _keys_of(library: Library, queries: IntArray) -> Keys:
+    """The key frames of queries: of query n as number 2 n, of its mirror image as 2 n + 1."""
+    frames = _keys(library.sizes[queries])
+    limbs = library.outlines_at(queries, frames)
+    both = np.stack([limbs, mirror_outline(limbs)], axis=1).reshape(-1, KEY_FRAMES, N_AXES)
+    facts = (frames, library.sizes[queries], library.reaches[queries])
+    frames, sizes, reaches = (np.repeat(each, 2, axis=0) for each in facts)
+    return Keys(np.arange(len(sizes)), frames, both, sizes, reaches)
 
 
 def _limit(poses: Float32Array) -> float:
@@ -239,9 +247,10 @@ def _distance(take: Float32Array, offset: int, poses: Float32Array) -> float:
     return float(np.sqrt(min(squares) * 3))
 
 
-def _keys(n_frames: int) -> IntArray:
-    """Numbers of the key frames of a query: array (keys,)."""
-    return np.linspace(0, n_frames - 1 - SLACK, KEY_FRAMES).round().astype(np.int64)
+def _keys(n_frames: int | IntArray) -> IntArray:
+    """Numbers of the key frames of queries of so many frames: array (..., keys)."""
+    last = np.asarray(n_frames) - 1 - SLACK
+    return np.linspace(0, last, KEY_FRAMES, axis=-1).round().astype(np.int64)
 
 
 def group_duplicates(

@@ -66,8 +66,8 @@ def outline(poses: Float32Array) -> Int16Array:
 
 
 def mirror_outline(limbs: Int16Array) -> Int16Array:
-    """The outline of the mirror image: array (frames, 12)."""
-    swapped = limbs.reshape(len(limbs), -1, 3)[:, [1, 0, 3, 2]]
+    """The outline of the mirror image: array (..., 12)."""
+    swapped = limbs.reshape(*limbs.shape[:-1], len(LIMBS), 3)[..., [1, 0, 3, 2], :]
     return (swapped * np.array([-1, 1, 1], dtype=np.int16)).reshape(limbs.shape)
 
 
@@ -134,27 +134,31 @@ def _around(low: Int16Array, high: Int16Array, size: int) -> tuple[Int16Array, I
 
 @dataclass(frozen=True, eq=False)
 class Keys:
-    """The key frames of one query."""
+    """The key frames of some queries."""
 
-    frames: IntArray  # (keys,): their numbers within the query
-    limbs: Int16Array  # (keys, 12): their outlines
-    n_frames: int  # Frames of the query
-    reach: float  # Root mean square distance of (1), metres
+    queries: IntArray  # (queries,): their numbers
+    frames: IntArray  # (queries, keys): numbers of the key frames within the query
+    limbs: Int16Array  # (queries, keys, 12): their outlines
+    n_frames: IntArray  # (queries,): frames of each query
+    reaches: FloatArray  # (queries,): root mean square distance of (1), metres
+
+    def __len__(self) -> int:
+        return len(self.queries)
+
+    def __getitem__(self, which: slice) -> Keys:
+        return Keys(*(array[which] for array in vars(self).values()))
 
 
-def likely_places(piece: tuple[Boxes, Sequence[tuple[int, Keys]]], slack: int) -> IntArray:
+def likely_places(piece: tuple[Boxes, Keys], slack: int) -> IntArray:
     """Places where the outlines satisfy (1): array (places, 2), query and number of the frame.
 
     A query may end up to ``slack`` frames behind its take. The places are in order of query and
     frame, each once.
 
-    `piece`: Boxes, and queries by number.
+    `piece`: Boxes, and queries.
     """
-    boxes, asked = piece
-    if not asked:
-        return np.zeros((0, 2), dtype=np.int64)
-    every = [keys for _, keys in asked]
-    far = len(body.JOINTS) ** 0.5 * np.array([k.reach for k in every]) + _ROUNDING  # sqrt(most / n)
+    boxes, keys = piece
+    far = len(body.JOINTS) ** 0.5 * keys.reaches + _ROUNDING  # sqrt(most / n)
     counts, starts = _search_all(
         boxes.outlines.limbs,
         boxes.outlines.bounds,
@@ -162,13 +166,12 @@ def likely_places(piece: tuple[Boxes, Sequence[tuple[int, Keys]]], slack: int) -
         boxes.low,
         boxes.high,
         boxes.levels,
-        np.stack([keys.limbs for keys in every]).astype(np.int32),
-        np.stack([keys.frames for keys in every]),
+        keys.limbs.astype(np.int32),
+        keys.frames,
         (far / UNIT) ** 2,
-        np.array([keys.n_frames - slack for keys in every]),
+        keys.n_frames - slack,
     )
-    queries = np.repeat([query for query, _ in asked], counts)
-    return np.column_stack([queries, boxes.outlines.first + starts])
+    return np.column_stack([np.repeat(keys.queries, counts), boxes.outlines.first + starts])
 
 
 @njit(cache=True, nogil=True)

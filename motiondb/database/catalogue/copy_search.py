@@ -12,9 +12,9 @@ from types import MappingProxyType
 import numpy as np
 
 from motiondb import store
-from motiondb.records import MOTION_FPS, Float32Array, Motion, Relation
+from motiondb.records import MOTION_FPS, Float32Array, IntArray, Motion, Relation
 from motiondb.search import copies
-from motiondb.search.copy_outlines import Int16Array, outline
+from motiondb.search.copy_outlines import N_AXES, Int16Array, outline
 from motiondb.workers import HERE, Workers
 
 KIND = "outlines"  # Name of the outlines of all captures in the cache of the database
@@ -69,12 +69,22 @@ def find_relations(
         place = held[numbers[n]]
         return known.rows[known.bounds[place] : known.bounds[place + 1]]
 
+    def outlines_at(takes: IntArray, frames: IntArray) -> Int16Array:
+        found = np.zeros((*frames.shape, N_AXES), dtype=np.int16)
+        is_made = np.array([numbers[n] in made for n in takes], dtype=bool)
+        for n in np.flatnonzero(is_made):
+            found[n] = outline_of(int(takes[n]))[frames[n]]
+        places = np.array([held[numbers[n]] for n in takes[~is_made]], dtype=np.int64)
+        if len(places):
+            found[~is_made] = known.rows[known.bounds[places][:, None] + frames[~is_made]]
+        return found
+
     def poses_of(n: int) -> Float32Array:
         return copies.copy_poses(store.load_motion(opened, numbers[n]))
 
     sizes = np.array([info.motion_frames for info in infos], dtype=np.int64)
     reaches = [made[n][1] if n in made else float(known.values[held[n]]) for n in numbers]
-    library = copies.Library(sizes, np.array(reaches), outline_of, poses_of)
+    library = copies.Library(sizes, np.array(reaches), outline_of, outlines_at, poses_of)
     fresh = [n for n, info in enumerate(infos) if info.name in new]
     old = [n for n, info in enumerate(infos) if info.name not in new]
     found = copies.find_copies(library, fresh, None, workers)
