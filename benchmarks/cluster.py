@@ -223,7 +223,8 @@ def main() -> None:
     rows = measure(arguments)
     if arguments.page:
         growth = rows_in(arguments.inputs / "rows.jsonl") if arguments.inputs else []
-        write_page(rows, [row for row in growth if "learn, s" in row], arguments.page)
+        sizes = {row["asked hours"]: row for row in growth if "learn, s" in row}  # the last of each
+        write_page(rows, list(sizes.values()), arguments.page)
 
 
 if __name__ == "__main__":

@@ -38,7 +38,7 @@ from motiondb.search.copy_outlines import (
     mirror_outline,
     outline,
 )
-from motiondb.workers import HERE, Workers, runs
+from motiondb.workers import HERE, Workers
 
 PosesOf = Callable[[int], Float32Array]
 
@@ -156,8 +156,8 @@ def _likely(library: Library, places: Sequence[int], keys: Keys, workers: Worker
         n_pieces = math.ceil(workers.n_pieces() / len(some))
         pieces = (
             (boxes, part)
-            for boxes in _boxes_of(library, some, first, in_space=len(keys) >= MANY)
-            for part in runs(keys, n_pieces)
+            for boxes in _boxes_of(library, some, first, in_space=len(keys.queries) >= MANY)
+            for part in keys.parts(n_pieces)
         )
         found += workers.map(likely_places, pieces, SLACK)
         first += sum(int(library.sizes[takes].sum()) for takes in some)
@@ -193,9 +193,9 @@ def _keys_of(library: Library, queries: IntArray) -> Keys:
     frames = _keys(library.sizes[queries])
     limbs = library.outlines_at(queries, frames)
     both = np.stack([limbs, mirror_outline(limbs)], axis=1).reshape(-1, KEY_FRAMES, N_AXES)
-    facts = (frames, library.sizes[queries], library.reaches[queries])
-    frames, sizes, reaches = (np.repeat(each, 2, axis=0) for each in facts)
-    return Keys(np.arange(len(sizes)), frames, both, sizes, reaches)
+    twice = np.repeat(queries, 2)
+    frames = np.repeat(frames, 2, axis=0)
+    return Keys(np.arange(len(twice)), frames, both, library.sizes[twice], library.reaches[twice])
 
 
 def _limit(poses: Float32Array) -> float:

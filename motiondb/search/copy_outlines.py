@@ -21,7 +21,7 @@ Source: Guttman, R-trees: a dynamic index structure for spatial searching, 1984.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from motiondb.body import body
 from motiondb.records import Float32Array, FloatArray, IntArray
+from motiondb.workers import runs
 
 Int16Array = NDArray[np.int16]
 Int32Array = NDArray[np.int32]
@@ -142,11 +143,11 @@ class Keys:
     n_frames: IntArray  # (queries,): frames of each query
     reaches: FloatArray  # (queries,): root mean square distance of (1), metres
 
-    def __len__(self) -> int:
-        return len(self.queries)
-
-    def __getitem__(self, which: slice) -> Keys:
-        return Keys(*(array[which] for array in vars(self).values()))
+    def parts(self, n_parts: int) -> Iterator[Keys]:
+        """The queries in at most so many parts of nearly equal length, none of them empty."""
+        for part in runs(range(len(self.queries)), n_parts):
+            which = slice(part[0], part[-1] + 1)
+            yield Keys(*(array[which] for array in vars(self).values()))
 
 
 def likely_places(piece: tuple[Boxes, Keys], slack: int) -> IntArray:
