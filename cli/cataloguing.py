@@ -122,16 +122,16 @@ def add(
         printing.progress(shared) as tell,
     ):
         report = base.add(folders, words, settings, tell, events, workers)
-        total, drift = len(base.captures()), base.drift()
-        wordless = bool(total) and not base.all_captions() and base.start_facts() is None
+        facts, drift = base.info(), base.drift()
+        wordless = not (facts.captures_with_words or base.start_facts())
     if not printing.as_json(
-        shared, answers.extended(answers.AddAnswer, report, captures=total, drift=drift)
+        shared, answers.extended(answers.AddAnswer, report, captures=facts.captures, drift=drift)
     ):
         printing.say(
             f"{printing.number(len(report.added), 'capture')} added ({report.seconds:.0f} s of "
             f"motion), {len(report.known)} already there, "
             f"{printing.number(len(report.problems), 'problem')}; "
-            f"{printing.number(total, 'capture')} in {shared.db}."
+            f"{printing.number(facts.captures, 'capture')} in {shared.db}."
         )
         if report.counted:
             printing.say(f"  {report.counted} of them can be searched now")

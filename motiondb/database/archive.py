@@ -383,7 +383,7 @@ class Archive:
         with self.session.reading():
             info = store.load_capture(self.store, name)
             runs = {run.run_id: run for run in store.load_runs(self.store)}
-            now = store.load_captions(self.store, info.capture_id).get(info.capture_id, ())
+            now = store.load_captions(self.store, [info.capture_id]).get(info.capture_id, ())
             edits = store.load_edits(self.store)
         return [
             answers.CaptionVersion(number, runs[number].kind, runs[number].started, words)
@@ -440,7 +440,7 @@ class Archive:
             for caption in new:
                 _check_caption(info, caption)
             number = info.capture_id
-            old = store.load_captions(self.store, number).get(number, ()) if keep else ()
+            old = store.load_captions(self.store, [number]).get(number, ()) if keep else ()
             parameters = {"name": info.name, "words": "; ".join(c.words for c in new)}
             with updating.changing(self.store, "words", parameters, [number]) as change:
                 store.save_captions(self.store, number, [*old, *new])

@@ -396,7 +396,7 @@ class Captures(Archive):
         """The captions of a capture."""
         with self.session.reading():
             number = store.load_capture(self.store, name).capture_id
-            return store.load_captions(self.store, number).get(number, ())
+            return store.load_captions(self.store, [number]).get(number, ())
 
     def all_captions(self) -> dict[int, tuple[Caption, ...]]:
         """The captions of all captures, by capture number."""
@@ -407,7 +407,7 @@ class Captures(Archive):
         """Instants of a capture, by frames of its motion (30 a second)."""
         with self.session.reading():
             number = store.load_capture(self.store, name).capture_id
-            return store.load_events(self.store, number).get(number, ())
+            return store.load_events(self.store, [number]).get(number, ())
 
     def all_events(self) -> dict[int, tuple[Event, ...]]:
         """Instants of all captures that have any, by capture number."""

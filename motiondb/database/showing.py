@@ -31,8 +31,8 @@ def describe_capture(session: Session, name: str) -> answers.CaptureFacts:
     """Facts of one capture, for print or JSON; times in seconds."""
     info = store.load_capture(session.store, name)
     number = info.capture_id
-    captions = store.load_captions(session.store, number)
-    events = store.load_events(session.store, number)
+    captions = store.load_captions(session.store, [number])
+    events = store.load_events(session.store, [number])
     made: dict[str, Any] = {}
     if info.kind == "generated":
         made["sources"] = _sources(session, number)
@@ -172,7 +172,7 @@ def draw_capture(session: Session, name: str, path: str | Path) -> Path:
     info = store.load_capture(session.store, name)
     motion = store.load_motion(session.store, info.capture_id)
     timelines = []
-    captions = store.load_captions(session.store, info.capture_id).get(info.capture_id, ())
+    captions = store.load_captions(session.store, [info.capture_id]).get(info.capture_id, ())
     if store.is_learned(session.store):
         spans = [
             (s.start, s.end, str(s.symbol), s.symbol)

@@ -22,6 +22,8 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
+from typing import Protocol
 
 import numpy as np
 
@@ -32,6 +34,7 @@ from motiondb.search.copy_outlines import (
     Boxes,
     Int16Array,
     Keys,
+    Outlines,
     join_outlines,
     likely_places,
     make_boxes,
@@ -65,14 +68,21 @@ class Copy:
     distance: float
 
 
+class Rows(Protocol):
+    """Rows (rows, 12) of outlines."""
+
+    def __getitem__(self, which: slice | IntArray, /) -> Int16Array:
+        """Those between two numbers, or of an array of numbers."""
+
+
 @dataclass(frozen=True, eq=False)
 class Library:
     """Takes to look in and to look for."""
 
     sizes: IntArray  # (takes,): frames
     reaches: FloatArray  # (takes,): how far a copy may be at key frames (:func:`reach`), metres
-    outline_of: Callable[[int], Int16Array]  # Outline of a take, by which most are ruled out
-    outlines_at: Callable[[IntArray, IntArray], Int16Array]  # Of frames (takes, frames) of takes
+    firsts: IntArray  # (takes,): where the rows of each begin in ``limbs``
+    limbs: Rows  # Outlines of all frames, by which most are ruled out
     poses_of: PosesOf  # Poses of one take (frames, 63); called only for takes that may be copies
 
 
@@ -92,17 +102,10 @@ def mirror_poses(poses: Float32Array) -> Float32Array:
 
 def build_library(poses: Sequence[Float32Array]) -> Library:
     """A library of takes in memory; `poses` each (frames, 63)."""
-    outlines = [outline(p) for p in poses]
-    sizes = np.array([len(p) for p in poses], dtype=np.int64)
+    outlines = join_outlines([outline(p) for p in poses])
+    sizes, firsts = np.diff(outlines.bounds), outlines.bounds[:-1]
     reaches = np.array([reach(p) for p in poses])
-
-    def outlines_at(takes: IntArray, frames: IntArray) -> Int16Array:
-        found = np.zeros((*frames.shape, N_AXES), dtype=np.int16)
-        for n, take in enumerate(takes):
-            found[n] = outlines[take][frames[n]]
-        return found
-
-    return Library(sizes, reaches, outlines.__getitem__, outlines_at, poses.__getitem__)
+    return Library(sizes, reaches, firsts, outlines.limbs, poses.__getitem__)
 
 
 def find_copies(
@@ -183,15 +186,19 @@ def _boxes_of(
 ) -> Iterator[Boxes]:
     """Boxes of groups of takes, which stand end to end; `first`: number of their first frame."""
     for takes in groups:
-        outlines = join_outlines([library.outline_of(take) for take in takes], first)
-        yield make_boxes(outlines, in_space=in_space)
-        first += int(library.sizes[takes].sum())
+        firsts, sizes = library.firsts[takes], library.sizes[takes]
+        ends = firsts + sizes
+        edges = [0, *(np.flatnonzero(firsts[1:] != ends[:-1]) + 1), len(takes)]
+        parts = [library.limbs[firsts[a] : ends[b - 1]] for a, b in pairwise(edges)]
+        bounds = np.concatenate([[0], np.cumsum(sizes)])
+        yield make_boxes(Outlines(np.concatenate(parts), bounds, first), in_space=in_space)
+        first += int(sizes.sum())
 
 
 def _keys_of(library: Library, queries: IntArray) -> Keys:
     """The key frames of queries: of query n as number 2 n, of its mirror image as 2 n + 1."""
     frames = _keys(library.sizes[queries])
-    limbs = library.outlines_at(queries, frames)
+    limbs = library.limbs[library.firsts[queries][:, None] + frames]
     both = np.stack([limbs, mirror_outline(limbs)], axis=1).reshape(-1, KEY_FRAMES, N_AXES)
     twice = np.repeat(queries, 2)
     frames = np.repeat(frames, 2, axis=0)

@@ -72,11 +72,11 @@ def mirror_outline(limbs: Int16Array) -> Int16Array:
     return (swapped * np.array([-1, 1, 1], dtype=np.int16)).reshape(limbs.shape)
 
 
-def join_outlines(parts: Sequence[Int16Array], first: int = 0) -> Outlines:
-    """Outlines of several takes; `parts` each (frames, 12); `first`: number of the first frame."""
+def join_outlines(parts: Sequence[Int16Array]) -> Outlines:
+    """Outlines of several takes; `parts` each (frames, 12)."""
     bounds = np.concatenate([[0], np.cumsum([len(p) for p in parts])]).astype(np.int64)
     none = np.zeros((0, N_AXES), dtype=np.int16)
-    return Outlines(np.concatenate(parts) if len(parts) else none, bounds, first)
+    return Outlines(np.concatenate(parts) if len(parts) else none, bounds)
 
 
 @dataclass(frozen=True, eq=False)

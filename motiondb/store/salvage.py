@@ -159,8 +159,8 @@ def _salvage(store: Store, row: dict[str, Any], lost_columns: Sequence[str]) -> 
     number, lost = row["capture_id"], list[str]()
     source = _attempt(lost, "file", lambda: _read_source(store, "sha256", row["sha256"]))
     motion = _attempt(lost, "motion", lambda: _read_motion(store, row, lost_columns))
-    captions = _attempt(lost, "words", lambda: load_captions(store, number))
-    events = _attempt(lost, "events", lambda: load_events(store, number))
+    captions = _attempt(lost, "words", lambda: load_captions(store, [number]))
+    events = _attempt(lost, "events", lambda: load_events(store, [number]))
     query = "SELECT key, value FROM capture_tag WHERE capture_id = ? ORDER BY key"
     tags = _attempt(lost, "tags", lambda: _rows(store, query, number))
     provenance = _attempt(lost, "origin of its frames", lambda: load_provenance(store, number))

@@ -173,9 +173,8 @@ class _Adding:
                 if self.run_id is None:
                     self.run_id = _start_run(opened, self.folders, sheets, settings)
                 part = _save(opened, sheets, settings, chosen, part, self.run_id)
-                made = copy_search.new_outlines(opened, outlines)
-                found = copy_search.find_relations(
-                    opened, set(part.added), outlines, made, self.workers
+                found, made = copy_search.find_relations(
+                    opened, set(part.added), outlines, self.workers
                 )
                 store.save_relations(opened, found)
                 part = replace(part, relations=tuple(found))
@@ -269,8 +268,8 @@ class _Kept:
     def of(cls, opened: store.Store, info: CaptureInfo) -> _Kept:
         """Load it, and remove the capture."""
         number = info.capture_id
-        captions = store.load_captions(opened, number).get(number, ())
-        events = store.load_events(opened, number).get(number, ())
+        captions = store.load_captions(opened, [number]).get(number, ())
+        events = store.load_events(opened, [number]).get(number, ())
         store.remove_capture(opened, number)
         return cls(info.tags, captions, events)
 
@@ -296,7 +295,7 @@ class _Chosen:
 def _sort_readings(opened: store.Store, readings: Sequence[ReadFile], replacing: bool) -> _Chosen:
     """Divide the readings into new and known ones by the present database."""
     digests = store.load_digests(opened)
-    names = {info.name for info in store.load_captures(opened)}
+    names = {*digests.values()}
     new: list[ReadFile] = []
     known: list[tuple[str, str]] = []
     problems: list[str] = []

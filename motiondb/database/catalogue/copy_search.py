@@ -14,7 +14,7 @@ import numpy as np
 from motiondb import store
 from motiondb.records import MOTION_FPS, Float32Array, IntArray, Motion, Relation
 from motiondb.search import copies
-from motiondb.search.copy_outlines import N_AXES, Int16Array, outline
+from motiondb.search.copy_outlines import N_AXES, Int16Array, join_outlines, outline
 from motiondb.workers import HERE, Workers
 
 KIND = "outlines"  # Name of the outlines of all captures in the cache of the database
@@ -29,67 +29,49 @@ def load_outlines(
 ) -> store.CaptureRows:
     """Outlines of all captures, and how far from them a copy may be.
 
-    `ready`: Those that were made already, by number of the capture (:func:`new_outlines`).
+    `ready`: Those that were made already, by number of the capture.
     """
     return store.cached_rows(opened, KIND, _make, ready)
-
-
-def new_outlines(opened: store.Store, known: store.CaptureRows) -> dict[int, Made]:
-    """Outlines of the captures that were saved after ``known`` was loaded, by number."""
-    held = set(known.capture_ids.tolist())
-    numbers = [i.capture_id for i in store.load_captures(opened) if i.capture_id not in held]
-    # One after another: a merge may bring many hours
-    return {n: _make([motion])[0] for n, motion in store.readable_motions(opened, numbers)}
 
 
 def find_relations(
     opened: store.Store,
     new: set[str],
     known: store.CaptureRows,
-    made: Mapping[int, Made] | None = None,
     workers: Workers = HERE,
-) -> list[Relation]:
+) -> tuple[list[Relation], dict[int, Made]]:
     """Copies, mirror images and cuts among the captures, of which at least one is new.
+
+    Also gives the outlines that were made for it, by number of the capture.
 
     `new`: Names of captures.
 
     `known`: Outlines that were loaded before the new captures were saved.
-
-    `made`: Those of :func:`new_outlines`; made here if they are not given.
     """
-    made = new_outlines(opened, known) if made is None else made
-    held = {number: place for place, number in enumerate(known.capture_ids.tolist())}
-    infos = store.load_captures(opened)
-    infos = [i for i in infos if i.capture_id in made or i.capture_id in held]  # the sound ones
+    infos, held = store.load_captures(opened), known.capture_ids.tolist()
+    later = {info.capture_id for info in infos}.difference(held)
+    # One after another: a merge may bring many hours
+    made = {n: _make([motion])[0] for n, motion in store.readable_motions(opened, sorted(later))}
+    place_of = {number: place for place, number in enumerate([*held, *made])}
+    infos = [info for info in infos if info.capture_id in place_of]  # the sound ones
     numbers = [info.capture_id for info in infos]
-
-    def outline_of(n: int) -> Int16Array:
-        if numbers[n] in made:
-            return made[numbers[n]][0]
-        place = held[numbers[n]]
-        return known.rows[known.bounds[place] : known.bounds[place + 1]]
-
-    def outlines_at(takes: IntArray, frames: IntArray) -> Int16Array:
-        found = np.zeros((*frames.shape, N_AXES), dtype=np.int16)
-        is_made = np.array([numbers[n] in made for n in takes], dtype=bool)
-        for n in np.flatnonzero(is_made):
-            found[n] = outline_of(int(takes[n]))[frames[n]]
-        places = np.array([held[numbers[n]] for n in takes[~is_made]], dtype=np.int64)
-        if len(places):
-            found[~is_made] = known.rows[known.bounds[places][:, None] + frames[~is_made]]
-        return found
 
     def poses_of(n: int) -> Float32Array:
         return copies.copy_poses(store.load_motion(opened, numbers[n]))
 
-    sizes = np.array([info.motion_frames for info in infos], dtype=np.int64)
-    reaches = [made[n][1] if n in made else float(known.values[held[n]]) for n in numbers]
-    library = copies.Library(sizes, np.array(reaches), outline_of, outlines_at, poses_of)
+    new_rows = [rows for rows, _ in made.values()]
+    sizes = np.array([*np.diff(known.bounds), *map(len, new_rows)], dtype=np.int64)
+    reaches = np.array([*known.values, *(far for _, far in made.values())])
+    places = np.array([place_of[number] for number in numbers], dtype=np.int64)
+    firsts = (np.cumsum(sizes) - sizes)[places]
+    new_limbs = join_outlines(new_rows).limbs
+    limbs = _RowsOfBoth(known.rows if len(known.rows) else new_limbs[:0], new_limbs)
+    library = copies.Library(sizes[places], reaches[places], firsts, limbs, poses_of)
     fresh = [n for n, info in enumerate(infos) if info.name in new]
     old = [n for n, info in enumerate(infos) if info.name not in new]
     found = copies.find_copies(library, fresh, None, workers)
     found += copies.find_copies(library, old, fresh, workers)
-    return [
+    relations = [
         Relation(
             infos[c.query].name,
             infos[c.take].name,
@@ -100,6 +82,29 @@ def find_relations(
         )
         for c in found
     ]
+    return relations, made
+
+
+class _RowsOfBoth:
+    """Rows that stand in the cache, and new ones behind them."""
+
+    def __init__(self, held: Int16Array | store.CheckedRows, new: Int16Array) -> None:
+        self._held, self._new = held, new
+
+    def __getitem__(self, which: slice | IntArray) -> Int16Array:
+        n_held = len(self._held)
+        if isinstance(which, slice):
+            if which.stop <= n_held:
+                return self._held[which]
+            new = self._new[max(which.start - n_held, 0) : which.stop - n_held]
+            if which.start >= n_held:
+                return new
+            return np.concatenate([self._held[which.start : n_held], new])
+        found = np.empty((*which.shape, N_AXES), dtype=np.int16)
+        is_held = which < n_held
+        found[is_held] = self._held[which[is_held]]
+        found[~is_held] = self._new[which[~is_held] - n_held]
+        return found
 
 
 def _make(motions: Sequence[Motion]) -> list[Made]:

@@ -57,7 +57,7 @@ def merge(
                 tell("taking captures over", done, len(infos))
         tell("looking for copies", 0, 1)
         added = set(merging.added)
-        relations = copy_search.find_relations(opened, added, outlines) if added else []
+        relations = copy_search.find_relations(opened, added, outlines)[0] if added else []
         store.save_relations(opened, relations)
         store.finish_run(opened, run_id)
         tell("looking for copies", 1, 1)

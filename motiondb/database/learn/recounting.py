@@ -43,7 +43,7 @@ def recounted(opened: store.Store, change: Change, wanted: set[int]) -> Iterator
     before = segments_of(opened, model, wanted)
     counts = counts - _count(opened, before, reference)
     yield
-    there = {i.capture_id for i in store.load_captures(opened) if i.kind == "captured"}
+    there = {*store.load_captured(opened)}
     new, kept = sorted(set(change.added) & there), known & there
     if not new and not wanted:
         return
@@ -63,7 +63,7 @@ def _unknown_words(
 ) -> tuple[str, ...]:
     """Words in the captions of captures that the vocabulary lacks, sorted."""
     synonyms, known = store.load_synonyms(opened), set(model.association.words)
-    captions = store.load_captions(opened)
+    captions = store.load_captions(opened, captures)
     unknown: set[str] = set()
     for capture in captures:
         for caption in captions.get(capture, ()):
@@ -74,8 +74,7 @@ def _unknown_words(
 def _count(
     opened: store.Store, table: SegmentTable, reference: counting.Reference
 ) -> counting.Counts:
-    there = set(table.capture_ids.tolist())
-    captions = {c: rows for c, rows in store.load_captions(opened).items() if c in there}
+    captions = store.load_captions(opened, set(table.capture_ids.tolist()))
     return counting.count(table, captions, store.load_synonyms(opened), reference)
 
 

@@ -46,13 +46,19 @@ def save_captions(store: Store, capture_id: int, captions: Iterable[Caption]) ->
         touch(store)
 
 
-def load_captions(store: Store, capture_id: int | None = None) -> dict[int, tuple[Caption, ...]]:
-    """Load the captions of one capture or of all captures."""
-    some = "" if capture_id is None else "WHERE capture_id = ?"
+def _some(captures: Iterable[int] | None) -> str:
+    """The condition that rows are of some captures, whose numbers are the first parameter."""
+    return "" if captures is None else "WHERE capture_id IN (SELECT unnest($1))"
+
+
+def load_captions(
+    store: Store, captures: Iterable[int] | None = None
+) -> dict[int, tuple[Caption, ...]]:
+    """Load the captions of some captures, by their numbers, or of all."""
     rows = store.connection.execute(
         "SELECT capture_id, words, start_s, end_s FROM caption "
-        f"{some} ORDER BY capture_id, ordinal",
-        [] if capture_id is None else [capture_id],
+        f"{_some(captures)} ORDER BY capture_id, ordinal",
+        [] if captures is None else [list(captures)],
     ).fetchall()
     captions: dict[int, list[Caption]] = {}
     for number, words, start, end in rows:
@@ -92,12 +98,13 @@ def save_events(store: Store, capture_id: int, events: Iterable[Event]) -> None:
         connection.insert("event", capture_id=capture_id, **columns_of(Event, rows))
 
 
-def load_events(store: Store, capture_id: int | None = None) -> dict[int, tuple[Event, ...]]:
-    """Load the events of one capture or of all captures."""
-    some = "" if capture_id is None else "WHERE capture_id = ?"
+def load_events(
+    store: Store, captures: Iterable[int] | None = None
+) -> dict[int, tuple[Event, ...]]:
+    """Load the events of some captures, by their numbers, or of all."""
     rows = store.connection.execute(
-        f"SELECT capture_id, frame, name, joint, other FROM event {some} ORDER BY ALL",
-        [] if capture_id is None else [capture_id],
+        f"SELECT capture_id, frame, name, joint, other FROM event {_some(captures)} ORDER BY ALL",
+        [] if captures is None else [list(captures)],
     ).fetchall()
     events: dict[int, list[Event]] = {}
     for number, *event in rows:

@@ -114,7 +114,7 @@ class CheckedRows(NDArrayOperatorsMixin):
         # A plain array of the same memory: slices of a memory map take 20 times as long
         self.rows, self.shape, self.dtype = rows.view(np.ndarray), rows.shape, rows.dtype
         self._bounds, self._edges, self._sums, self._make = bounds.tolist(), bounds, sums, make
-        self._is_sound = [False] * len(sums)
+        self._is_checked = np.zeros(len(sums), dtype=bool)
         self._mended: dict[int, NDArray[Any]] = {}
         self._columns = slice(None)
 
@@ -141,8 +141,7 @@ class CheckedRows(NDArrayOperatorsMixin):
             return self.rows[which, self._columns]
         first, last = (bisect_right(self._bounds, row) - 1 for row in (start, stop - 1))
         touched = range(first, last + 1)
-        for place in touched:
-            self._check(place)
+        self._check(np.arange(first, last + 1))
         if self._mended.keys().isdisjoint(touched):
             return self.rows[which, self._columns]
         whole = self.rows[start:stop].copy()
@@ -157,8 +156,7 @@ class CheckedRows(NDArrayOperatorsMixin):
     def _chosen(self, which: NDArray[Any]) -> NDArray[Any]:
         """Rows by their numbers, or those that are true."""
         numbers = np.flatnonzero(which) if which.dtype == bool else which
-        for place in np.unique(np.searchsorted(self._edges, numbers, side="right") - 1).tolist():
-            self._check(place)
+        self._check(np.unique(np.searchsorted(self._edges, numbers, side="right") - 1))
         return (self[:] if self._mended else self.rows[:, self._columns])[numbers]
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
@@ -180,15 +178,15 @@ class CheckedRows(NDArrayOperatorsMixin):
         """Another process gets the rows as an array."""
         return np.asarray, (np.asarray(self),)
 
-    def _check(self, place: int) -> None:
-        """Compare the rows of a capture with their checksum, once."""
-        if self._is_sound[place] or place in self._mended:
-            return
-        low, high = self._bounds[place : place + 2]
-        if page_checksum(self.rows[low:high]) == int(self._sums[place]):
-            self._is_sound[place] = True
-        else:
-            self._mended[place] = self._make(place)
+    def _check(self, places: IntArray) -> None:
+        """Compare the rows of captures, in order, with their checksums, each once."""
+        left = places[~self._is_checked[places]]
+        for run in np.split(left, np.flatnonzero(np.diff(left) != 1) + 1) if len(left) else ():
+            bounds = self._edges[run[0] : run[-1] + 2]
+            actual = page_checksums(self.rows, bounds)
+            for place in run[actual != self._sums[run]].tolist():
+                self._mended[place] = self._make(place)
+            self._is_checked[run] = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -588,6 +586,25 @@ def page_checksum(array: NDArray[Any]) -> int:
     last = rest[len(rest) // 8 * 8 :].sum(dtype=np.uint64)
     total = int((sums * weights).sum(dtype=np.uint64))
     return (total + (int(words) + int(last)) * (2 * n_whole + 1)) % 2**64
+
+
+def page_checksums(rows: NDArray[Any], bounds: IntArray) -> NDArray[np.uint64]:
+    """The checksums of the rows between every two bounds, as :func:`page_checksum` gives them."""
+    n_bytes = rows.itemsize * rows.shape[1]
+    if n_bytes % 8 or len(bounds) == 2:
+        each = (page_checksum(rows[low:high]) for low, high in pairwise(bounds.tolist()))
+        return np.fromiter(each, dtype=np.uint64)
+    words = rows[bounds[0] : bounds[-1]].reshape(-1).view(np.uint64)
+    ends = (bounds - bounds[0]) * (n_bytes // 8)
+    n_pages = -(-np.diff(ends) // (_PAGE // 8))  # the last one need not be whole
+    firsts = np.cumsum(n_pages) - n_pages
+    page = np.arange(n_pages.sum()) - np.repeat(firsts, n_pages)
+    sums = np.zeros(len(n_pages), dtype=np.uint64)
+    if len(page):
+        of_pages = np.add.reduceat(words, np.repeat(ends[:-1], n_pages) + _PAGE // 8 * page)
+        weighted = of_pages * (2 * page + 1).astype(np.uint64)
+        sums[n_pages > 0] = np.add.reduceat(weighted, firsts[n_pages > 0])
+    return sums
 
 
 def _list_checksum(facts: Mapping[str, Any]) -> int:

@@ -194,12 +194,11 @@ def _load_states(store: Store, wanted: set[int]) -> dict[int, _State]:
     """Load what may be edited in some captures, those that are there."""
     if not wanted:
         return {}
-    only = next(iter(wanted)) if len(wanted) == 1 else None
-    captions, events = load_captions(store, only), load_events(store, only)
+    captions, events = load_captions(store, wanted), load_events(store, wanted)
     tags: dict[int, dict[str, str]] = {}
     for number, key, value in store.connection.execute(
-        "SELECT capture_id, key, value FROM capture_tag WHERE $only IS NULL OR capture_id = $only",
-        {"only": only},
+        "SELECT capture_id, key, value FROM capture_tag WHERE capture_id IN (SELECT unnest($1))",
+        [list(wanted)],
     ).fetchall():
         tags.setdefault(number, {})[key] = value
     rows = store.connection.execute("SELECT capture_id, name FROM capture").fetchall()

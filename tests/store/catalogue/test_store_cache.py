@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
 
@@ -18,7 +19,7 @@ from hypothesis.extra.numpy import arrays
 
 from motiondb import store
 from motiondb.records import Motion
-from motiondb.store.catalogue.cache import page_checksum
+from motiondb.store.catalogue.cache import page_checksum, page_checksums
 
 
 def _folder(database: store.Store) -> Path:
@@ -296,6 +297,15 @@ def test_pages_that_change_places_change_the_checksum() -> None:
     assert page_checksum(pages) != page_checksum(pages[[1, 0, 2, 3]])
     naive = sum((2 * k + 1) * int(page.sum()) for k, page in enumerate(pages))
     assert page_checksum(pages) == naive
+
+
+@pytest.mark.parametrize("n_columns", [1, 6, 130])
+def test_checksums_of_many_captures_are_those_of_each(n_columns: int) -> None:
+    rng = np.random.default_rng(0)
+    rows = rng.normal(size=(3000, n_columns)).astype(np.float32)
+    bounds = np.array([3, 3, 4, 40, 40, 2041, 2999, 3000, 3000])
+    actual = page_checksums(rows, bounds)
+    assert actual.tolist() == [page_checksum(rows[a:b]) for a, b in pairwise(bounds)]
 
 
 def test_threads_that_build_together_leave_a_whole_cache(filled: store.Store) -> None:

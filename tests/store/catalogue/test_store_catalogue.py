@@ -40,7 +40,7 @@ def test_what_goes_in_comes_out(database: store.Store, samples: ModuleType) -> N
     assert (back.data, back.skeleton_data) == (data, skeleton)
     assert (back.file_name, back.skeleton_name, back.format) == ("16_01.amc", "16.asf", "amc")
     assert store.load_captions(database) == {1: captions}
-    assert store.load_captions(database, 2) == {}
+    assert store.load_captions(database, [2]) == {}
     assert store.load_digests(database) == {saved.sha256: "16/16_01"}
     assert store.check_store(database, sources=True) == []
 
@@ -137,7 +137,7 @@ def test_tags_words_and_synonyms_are_replaced(database: store.Store, samples: Mo
     store.save_synonyms(database, {"dash": "run"})
     store.save_synonyms(database, {"stroll": "walk"})
     assert store.load_capture(database, "a").tags == {"performer": "9"}
-    assert store.load_captions(database, 1)[1] == (Caption("run"), Caption("jump", 1.0, 2.0))
+    assert store.load_captions(database, [1])[1] == (Caption("run"), Caption("jump", 1.0, 2.0))
     assert store.load_synonyms(database) == {"stroll": "walk"}
     store.save_tags(database, 1, {})
     store.save_captions(database, 1, [])

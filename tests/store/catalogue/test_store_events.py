@@ -25,9 +25,9 @@ def test_events_come_back_in_order_and_replace_earlier_ones(
         second.capture_id: (CATCH,),
     }
     store.save_events(database, first.capture_id, [STEP])
-    assert store.load_events(database, first.capture_id) == {first.capture_id: (STEP,)}
+    assert store.load_events(database, [first.capture_id]) == {first.capture_id: (STEP,)}
     store.save_events(database, first.capture_id, [])
-    assert store.load_events(database, first.capture_id) == {}
+    assert store.load_events(database, [first.capture_id]) == {}
 
 
 def test_an_event_outside_the_motion_is_refused_and_nothing_changes(
