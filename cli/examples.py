@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import click
+from typer.core import TyperCommand, TyperGroup
 
 EXAMPLES = """
 motiondb add captures --words captions.tsv
@@ -94,7 +94,7 @@ motiondb scene remove demo
 """.strip().split("\n")
 
 
-def add_examples(group: click.Command, name: str = "motiondb") -> None:
+def add_examples(group: TyperCommand | TyperGroup, name: str = "motiondb") -> None:
     """Let the help of every command end with its examples."""
     for part, command in getattr(group, "commands", {}).items():
         add_examples(command, f"{name} {part}")
@@ -103,7 +103,7 @@ def add_examples(group: click.Command, name: str = "motiondb") -> None:
         group.epilog = "\b\nExamples:\n" + "\n".join(f"  {line}" for line in own)
 
 
-def _is_of(line: str, name: str, command: click.Command) -> bool:
+def _is_of(line: str, name: str, command: TyperCommand | TyperGroup) -> bool:
     """Whether a line is an example of a command, and of none below it."""
     rest = line.removeprefix(name)
     if rest == line or (rest and not rest.startswith(" ")):

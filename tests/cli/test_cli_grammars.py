@@ -87,7 +87,7 @@ def test_parse_tells_when_terminals_have_too_few_members(
     ("words", "code", "says"),
     [
         (("show", "figth"), 2, "Did you mean fight?"),
-        (("learn", "boris/punch_1", "--terminals", "auto"), 2, "should be a valid integer"),
+        (("learn", "boris/punch_1", "--terminals", "auto"), 2, "is not a valid int"),
         (("learn", "boris/punch_1", "--from-symbols"), 2, "motiondb learn"),
         (
             ("learn", "boris/punch_1", "--from-symbols", "--terminals", "9"),

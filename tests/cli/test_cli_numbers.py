@@ -11,7 +11,8 @@ import typer
 
 from motiondb.cli.main import make_app
 
-NUMBERS = (int, float)
+NUMBERS = {"integer": int, "integer range": int, "float": float, "float range": float}
+"""Types of options by the names that Typer gives them."""
 CHECKED = {
     # No range of Typer: the settings refuse it (``SceneSettings``), with this text.
     ("scene make", "--chains"): "chains: expected 1 to 64",
@@ -40,9 +41,9 @@ COMMANDS = dict(commands("", typer.main.get_command(make_app())))
 def numeric_options() -> Iterator[NumericOption]:
     for name, command in COMMANDS.items():
         for parameter in command.params:
-            kind = parameter.type_descriptor.annotation if parameter.opts else None
-            if kind in NUMBERS:
-                least, most = parameter.min, parameter.max
+            kind = NUMBERS.get(parameter.type.name) if parameter.opts else None
+            if kind is not None:
+                least, most = (getattr(parameter.type, end, None) for end in ("min", "max"))
                 yield NumericOption(name, parameter.opts[0], kind, least, most)
 
 
@@ -57,7 +58,7 @@ def arguments(command: str) -> list[str]:
     words: list[str] = []
     for parameter in COMMANDS[command].params:
         if parameter.required:
-            value = "1" if parameter.type_descriptor.annotation in NUMBERS else "x.bvh"
+            value = "1" if parameter.type.name in NUMBERS else "x.bvh"
             words += [parameter.opts[0], value] if parameter.opts[0].startswith("-") else [value]
     return words
 
