@@ -17,7 +17,6 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, BinaryIO, Protocol, cast
 from urllib.parse import urlsplit
-from urllib.request import url2pathname
 
 from motiondb.errors import QueryError, StoreError
 from motiondb.files.safe_files import open_file, whole_file
@@ -123,7 +122,7 @@ def place_name(text: str) -> str:
     try:
         scheme, host, path, query, _ = urlsplit(text)
         if scheme == "file" or "://" not in text:
-            folder = url2pathname(path) if scheme == "file" else text
+            folder = _local_path(path) if scheme == "file" else text
             return os.path.realpath(Path(folder).expanduser())
     except (ValueError, RuntimeError) as error:  # a bracket, an unknown user, a null character
         raise QueryError(
@@ -145,6 +144,13 @@ def place_name(text: str) -> str:
         )
     rest = re.sub("/+", "/", text.partition("://")[2].removeprefix(host))
     return f"{scheme}://{host}{rest}".rstrip("/")
+
+
+def _local_path(path: str) -> str:
+    """The path of this system that a file URL's is."""
+    from urllib.request import url2pathname  # loads the client of HTTP
+
+    return url2pathname(path)
 
 
 def _without_keys(text: str) -> str:
