@@ -19,7 +19,7 @@ from hypothesis.extra.numpy import arrays
 
 from motiondb import store
 from motiondb.records import Motion
-from motiondb.store.catalogue.cache import page_checksum, page_checksums
+from motiondb.store.catalogue.checked_rows import page_checksum, page_checksums
 
 
 def _folder(database: store.Store) -> Path:
