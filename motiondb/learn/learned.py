@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from motiondb.body.features import FEATURE_STEP
 from motiondb.errors import NotLearnedError
 from motiondb.language.translation import explanation, transition
-from motiondb.language.vocabulary import words_of
+from motiondb.language.vocabulary import split_actions, words_of
 from motiondb.language.word_vectors.word_vectors import word_vectors
 from motiondb.learn.checking import checked_words
 from motiondb.learn.joining import join_moments
@@ -411,6 +411,22 @@ class Learned(LearnedModel):
             if self.captures[capture].kind == "captured"
         }
         return {capture: actions for capture, actions in listed.items() if actions}
+
+    @cached_property
+    def _said_actions(self) -> dict[int, tuple[tuple[str, ...], ...]]:
+        """Actions of captions by capture, of those that were asked for."""
+        return {}
+
+    def said_actions(self, capture: int) -> tuple[tuple[str, ...], ...]:
+        """The actions that the captions of a capture say, each by its words."""
+        said = self._said_actions.get(capture)
+        if said is None:
+            said = self._said_actions[capture] = tuple(
+                tuple(words)
+                for caption in self.captions.get(capture, ())
+                for words in split_actions(caption.words, self.synonyms, self.lemmas)
+            )
+        return said
 
     @cached_property
     def described_segments(self) -> DescribedSegments:

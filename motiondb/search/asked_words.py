@@ -33,7 +33,7 @@ from motiondb.language.nearby.table import NearbyTable
 from motiondb.language.question.heads import heads_of
 from motiondb.language.question.readings import Reading
 from motiondb.language.question.tree import LIMBS
-from motiondb.language.vocabulary import MODIFIERS, split_actions, words_of
+from motiondb.language.vocabulary import MODIFIERS, words_of
 from motiondb.language.word_vectors.word_vectors import word_vectors
 from motiondb.learn.learned import Learned
 from motiondb.meaning.limb_sides import LEGS
@@ -410,11 +410,7 @@ def without_words_apart(
 
     def make(capture: int) -> FloatArray:
         said = evidence.written[capture]
-        captions = [
-            words
-            for caption in learned.captions.get(capture, ())
-            for words in split_actions(caption.words, learned.synonyms, learned.lemmas)
-        ]
+        captions = learned.said_actions(capture)
         elsewhere, here = set[str](), set[str]()
         for action in actions:
             apart = words_apart(action, heads_of(action, verbs), captions, phrases)

@@ -11,10 +11,9 @@ more likely right than wrong and that nothing speaks against come before the oth
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from math import prod
 from typing import Any
 
@@ -30,8 +29,8 @@ from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import decode
 from motiondb.meaning import by_question
 from motiondb.meaning.by_question import QuestionHit
-from motiondb.meaning.word_evidence import SLACK, WRITTEN, upper_bounds
-from motiondb.records import MOTION_FPS, FloatArray, IntArray, Match, MatchPart
+from motiondb.meaning.word_evidence import upper_bounds
+from motiondb.records import MOTION_FPS, Match, MatchPart
 from motiondb.search import placing, reasons
 from motiondb.search.asked_words import AskedWords, WrittenWord
 from motiondb.search.asking import AskedQuestion
@@ -42,13 +41,13 @@ from motiondb.search.chances import (
     WordSource,
     best_strength,
     chances,
-    is_doubtful,
     reaches,
     why_unchecked,
     word_sources,
     words_of_reading,
 )
 from motiondb.search.measured_answers import compare_with_motion
+from motiondb.search.ranking import Judged, likeliest_takes
 from motiondb.search.reasons import Explanation, explain, explain_hit
 from motiondb.search.takings import Taking, say_not_understood, with_notation
 
@@ -213,39 +212,32 @@ def search_words(
         MEASURED if question.is_measured else ORDERS_LOOKED_AT if question.is_order else LOOKED_AT
     )
     find_them = partial(find, question, allowed, max(limit, n_judged))
-    found = find_them(read)
-    places = {
-        each.capture: _place(question, each, features)
-        for each in (found if is_checked else found[:limit])
-    }
-    if is_checked:
-        found = [_checked(each, places[each.capture]) for each in found]
-        by_place = sorted(found[:n_judged], key=lambda each: _rank(each, places[each.capture]))
-        shown = [*by_place, *found[n_judged:]][:limit]
-    else:
-        shown = found[:limit]
-    judged = found[:n_judged]
+    found = [
+        Found(capture, hit, chances(asked, read, capture, hit)) for capture, hit in find_them(read)
+    ]
+    place = cache(partial(_place, question, features=features))
+    judged = Judged(found[:n_judged], place, is_checked)
+    first = judged.first(limit)
+    shown = [*first, *found[n_judged:]][:limit]
     once = tuple(map(without_amounts, read))  # how often and how long was never measured
-    usual = judged if once == read else find_them(once)[:n_judged]
+    hits = [each.hit for each in judged.answers]
+    usual = hits if once == read else [hit for _, hit in find_them(once)[:n_judged]]
     sure = learned.word_certainty
     unchecked = why_unchecked(asked, sorted(set().union(*map(words_of_reading, read))))
     known = sure is not None and not np.isnan(sure.threshold) and not unchecked
     threshold = sure.threshold if sure is not None and known else None
-    is_wrong = _is_weak if known else _is_contradicted
     others = [taking.chance for taking in question.taken.values() if taking.is_other]
-    doubtful = is_doubtful([each.sure for each in judged], prod(others)) or (
-        (known or is_checked) and all(is_wrong(each, places.get(each.capture)) for each in judged)
-    )
+    whys = tuple(explain_hit(asked, each.capture, each.hit) for each in shown)
     return replace(
         _answer(question),
         matches=tuple(
-            _match(question, rank, each, places[each.capture])
-            for rank, each in enumerate(shown, start=1)
+            _match(question, rank, judged.settled(each), place(each), why)
+            for rank, (each, why) in enumerate(zip(shown, whys), start=1)
         ),
-        reasons=tuple(each.why for each in shown),
+        reasons=whys,
         strength=best_strength(asked, usual, threshold),
         threshold=None if question.missing else threshold,
-        doubtful=doubtful and not question.missing,
+        doubtful=not question.missing and judged.is_doubtful(first, known, prod(others)),
         suggests=tuple(partial(learned.captions_like, each.capture) for each in shown),
         vocabulary=asked.names,
         sources=word_sources(learned, question.words) + _sources_of_taken(question),
@@ -281,47 +273,17 @@ def find(
     allowed: Sequence[int],
     limit: int,
     read: Sequence[Reading],
-) -> list[Found]:
-    """The best answers to some readings of a question, best first."""
+) -> list[tuple[int, QuestionHit]]:
+    """The best answers to some readings of a question with their captures, best first."""
     asked, number, verbs = question.asked, question.asked.numbers, question.sentence.verbs
     takes, extremes = asked.evidence.takes, asked.evidence.extremes
     searched = np.isin(extremes.captures, np.asarray(allowed, dtype=np.int64))
-    likeliest = likeliest_takes(
+    return likeliest_takes(
         extremes.captures[searched],
         upper_bounds(extremes, read, number)[searched],
         lambda capture: by_question.search_take(takes[capture], read, number, verbs),
         limit,
     )
-    answers = []
-    for capture, hit in likeliest:
-        why = explain_hit(asked, capture, hit)
-        answers.append(Found(capture, hit, why, chances(asked, read, hit, why)))
-    answers.sort(key=lambda each: (-reasons.total(each.why), each.capture))
-    return answers
-
-
-def likeliest_takes(
-    captures: IntArray,
-    bounds: FloatArray,
-    search: Callable[[int], QuestionHit | None],
-    limit: int,
-) -> list[tuple[int, QuestionHit]]:
-    """The captures with the largest log-odds, best first; of equal ones, the lowest numbers.
-
-    Shapes: `captures`, `bounds` (captures,): numbers, and what their log-odds are at most.
-    """
-    best: list[tuple[float, int, QuestionHit]] = []  # a heap, the worst first
-    for place in np.argsort(-bounds, kind="stable"):
-        if len(best) >= limit and (not best or bounds[place] + SLACK < best[0][0]):
-            break
-        capture = int(captures[place])
-        hit = search(capture)
-        if hit is None:
-            continue
-        heapq.heappush(best, (hit.log_odds, -capture, hit))
-        if len(best) > limit:
-            heapq.heappop(best)
-    return [(-number, hit) for _, number, hit in sorted(best, key=lambda b: (-b[0], -b[1]))]
 
 
 def _place(
@@ -341,36 +303,13 @@ def _place(
     return placing.sure_of_whole(placed, asked.learned.captures[capture].motion_frames)
 
 
-def _checked(answer: Found, placed: placing.Placed) -> Found:
-    """An answer without a probability where order or motion speak against it.
-
-    How often such an answer is right was not measured.
-    """
-    if placed.in_order is not False and not placed.contradicted:
-        return answer
-    return replace(answer, sure=replace(answer.sure, whole=None))
-
-
-def _rank(answer: Found, placed: placing.Placed) -> tuple[bool, float]:
-    """Sorts answers: probable ones first; a contradiction counts as much as a caption."""
-    log_odds = reasons.total(answer.why) - WRITTEN * _is_contradicted(answer, placed)
-    return _is_weak(answer, placed), -log_odds
-
-
-def _is_weak(answer: Found, placed: placing.Placed | None) -> bool:
-    """Whether an answer is more likely wrong than right, or its order or motion is another."""
-    if placed is not None and (placed.in_order is False or placed.contradicted):
-        return True
-    whole = answer.sure.whole
-    return reasons.total(answer.why) < 0.0 if whole is None else whole < LIKELY
-
-
-def _is_contradicted(_: Found, placed: placing.Placed | None) -> bool:
-    """Whether the motion of an answer contradicts the question, as measured."""
-    return placed is not None and bool(placed.contradicted)
-
-
-def _match(question: AskedQuestion, rank: int, answer: Found, placed: placing.Placed) -> Match:
+def _match(
+    question: AskedQuestion,
+    rank: int,
+    answer: Found,
+    placed: placing.Placed,
+    why: Sequence[reasons.WordReason],
+) -> Match:
     """One capture's answer: ranked by the word map, placed by the evidence of places.
 
     How probably an answer for "walk" shows "limp", or what else of a question is not understood
@@ -405,7 +344,7 @@ def _match(question: AskedQuestion, rank: int, answer: Found, placed: placing.Pl
         rank,
         learned.captures[capture].name,
         *to_seconds(learned, capture, start, end),
-        float(1.0 / (1.0 + np.exp(-reasons.total(answer.why)))),
+        float(1.0 / (1.0 + np.exp(-reasons.total(why)))),
         _matched(asked, capture, question.words),
         with_notation(reason, question.taken),
         whole if is_known else None,

@@ -23,8 +23,9 @@ does.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from math import prod
 
 import numpy as np
@@ -34,12 +35,12 @@ from motiondb.learn.checking import say_unchecked
 from motiondb.learn.joining import start_weight
 from motiondb.learn.learned import Learned
 from motiondb.meaning import regression
-from motiondb.meaning.by_question import QuestionHit
+from motiondb.meaning.by_question import QuestionHit, Statement
 from motiondb.meaning.regression import KindCertainty, kind_cues
 from motiondb.meaning.word_map import usual
 from motiondb.records import Match
-from motiondb.search import reasons
 from motiondb.search.asked_words import AskedWords
+from motiondb.search.reasons import said_by_captions
 
 LIKELY = 0.5  # Probability above which a statement is more likely true than not
 SURE = 1.0 - 1e-12  # Largest probability of a condition, so that its log-odds are finite
@@ -69,44 +70,62 @@ class Chances:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """One capture's answer: its interval, its reasons and its certainty."""
+    """One capture's answer: its interval and its certainty."""
 
     capture: int
     hit: QuestionHit
-    why: tuple[reasons.WordReason, ...]
     sure: Chances
 
 
 def chances(
-    asked: AskedWords,
-    readings: Sequence[Reading],
-    hit: QuestionHit,
-    why: Sequence[reasons.WordReason],
+    asked: AskedWords, readings: Sequence[Reading], capture: int, hit: QuestionHit
 ) -> Chances:
     """Certainty of an answer to the readings of a question."""
     reading, kinds = readings[hit.reading], asked.learned.certainties
     unknown = Chances(None, (None,) * len(reading.parts))
     if any(map(counts_or_lasts, readings)):
         return unknown
-    requested = reasons.by_action(why)
     words = {asked.numbers[word] for each in readings for word in words_of_reading(each)}
-    if not asked.checked[list(words)].all():
-        return Chances(None, _of_parts(None, hit, reading, why, requested))
-    sure = asked.learned.word_certainty
-    if sure is None:
+    is_checked, sure = bool(asked.checked[list(words)].all()), asked.learned.word_certainty
+    if is_checked and sure is None:
         return unknown
-    excluded = [lowering.actions for lowering in reasons.lowerings(why)]
-    said = all(reason.written > 0.0 for reason in why if reason.exclusion < 0)
+    stated = [_with_captions(asked, capture, statement) for statement in hit.statements]
+    requested = [each for each in stated if each.statement.exclusion < 0]
+    parts = _of_parts(sure if is_checked else None, reading, requested)
+    if not is_checked or sure is None:
+        return Chances(None, parts)
+    numbers = sorted({s.exclusion for s in hit.statements if s.exclusion >= 0})
+    excluded = [[e.odds for e in stated if e.statement.exclusion == n] for n in numbers]
+    odds = [each.odds for each in requested]
+    said = all(each.is_said for each in requested)
     if len(readings) > 1:
         if not all(map(_is_one_action, readings)):
             return unknown
-        return chances_of_kind(kinds.either, requested[0], None, said)
+        return chances_of_kind(kinds.either, odds[0], None, said)
     if requested and excluded:
         if not len(requested) == len(excluded) == len(excluded[0]) == len(reading.parts) == 1:
             return unknown
-        return chances_of_kind(kinds.without, requested[0], excluded[0][0], said)
-    whole = regression.answer_probability(sure, requested, excluded)
-    return Chances(whole, _of_parts(sure, hit, reading, why, requested))
+        return chances_of_kind(kinds.without, odds[0], excluded[0][0], said)
+    return Chances(regression.answer_probability(sure, odds, excluded), parts)
+
+
+@dataclass(frozen=True)
+class _Stated:
+    """A statement, and what captions add to it."""
+
+    statement: Statement
+    odds: tuple[float, float]  # Its log-odds, and the part of them that captions add
+    is_said: bool  # Whether captions have all of its words
+
+
+def _with_captions(asked: AskedWords, capture: int, statement: Statement) -> _Stated:
+    """A statement about a capture, with what captions of the capture add to it."""
+    written = asked.evidence.written.get(capture)
+    if written is None:
+        return _Stated(statement, (statement.log_odds, 0.0), False)
+    starts = asked.learned.segments.starts[asked.learned.rows[capture]]
+    said = said_by_captions(written[:, list(statement.words)], starts, statement)
+    return _Stated(statement, (statement.log_odds, float(said.mean())), bool((said > 0.0).all()))
 
 
 def words_of_reading(reading: Reading) -> set[str]:
@@ -153,28 +172,22 @@ def chances_of_kind(
 
 
 def _of_parts(
-    sure: regression.Certainty | None,
-    hit: QuestionHit,
-    reading: Reading,
-    why: Sequence[reasons.WordReason],
-    requested: Sequence[tuple[float, float]],
+    sure: regression.Certainty | None, reading: Reading, requested: Sequence[_Stated]
 ) -> tuple[PartChance | None, ...]:
     """The certainty that a capture shows each part, unchecked without ``sure``."""
-    asked = [n for n, statement in enumerate(hit.statements) if statement.exclusion < 0]
     parts: list[PartChance | None] = []
     for k, part in enumerate(reading.parts):
-        of_part = {n for n in asked if hit.statements[n].part == k}
-        odds_of_part = [odds for n, odds in zip(asked, requested) if n in of_part]
-        if not part.actions or not odds_of_part:
+        of_part = [each for each in requested if each.statement.part == k]
+        if not part.actions or not of_part:
             parts.append(None)
             continue
-        by_caption = all(reason.written > 0.0 for reason in why if reason.action in of_part)
-        by_motion = [odds - said for odds, said in odds_of_part]
+        by_motion = [each.odds[0] - each.odds[1] for each in of_part]
         chance = None
         if sure is not None:
             by_motion = [float(sure.log_odds(np.array([odds]))) for odds in by_motion]
-            known = zip(by_motion, odds_of_part)
-            chance = prod(_probability(odds + said) for odds, (_, said) in known)
+            known = zip(by_motion, of_part)
+            chance = prod(_probability(odds + each.odds[1]) for odds, each in known)
+        by_caption = all(each.is_said for each in of_part)
         parts.append(PartChance(chance, prod(map(_probability, by_motion)), by_caption))
     return tuple(parts)
 
@@ -275,7 +288,7 @@ def reaches(
 
 
 def best_strength(
-    asked: AskedWords, found: Sequence[Found], threshold: float | None
+    asked: AskedWords, hits: Sequence[QuestionHit], threshold: float | None
 ) -> float | None:
     """Nats by which the least certain part of a question is more probable than usual.
 
@@ -284,65 +297,59 @@ def best_strength(
     None if there are no answers.
     """
     best: dict[int, dict[int, float]] = {}
-    for each in found:
-        parts = [statement.part for statement in each.hit.statements]
-        of_reading = best.setdefault(each.hit.reading, {})
-        whole = any(statement.exclusion >= 0 for statement in each.hit.statements)
-        for part in [-1] if whole else dict.fromkeys(parts):
-            actions = [n for n, of in enumerate(parts) if whole or of == part]
-            clear = strength(asked, each.why, threshold, actions)
+    usual_odds = usual(asked.word_map)
+    usually = cache(lambda words: float(usual_odds[list(words)].mean()))
+    for hit in hits:
+        of_reading = best.setdefault(hit.reading, {})
+        whole = any(statement.exclusion >= 0 for statement in hit.statements)
+        for part in [-1] if whole else dict.fromkeys(s.part for s in hit.statements):
+            stated = [
+                (statement.exclusion, statement.log_odds - usually(statement.words))
+                for statement in hit.statements
+                if whole or statement.part == part
+            ]
+            clear = _strength(stated, threshold)
             of_reading[part] = max(clear, of_reading.get(part, clear))
     return max((min(parts.values()) for parts in best.values() if parts), default=None)
 
 
-def is_doubtful(found: Sequence[Chances], replaced: float = 1.0) -> bool:
+def _strength(stated: Sequence[tuple[int, float]], threshold: float | None) -> float:
+    """Nats by which the least certain of some statements is more probable than usual.
+
+    `stated`: The number of the exclusion (-1: none) and these nats of each. For an excluded action,
+    the distance to the threshold changes its sign: a motion without the action matches if the
+    action itself would not.
+    """
+    clear = [over for exclusion, over in stated if exclusion < 0]
+    if threshold is not None:
+        for number in {n for n, _ in stated if n >= 0}:
+            clear.append(2.0 * threshold - min(over for n, over in stated if n == number))
+    return min(clear, default=0.0)
+
+
+def is_doubtful(
+    wholes: Iterable[float | None],
+    parts: Sequence[Sequence[PartChance | None]],
+    replaced: float = 1.0,
+) -> bool:
     """Whether each answer is more likely wrong than right, or some part not shown by any.
 
+    `wholes`, `parts`: The probability of each answer, looked at up to the first one that is likely,
+    and the certainty of its parts.
     `replaced`: Probability that words of the question may be replaced as they are.
 
-    >>> is_doubtful([Chances(0.6, ())]), is_doubtful([Chances(0.6, ())], 0.8)
+    >>> is_doubtful([0.6], [()]), is_doubtful([0.6], [()], 0.8)
     (False, True)
     """
-    wholes = [chances.whole for chances in found if chances.whole is not None]
-    if wholes and replaced * max(wholes) < LIKELY:
-        return True
-    known = [[p and p.probability for p in chances.parts] for chances in found]
-    same = [parts for parts in known if len(parts) == len(known[0])]
+    is_known = False
+    for whole in wholes:
+        if whole is not None and replaced * whole >= LIKELY:
+            break
+        is_known = is_known or whole is not None
+    else:
+        if is_known:
+            return True
+    known = [[p and p.probability for p in of] for of in parts]
+    same = [of for of in known if len(of) == len(known[0])]
     best = [max((p for p in of if p is not None), default=1.0) for of in zip(*same)]
     return any(p < LIKELY for p in best)
-
-
-def strength(
-    asked: AskedWords,
-    why: Sequence[reasons.WordReason],
-    threshold: float | None,
-    actions: Collection[int],
-) -> float:
-    """Nats by which the least certain of some actions of an answer is more probable than usual.
-
-    For an excluded action, the distance to the threshold changes its sign: a motion without the
-    action matches if the action itself would not.
-    """
-    usual_odds = usual(asked.word_map)
-
-    def usually(words: Sequence[reasons.WordReason]) -> float:
-        return float(np.mean([usual_odds[w.word] for w in words]))
-
-    requested = [w for w in why if w.exclusion < 0]
-    numbers = sorted({w.action for w in requested})
-    clear = [
-        odds - usually([w for w in requested if w.action == number])
-        for number, (odds, _) in zip(numbers, reasons.by_action(why))
-        if number in actions
-    ]
-    if threshold is None:
-        return min(clear, default=0.0)
-    for lowering in reasons.lowerings(why):
-        same_exclusion = [w for w in why if w.exclusion == lowering.exclusion]
-        numbers = sorted({w.action for w in same_exclusion})
-        over = min(
-            odds - usually([w for w in same_exclusion if w.action == number])
-            for number, (odds, _) in zip(numbers, lowering.actions)
-        )
-        clear.append(2.0 * threshold - over)
-    return min(clear, default=0.0)

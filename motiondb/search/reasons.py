@@ -95,19 +95,34 @@ def segment_shares(evidence: Evidence, low: int, high: int) -> FloatArray:
     return weights * (evidence.standardised @ evidence.slope) / (length if length > 0 else 1.0)
 
 
+def said_by_captions(written: FloatArray, starts: IntArray, statement: Statement) -> FloatArray:
+    """What captions add to words where a statement is evaluated: array (...).
+
+    Shapes: `written` (segments, ...): log-odds that captions add; `starts` (segments,).
+    """
+    said = (1.0 - statement.near) * written.max(axis=0)
+    for frame, share in statement.places:
+        said = said + statement.near * share * written[_segment_at(starts, frame)]
+    return np.asarray(said)
+
+
+def _segment_at(starts: IntArray, frame: int) -> int:
+    """The segment that holds a frame; `starts` (segments,)."""
+    return int(np.searchsorted(starts, frame, side="right")) - 1
+
+
 def explain_word(
     evidence: Evidence, word: int, action: int, statement: Statement, weight: float
 ) -> WordReason:
     """Decompose the contribution of one word of an action, with its weight in the answer."""
     whole = 1.0 - statement.near
     amounts = whole * segment_shares(evidence, 0, int(evidence.ends[-1]))
-    said = whole * float(evidence.written.max())
+    said = float(said_by_captions(evidence.written, evidence.starts, statement))
     for frame, share in statement.places:
-        peak = int(np.searchsorted(evidence.starts, frame, side="right")) - 1
+        peak = _segment_at(evidence.starts, frame)
         low = int(evidence.starts[peak]) - WINDOW_MARGIN
         high = int(evidence.ends[peak]) + WINDOW_MARGIN
         amounts = amounts + statement.near * share * segment_shares(evidence, low, high)
-        said += statement.near * share * float(evidence.written[peak])
     shares = tuple(
         SymbolShare(int(symbol), int(start) / MOTION_FPS, int(end) / MOTION_FPS, weight * amount)
         for symbol, start, end, amount in zip(

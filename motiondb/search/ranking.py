@@ -1,0 +1,124 @@
+"""The order of answers to a question in words, and whether any of them is likely right.
+
+Answers are found by their log-odds. Where a question asks for an order, or for what is measured in
+the motion, the first of them are ordered anew: those that are more likely right than wrong come
+first, and what the motion contradicts counts as much as a caption. Order and motion can only speak
+against an answer. So an answer is looked at only when its turn comes by what is known without, and
+most never are.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain
+
+import numpy as np
+
+from motiondb.meaning.by_question import QuestionHit
+from motiondb.meaning.word_evidence import SLACK, WRITTEN
+from motiondb.records import FloatArray, IntArray
+from motiondb.search.chances import LIKELY, Found, is_doubtful
+from motiondb.search.placing import Placed
+
+
+def likeliest_takes(
+    captures: IntArray,
+    bounds: FloatArray,
+    search: Callable[[int], QuestionHit | None],
+    limit: int,
+) -> list[tuple[int, QuestionHit]]:
+    """The captures with the largest log-odds, best first; of equal ones, the lowest numbers.
+
+    Shapes: `captures`, `bounds` (captures,): numbers, and what their log-odds are at most.
+    """
+    best: list[tuple[float, int, QuestionHit]] = []  # a heap, the worst first
+    for place in np.argsort(-bounds, kind="stable"):
+        if len(best) >= limit and (not best or bounds[place] + SLACK < best[0][0]):
+            break
+        capture = int(captures[place])
+        hit = search(capture)
+        if hit is None:
+            continue
+        heapq.heappush(best, (hit.log_odds, -capture, hit))
+        if len(best) > limit:
+            heapq.heappop(best)
+    return [(-number, hit) for _, number, hit in sorted(best, key=lambda b: (-b[0], -b[1]))]
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """The answers by which it is told whether anything matches, the largest log-odds first."""
+
+    answers: Sequence[Found]
+    place: Callable[[Found], Placed]  # Where a capture shows an answer; kept once it was asked for
+    is_checked: bool  # Whether order or motion are looked at, and can speak against an answer
+
+    def first(self, limit: int) -> list[Found]:
+        """The first answers; as few are placed as settle which they are."""
+        if not self.is_checked:
+            return list(self.answers[:limit])
+        # in a heap; answers of one rank stay in their order
+        waiting = [(*_rank(each, None), n, False) for n, each in enumerate(self.answers)]
+        heapq.heapify(waiting)
+        first = list[Found]()
+        while waiting and len(first) < limit:
+            *_, n, is_placed = heapq.heappop(waiting)
+            answer = self.answers[n]
+            if is_placed:
+                first.append(answer)
+            else:
+                heapq.heappush(waiting, (*_rank(answer, self.place(answer)), n, True))
+        return first
+
+    def settled(self, answer: Found) -> Found:
+        """An answer without a probability where order or motion speak against it.
+
+        How often such an answer is right was not measured.
+        """
+        if not self.is_checked or not _is_against(self.place(answer)):
+            return answer
+        return replace(answer, sure=replace(answer.sure, whole=None))
+
+    def is_doubtful(self, first: Sequence[Found], is_known: bool, replaced: float) -> bool:
+        """Whether each answer is more likely wrong than right, or some part is shown by none.
+
+        `first`: The first answers, which are looked at before the others. `is_known`: Whether own
+        captions have checked the words. `replaced`: As in ``chances.is_doubtful``.
+        """
+        wholes = (
+            each.sure.whole if (each.sure.whole or 0.0) < LIKELY else self.settled(each).sure.whole
+            for each in chain(first, self.answers)
+        )
+        if is_doubtful(wholes, [each.sure.parts for each in self.answers], replaced):
+            return True
+
+        def is_wrong(answer: Found) -> bool:
+            if not is_known:
+                return bool(self.place(answer).contradicted)
+            is_placed = self.is_checked or answer in first
+            return _is_weak(answer) or (is_placed and _is_against(self.place(answer)))
+
+        return (is_known or self.is_checked) and all(map(is_wrong, chain(first, self.answers)))
+
+
+def _rank(answer: Found, placed: Placed | None) -> tuple[bool, float]:
+    """Sorts answers: probable ones first; a contradiction counts as much as a caption.
+
+    Without its places, an answer comes as early as it can.
+    """
+    is_weak = _is_weak(answer) or (placed is not None and _is_against(placed))
+    is_contradicted = placed is not None and bool(placed.contradicted)
+    return is_weak, WRITTEN * is_contradicted - answer.hit.log_odds
+
+
+def _is_weak(answer: Found) -> bool:
+    """Whether an answer is more likely wrong than right, before its motion is looked at."""
+    whole = answer.sure.whole
+    return answer.hit.log_odds < 0.0 if whole is None else whole < LIKELY
+
+
+def _is_against(placed: Placed) -> bool:
+    """Whether the frames show another order, or contradict the question as measured."""
+    return placed.in_order is False or bool(placed.contradicted)
