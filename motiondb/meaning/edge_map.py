@@ -88,20 +88,12 @@ class EdgeMap:
 
         Shapes: `frames` (frames, D).
         """
-        (evidence,) = self.evidence_of_each(frames, [words])
-        return evidence
+        return self.of_cues(frame_cues(frames), words)
 
-    def evidence_of_each(
-        self, frames: Float32Array | FloatArray, groups: Sequence[Sequence[int]]
-    ) -> list[FloatArray]:
-        """As :meth:`evidence`, of several groups of words."""
-        cues = (frame_cues(frames) - self.centre) / self.spread
-        return [
-            np.asarray(
-                cues @ self.weights[:, list(words)].mean(axis=1) + self.floors[list(words)].mean()
-            )
-            for words in groups
-        ]
+    def of_cues(self, cues: FloatArray, words: Sequence[int]) -> FloatArray:
+        """As :meth:`evidence`, from the cues of the frames: array (frames, cues)."""
+        slopes = self.weights[:, list(words)].mean(axis=1) / self.spread
+        return np.asarray(cues @ slopes + (self.floors[list(words)].mean() - self.centre @ slopes))
 
 
 @dataclass(frozen=True, eq=False)

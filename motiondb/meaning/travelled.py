@@ -162,18 +162,21 @@ def ways(
     turning and travelling do. What stays in place has no way.
     """
     counted = np.ones(len(speeds)) if shown is None else shown
-    kept, turned = speeds * counted[:, None], lasting_turns(speeds, fps) * counted
-    aside = _along(kept, 0, fps) / fps
+    kept = speeds * counted[:, None]
     if direction in ("forward", "backward", "back"):
         sign = 1.0 if direction == "forward" else -1.0
         return [sign * _along(kept, 1, fps) / fps / LEAST[direction]]
     if direction == "sideways":
+        aside = _along(kept, 0, fps) / fps
         return [sign * aside / LEAST[direction] for sign in (1.0, -1.0)]
+    turned = lasting_turns(speeds, fps) * counted
     least = SPUN if turn == "spin" else LEAST[direction]
     if direction == "around":
         return [sign * turned / least for sign in (1.0, -1.0)]
     sign = 1.0 if direction == "left" else -1.0
-    return [sign * turned / least, *([] if turn else [sign * aside / LEAST["sideways"]])]
+    if turn:
+        return [sign * turned / least]
+    return [sign * turned / least, sign * _along(kept, 0, fps) / fps / LEAST["sideways"]]
 
 
 def lasting_turns(speeds: FloatArray, fps: float) -> FloatArray:

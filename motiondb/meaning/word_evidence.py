@@ -36,6 +36,7 @@ from motiondb.symbols.hmm_jobs import one_blas_thread
 T = TypeVar("T")
 WRITTEN = 4.0  # Log-odds added by a word written about the interval: captions are rarely wrong
 UNWRITTEN = -1.0  # Log-odds added by a word missing from a caption: captions are rarely complete
+KEPT = 256  # Captures whose evidence of captions is kept: some 3 MB
 WINDOW_MARGIN = 22  # Frames (0.75 s) by which a window extends beyond its segment on both sides
 
 
@@ -94,15 +95,26 @@ def with_likeness(odds: FloatArray, likeness: FloatArray) -> FloatArray:
 
 
 class WhenAsked(Mapping[int, T]):
-    """Values by capture that are made when they are asked for, and not kept."""
+    """Values by capture that are made when they are asked for.
 
-    def __init__(self, captures: Iterable[int], make: Callable[[int], T]) -> None:
+    Those that were asked for last are kept, up to a number.
+    """
+
+    def __init__(self, captures: Iterable[int], make: Callable[[int], T], n_kept: int = 0) -> None:
         self._captures, self._make = dict.fromkeys(captures), make
+        self._n_kept, self._kept = n_kept, dict[int, T]()
 
     def __getitem__(self, capture: int) -> T:
         if capture not in self._captures:
             raise KeyError(capture)
-        return self._make(capture)
+        if not self._n_kept:
+            return self._make(capture)
+        value = self._kept.get(capture)
+        if value is None:
+            value = self._kept[capture] = self._make(capture)
+            for old in list(self._kept)[: -self._n_kept]:
+                self._kept.pop(old, None)
+        return value
 
     def __contains__(self, capture: object) -> bool:
         return capture in self._captures
@@ -319,4 +331,4 @@ def caption_evidence(
         starts, ends = table.starts[inside], table.ends[inside]
         return written_evidence(len(starts), spans[capture], starts, ends, len(number))
 
-    return WhenAsked([capture for capture in rows if capture in spans], make)
+    return WhenAsked([capture for capture in rows if capture in spans], make, KEPT)

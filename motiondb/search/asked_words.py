@@ -40,6 +40,7 @@ from motiondb.meaning.limb_sides import LEGS
 from motiondb.meaning.place_fitting import Written, interval_evidence
 from motiondb.meaning.regression import probability
 from motiondb.meaning.word_evidence import (
+    KEPT,
     UNWRITTEN,
     WRITTEN,
     TakeEvidence,
@@ -426,7 +427,7 @@ def without_words_apart(
         evidence.table,
         evidence.rows,
         evidence.odds,
-        WhenAsked(evidence.written, make),
+        WhenAsked(evidence.written, make, KEPT),
         evidence.extremes,  # still bounds, as nothing that is asked for grows
     )
     return replace(asked, heard=heard)

@@ -49,6 +49,7 @@ from motiondb.search.chances import (
 from motiondb.search.measured_answers import compare_with_motion
 from motiondb.search.ranking import Judged, likeliest_takes
 from motiondb.search.reasons import Explanation, explain, explain_hit
+from motiondb.search.seen_frames import Features, SeenFrames
 from motiondb.search.takings import Taking, say_not_understood, with_notation
 
 LOOKED_AT = 10  # Answers by which it is told whether anything matches, however many are shown
@@ -194,7 +195,7 @@ def search_words(
     allowed: Sequence[int],
     limit: int = 10,
     written: bool = True,
-    features: placing.Features | None = None,
+    features: Features | None = None,
 ) -> WordAnswer:
     """The intervals that show what a question asks for, best first.
 
@@ -289,7 +290,7 @@ def find(
 def _place(
     question: AskedQuestion,
     answer: Found,
-    features: placing.Features | None,
+    features: Features | None,
 ) -> placing.Placed:
     """Where a capture shows the parts of an answer, by segments and then by frames."""
     asked, capture = question.asked, answer.capture
@@ -297,9 +298,10 @@ def _place(
     places = placing.place_answer(asked, capture, answer.hit, reading, answer.sure.parts)
     placed = placing.Placed(places)
     if features is not None:
-        placed = placing.refine_places(asked, capture, reading, places, features)
+        seen = SeenFrames(asked.learned, capture, features)
+        placed = placing.refine_places(asked, seen, reading, places)
         if question.is_measured:
-            placed = compare_with_motion(question, capture, placed, features)
+            placed = compare_with_motion(question, seen, placed)
     return placing.sure_of_whole(placed, asked.learned.captures[capture].motion_frames)
 
 

@@ -89,7 +89,7 @@ def chances(
     is_checked, sure = bool(asked.checked[list(words)].all()), asked.learned.word_certainty
     if is_checked and sure is None:
         return unknown
-    stated = [_with_captions(asked, capture, statement) for statement in hit.statements]
+    stated = _with_captions(asked, capture, hit.statements)
     requested = [each for each in stated if each.statement.exclusion < 0]
     parts = _of_parts(sure if is_checked else None, reading, requested)
     if not is_checked or sure is None:
@@ -118,14 +118,18 @@ class _Stated:
     is_said: bool  # Whether captions have all of its words
 
 
-def _with_captions(asked: AskedWords, capture: int, statement: Statement) -> _Stated:
-    """A statement about a capture, with what captions of the capture add to it."""
+def _with_captions(
+    asked: AskedWords, capture: int, statements: Sequence[Statement]
+) -> list[_Stated]:
+    """Statements about a capture, with what captions of the capture add to them."""
     written = asked.evidence.written.get(capture)
     if written is None:
-        return _Stated(statement, (statement.log_odds, 0.0), False)
-    starts = asked.learned.segments.starts[asked.learned.rows[capture]]
-    said = said_by_captions(written[:, list(statement.words)], starts, statement)
-    return _Stated(statement, (statement.log_odds, float(said.mean())), bool((said > 0.0).all()))
+        return [_Stated(each, (each.log_odds, 0.0), False) for each in statements]
+    starts, stated = asked.learned.segments.starts[asked.learned.rows[capture]], []
+    for each in statements:
+        said = said_by_captions(written[:, list(each.words)], starts, each)
+        stated.append(_Stated(each, (each.log_odds, float(said.mean())), bool(said.min() > 0.0)))
+    return stated
 
 
 def words_of_reading(reading: Reading) -> set[str]:

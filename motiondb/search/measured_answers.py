@@ -51,24 +51,23 @@ from motiondb.search.asking import (
     excluded_words,
     measured_words,
 )
-from motiondb.search.placing import Features, PartPlace, Placed
+from motiondb.search.placing import PartPlace, Placed
+from motiondb.search.seen_frames import SeenFrames
 
 LEAST_LOOKED_AT = 30  # Feature frames (2 s) in which "in place" is measured
 OTHER = {"left": "right", "right": "left"}
 
 
-def compare_with_motion(
-    question: AskedQuestion, capture: int, placed: Placed, features: Features
-) -> Placed:
+def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Placed) -> Placed:
     """Places with what the motion contradicts; parts go where their directions are seen."""
     asked, (reading,) = question.asked, question.readings
-    said = asked.evidence.written.get(capture)
+    said = asked.evidence.written.get(seen.capture)
     believed = {
         word
         for word in MODIFIERS.intersection(asked.numbers)
         if said is not None and said[:, asked.numbers[word]].max() > 0.0
     }
-    frames, places, contradicted = features(capture), list(placed.parts), list[str]()
+    frames, places, contradicted = seen.features, list(placed.parts), list[str]()
     for k, part in enumerate(reading.parts):
         room = slice(
             -(-places[k - 1].end // FEATURE_STEP) if k else 0,
@@ -78,11 +77,9 @@ def compare_with_motion(
             if not measured_words(action):
                 continue
             shown = np.zeros((2, len(frames)), dtype=bool)
-            shown[0, room] = _frames_that_show(asked, capture, action, places[k], features)[room]
+            shown[0, room] = _frames_that_show(asked, seen, action, places[k])[room]
             shown[1, room] = True
-            against, place = _compare_action(
-                frames, action, believed, places[k], shown, part.seconds
-            )
+            against, place = _compare_action(seen, action, believed, places[k], shown, part.seconds)
             alone = len(part.actions) == 1 and len(directions_to_measure(action)) == 1
             # of several directions, one place would have to show all
             if not alone and (place.start, place.end) != (places[k].start, places[k].end):
@@ -102,7 +99,7 @@ def compare_with_motion(
 
 
 def _compare_action(
-    frames: Float32Array,
+    seen: SeenFrames,
     action: Sequence[str],
     believed: Collection[str],
     place: PartPlace,
@@ -111,17 +108,17 @@ def _compare_action(
 ) -> tuple[list[str], PartPlace]:
     """What the motion has against an action of some seconds, and where its directions are seen.
 
-    Shapes: `frames` (frames, 130); `shown` (2, frames): which frames show the action by its
-    evidence, and which may show it where captions say so.
+    Shapes: `shown` (2, frames): which frames show the action by its evidence, and which may show it
+    where captions say so.
     """
     against = [
         say_other_limb(side, limb)
         for side, limb in limbs_to_measure(action)
         if side not in believed
-        and _is_otherwise(limb_speeds(frames, limb, action), side, place, shown[0])
+        and _is_otherwise(limb_speeds(seen.features, limb, action), side, place, shown[0])
     ]
     for direction in directions_to_measure(action):
-        speeds, is_said = speeds_of(frames), direction in believed
+        speeds, is_said = seen.speeds, direction in believed
         ways = _ways(speeds, direction, action, place, shown[int(is_said)], seconds)
         if ways is not None:
             place = place if place.unknown else _moved(place, *ways)
@@ -211,20 +208,18 @@ def _moved(place: PartPlace, first: int, behind: int) -> PartPlace:
 
 
 def _frames_that_show(
-    asked: AskedWords, capture: int, action: Sequence[str], place: PartPlace, features: Features
+    asked: AskedWords, seen: SeenFrames, action: Sequence[str], place: PartPlace
 ) -> NDArray[np.bool_]:
     """Which feature frames are those of a place, or reach half of the evidence of an action.
 
     Directions and limbs are left out of the evidence; of words whose places were not learned there
     is none.
     """
-    frames = asked.learned.frames_of(capture, features)
-    shown = np.zeros(len(frames), dtype=bool)
+    shown = np.zeros(len(seen.features), dtype=bool)
     shown[_inside(place)] = True
-    edges, placed = asked.learned.edges, asked.learned.placed
     known = [word for word in action if word in asked.numbers and word not in MODIFIERS]
-    words = [asked.numbers[word] for word in known]
-    if words and edges is not None and placed is not None and placed.words.issuperset(words):
-        evidence = averaged(edges.evidence(frames, words))
-        shown |= evidence >= HALF * max(float(evidence.max()), 0.0)
+    evidence = seen.evidence([asked.numbers[word] for word in known])
+    if evidence is not None:
+        smooth = averaged(evidence)
+        shown |= smooth >= HALF * max(float(smooth.max()), 0.0)
     return shown

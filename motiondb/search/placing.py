@@ -21,7 +21,7 @@ then it shows one long activity, and not a short action with something else arou
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,12 +32,10 @@ from motiondb.meaning import by_question
 from motiondb.meaning.by_question import PlacedReading, QuestionHit
 from motiondb.meaning.edge_map import HALF, averaged, lay_in_order, refine_interval
 from motiondb.meaning.place_certainty import PlaceCertainty, count_performers, interval_cues
-from motiondb.records import Float32Array, FloatArray
+from motiondb.records import FloatArray
 from motiondb.search.asked_words import AskedWords
 from motiondb.search.chances import LIKELY, PartChance
-
-Features = Callable[[int], Float32Array]
-"""Capture number -> recognition features (frames, 130), 15 a second."""
+from motiondb.search.seen_frames import SeenFrames
 
 AROUND = 15  # Feature frames (1 s) around the segments of an order that may belong to it
 NARROW = 0.6
@@ -115,11 +113,7 @@ def place_answer(
 
 
 def refine_places(
-    asked: AskedWords,
-    capture: int,
-    reading: Reading,
-    places: Sequence[PartPlace],
-    features: Features,
+    asked: AskedWords, seen: SeenFrames, reading: Reading, places: Sequence[PartPlace]
 ) -> Placed:
     """Places with the boundaries that the evidence for each frame gives.
 
@@ -130,7 +124,7 @@ def refine_places(
     Actions in order are placed anew, near their places by segments, unless one of them keeps its
     frames.
     """
-    edges, placed = asked.learned.edges, asked.learned.placed
+    capture, edges, placed = seen.capture, asked.learned.edges, asked.learned.placed
     known = frozenset[int]() if placed is None else placed.words
     groups = [_words(asked, part) for part in reading.parts]
     fixed = [
@@ -145,13 +139,11 @@ def refine_places(
     kept = [not ordered and (fix or place.unknown) for fix, place in zip(fixed, places)]
     if edges is None or (all(kept) and not is_order(reading)):
         return Placed(tuple(places))
-    frames = asked.learned.frames_of(capture, features)
-    learned = [k for k, words in enumerate(groups) if words and known.issuperset(words)]
-    each = edges.evidence_of_each(frames, [groups[k] for k in learned])
+    each = {k: seen.evidence(words) for k, words in enumerate(groups)}
+    evidence = {k: found for k, found in each.items() if found is not None}
     if ordered:
-        return _ordered(places, np.stack(each))
-    evidence = dict(zip(learned, each))
-    bounds = [0, *(place.start for place in places[1:]), FEATURE_STEP * len(frames)]
+        return _ordered(places, np.stack([*evidence.values()]))
+    bounds = [0, *(place.start for place in places[1:]), FEATURE_STEP * len(seen.features)]
     refined, end = [], 0
     for k, place in enumerate(places):
         if k in evidence and not kept[k]:
