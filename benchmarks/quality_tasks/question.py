@@ -192,7 +192,9 @@ def _chances(kind: str, hit: QuestionHit, sure: Certainties) -> tuple[float, flo
     if kind == "not a":
         if sure.words is None:
             return 0.5, 0.5
-        one = certainty.answer_probability(sure.words, [], [[(value, 0.0)] for value in excluded])
+        log_odds = [sure.words.log_odds(np.array([value])) for value in excluded]
+        shown = [[float(certainty.probability(each))] for each in log_odds]
+        one = certainty.answer_probability([], shown)
         return one, one
     of_kind = sure.either if kind == "a or b" else sure.without
     told = chances_of_kind(of_kind, (asked[0], 0.0), (excluded[0], 0.0) if excluded else None)

@@ -26,9 +26,10 @@ hands" probable. The answer's log-odds are those of all statements together, ass
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
-from operator import itemgetter
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -162,18 +163,21 @@ def ordered_peaks(values: FloatArray) -> list[int] | None:
     n_actions, n_segments = values.shape
     if n_segments < n_actions:
         return None
-    best = np.full((n_actions, n_segments), -np.inf)
-    back = np.zeros((n_actions, n_segments), dtype=np.int64)
-    best[0] = values[0]
-    for k in range(1, n_actions):
-        top, arg = -np.inf, 0
+    first, *others = values.tolist()  # lists, since most captures have few segments
+    best, backs = first, []
+    for row in others:
+        top, arg = -math.inf, 0
+        new, back = [-math.inf], [0]
         for i in range(1, n_segments):
-            if best[k - 1, i - 1] > top:
-                top, arg = best[k - 1, i - 1], i - 1
-            best[k, i], back[k, i] = top + values[k, i], arg
-    path = [int(np.argmax(best[-1]))]
-    for k in range(n_actions - 1, 0, -1):
-        path.append(int(back[k, path[-1]]))
+            if best[i - 1] > top:
+                top, arg = best[i - 1], i - 1
+            new.append(top + row[i])
+            back.append(arg)
+        best = new
+        backs.append(back)
+    path = [best.index(max(best))]
+    for back in reversed(backs):
+        path.append(back[path[-1]])
     return path[::-1]
 
 
@@ -273,7 +277,7 @@ def search_take(
     take: TakeScores,
     readings: Sequence[Reading],
     number: Mapping[str, int],
-    verbs: Collection[str] | None = None,
+    verbs: frozenset[str] | None = None,
 ) -> QuestionHit | None:
     """The best interval of a capture over all readings of a question.
 
@@ -281,8 +285,7 @@ def search_take(
     them no head bounds its action.
     """
     seen: dict[int, _Seen] = {}
-    hits = [_search_reading(seen, take, reading, number, verbs) for reading in readings]
-    hits = [None if hit is None else replace(hit, reading=n) for n, hit in enumerate(hits)]
+    hits = [_search_reading(seen, take, readings, n, number, verbs) for n in range(len(readings))]
     fitting = [hit for hit in hits if hit is not None]
     return max(fitting, key=lambda hit: hit.log_odds, default=None)
 
@@ -348,11 +351,13 @@ def joint_statements(asked: Sequence[float], excluded: Sequence[float]) -> float
 def _search_reading(
     known: dict[int, _Seen],
     take: TakeScores,
-    reading: Reading,
+    readings: Sequence[Reading],
+    n: int,
     number: Mapping[str, int],
-    verbs: Collection[str] | None,
+    verbs: frozenset[str] | None,
 ) -> QuestionHit | None:
-    """The best interval for one reading; ``known`` caches the result for each number of parts."""
+    """The best interval for reading n; ``known`` caches the result for each number of parts."""
+    reading = readings[n]
     n_parts = len(reading.parts)
     seen = known.get(n_parts)
     if seen is None:
@@ -365,7 +370,7 @@ def _search_reading(
     statements = [*seen.asked(reading.parts, values, runs, parts), *seen.excluded(reading, parts)]
     frames = tuple((int(take.starts[a]), int(take.ends[b - 1])) for a, b in parts)
     log_odds = joint_statements(*split_statements(statements))
-    return QuestionHit(frames[0][0], frames[-1][1], log_odds, frames, tuple(statements))
+    return QuestionHit(frames[0][0], frames[-1][1], log_odds, frames, tuple(statements), n)
 
 
 def _is_too_short(take: TakeScores, reading: Reading) -> bool:
@@ -414,13 +419,13 @@ class _Seen:
         self,
         take: TakeScores,
         number: Mapping[str, int],
-        verbs: Collection[str] | None = None,
+        verbs: frozenset[str] | None = None,
     ) -> None:
         self.take = take
         self.number = number
         self.verbs = verbs
-        self.frames = (take.ends - take.starts).astype(np.float64)
         self.values: dict[tuple[str, ...], FloatArray] = {}
+        self.wholes: dict[tuple[str, ...], float] = {}
 
     def columns(self, action: Sequence[str]) -> list[int]:
         return [self.number[word] for word in action]
@@ -428,8 +433,14 @@ class _Seen:
     def action(self, action: tuple[str, ...]) -> FloatArray:
         """Values of an action: array (segments,)."""
         if action not in self.values:
-            self.values[action] = self.take.windows[:, self.columns(action)].mean(axis=1)
+            self.values[action] = _mean_of(self.take.windows, self.columns(action))
         return self.values[action]
+
+    def whole(self, action: tuple[str, ...]) -> float:
+        """Value of an action in the whole capture."""
+        if action not in self.wholes:
+            self.wholes[action] = float(_mean_of(self.take.whole, self.columns(action)))
+        return self.wholes[action]
 
     def part(self, reading: Reading, k: int) -> FloatArray:
         """Values of a part of a reading: array (segments,)."""
@@ -486,7 +497,7 @@ class _Seen:
         """Segments at which a part is evaluated, with weights: the strongest, or all of its run."""
         if part.seconds <= 0.0:
             return [(span[0] + int(np.argmax(values[span[0] : span[1]])), 1.0)]
-        frames = self.frames[run[0] : run[1]]
+        frames = (self.take.ends - self.take.starts)[run[0] : run[1]]
         return [(run[0] + i, float(f / frames.sum())) for i, f in enumerate(frames)]
 
     def _statement(
@@ -497,12 +508,12 @@ class _Seen:
         look: Sequence[tuple[int, float]],
         near: float,
     ) -> Statement:
-        bounds = [action]
+        bounds: tuple[tuple[str, ...], ...] = (action,)
         if exclusion < 0 and len(action) > 1 and self.verbs is not None:
-            bounds += [(head,) for head in heads_of(action, self.verbs)]
-        log_odds, of = min(
-            ((self._log_odds(words, look, near), words) for words in bounds), key=itemgetter(0)
-        )
+            bounds += _heads_alone(action, self.verbs)
+        odds = [self._log_odds(words, look, near) for words in bounds]
+        log_odds = min(odds)
+        of = bounds[odds.index(log_odds)]
         places = tuple((int(self.take.starts[i]), weight) for i, weight in look)
         return Statement(tuple(self.columns(of)), part, exclusion, places, near, log_odds)
 
@@ -511,6 +522,18 @@ class _Seen:
     ) -> float:
         """Log-odds of an action at the segments of a look and of the whole capture."""
         values = self.action(action)
-        inside = sum(weight * float(values[i]) for i, weight in look)
-        whole = float(self.take.whole[self.columns(action)].mean())
-        return near * inside + (1.0 - near) * whole
+        inside = sum([weight * float(values[i]) for i, weight in look])
+        return near * inside + (1.0 - near) * self.whole(action)
+
+
+def _mean_of(values: FloatArray, columns: Sequence[int]) -> FloatArray:
+    """Mean over some columns: array (...); `values` (..., words)."""
+    if len(columns) == 1:  # most actions are one word
+        return values[..., columns[0]]
+    return np.asarray(values[..., columns].mean(axis=-1))
+
+
+@lru_cache(maxsize=256)
+def _heads_alone(action: tuple[str, ...], verbs: frozenset[str]) -> tuple[tuple[str, ...], ...]:
+    """The heads of an action, each as an action of one word."""
+    return tuple((head,) for head in heads_of(action, verbs))

@@ -45,6 +45,7 @@ Source: Platt, Probabilistic outputs for support vector machines (1999).
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -332,32 +333,16 @@ def probability(log_odds: FloatArray | float) -> FloatArray:
     return np.asarray(1.0 / (1.0 + np.exp(-np.clip(log_odds, -50.0, 50.0))))
 
 
-def answer_probability(
-    sure: Certainty,
-    asked: Sequence[tuple[float, float]],
-    excluded: Sequence[Sequence[tuple[float, float]]],
-) -> float:
-    """Calibrated probability that an answer shows all requested actions and no excluded one.
+def answer_probability(asked: Sequence[float], excluded: Sequence[Sequence[float]]) -> float:
+    """Probability that an answer shows all requested actions and no exclusion, if independent.
 
-    `asked`: For each action its log-odds, and the part of them that captions add, which is not
-    calibrated; `excluded`: the same for the actions of every exclusion.
+    `asked`, `excluded`: The probability of each requested action, and of each one of every
+    exclusion, which holds if all of its actions are shown.
 
-    >>> sure = Certainty(np.array([1.0]), 0.0, 0.0)
-    >>> answer_probability(sure, [(0.0, 0.0)], [[(0.0, 0.0)]])
-    0.25
+    >>> answer_probability([0.5], [[0.5, 0.5]])
+    0.375
     """
-
-    def shown(actions: Sequence[tuple[float, float]]) -> float:
-        result = 1.0
-        for log_odds, said in actions:
-            by_motion = float(sure.log_odds(np.array([log_odds - said])))
-            result *= float(probability(by_motion + said))
-        return result
-
-    result = shown(asked)
-    for actions in excluded:
-        result *= 1.0 - shown(actions)
-    return result
+    return math.prod(asked) * math.prod(1.0 - math.prod(actions) for actions in excluded)
 
 
 def fit_logistic(

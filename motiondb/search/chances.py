@@ -23,6 +23,7 @@ does.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -89,24 +90,27 @@ def chances(
     is_checked, sure = bool(asked.checked[list(words)].all()), asked.learned.word_certainty
     if is_checked and sure is None:
         return unknown
-    stated = _with_captions(asked, capture, hit.statements)
+    stated = _with_captions(asked, capture, hit.statements, sure if is_checked else None)
     requested = [each for each in stated if each.statement.exclusion < 0]
-    parts = _of_parts(sure if is_checked else None, reading, requested)
-    if not is_checked or sure is None:
+    parts = _of_parts(is_checked, reading, requested)
+    if not is_checked:
         return Chances(None, parts)
     numbers = sorted({s.exclusion for s in hit.statements if s.exclusion >= 0})
-    excluded = [[e.odds for e in stated if e.statement.exclusion == n] for n in numbers]
-    odds = [each.odds for each in requested]
+    excluded = [[e for e in stated if e.statement.exclusion == n] for n in numbers]
     said = all(each.is_said for each in requested)
     if len(readings) > 1:
         if not all(map(_is_one_action, readings)):
             return unknown
-        return chances_of_kind(kinds.either, odds[0], None, said)
+        return chances_of_kind(kinds.either, requested[0].odds, None, said)
     if requested and excluded:
         if not len(requested) == len(excluded) == len(excluded[0]) == len(reading.parts) == 1:
             return unknown
-        return chances_of_kind(kinds.without, odds[0], excluded[0][0], said)
-    return Chances(regression.answer_probability(sure, odds, excluded), parts)
+        return chances_of_kind(kinds.without, requested[0].odds, excluded[0][0].odds, said)
+    whole = regression.answer_probability(
+        [each.probability for each in requested],
+        [[each.probability for each in of] for of in excluded],
+    )
+    return Chances(whole, parts)
 
 
 @dataclass(frozen=True)
@@ -114,22 +118,39 @@ class _Stated:
     """A statement, and what captions add to it."""
 
     statement: Statement
-    odds: tuple[float, float]  # Its log-odds, and the part of them that captions add
+    said: float  # The part of its log-odds that captions add, which is not calibrated
     is_said: bool  # Whether captions have all of its words
+    by_motion: float  # The rest of its log-odds; calibrated where the words are checked
+
+    @property
+    def odds(self) -> tuple[float, float]:
+        """Its log-odds before they are calibrated, and the part that captions add."""
+        return self.statement.log_odds, self.said
+
+    @property
+    def probability(self) -> float:
+        """The probability that it holds."""
+        return _probability(self.by_motion + self.said)
 
 
 def _with_captions(
-    asked: AskedWords, capture: int, statements: Sequence[Statement]
+    asked: AskedWords,
+    capture: int,
+    statements: Sequence[Statement],
+    sure: regression.Certainty | None,
 ) -> list[_Stated]:
     """Statements about a capture, with what captions of the capture add to them."""
     written = asked.evidence.written.get(capture)
-    if written is None:
-        return [_Stated(each, (each.log_odds, 0.0), False) for each in statements]
-    starts, stated = asked.learned.segments.starts[asked.learned.rows[capture]], []
-    for each in statements:
-        said = said_by_captions(written[:, list(each.words)], starts, each)
-        stated.append(_Stated(each, (each.log_odds, float(said.mean())), bool(said.min() > 0.0)))
-    return stated
+    said, is_said = [0.0] * len(statements), [False] * len(statements)
+    if written is not None:
+        starts = asked.learned.segments.starts[asked.learned.rows[capture]]
+        for n, each in enumerate(statements):
+            of_words = said_by_captions(written[:, list(each.words)], starts, each)
+            said[n], is_said[n] = float(of_words.mean()), bool(of_words.min() > 0.0)
+    by_motion = np.array([each.log_odds for each in statements]) - said
+    if sure is not None:
+        by_motion = sure.log_odds(by_motion[:, None])
+    return list(map(_Stated, statements, said, is_said, by_motion.tolist()))
 
 
 def words_of_reading(reading: Reading) -> set[str]:
@@ -176,28 +197,24 @@ def chances_of_kind(
 
 
 def _of_parts(
-    sure: regression.Certainty | None, reading: Reading, requested: Sequence[_Stated]
+    is_checked: bool, reading: Reading, requested: Sequence[_Stated]
 ) -> tuple[PartChance | None, ...]:
-    """The certainty that a capture shows each part, unchecked without ``sure``."""
+    """The certainty that a capture shows each part."""
     parts: list[PartChance | None] = []
     for k, part in enumerate(reading.parts):
         of_part = [each for each in requested if each.statement.part == k]
         if not part.actions or not of_part:
             parts.append(None)
             continue
-        by_motion = [each.odds[0] - each.odds[1] for each in of_part]
-        chance = None
-        if sure is not None:
-            by_motion = [float(sure.log_odds(np.array([odds]))) for odds in by_motion]
-            known = zip(by_motion, of_part)
-            chance = prod(_probability(odds + each.odds[1]) for odds, each in known)
-        by_caption = all(each.is_said for each in of_part)
-        parts.append(PartChance(chance, prod(map(_probability, by_motion)), by_caption))
+        chance = prod(each.probability for each in of_part) if is_checked else None
+        by_motion = prod(_probability(each.by_motion) for each in of_part)
+        parts.append(PartChance(chance, by_motion, all(each.is_said for each in of_part)))
     return tuple(parts)
 
 
 def _probability(log_odds: float) -> float:
-    return float(regression.probability(log_odds))
+    """As ``regression.probability``, of one number."""
+    return 1.0 / (1.0 + math.exp(-min(max(log_odds, -50.0), 50.0)))
 
 
 @dataclass(frozen=True)

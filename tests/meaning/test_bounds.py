@@ -18,7 +18,7 @@ from motiondb.meaning.word_evidence import (
     take_extremes,
     upper_bounds,
 )
-from motiondb.search.by_words import likeliest_takes
+from motiondb.search.ranking import likeliest_takes
 
 NUMBER = {"walk": 0, "turn": 1, "sit": 2}
 QUESTIONS = (

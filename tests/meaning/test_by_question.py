@@ -14,7 +14,6 @@ from made_takes import WALK_TURN_SIT, all_of, take
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import readings
 from motiondb.meaning import by_question, word_evidence
-from motiondb.meaning import regression as certainty
 from motiondb.records import FloatArray
 from motiondb.search import reasons
 
@@ -241,14 +240,3 @@ def test_lowerings_sum_exactly_to_the_total(parts: list[list[float]], n_asked: i
     assert reasons.total(why) == pytest.approx(word_evidence.joint_log_odds(statements), abs=1e-8)
     for one in lowered[0 if n_asked else 1 :]:
         assert one.amount <= 1e-12
-
-
-def test_probability_of_an_answer_by_hand() -> None:
-    sure = certainty.Certainty(np.array([2.0]), -1.0, 0.0)
-    shown = 1 / (1 + math.exp(-(2.0 * 0.5 - 1.0)))  # 1/2
-    written = 1 / (1 + math.exp(-(2.0 * 1.0 - 1.0 + 1.0)))
-    assert certainty.answer_probability(sure, [(0.5, 0.0)], []) == pytest.approx(shown)
-    actual = certainty.answer_probability(sure, [(0.5, 0.0)], [[(2.0, 1.0)]])
-    assert actual == pytest.approx(shown * (1 - written))
-    together = certainty.answer_probability(sure, [], [[(0.5, 0.0), (2.0, 1.0)]])
-    assert together == pytest.approx(1 - shown * written)
