@@ -27,6 +27,9 @@ _LEAST = 0.008  # Seconds of work for which it is worth to start threads. By han
 class Workers(Protocol):
     """Who computes pieces of work."""
 
+    def agree(self, ask: Callable[..., bool], /, *given: object) -> bool:
+        """Whether every worker is another process, and answers ``ask(*given)`` with True."""
+
     def n_pieces(self, seconds: float = math.inf) -> int:
         """Number of pieces into which work of about so many seconds of one processor is divided."""
 
@@ -44,6 +47,10 @@ class Workers(Protocol):
 
 class Threads:
     """Threads of this process."""
+
+    def agree(self, _ask: Callable[..., bool], /, *_given: object) -> bool:
+        """Never: they are no other processes."""
+        return False
 
     def n_pieces(self, seconds: float = math.inf) -> int:
         """Number of pieces into which work of about so many seconds of one processor is divided."""

@@ -1,18 +1,26 @@
-"""Many questions, answered by this process or by workers."""
+"""Many questions, answered by this process or by workers.
+
+Workers that can open the database under its path, as on one machine or with a shared folder, map
+what they need of it from its cache; to others it is sent.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
 import numpy as np
 
-from motiondb.errors import MotionDBError, QueryError
+from motiondb import store
+from motiondb.errors import ClusterError, MotionDBError, QueryError, StoreError
 from motiondb.workers import Workers, runs
 
 if TYPE_CHECKING:
+    from motiondb.database.lent import LentDatabase
     from motiondb.database.searching import Searched
     from motiondb.database.session import Session
     from motiondb.learn.learned import Learned
@@ -82,12 +90,25 @@ def ask_many(
         posed = [_or_error(_Opened.pose, opened, question) for question in questions]
         errors = [each for each in posed if isinstance(each, MotionDBError)]
         if len(errors) < len(posed):
-            held = _Knowledge(session.searchable, _in_memory(session.features))
+            held = _held_by(workers, session)
     if len(errors) == len(posed):  # such as a database that has not learned
         yield from errors
         return
-    for part in workers.map(_answer_some, runs(posed, workers.n_pieces()), held):
-        yield from part
+    try:
+        for part in workers.map(_answer_some, runs(posed, workers.n_pieces()), held):
+            yield from part
+    finally:
+        if isinstance(held, _File):
+            with suppress(ClusterError):  # of a scheduler that went away
+                workers.agree(_close, held)
+
+
+def _held_by(workers: Workers, session: Session) -> _File | _Knowledge:
+    """What workers answer from: the file, or what is sent to them."""
+    file = _File.of(session)
+    if workers.agree(_can_open, file):
+        return file
+    return _Knowledge(session.searchable, _in_memory(session.features))
 
 
 def _or_error(ask: Callable[[Given, Asked], T], given: Given, asked: Asked) -> T | MotionDBError:
@@ -141,7 +162,7 @@ class _Opened:
 
 @dataclass(frozen=True, eq=False)
 class _Knowledge:
-    """What a worker needs to answer questions."""
+    """What a worker needs to answer questions, where it cannot open the database."""
 
     learned: Learned
     pool: FeaturePool
@@ -153,6 +174,67 @@ class _Knowledge:
 
         return find_written(self.learned)
 
+    @contextmanager
+    def searched(self) -> Iterator[Searched]:
+        """What questions are asked of."""
+        from motiondb.database import searching
+
+        yield searching.Searched(self.learned, lambda: self.pool, lambda: self.written)
+
+
+@dataclass(frozen=True)
+class _File:
+    """A database that workers open themselves."""
+
+    path: Path
+    state: str  # Another one when anything in it has changed
+
+    @classmethod
+    def of(cls, session: Session) -> _File:
+        """The database of a session, in a ``reading`` block."""
+        return cls(session.store.path.resolve(), _state(session.store))
+
+    @contextmanager
+    def searched(self) -> Iterator[Searched]:
+        """What questions are asked of; ClusterError if the database is not the one that asks."""
+        from motiondb.database import searching
+
+        try:
+            with _lent(self.path).use() as db, db.session.reading():
+                if _state(db.store) != self.state:
+                    raise StoreError("a database of another state.")
+                yield searching.searched(db.session)
+        except MotionDBError as error:
+            raise ClusterError(
+                f"{self.path}: expected a database that every worker can open, found a worker "
+                f"that cannot: {error} Give all workers its folder, or none."
+            ) from None
+
+
+def _state(opened: store.Store) -> str:
+    return repr((store.revision(opened), store.learning_mark(opened)))
+
+
+@lru_cache(maxsize=1)
+def _lent(path: Path) -> LentDatabase:
+    """The database that this worker has loaded last."""
+    from motiondb.database.lent import LentDatabase
+
+    return LentDatabase(path, read_only=True)
+
+
+def _can_open(file: _File) -> bool:
+    """Whether this worker can open the database that asks."""
+    with file.searched():
+        return True
+
+
+def _close(file: _File) -> bool:
+    """Forget the database of questions that were answered."""
+    _lent(file.path).close()
+    _lent.cache_clear()
+    return True
+
 
 def _answer_here(opened: _Opened, question: Question) -> Found:
     """The answer of the process with the file."""
@@ -162,14 +244,11 @@ def _answer_here(opened: _Opened, question: Question) -> Found:
     return _answer(searching.searched(opened.session), posed)
 
 
-def _answer_there(held: _Knowledge, posed: _Posed) -> Found:
+def _answer_there(searched: Searched, posed: _Posed) -> Found:
     """The answer of a worker."""
-    from motiondb.database import searching
     from motiondb.search.by_words import WordAnswer
 
-    answer = _answer(
-        searching.Searched(held.learned, lambda: held.pool, lambda: held.written), posed
-    )
+    answer = _answer(searched, posed)
     if not isinstance(answer, WordAnswer):
         return answer
     told = tuple(partial(tuple[str, ...], suggests()) for suggests in answer.suggests)
@@ -194,9 +273,10 @@ def _in_memory(pool: FeaturePool) -> FeaturePool:
     return replace(pool, features=np.asarray(pool.features))
 
 
-def _answer_some(posed: Sequence[_Posed | MotionDBError], held: _Knowledge) -> list[Answer]:
+def _answer_some(posed: Sequence[_Posed | MotionDBError], held: _File | _Knowledge) -> list[Answer]:
     """Answers to some questions; errors stay as they are."""
-    return [
-        each if isinstance(each, MotionDBError) else _or_error(_answer_there, held, each)
-        for each in posed
-    ]
+    with held.searched() as searched:
+        return [
+            each if isinstance(each, MotionDBError) else _or_error(_answer_there, searched, each)
+            for each in posed
+        ]

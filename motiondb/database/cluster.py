@@ -172,6 +172,27 @@ class Cluster:
         """
         return int(np.clip(seconds / _LEAST, 1, PIECES_EACH * self.n_workers))
 
+    def agree(self, ask: Callable[..., bool], /, *given: object) -> bool:
+        """Whether every worker answers ``ask(*given)`` with True; an error that it raises is no.
+
+        Parameters
+        ----------
+        ask : callable
+            A function of a module.
+        *given : object
+            Its arguments.
+
+        Raises
+        ------
+        ClusterError
+            When the scheduler goes away.
+        """
+        try:
+            found = self._client.run(ask, *given, on_error="return")
+        except _ENDED as error:
+            raise self._gone(_first_line(error)) from None
+        return all(each is True for each in found.values())
+
     def map(
         self,
         work: Callable[..., Result],

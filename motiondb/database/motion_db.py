@@ -342,8 +342,10 @@ class MotionDB(Captures):
             Words or examples, each with its filter and limit: ``Question("walk")``,
             ``Question(like="ana/kick_1", start=0.5, limit=3)``.
         workers : Cluster, optional
-            Workers that answer; the answers are the same. Each holds the learned model and the
-            features of all captures in memory. None: this process, one question after the other.
+            Workers that answer; the answers are the same. Where this database was opened to read
+            only and all of them can open it too, they do; otherwise the learned model and the
+            features of all captures are sent to each. None: this process, one question after the
+            other.
         """
         from motiondb.database import asking_many
 

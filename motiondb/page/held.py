@@ -11,10 +11,10 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from pathlib import Path
 
 from motiondb.answers.catalogue import DatabaseInfo
 from motiondb.database import MotionDB
+from motiondb.database.lent import LentDatabase
 from motiondb.database.loading import make_features
 from motiondb.errors import MotionDBError
 from motiondb.files.safe_files import link_target, log_of
@@ -37,20 +37,13 @@ def info_and_drift(db: MotionDB) -> tuple[DatabaseInfo, Drift | None]:
     return db.session.kept("info and drift", load)
 
 
-class HeldDatabase:
+class HeldDatabase(LentDatabase):
     """A database that is opened for requests, and released when the last running one has ended."""
-
-    def __init__(self, path: Path, read_only: bool, wait: float) -> None:
-        self.path = path
-        self._database = MotionDB(path, read_only=read_only, create=not read_only, wait=wait)
-        self._lock = threading.Lock()
-        self._users = 0
-        self._database.release()
 
     @property
     def log_note(self) -> str:
         """That the file's log was missing when it was opened, or ""."""
-        return self._database.log_note
+        return self.database.log_note
 
     @contextmanager
     def use(self) -> Iterator[MotionDB]:
@@ -60,22 +53,15 @@ class HeldDatabase:
         another process waits for the file.
         """
         self._give_way()
-        with self._lock:
-            self._users += 1
-        try:
-            yield self._database
-        finally:
-            with self._lock:
-                self._users -= 1
-                if not self._users:
-                    self._database.release()
+        with super().use() as db:
+            yield db
 
     def _give_way(self) -> None:
         """Wait until a process that waits for the file has had it, for ``_LEAVE`` s at most."""
         free_since = None
         while somebody_waits(self.path):
             now = time.monotonic()
-            if self._users:  # running requests end first
+            if self.is_used:  # running requests end first
                 free_since = None
             elif free_since is None:
                 free_since = now
@@ -113,10 +99,6 @@ class HeldDatabase:
             made = dict(zip(motions, make_features(list(motions.values()))))
             with self.use() as db:
                 db.session.keep_features(made)
-
-    def close(self) -> None:
-        """Close the file."""
-        self._database.close()
 
 
 EVERY = 0.5  # Seconds between two checks of the file

@@ -230,8 +230,16 @@ def test_workers_and_their_deaths_change_no_bit(
         db.learn(SETTINGS, kills(processes.workers[0], "symbols compete"), workers=workers)
         assert workers.n_workers == 1
         questions = [Question("walk"), Question(like="ana/walk_1", limit=2), Question("walk then")]
-        here, there = db.ask_many(questions), db.ask_many(questions, workers)
-        assert list(map(repr, here)) == list(map(repr, there))
+        here = list(map(repr, db.ask_many(questions)))
+        assert list(map(repr, db.ask_many(questions, workers))) == here
+        n_sent = workers._n_sent
+    with (
+        Cluster(processes.address) as workers,
+        motiondb.open(tmp_path / "two.duckdb", read_only=True) as db,
+    ):
+        assert list(map(repr, db.ask_many(questions, workers))) == here
+        assert 0 == workers._n_sent < n_sent  # those who can open the file map what they need
+    motiondb.open(tmp_path / "two.duckdb").close()  # and they hold it no more
     assert rows(tmp_path / "two.duckdb") == alone
 
 

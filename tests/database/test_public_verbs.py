@@ -79,6 +79,21 @@ def test_questions_about_all_captures_are_sent_without_their_numbers(learned_fil
     assert some.allowed
 
 
+def test_a_worker_refuses_another_database_than_the_one_that_asks(
+    learned_file: Path, tmp_path: Path
+) -> None:
+    for path, reason in (
+        (learned_file, "another state"),
+        (tmp_path / "none.duckdb", "no such file"),
+    ):
+        file = asking_many._File(path, "of another database")
+        with pytest.raises(
+            motiondb.ClusterError, match=f"expected a database that every.*{reason}"
+        ):
+            asking_many._can_open(file)
+    asking_many._lent.cache_clear()
+
+
 def test_an_answer_explains_itself_in_words_and_seconds(learned_file: Path) -> None:
     with motiondb.open(learned_file, read_only=True) as db:
         answer = db.search("walk, turn left, not wave", limit=3)
