@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -81,10 +81,10 @@ def answer_words(
 
     `allowed`: Numbers of the captures that are searched.
     """
-    table = nearby_table()
+    table, pool = nearby_table(), cache(asked.pool)
 
     def features_of(capture: int) -> Float32Array:
-        return asked.pool().of_capture(capture)
+        return pool().of_capture(capture)
 
     def answer_of(question: AskedQuestion) -> WordAnswer:
         return search_words(question, allowed, limit, written, features_of)

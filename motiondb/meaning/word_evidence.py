@@ -161,18 +161,66 @@ class TakeEvidence:
         """The largest and smallest log-odds of all words in every capture of ``takes``."""
         return self.ready or take_extremes(self.takes)
 
-    def with_columns(
-        self, odds: Mapping[int, FloatArray], written: Mapping[int, FloatArray]
-    ) -> TakeEvidence:
+    def with_columns(self, added: TakeEvidence) -> TakeEvidence:
         """The evidence of further words behind that of the words here; nothing written adds 0."""
-        wide = {c: np.concatenate([own, odds[c]], axis=1) for c, own in self.odds.items()}
-        said = {}
-        for capture in self.written.keys() | written.keys():
-            n, n_own = len(self.odds[capture]) - 1, self.odds[capture].shape[1]
-            own = self.written.get(capture, np.zeros((n, n_own)))
-            added = written.get(capture, np.zeros((n, odds[capture].shape[1])))
-            said[capture] = np.concatenate([own, added], axis=1)
-        return TakeEvidence(self.table, self.rows, wide, said)
+
+        def odds(capture: int) -> FloatArray:
+            return np.concatenate([self.odds[capture], added.odds[capture]], axis=1)
+
+        def written(capture: int) -> FloatArray:
+            parts = []
+            for each in (self, added):
+                n_segments, n_words = np.subtract(each.odds[capture].shape, (1, 0))
+                parts.append(each.written.get(capture, np.zeros((n_segments, n_words))))
+            return np.concatenate(parts, axis=1)
+
+        return TakeEvidence(
+            self.table,
+            self.rows,
+            WhenAsked(self.odds, odds),
+            WhenAsked([*self.written, *added.written], written, KEPT),
+            self.extremes.with_columns(added.extremes),
+        )
+
+    def mixed(
+        self, shares: FloatArray, likeness: Mapping[int, FloatArray], standing: NDArray[np.bool_]
+    ) -> TakeEvidence:
+        """The evidence of words whose log-odds are means of those of the words here.
+
+        What is written counts for words that stand for these. The extremes are bounds: the largest
+        mean is at most the mean of the largest.
+
+        Shapes: `shares` (words, mixed words); `likeness` of each capture and `standing` (mixed
+        words,).
+        """
+        of_written = shares * standing
+
+        def odds(capture: int) -> FloatArray:
+            return with_likeness(self.odds[capture] @ shares, likeness[capture])
+
+        def written(capture: int) -> FloatArray:
+            return np.asarray(self.written[capture] @ of_written)
+
+        heard, extremes = np.flatnonzero(shares.any(axis=1)), self.extremes
+        highest, lowest, whole = (
+            array[:, heard] @ shares[heard]
+            for array in (extremes.highest, extremes.lowest, extremes.whole)
+        )
+        unsaid = np.where(standing, 0.0, -UNWRITTEN)  # what captions can have taken away
+        alike = np.array([likeness[capture] for capture in extremes.captures.tolist()])
+        bounds = TakeExtremes(
+            extremes.captures,
+            highest + unsaid,
+            lowest - 2.0 * (WRITTEN - UNWRITTEN),  # also where ``whole`` is too large
+            whole + unsaid + 2.0 * alike.reshape(whole.shape),
+        )
+        return TakeEvidence(
+            self.table,
+            self.rows,
+            WhenAsked(self.odds, odds),
+            WhenAsked(self.written, written),
+            bounds,
+        )
 
 
 def written_evidence(
@@ -242,6 +290,16 @@ class TakeExtremes:
     highest: FloatArray  # (captures, words): largest log-odds over the segments of the capture
     lowest: FloatArray  # (captures, words): smallest log-odds over its segments
     whole: FloatArray  # (captures, words): log-odds of the whole capture
+
+    def with_columns(self, added: TakeExtremes) -> TakeExtremes:
+        """The extremes of further words behind those of the words here, of the same captures."""
+        pairs = (
+            (self.highest, added.highest),
+            (self.lowest, added.lowest),
+            (self.whole, added.whole),
+        )
+        joined = (np.concatenate([own, more.astype(own.dtype)], axis=1) for own, more in pairs)
+        return TakeExtremes(self.captures, *joined)
 
 
 def take_extremes(takes: Mapping[int, TakeScores]) -> TakeExtremes:

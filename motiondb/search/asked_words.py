@@ -46,7 +46,6 @@ from motiondb.meaning.word_evidence import (
     TakeEvidence,
     WhenAsked,
     caption_evidence,
-    with_likeness,
 )
 from motiondb.meaning.word_map import WordMap, logit, usual, word_spreads
 from motiondb.records import CaptureInfo, FloatArray, IntArray
@@ -179,7 +178,8 @@ class AskedWords:
 
     def by_motion(self) -> AskedWords:
         """The same words, without captions as evidence."""
-        return replace(self, heard=self.evidence.by_motion, counts_captions=False)
+        every = self.learned if self.columns is None else self.columns
+        return replace(self, heard=every.evidence.by_motion, counts_captions=False)
 
     def widened(self, values: FloatArray) -> FloatArray:
         """Values of all words from those of the learned ones; 0 for written words: (..., words)."""
@@ -280,8 +280,12 @@ def with_written(
         np.zeros((n_learned, len(chosen))),
         np.full(len(chosen), sure),
         learned.evidence.with_columns(
-            {c: np.tile(constant, (len(odds), 1)) for c, odds in learned.evidence.odds.items()},
-            _written_columns(learned, chosen),
+            TakeEvidence(
+                learned.segments,
+                learned.rows,
+                {c: np.tile(constant, (r.stop - r.start + 1, 1)) for c, r in learned.rows.items()},
+                _written_columns(learned, chosen),
+            )
         ),
         np.zeros((len(learned.rows), len(chosen))),
     )
@@ -320,14 +324,9 @@ def with_replaced(asked: AskedWords, takings: Mapping[str, Taking]) -> AskedWord
     # written words say nothing of the motion: their share adds 0
     alike = _own_likeness(learned, taken, shares[:n_learned])
     # what is written stands for a word that it replaces, not for one that is near in meaning
-    standing = np.where([bool(taking.nearest) for taking in taken.values()], 0.0, shares)
-    evidence = asked.evidence.with_columns(
-        {
-            capture: with_likeness(odds @ shares, more)
-            for (capture, odds), more in zip(asked.evidence.odds.items(), alike)
-        },
-        {capture: said @ standing for capture, said in asked.evidence.written.items()},
-    )
+    standing = np.array([not taking.nearest for taking in taken.values()])
+    mixed = asked.evidence.mixed(shares, dict(zip(learned.rows, alike)), standing)
+    evidence = asked.evidence.with_columns(mixed)
     likeness = asked.likeness @ shares + alike
     # a replaced word is checked if all words are that replace it
     checked = np.asarray(~(shares[~asked.checked] > 0.0).any(axis=0))

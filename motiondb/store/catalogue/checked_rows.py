@@ -36,8 +36,7 @@ class CheckedRows(NDArrayOperatorsMixin):
         sums: NDArray[np.uint64],
         make: Callable[[int], NDArray[Any]],
     ) -> None:
-        # A plain array of the same memory: slices of a memory map take 20 times as long
-        self.rows, self.shape, self.dtype = rows.view(np.ndarray), rows.shape, rows.dtype
+        self.rows, self.shape, self.dtype = rows, rows.shape, rows.dtype
         self._bounds, self._edges, self._sums, self._make = bounds.tolist(), bounds, sums, make
         self._is_checked = np.zeros(len(sums), dtype=bool)
         self._mended: dict[int, NDArray[Any]] = {}
