@@ -69,28 +69,29 @@ def ordered_runs(
     if not seconds.any() and not any(apart):
         peaks = ordered_peaks(values)
         return None if peaks is None else [(peak, peak + 1) for peak in peaks]
-    best = np.full((n_parts + 1, n_segments + 1), -np.inf)
-    best[0] = 0.0
-    back = np.full(
-        (n_parts + 1, n_segments + 1, 3), -1
-    )  # run [a, b), and the end of the run before it
+    # per end b the largest total of the parts so far, and its last run [a, b) with the end before
+    best = [0.0] * (n_segments + 1)
+    backs: list[list[tuple[int, int, int]]] = []
     for k in range(n_parts):
-        behind, means = _runs(values[k], starts, ends, float(seconds[k]))
-        latest = _latest_ends(gaps(values[k])) if apart[k] else np.arange(n_segments)
-        for i in range(n_segments):  # the shortest run from i that is long enough
-            b, before = int(behind[i]), int(latest[i])
-            if b > n_segments or before < 0:
-                continue
-            if best[k, before] + means[i] > best[k + 1, b]:
-                best[k + 1, b], back[k + 1, b] = best[k, before] + means[i], (i, b, before)
+        behind, means = (
+            each.tolist() for each in _runs(values[k], starts, ends, float(seconds[k]))
+        )
+        latest = _latest_ends(gaps(values[k]).tolist()) if apart[k] else range(n_segments)
+        new, back = [-math.inf] * (n_segments + 1), [(-1, -1, -1)] * (n_segments + 1)
+        for i, before in enumerate(latest):  # the shortest run from i that is long enough
+            b = behind[i]
+            if b <= n_segments and before >= 0 and best[before] + means[i] > new[b]:
+                new[b], back[b] = best[before] + means[i], (i, b, before)
         for b in range(1, n_segments + 1):
-            if best[k + 1, b - 1] >= best[k + 1, b]:
-                best[k + 1, b], back[k + 1, b] = best[k + 1, b - 1], back[k + 1, b - 1]
-    if np.isneginf(best[-1, -1]):
+            if new[b - 1] >= new[b]:
+                new[b], back[b] = new[b - 1], back[b - 1]
+        best = new
+        backs.append(back)
+    if math.isinf(best[-1]):
         return None
     runs, place = [], n_segments
-    for k in range(n_parts, 0, -1):
-        first, last, place = (int(n) for n in back[k, place])
+    for back in reversed(backs):
+        first, last, place = back[place]
         runs.append((first, last))
     return runs[::-1]
 
@@ -111,9 +112,9 @@ def gaps(values: FloatArray) -> NDArray[np.bool_]:
     return weak
 
 
-def _latest_ends(weak: NDArray[np.bool_]) -> IntArray:
+def _latest_ends(weak: Sequence[bool]) -> list[int]:
     """Per segment i the last end b of a run, such that a gap lies in [b, i); -1: there is none."""
-    latest = np.full(len(weak), -1, dtype=np.int64)
+    latest = [-1] * len(weak)
     for i in range(1, len(weak)):
         latest[i] = i - 1 if weak[i - 1] else latest[i - 1]
     return latest

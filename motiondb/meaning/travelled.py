@@ -130,11 +130,13 @@ def furthest(
     turn: str = "",
     shown: NDArray[np.bool_] | None = None,
     fps: float = FEATURE_FPS,
+    least: float = 0.0,
 ) -> tuple[float, int, int]:
     """How far some frames go in a direction, in least amounts, and the part [a, b) that does.
 
     `speeds` (frames, 3): those of ``speeds_of``, or of another rate `fps`. `turn`: How the action
-    turns (``turning``). `shown` (frames,): frames that count; without it, all.
+    turns (``turning``). `shown` (frames,): frames that count; without it, all. `least`: Least
+    amounts below which a stay in place is not looked for, which takes most of the time.
 
     >>> speeds = np.zeros((60, 3)); speeds[:30, 1], speeds[30:, 1] = 1.0, -0.45  # ahead, then back
     >>> furthest(speeds, "left")
@@ -145,7 +147,8 @@ def furthest(
     (1.25, 0, 60)
     """
     if direction == IN_PLACE:
-        return _longest_stay(speeds, np.ones(len(speeds), bool) if shown is None else shown, fps)
+        counted = np.ones(len(speeds), bool) if shown is None else shown
+        return _longest_stay(speeds, counted, fps, least)
     return max(largest_part(way) for way in ways(speeds, direction, turn, shown, fps))
 
 
@@ -210,7 +213,7 @@ def share_of_full(amount: float, direction: str, turn: str = "") -> float:
 
 
 def _longest_stay(
-    speeds: FloatArray, shown: NDArray[np.bool_], fps: float
+    speeds: FloatArray, shown: NDArray[np.bool_], fps: float, least: float
 ) -> tuple[float, int, int]:
     """The part of some run of frames that stays in a square, with its share of the run.
 
@@ -224,28 +227,40 @@ def _longest_stay(
     for start, end in runs(shown):
         if end - start < min(SHORTEST_STAY * fps, len(speeds)):
             continue
-        first, behind = _within_square(ground[start:end])
+        shortest = max(int(least * (end - start) * LEAST[IN_PLACE]), 1)
+        first, behind = _within_square(ground[start:end], shortest)
         amount = (behind - first) / ((end - start) * LEAST[IN_PLACE])
         found.append((amount, int(start) + first, int(start) + behind))
     return max(found, key=lambda one: (round(one[0], 3), one[2] - one[1]))
 
 
-def _within_square(ground: FloatArray) -> tuple[int, int]:
-    """The longest part [a, b) of a way on the ground, (frames, 2) in m, that stays in a square."""
-    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+def _within_square(ground: FloatArray, shortest: int) -> tuple[int, int]:
+    """The longest part [a, b) of a way on the ground, (frames, 2) in m, that stays in a square.
 
-    low, high, first = 1, len(ground), 0
+    It is empty if none of some length does.
+    """
+    first, low, high = _first_stay(ground, shortest), shortest, len(ground)
+    if first is None:
+        return 0, 0
     while low < high:  # a part of a part that stays stays too
         middle = (low + high + 1) // 2
-        # window [i - middle // 2, i - middle // 2 + middle)
-        size = maximum_filter1d(ground, middle, axis=0) - minimum_filter1d(ground, middle, axis=0)
-        starts = np.flatnonzero((size <= SQUARE).all(axis=1)) - middle // 2
-        starts = starts[(starts >= 0) & (starts + middle <= len(ground))]
-        if len(starts):
-            low, first = middle, int(starts[0])
-        else:
+        start = _first_stay(ground, middle)
+        if start is None:
             high = middle - 1
+        else:
+            low, first = middle, start
     return first, first + low
+
+
+def _first_stay(ground: FloatArray, n: int) -> int | None:
+    """The first of n frames of a way on the ground that stay in a square; None: there are none."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    # window [i - n // 2, i - n // 2 + n)
+    size = maximum_filter1d(ground, n, axis=0) - minimum_filter1d(ground, n, axis=0)
+    starts = np.flatnonzero((size <= SQUARE).all(axis=1)) - n // 2
+    starts = starts[(starts >= 0) & (starts + n <= len(ground))]
+    return int(starts[0]) if len(starts) else None
 
 
 def _along(speeds: FloatArray, axis: int, fps: float) -> FloatArray:

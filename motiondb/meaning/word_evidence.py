@@ -10,15 +10,16 @@ Most captures need not be looked at: the log-odds of a requested action are at m
 
     1/2 (mean over its words of the largest v at any segment) + 1/2 v of the whole capture,
 
-those of an excluded action are at least the same with the smallest v, and the log-odds of all
-statements together rise with those of requested and fall with those of excluded actions. Captures
-are searched in the order of their bounds until no bound reaches the answers that there are.
+or the same of a word that heads it, where this is less; those of an excluded action are at least
+the same with the smallest v, and the log-odds of all statements together rise with those of
+requested and fall with those of excluded actions. Captures are searched in the order of their
+bounds until no bound reaches the answers that there are.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeVar
@@ -26,6 +27,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from motiondb.language.question.heads import heads_of
 from motiondb.language.question.readings import Reading
 from motiondb.meaning.counting import Described
 from motiondb.meaning.score_vectors import Rows, interval_vectors
@@ -232,17 +234,18 @@ def written_evidence(
 ) -> FloatArray:
     """Log-odds added by captions: array (segments, words).
 
-    Shapes: `spans` each (words,); `starts`, `ends` (segments,).
+    Shapes: `spans` each (said words,): numbers of the words; `starts`, `ends` (segments,).
     """
     evidence = np.zeros((n_segments, n_words))
-    covered = np.zeros(n_segments, dtype=bool)
-    said = np.zeros((n_segments, n_words), dtype=bool)
-    for low, high, words in spans:
-        inside = (starts < high) & (ends > low)
-        covered |= inside
-        said[inside] |= words.astype(bool)
-    evidence[covered] = UNWRITTEN
-    evidence[said] = WRITTEN
+    # the segments that an interval [low, high) meets, which follow one another
+    inside = [
+        slice(int(ends.searchsorted(low, "right")), int(starts.searchsorted(high, "left")))
+        for low, high, _ in spans
+    ]
+    for rows in inside:
+        evidence[rows] = UNWRITTEN
+    for rows, (*_, words) in zip(inside, spans):
+        evidence[rows, words] = WRITTEN
     return evidence
 
 
@@ -324,21 +327,31 @@ def take_extremes(takes: Mapping[int, TakeScores]) -> TakeExtremes:
 
 
 def upper_bounds(
-    extremes: TakeExtremes, readings: Sequence[Reading], number: Mapping[str, int]
+    extremes: TakeExtremes,
+    readings: Sequence[Reading],
+    number: Mapping[str, int],
+    verbs: Collection[str] = (),
 ) -> FloatArray:
-    """Return what the log-odds of a question are at most in each capture: array (captures,)."""
+    """Return what the log-odds of a question are at most in each capture: array (captures,).
+
+    `verbs`: As in ``by_question.search_take``; without them, heads are not looked at.
+    """
     bounds = np.full(len(extremes.captures), -np.inf)
     for reading in readings:
-        np.maximum(bounds, _of_reading(extremes, reading, number), out=bounds)
+        np.maximum(bounds, _of_reading(extremes, reading, number, verbs), out=bounds)
     return bounds
 
 
-def _of_reading(extremes: TakeExtremes, reading: Reading, number: Mapping[str, int]) -> FloatArray:
-    asked = [
-        _of_action(extremes.highest, extremes.whole, action, number, 0.5)
-        for first in sorted({part.repeat_of for part in reading.parts})
-        for action in reading.parts[first].actions
-    ]
+def _of_reading(
+    extremes: TakeExtremes, reading: Reading, number: Mapping[str, int], verbs: Collection[str]
+) -> FloatArray:
+    near, whole = extremes.highest, extremes.whole
+    asked = []
+    for first in sorted({part.repeat_of for part in reading.parts}):
+        for action in reading.parts[first].actions:
+            alone = [(head,) for head in heads_of(action, verbs)] if verbs else []
+            each = [_of_action(near, whole, words, number, 0.5) for words in (action, *alone)]
+            asked.append(np.minimum.reduce(each))
     elsewhere = {word for part in reading.parts for action in part.actions for word in action}
     excluded = [
         -all_hold(
@@ -378,10 +391,9 @@ def caption_evidence(
     number: Mapping[str, int],
 ) -> Mapping[int, FloatArray]:
     """Log-odds that captions add, for captures that have any: arrays (segments, words)."""
-    spans: dict[int, list[tuple[int, int, NDArray[np.bool_]]]] = {}
+    spans: dict[int, list[tuple[int, int, IntArray]]] = {}
     for d in described:
-        said = np.zeros(len(number), dtype=bool)
-        said[[number[w] for w in d.words if w in number]] = True
+        said = np.array([number[w] for w in d.words if w in number], dtype=np.int64)
         spans.setdefault(d.capture_id, []).append((int(d.start), int(d.end), said))
 
     def make(capture: int) -> FloatArray:

@@ -407,13 +407,14 @@ def without_words_apart(
     if all(len(action) < 2 for action in actions):
         return asked
     evidence, learned = asked.evidence, asked.learned
+    heads = {action: heads_of(action, verbs) for action in actions}
 
     def make(capture: int) -> FloatArray:
         said = evidence.written[capture]
         captions = learned.said_actions(capture)
         elsewhere, here = set[str](), set[str]()
         for action in actions:
-            apart = words_apart(action, heads_of(action, verbs), captions, phrases)
+            apart = words_apart(action, heads[action], captions, phrases)
             elsewhere |= apart
             here |= set(action) - apart
         columns = [asked.numbers[word] for word in sorted(elsewhere - here)]

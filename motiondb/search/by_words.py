@@ -281,7 +281,7 @@ def find(
     searched = np.isin(extremes.captures, np.asarray(allowed, dtype=np.int64))
     return likeliest_takes(
         extremes.captures[searched],
-        upper_bounds(extremes, read, number)[searched],
+        upper_bounds(extremes, read, number, verbs)[searched],
         lambda capture: by_question.search_take(takes[capture], read, number, verbs),
         limit,
     )

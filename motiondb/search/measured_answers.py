@@ -177,9 +177,10 @@ def _ways(
     They are those of the place, if the place does. Others must last `seconds`.
     """
     turn, inside = turning(action), _inside(place)
-    if furthest(speeds[_looked_at(inside, direction, len(speeds))], direction, turn)[0] >= 1.0:
+    looked_at = speeds[_looked_at(inside, direction, len(speeds))]
+    if furthest(looked_at, direction, turn, least=1.0)[0] >= 1.0:
         return inside.start, inside.stop
-    amount, first, behind = furthest(speeds, direction, turn, shown)
+    amount, first, behind = furthest(speeds, direction, turn, shown, least=1.0)
     return (first, behind) if amount >= 1.0 and behind - first >= seconds * FEATURE_FPS else None
 
 

@@ -76,7 +76,7 @@ def test_growing_by_hand() -> None:
 def test_written_words_count_where_they_were_written() -> None:
     starts, ends = np.array([0, 10, 20]), np.array([10, 20, 30])
     evidence = word_evidence.written_evidence(
-        3, [(0, 15, np.array([1.0, 0])), (12, 20, np.array([0.0, 1]))], starts, ends, 2
+        3, [(0, 15, np.array([0])), (12, 20, np.array([1]))], starts, ends, 2
     )
     yes, no = word_evidence.WRITTEN, word_evidence.UNWRITTEN
     np.testing.assert_array_equal(evidence, [[yes, no], [yes, yes], [0, 0]])
