@@ -208,11 +208,11 @@ def lower_quartile(values: FloatArray) -> float:
     >>> lower_quartile(np.array([4.0, 1, 3, 2]))
     1.75
     """
-    ordered = np.sort(values)
+    ordered = sorted(values.tolist())
     place = 0.25 * (len(ordered) - 1)
     low = int(place)
     high = min(low + 1, len(ordered) - 1)
-    return float(ordered[low] + (place - low) * (ordered[high] - ordered[low]))
+    return ordered[low] + (place - low) * (ordered[high] - ordered[low])
 
 
 def place_parts(

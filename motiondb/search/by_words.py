@@ -39,6 +39,7 @@ from motiondb.search.chances import (
     NOTHING,
     Found,
     WordSource,
+    are_checked,
     best_strength,
     chances,
     reaches,
@@ -213,9 +214,8 @@ def search_words(
         MEASURED if question.is_measured else ORDERS_LOOKED_AT if question.is_order else LOOKED_AT
     )
     find_them = partial(find, question, allowed, max(limit, n_judged))
-    found = [
-        Found(capture, hit, chances(asked, read, capture, hit)) for capture, hit in find_them(read)
-    ]
+    chances_of = partial(chances, asked, read, are_checked(asked, read))
+    found = [Found(capture, hit, chances_of(capture, hit)) for capture, hit in find_them(read)]
     place = cache(partial(_place, question, features=features))
     judged = Judged(found[:n_judged], place, is_checked)
     first = judged.first(limit)

@@ -78,16 +78,25 @@ class Found:
     sure: Chances
 
 
+def are_checked(asked: AskedWords, readings: Sequence[Reading]) -> bool:
+    """Whether own captions have checked all words of a question."""
+    words = set().union(*map(words_of_reading, readings))
+    return bool(asked.checked[[asked.numbers[word] for word in words]].all())
+
+
 def chances(
-    asked: AskedWords, readings: Sequence[Reading], capture: int, hit: QuestionHit
+    asked: AskedWords,
+    readings: Sequence[Reading],
+    is_checked: bool,
+    capture: int,
+    hit: QuestionHit,
 ) -> Chances:
-    """Certainty of an answer to the readings of a question."""
+    """Certainty of an answer to the readings of a question; `is_checked`: ``are_checked``."""
     reading, kinds = readings[hit.reading], asked.learned.certainties
     unknown = Chances(None, (None,) * len(reading.parts))
     if any(map(counts_or_lasts, readings)):
         return unknown
-    words = {asked.numbers[word] for each in readings for word in words_of_reading(each)}
-    is_checked, sure = bool(asked.checked[list(words)].all()), asked.learned.word_certainty
+    sure = asked.learned.word_certainty
     if is_checked and sure is None:
         return unknown
     stated = _with_captions(asked, capture, hit.statements, sure if is_checked else None)

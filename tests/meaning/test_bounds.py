@@ -13,14 +13,20 @@ from motiondb.language.question.readings import Reading, readings
 from motiondb.meaning import by_question
 from motiondb.meaning.word_evidence import (
     SLACK,
+    UNWRITTEN,
+    WRITTEN,
+    TakeEvidence,
     TakeExtremes,
     TakeScores,
     take_extremes,
     upper_bounds,
 )
+from motiondb.records import SegmentTable
 from motiondb.search.ranking import likeliest_takes
 
 NUMBER = {"walk": 0, "turn": 1, "sit": 2}
+MIXED = {**NUMBER, "limp": 3, "golf": 4}
+VERBS = frozenset(("walk", "limp", "golf"))
 QUESTIONS = (
     "walk", "turn walk", "walk, turn, sit", "walk while turn", "walk or sit", "walk but not sit",
     "walk, turn, not walk", "not sit", "walk twice", "sit for 1 second", "walk twice, sit",
@@ -54,9 +60,10 @@ def test_no_answer_is_above_the_bound_of_single_precision(
     seen = take_extremes(takes)
     single = {name: array.astype(np.float32) for name, array in vars(seen).items()}
     extremes = TakeExtremes(**{**single, "captures": seen.captures})
-    for capture, bound in zip(extremes.captures, upper_bounds(extremes, read, NUMBER)):
-        hit = by_question.search_take(takes[int(capture)], read, NUMBER)
-        assert hit is None or hit.log_odds <= bound + SLACK
+    for verbs in (frozenset[str](), VERBS):
+        for capture, bound in zip(extremes.captures, upper_bounds(extremes, read, NUMBER, verbs)):
+            hit = by_question.search_take(takes[int(capture)], read, NUMBER, verbs)
+            assert hit is None or hit.log_odds <= bound + SLACK
 
 
 def test_extremes_by_hand() -> None:
@@ -126,3 +133,33 @@ def test_captures_below_the_answers_are_not_looked_at() -> None:
     best = likeliest_takes(np.arange(100), 5.0 - np.arange(100), search, 3)
     assert [capture for capture, _ in best] == [0, 1, 2]
     assert looked == [0, 1, 2]
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.integers(0, 10**6),
+    st.sampled_from(["limp", "golf", "limp, golf", "limp turn", "walk but not golf", "not limp"]),
+)
+def test_bounds_hold_for_words_that_are_mixed_from_others(seed: int, text: str) -> None:
+    """ "limp" stands for known words, also as written; "golf" is heard by its meaning alone."""
+    rng, read = np.random.default_rng(seed), asked(text)
+    rows = {7: slice(0, 4), 2: slice(4, 5), 5: slice(5, 7)}
+    starts = np.concatenate([10 * np.arange(r.stop - r.start) for r in rows.values()])
+    none = np.zeros(7, dtype=np.int64)
+    single = np.zeros((7, 0), dtype=np.float32)
+    table = SegmentTable(none, starts, starts + 10, none, none.astype(float), single, single)
+    odds = {c: rng.normal(0.0, 3.0, (r.stop - r.start + 1, 3)) for c, r in rows.items()}
+    said = {c: rng.choice([UNWRITTEN, 0.0, WRITTEN], odds[c][1:].shape) for c in (7, 5)}
+    known = TakeEvidence(table, rows, odds, said)
+    shares = np.array([[0.5, 0.0], [0.0, 0.3], [0.5, 0.7]])
+    likeness = {c: rng.normal(size=2) for c in rows}
+    mixed = known.mixed(shares, likeness, np.array([True, False]))
+    evidence = known.with_columns(mixed)
+    limp = evidence.takes[7].windows[:, 3]
+    np.testing.assert_allclose(limp, (odds[7][:-1] + said[7]) @ shares[:, 0])
+    golf = evidence.takes[7].whole[4]
+    assert golf == pytest.approx(odds[7][-1] @ shares[:, 1] + 2.0 * likeness[7][1])
+    bounds = upper_bounds(evidence.extremes, read, MIXED, VERBS)
+    for capture, bound in zip(evidence.extremes.captures.tolist(), bounds):
+        hit = by_question.search_take(evidence.takes[capture], read, MIXED, VERBS)
+        assert hit is None or hit.log_odds <= bound + SLACK

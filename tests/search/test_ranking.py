@@ -90,7 +90,6 @@ def asked_with(written: np.ndarray) -> Any:
     return SimpleNamespace(
         learned=learned,
         numbers={"walk": 0, "jump": 1},
-        checked=np.ones(2, dtype=bool),
         evidence=SimpleNamespace(written={7: written}),
     )
 
@@ -102,7 +101,7 @@ def test_what_captions_add_is_not_calibrated() -> None:
     walk = Statement((0,), 0, -1, ((0, 1.0),), 0.5, 0.5)
     jump = Statement((1,), 1, -1, ((30, 1.0),), 0.5, 2.0)
     hit = QuestionHit(0, 60, 0.0, ((0, 30), (30, 60)), (walk, jump))
-    told = chances(asked, read, 7, hit)
+    told = chances(asked, read, True, 7, hit)
     of_walk = 1 / (1 + math.exp(-(2.0 * 0.5 - 1.0)))
     of_jump = 1 / (1 + math.exp(-(2.0 * (2.0 - 1.0) - 1.0 + 1.0)))
     assert told.whole == pytest.approx(of_walk * of_jump)
