@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, TypeAlias, TypeVar
 import numpy as np
 
 from motiondb import store
+from motiondb.database.lent import Lent
 from motiondb.errors import ClusterError, MotionDBError, QueryError, StoreError
 from motiondb.workers import Workers, runs
 
 if TYPE_CHECKING:
-    from motiondb.database.lent import LentDatabase
     from motiondb.database.searching import Searched
     from motiondb.database.session import Session
     from motiondb.learn.learned import Learned
@@ -200,10 +200,10 @@ class _File:
         from motiondb.database import searching
 
         try:
-            with _lent(self.path).use() as db, db.session.reading():
-                if _state(db.store) != self.state:
+            with _lent(self.path).use() as session, session.reading():
+                if _state(session.store) != self.state:
                     raise StoreError("a database of another state.")
-                yield searching.searched(db.session)
+                yield searching.searched(session)
         except MotionDBError as error:
             raise ClusterError(
                 f"{self.path}: expected a database that every worker can open, found a worker "
@@ -216,11 +216,12 @@ def _state(opened: store.Store) -> str:
 
 
 @lru_cache(maxsize=1)
-def _lent(path: Path) -> LentDatabase:
+def _lent(path: Path) -> Lent[Session]:
     """The database that this worker has loaded last."""
-    from motiondb.database.lent import LentDatabase
+    from motiondb.database.session import Session
 
-    return LentDatabase(path, read_only=True)
+    session = Session(path, read_only=True)
+    return Lent(session, session.store.lend)
 
 
 def _can_open(file: _File) -> bool:
@@ -231,7 +232,7 @@ def _can_open(file: _File) -> bool:
 
 def _close(file: _File) -> bool:
     """Forget the database of questions that were answered."""
-    _lent(file.path).close()
+    _lent(file.path).opened.close()
     _lent.cache_clear()
     return True
 

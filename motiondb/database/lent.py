@@ -3,44 +3,44 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
+from typing import Generic, TypeVar
 
-from motiondb.database.motion_db import MotionDB
+Opened = TypeVar("Opened")
 
 
-class LentDatabase:
-    """A database that is opened for those who use it, and released when the last has ended.
+class Lent(Generic[Opened]):
+    """Something opened that is released when the last of those who use it has ended.
 
-    Loaded values stay in memory until the database changes.
+    Parameters
+    ----------
+    opened : object
+        A database or a session, which its next use opens again.
+    release : callable
+        Closes the file until then.
     """
 
-    def __init__(self, path: Path, read_only: bool, wait: float = 0.0) -> None:
-        self.path = path
-        self.database = MotionDB(path, read_only=read_only, create=not read_only, wait=wait)
+    def __init__(self, opened: Opened, release: Callable[[], None]) -> None:
+        self.opened, self._release = opened, release
         self._lock = threading.Lock()
         self._users = 0
-        self.database.release()
+        release()
 
     @contextmanager
-    def use(self) -> Iterator[MotionDB]:
-        """Yield the database; it stays open for the length of the ``with`` block."""
+    def use(self) -> Iterator[Opened]:
+        """Yield it; its file stays open for the length of the ``with`` block."""
         with self._lock:
             self._users += 1
         try:
-            yield self.database
+            yield self.opened
         finally:
             with self._lock:
                 self._users -= 1
                 if not self._users:
-                    self.database.release()
+                    self._release()
 
     @property
     def is_used(self) -> bool:
         """Whether anybody uses it now."""
         return self._users > 0
-
-    def close(self) -> None:
-        """Close the file."""
-        self.database.close()

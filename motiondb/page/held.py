@@ -11,10 +11,11 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from pathlib import Path
 
 from motiondb.answers.catalogue import DatabaseInfo
 from motiondb.database import MotionDB
-from motiondb.database.lent import LentDatabase
+from motiondb.database.lent import Lent
 from motiondb.database.loading import make_features
 from motiondb.errors import MotionDBError
 from motiondb.files.safe_files import link_target, log_of
@@ -37,13 +38,18 @@ def info_and_drift(db: MotionDB) -> tuple[DatabaseInfo, Drift | None]:
     return db.session.kept("info and drift", load)
 
 
-class HeldDatabase(LentDatabase):
+class HeldDatabase:
     """A database that is opened for requests, and released when the last running one has ended."""
+
+    def __init__(self, path: Path, read_only: bool, wait: float) -> None:
+        self.path = path
+        self._database = MotionDB(path, read_only=read_only, create=not read_only, wait=wait)
+        self._lent = Lent(self._database, self._database.release)
 
     @property
     def log_note(self) -> str:
         """That the file's log was missing when it was opened, or ""."""
-        return self.database.log_note
+        return self._database.log_note
 
     @contextmanager
     def use(self) -> Iterator[MotionDB]:
@@ -53,7 +59,7 @@ class HeldDatabase(LentDatabase):
         another process waits for the file.
         """
         self._give_way()
-        with super().use() as db:
+        with self._lent.use() as db:
             yield db
 
     def _give_way(self) -> None:
@@ -61,7 +67,7 @@ class HeldDatabase(LentDatabase):
         free_since = None
         while somebody_waits(self.path):
             now = time.monotonic()
-            if self.is_used:  # running requests end first
+            if self._lent.is_used:  # running requests end first
                 free_since = None
             elif free_since is None:
                 free_since = now
@@ -99,6 +105,10 @@ class HeldDatabase(LentDatabase):
             made = dict(zip(motions, make_features(list(motions.values()))))
             with self.use() as db:
                 db.session.keep_features(made)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._database.close()
 
 
 EVERY = 0.5  # Seconds between two checks of the file
