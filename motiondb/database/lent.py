@@ -11,14 +11,9 @@ Opened = TypeVar("Opened")
 
 
 class Lent(Generic[Opened]):
-    """Something opened that is released when the last of those who use it has ended.
+    """A database or session that is released when the last of those who use it has ended.
 
-    Parameters
-    ----------
-    opened : object
-        A database or a session, which its next use opens again.
-    release : callable
-        Closes the file until then.
+    `release`: Closes its file until the next use, which opens it again.
     """
 
     def __init__(self, opened: Opened, release: Callable[[], None]) -> None:
