@@ -61,8 +61,8 @@ class Recognised:
     ) -> list[word_evidence.TakeScores]:
         """Log-odds of all words in captures that are searched together, from their motion alone."""
         rows = {int(capture): self.part(int(capture)) for capture in captures}
-        likeness = captions.suggest(self.vectors[list(rows)]).likeness()
-        odds = word_evidence.hear_takes(fit, likeness, self.rows, self.table, rows)
+        heard = word_evidence.hear_takes(fit, captions, self.rows, self.table, rows)
+        odds = heard.by_capture(rows)
         starts, ends = self.table.starts, self.table.ends
         return [
             word_evidence.TakeScores(starts[part], ends[part], odds[c][:-1], odds[c][-1])

@@ -13,7 +13,13 @@ from motiondb.language import vocabulary
 from motiondb.learn.learned import Learned
 from motiondb.meaning import place_certainty
 from motiondb.meaning.place_certainty import JoinedTake, ShortCapture
-from motiondb.meaning.place_fitting import Places, Written, find_places, place_evidence
+from motiondb.meaning.place_fitting import (
+    Places,
+    Written,
+    find_places,
+    fit_arrays,
+    place_evidence,
+)
 from motiondb.records import Caption, FloatArray, SegmentTable
 from quality_protocol.captures import load_bandai, without_copies
 from quality_protocol.learned_database import learned_database
@@ -94,9 +100,9 @@ def judge_folds(data: PlaceData, seed: int) -> tuple[dict[str, list[Told]], int]
     """Questions of every kind with probabilities from other folds; how many had none."""
     table, standardised = data.table, data.standardised
     short = place_certainty.short_captures(table, standardised, data.written, data.performers)
-    known = place_evidence(
-        data.places, table, standardised, len(data.written.numbers), data.performers
-    )
+    n_words = len(data.written.numbers)
+    arrays = fit_arrays(data.places, table, standardised, n_words, {})
+    known = place_evidence(data.places, table, standardised, n_words, data.performers, arrays)
     rng = np.random.default_rng(seed)
     groups = sorted({capture.group for capture in short})
     folds = dict(zip(rng.permutation(groups).tolist(), np.arange(len(groups)) % N_FOLDS))

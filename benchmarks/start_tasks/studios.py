@@ -263,8 +263,8 @@ def answer(
     if started is not None:
         moments = join_moments(moments, known, started)
     whole = score_vectors.whole_vectors(rows, view.table, parts)
-    likeness = solve_caption_map(moments, word_vectors().of(known)).suggest(whole).likeness()
-    odds = word_evidence.hear_takes(fit, likeness, rows, view.table, parts)
+    of_captions = solve_caption_map(moments, word_vectors().of(known))
+    odds = word_evidence.hear_takes(fit, of_captions, rows, view.table, parts).by_capture(parts)
     ranked = [0.5 * each[:-1].max(axis=0) + 0.5 * each[-1] for each in odds.values()]
     described = fit.log_odds(whole)
     scores = np.array(ranked)

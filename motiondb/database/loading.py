@@ -23,7 +23,7 @@ from motiondb.errors import NotLearnedError
 from motiondb.language.nearby.table import NearbyTable, read_table
 from motiondb.learn.checking import given_certainties
 from motiondb.learn.joining import with_segments
-from motiondb.learn.learned import Learned, prepare, with_prepared
+from motiondb.learn.learned import Learned, Prepared, prepare
 from motiondb.learn.learned_model import LearnedModel, from_stored
 from motiondb.learn.recognition import FeaturePool, describe_segments, recognise_capture
 from motiondb.meaning.counting import capture_rows, join_tables, take_rows
@@ -34,6 +34,7 @@ from motiondb.workers import HERE, Workers, runs
 TABLE = "words.table"  # The shipped table of nearby words
 FEATURE_SECONDS = 1e-5  # Time of one processor for a frame; decides only how work is divided
 SEGMENTS = "segments"  # Name of scores and movement of all segments in that cache
+PLACES = "places"  # Name of the fitted maps of places there
 FEATURES = "features"  # Name of the features of all captures in the cache of the database
 
 
@@ -138,8 +139,11 @@ def segments_of(
     return replace(table, scores=rows[:, :n_columns], movement=rows[:, n_columns:])
 
 
-def keep_segment_rows(opened: store.Store, model: LearnedModel) -> None:
-    """Put scores and movement of the segments of a model that was just saved into the cache."""
+def keep_what_follows(opened: store.Store, model: LearnedModel) -> None:
+    """Put what stays until the next ``learn`` of a model that was just saved into the cache.
+
+    These are scores and movement of its segments, and the fitted maps of places.
+    """
     table, rows = model.segments, capture_rows(model.segments)
 
     def of_capture(capture: int) -> store.Made:
@@ -148,8 +152,9 @@ def keep_segment_rows(opened: store.Store, model: LearnedModel) -> None:
 
     with store.reading(opened):
         if store.load_learning_size(opened).run_id == model.run_id:
-            features_of = load_features(opened).of_capture
-            _segment_rows(opened, model, features_of, WhenAsked(rows, of_capture))
+            pool = load_features(opened)
+            _segment_rows(opened, model, pool.of_capture, WhenAsked(rows, of_capture))
+            _place_arrays(opened, load_learned(opened, lambda: pool))
 
 
 FeaturesMade = tuple[NDArray[Any], float]
@@ -206,7 +211,17 @@ def load_prepared(opened: store.Store, pool: Callable[[], FeaturePool]) -> Learn
 def _prepared(opened: store.Store, learned: Learned, kind: str = "evidence") -> Learned:
     """The learned model with arrays of all captures from the cache of the database."""
     mark = f"{store.learning_mark(opened)}{sorted(learned.damaged) or ''}"
-    return with_prepared(learned, store.cached_arrays(opened, kind, lambda: prepare(learned), mark))
+    evidence = store.cached_arrays(opened, kind, lambda: prepare(learned), mark)
+    places = _place_arrays(opened, learned)
+    return replace(learned, prepared=Prepared(learned, evidence, places))
+
+
+def _place_arrays(opened: store.Store, learned: Learned) -> Mapping[str, NDArray[Any]]:
+    """The fitted maps of places from the cache; they stay when other captures are added."""
+    if learned.places is None:
+        return {}
+    digest = learned.places_digest
+    return store.cached_arrays(opened, PLACES, lambda: learned.place_arrays, digest, False)
 
 
 @lru_cache(maxsize=1)

@@ -17,6 +17,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
+from hashlib import sha256
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +30,7 @@ from motiondb.language.translation import explanation, transition
 from motiondb.language.vocabulary import split_actions, words_of
 from motiondb.language.word_vectors.word_vectors import word_vectors
 from motiondb.learn.checking import checked_words
+from motiondb.learn.codec import to_values
 from motiondb.learn.joining import join_moments
 from motiondb.learn.learned_model import LearnedModel
 from motiondb.meaning import (
@@ -41,7 +43,7 @@ from motiondb.meaning import (
 from motiondb.meaning.caption_map import CaptionMap, Suggested, solve_caption_map
 from motiondb.meaning.counting import Described, capture_rows, described_intervals
 from motiondb.meaning.description_map import DescriptionMap
-from motiondb.meaning.motion_judge import said_words
+from motiondb.meaning.motion_judge import Said, said_words
 from motiondb.meaning.place_fitting import (
     Written,
 )
@@ -108,10 +110,12 @@ FOLLOWED = (
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """Arrays that questions need of all captures (:func:`prepare`), which may be memory-mapped."""
+    """Arrays that questions need of all captures, which may be memory-mapped."""
 
-    arrays: Mapping[str, NDArray[Any]]
-    source: Learned  # From whose fields they follow
+    source: Learned  # From whose fields they follow; keeps what else follows from them
+    # Those of :func:`prepare`, and ``Learned.place_arrays``; empty where they are not there yet
+    evidence: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    places: Mapping[str, NDArray[Any]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,8 +141,6 @@ class Learned(LearnedModel):
     # Names by number of the captures that are left out, since their motions cannot be read
     damaged: Mapping[int, str] = field(default_factory=dict)
     prepared: Prepared | None = None  # What was computed from all captures before
-    # The standardised rows of all segments, where all are asked for
-    held_rows: FloatArray | None = None
 
     def __repr__(self) -> str:
         words = len(self.association.words)
@@ -158,25 +160,16 @@ class Learned(LearnedModel):
 
     @cached_property
     def segment_rows(self) -> score_vectors.Rows:
-        """Standardised rows of all segments, computed where they are looked at unless held."""
-        table = self.segments
-        if self.held_rows is not None:
-            return self.held_rows
-        return score_vectors.StandardisedRows.of_table(self.score_space, table)
+        """Standardised rows of all segments, computed where they are looked at."""
+        return score_vectors.StandardisedRows.of_table(self.score_space, self.segments)
 
     @cached_property
-    def _ready(self) -> Mapping[str, NDArray[Any]]:
-        """The prepared arrays, none if a field from which they follow was replaced."""
+    def _ready(self) -> Prepared | None:
+        """The prepared arrays, None if a field from which they follow was replaced."""
         if self.prepared is None:
-            return {}
+            return None
         mine, theirs = vars(self), vars(self.prepared.source)
-        same = all(mine[name] is theirs[name] for name in FOLLOWED)
-        return self.prepared.arrays if same else {}
-
-    def _ready_of(self, prefix: str) -> dict[str, NDArray[Any]]:
-        """The prepared arrays whose names begin with a text, by the rest of their names."""
-        ready = self._ready.items()
-        return {n.removeprefix(prefix): array for n, array in ready if n.startswith(prefix)}
+        return self.prepared if all(mine[name] is theirs[name] for name in FOLLOWED) else None
 
     @cached_property
     def _projected(self) -> dict[int, Float32Array]:
@@ -284,6 +277,8 @@ class Learned(LearnedModel):
     @cached_property
     def described(self) -> tuple[Described, ...]:
         """Captions with at least one motion word, and the segments they describe."""
+        if self._ready is not None:
+            return self._ready.source.described
         return tuple(described_intervals(self.segments, self.captions, self.synonyms, self.lemmas))
 
     @cached_property
@@ -302,18 +297,28 @@ class Learned(LearnedModel):
         """Association for decoding: t and a, smoothed where examples are few."""
         return explanation.smoothed(self.association, self.shapes)
 
+    @property
+    def heard(self) -> word_evidence.Heard:
+        """Log-odds of all words in all captures, from the motion alone."""
+        if self._ready is None or not self._ready.evidence:
+            return self._heard
+        return word_evidence.Heard(*(self._ready.evidence[n] for n in ("odds", "likeness")))
+
+    @cached_property
+    def _heard(self) -> word_evidence.Heard:
+        fit, table, rows = self.word_map, self.segments, self.rows
+        return word_evidence.hear_takes(fit, self.caption_map, self.segment_rows, table, rows)
+
     @cached_property
     def evidence(self) -> word_evidence.TakeEvidence:
         """Evidence of all words in all captures, from the motion and from captions."""
         numbers, rows, table = self.word_numbers, self.rows, self.segments
         written = word_evidence.caption_evidence(self.described, table, rows, numbers)
-        if "odds" not in self._ready:
-            fit, like = self.word_map, self.likeness
-            odds = word_evidence.hear_takes(fit, like, self.segment_rows, table, rows)
-            return word_evidence.TakeEvidence(table, rows, odds, written)
-        every, extremes = self._ready["odds"], self._ready["extremes"]
-        odds = {c: every[r.start + n : r.stop + n + 1] for n, (c, r) in enumerate(rows.items())}
-        ready = word_evidence.TakeExtremes(np.array(list(rows), dtype=np.int64), *extremes)
+        ready = None
+        if self._ready is not None and self._ready.evidence:
+            captures, extremes = np.array(list(rows)), self._ready.evidence["extremes"]
+            ready = word_evidence.TakeExtremes(captures, *extremes)
+        odds = self.heard.by_capture(rows)
         return word_evidence.TakeEvidence(table, rows, odds, written, ready)
 
     @cached_property
@@ -333,9 +338,7 @@ class Learned(LearnedModel):
     @cached_property
     def likeness(self) -> FloatArray:
         """Likeness of every word to what every capture suggests: array (captures, words), nats."""
-        if "likeness" in self._ready:
-            return self._ready["likeness"]
-        return self.suggested.likeness()
+        return self.heard.likeness
 
     @cached_property
     def _caption_meanings(self) -> tuple[list[tuple[int, str]], FloatArray]:
@@ -375,12 +378,53 @@ class Learned(LearnedModel):
         return regression.probability(np.concatenate(odds))
 
     @cached_property
+    def _said_words(self) -> Said:
+        return said_words(self.described, self.word_numbers)
+
+    @cached_property
+    def place_arrays(self) -> Mapping[str, NDArray[Any]]:
+        """What ``placed`` and ``unplaced`` are restored from; empty if no places were learned."""
+        if self._ready is not None and self._ready.places:
+            return self._ready.places
+        if self.places is None:
+            return {}
+        n_words = len(self.word_numbers)
+        rows = self.segments, self.segment_rows
+        return place_fitting.fit_arrays(self.places, *rows, n_words, self._said_words)
+
+    @property
+    def places_digest(self) -> str:
+        """A digest of all that ``place_arrays`` follow from, of a model that learned places.
+
+        Of the captures, these are only those whose places were learned: it stays when others are
+        added. Scores and movement of a segment follow from the symbols and the feature space, and
+        from a motion that no other gives the same log-likelihoods to.
+        """
+        assert self.places is not None
+        places, table = self.places, self.segments
+        words = self.association.words, self.synonyms, self.lemmas
+        said = [
+            [(one.words, one.start, one.end) for one in self.captions.get(capture, ())]
+            for capture in places.words
+        ]
+        digest = sha256(repr((words, said, places.words, places.inferred)).encode())
+        for y in (*places.shown.values(), *places.inferred_shown.values()):
+            digest.update(y.tobytes())
+        for name in ("symbols", "feature_space", "score_space"):
+            for part, value in to_values(getattr(self, name), name=name).items():
+                digest.update(f"{part} {np.shape(value)}".encode() + np.asarray(value).tobytes())
+        which = np.isin(table.capture_ids, list(places.words))
+        for name in ("capture_ids", "starts", "ends", "log_likelihoods", "backgrounds"):
+            digest.update(getattr(table, name)[which].tobytes())
+        return digest.hexdigest()
+
+    @cached_property
     def placed(self) -> place_fitting.PlaceEvidence | None:
         """Evidence for the places of words, from the motion alone; None if none were learned."""
         if self.places is None:
             return None
-        rows, n_words = (self.segments, self.segment_rows), len(self.association.words)
-        arrays = self._ready_of("place_")
+        rows, n_words = (self.segments, self.segment_rows), len(self.word_numbers)
+        arrays = self.place_arrays
         return place_fitting.place_evidence(self.places, *rows, n_words, self.performers, arrays)
 
     @cached_property
@@ -391,10 +435,8 @@ class Learned(LearnedModel):
     @cached_property
     def unplaced(self) -> place_fitting.LeftOut | None:
         """Evidence for words by a map that ignores places and is fitted without the take itself."""
-        said = said_words(self.described, self.word_numbers)
-        return (
-            None if self.placed is None else self.placed.unplaced(said, self._ready_of("unplaced_"))
-        )
+        known = self.placed
+        return None if known is None else known.unplaced(self._said_words, self.place_arrays)
 
     @cached_property
     def listed_actions(self) -> dict[int, list[frozenset[int]]]:
@@ -433,7 +475,7 @@ class Learned(LearnedModel):
         """The segments of the described captures, to be compared with one another."""
         from motiondb.meaning.nearest_captures import CaptureSegments  # compiled code
 
-        said = said_words(self.described, self.word_numbers)
+        said = self._said_words
         rows = {c: r for c, r in self.rows.items() if c in said and r.stop > r.start}
         says = np.zeros((len(rows), len(self.word_numbers)))
         for n, capture in enumerate(rows):
@@ -455,31 +497,14 @@ class Learned(LearnedModel):
 
 
 def prepare(learned: Learned) -> dict[str, NDArray[Any]]:
-    """Arrays that questions need of all captures: evidence of words and the map of places.
+    """Evidence of words in all captures, which questions need.
 
-    The rows of ``odds`` are those of the segments of a capture and one of the whole, capture after
-    capture; ``extremes`` (3, captures, words), float32, are the largest and the smallest over the
-    segments, and those of the whole, with captions.
+    ``odds`` and ``likeness`` are those of ``heard``; ``extremes`` (3, captures, words), float32,
+    are the largest and the smallest over the segments, and those of the whole, with captions.
     """
     if learned.fitted_word_map is None or not learned.rows:
         return {}
-    held = score_vectors.in_memory(learned.segment_rows)
-    learned = replace(learned, held_rows=held)  # of which all are asked thrice
-    evidence = learned.evidence
-    extremes = evidence.extremes
-    arrays = {
-        "likeness": learned.likeness,
-        "odds": np.concatenate(list(evidence.odds.values())),
-        "extremes": np.stack([extremes.highest, extremes.lowest, extremes.whole], dtype=np.float32),
-    }
-    if learned.placed is not None:
-        fitted = place_fitting.fitted_arrays(learned.placed)
-        arrays |= {f"place_{name}": array for name, array in fitted.items()}
-    if learned.unplaced is not None:
-        arrays |= {f"unplaced_{name}": array for name, array in learned.unplaced.arrays().items()}
-    return arrays
-
-
-def with_prepared(learned: Learned, arrays: Mapping[str, NDArray[Any]]) -> Learned:
-    """The learned model with the arrays that :func:`prepare` gave for it."""
-    return replace(learned, prepared=Prepared(arrays, learned))
+    learned = replace(learned, prepared=Prepared(learned))  # what it computes is not kept
+    extremes = learned.evidence.extremes
+    both = [extremes.highest, extremes.lowest, extremes.whole]
+    return {**vars(learned.heard), "extremes": np.stack(both, dtype=np.float32)}

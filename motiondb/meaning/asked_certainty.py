@@ -53,7 +53,6 @@ from motiondb.meaning.regression import (
     separate,
 )
 from motiondb.meaning.resemblance import emphasis_of, resemblance
-from motiondb.meaning.score_vectors import whole_vectors
 from motiondb.meaning.windows import window_places
 from motiondb.meaning.word_evidence import TakeScores, hear_takes
 from motiondb.meaning.word_map import (
@@ -162,10 +161,8 @@ def _hear_fold(written: Written, inside: NDArray[np.bool_], known: NDArray[np.bo
     """Hear the captures of the rows ``inside`` by maps without these rows."""
     words, captures = written.without(inside), np.unique(written.captures[inside])
     rows = {int(capture): written.segments[int(capture)] for capture in captures}
-    vectors = whole_vectors(written.standardised, written.table, rows)
-    likeness = written.captions_without(inside).suggest(vectors).likeness()
-    table = written.table
-    odds = hear_takes(words, likeness, written.standardised, table, rows)
+    captions, table = written.captions_without(inside), written.table
+    odds = hear_takes(words, captions, written.standardised, table, rows).by_capture(rows)
     return HeardFold(
         known,
         [

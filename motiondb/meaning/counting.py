@@ -118,7 +118,12 @@ def described_intervals(
     The segments of a capture are in order and do not overlap.
     """
     intervals = []
-    split = cache(lambda said: vocabulary.split_actions(said, synonyms, known_lemmas))
+
+    @cache  # many captures have the same words
+    def split(said: str) -> tuple[tuple[str, ...], int]:
+        actions = vocabulary.split_actions(said, synonyms, known_lemmas)
+        return tuple(word for action in actions for word in action), len(actions)
+
     rows = capture_rows(table)
     starts, ends = table.starts.tolist(), table.ends.tolist()
     for capture_id, said in sorted(captions.items()):
@@ -126,14 +131,13 @@ def described_intervals(
             continue
         first, last = rows[capture_id].start, rows[capture_id].stop
         for caption in said:
-            actions = split(caption.words)  # many captures have the same words
-            words = tuple(word for action in actions for word in action)
+            words, n_actions = split(caption.words)
             start = (caption.start or 0.0) * 30.0
             end = float(ends[last - 1]) if caption.end is None else caption.end * 30.0
             low = bisect_right(ends, start, first, last)
             high = bisect_left(starts, end, first, last)
             if words and low < high:
-                intervals.append(Described(capture_id, low, high, start, end, words, len(actions)))
+                intervals.append(Described(capture_id, low, high, start, end, words, n_actions))
     return intervals
 
 

@@ -41,7 +41,13 @@ import numpy as np
 from motiondb.meaning import by_question
 from motiondb.meaning.by_question import lower_quartile
 from motiondb.meaning.counting import capture_rows
-from motiondb.meaning.place_fitting import PlaceEvidence, Places, Written, place_evidence
+from motiondb.meaning.place_fitting import (
+    PlaceEvidence,
+    Places,
+    Written,
+    fit_arrays,
+    place_evidence,
+)
 from motiondb.meaning.place_map import PlaceMap
 from motiondb.meaning.regression import Certainty, fit_probability, probability
 from motiondb.meaning.score_vectors import Rows, interval_vectors
@@ -313,7 +319,9 @@ def learn_certainty(
     """
     short = short_captures(table, standardised, written, performers)
     with one_blas_thread():  # many small systems
-        known = place_evidence(places, table, standardised, len(written.numbers), performers)
+        rows, n_words = (table, standardised), len(written.numbers)
+        arrays = fit_arrays(places, *rows, n_words, {})
+        known = place_evidence(places, *rows, n_words, performers, arrays)
         return fit_certainty(short, known, rng)
 
 

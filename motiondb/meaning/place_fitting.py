@@ -15,28 +15,29 @@ from __future__ import annotations
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from types import MappingProxyType
 
 import numpy as np
 
 from motiondb.language import vocabulary
 from motiondb.meaning.counting import capture_rows
+from motiondb.meaning.motion_judge import Said
 from motiondb.meaning.place_map import (
     LABELLED,
+    RIDGE,
     FittedPlaces,
     ListedTakes,
     PlaceMap,
     find_shown,
-    fit_places,
     take_weights,
 )
 from motiondb.meaning.regression import Fitted, MadeRows, Regression
-from motiondb.meaning.score_vectors import AT_ONCE, Rows, interval_vectors
+from motiondb.meaning.score_vectors import Rows, interval_vectors, window_vectors_of
 from motiondb.meaning.word_evidence import WINDOW_MARGIN, TakeScores
 from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentTable
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 Actions = list[list[int]]  # Word numbers of every action, in order
+FITTED_AT_ONCE = 4096  # Segments whose products are summed at once; by hand
 LEAST_INFERRED = 0.01  # Least y of an inferred word that is kept; less hardly changes the map
 
 
@@ -108,6 +109,12 @@ class Places:
     inferred: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
     # Capture number -> array (segments, inferred words), their y
     inferred_shown: Mapping[int, FloatArray] = field(default_factory=dict)
+
+    def of(self, capture: int) -> Iterator[tuple[list[int], FloatArray]]:
+        """Words of a take with their y (segments, words): the listed, and the inferred if any."""
+        yield list(self.words[capture]), self.shown[capture]
+        if capture in self.inferred:
+            yield list(self.inferred[capture]), self.inferred_shown[capture]
 
     def only(self, captures: Container[int]) -> Places:
         """The places of some captures."""
@@ -307,20 +314,14 @@ class PlaceEvidence:
             self.of_performers[performer] = dict(zip(captures, np.split(evidence, ends[:-1])))
         return self.of_performers[performer][capture]
 
-    def unplaced(
-        self,
-        said: Mapping[int, tuple[frozenset[int], int]],
-        arrays: Mapping[str, FloatArray] = MappingProxyType({}),
-    ) -> LeftOut | None:
+    def unplaced(self, said: Said, arrays: Mapping[str, FloatArray]) -> LeftOut | None:
         """Evidence for every word without its places, per take that was used in learning.
 
         Every segment of a take counts as showing all words of the take, each by 1 / sqrt(actions of
         the take). Arrays (segments, words), each by the map of all other takes, computed where they
         are looked at.
 
-        `said`: Capture number -> numbers of its words, and of the actions that these name.
-
-        `arrays`: Those of :meth:`LeftOut.arrays`, if they were computed before.
+        `arrays`: Those that :func:`fit_arrays` gave for the same places, segments and words.
         """
         if self.fitted is None:
             return None
@@ -330,18 +331,13 @@ class PlaceEvidence:
         def even_of(groups: Sequence[int]) -> FloatArray:
             rows = [np.zeros((bounds[n + 1] - bounds[n], self.n_words)) for n in groups]
             for n, even in zip(groups, rows):
-                words, n_actions = said.get(captures[n], (frozenset[int](), 1))
-                even[:, sorted(words)] = 1.0 / np.sqrt(max(n_actions, 1))
+                words, share = _even_share(said, captures[n])
+                even[:, words] = share
             return np.concatenate(rows)
 
-        target = MadeRows(bounds, even_of)
-        if arrays:
-            mean, slopes = arrays["mean"], arrays["slopes"]
-            fitted = Fitted(regression, mean, slopes, regression.centred(target, mean))
-        else:
-            with one_blas_thread():
-                fitted = regression.fit_made(target)
-        return LeftOut(self.placed, FittedPlaces(fitted))
+        mean, slopes = arrays["unplaced_mean"], arrays["unplaced_slopes"]
+        centred = regression.centred(MadeRows(bounds, even_of), mean)
+        return LeftOut(self.placed, FittedPlaces(Fitted(regression, mean, slopes, centred)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -351,10 +347,6 @@ class LeftOut(Mapping[int, FloatArray]):
     placed: Mapping[int, slice]  # Capture number -> rows of ``fitted``
     fitted: FittedPlaces
     kept: dict[int, FloatArray] = field(default_factory=dict, repr=False)
-
-    def arrays(self) -> dict[str, FloatArray]:
-        """Arrays from which :meth:`PlaceEvidence.unplaced` restores it."""
-        return {"mean": self.fitted.fitted.mean, "slopes": self.fitted.fitted.slopes}
 
     def __getitem__(self, capture: int) -> FloatArray:
         rows = self.placed[capture]
@@ -370,17 +362,69 @@ class LeftOut(Mapping[int, FloatArray]):
         return len(self.placed)
 
 
-FITTED = ("centre", "gram", "inverse", "mean", "slopes")
-"""Names of the arrays of a fitted regression that do not have a row for each segment."""
+def _even_share(said: Said, capture: int) -> tuple[list[int], float]:
+    """The words of a take, and the share of each at every segment."""
+    words, n_actions = said.get(capture, (frozenset[int](), 1))
+    return sorted(words), float(1.0 / np.sqrt(max(n_actions, 1)))
 
 
-def fitted_arrays(evidence: PlaceEvidence) -> dict[str, FloatArray]:
-    """The arrays ``FITTED`` of a regression, from which :func:`place_evidence` restores it."""
-    if evidence.fitted is None:
+def fit_arrays(
+    places: Places, table: SegmentTable, standardised: Rows, n_words: int, said: Said
+) -> dict[str, FloatArray]:
+    """What :func:`place_evidence` and :meth:`PlaceEvidence.unplaced` restore two regressions from.
+
+    They differ in their targets alone. None of the arrays has a row for each segment. Without a
+    take that took part there are none.
+    """
+    rows = capture_rows(table)
+    captures = [capture for capture in rows if capture in places.words]
+    if not captures:
         return {}
-    fitted = evidence.fitted.fitted
-    both = {**vars(fitted.regression), **vars(fitted)}
-    return {name: both[name] for name in FITTED}
+    n_columns = standardised.shape[1]
+    total, vectors = 0.0, np.zeros(n_columns)
+    gram = np.zeros((n_columns, n_columns))
+    shown, even = (np.zeros((n_words, 1 + n_columns)) for _ in range(2))  # of 1 and of the columns
+    ends = np.cumsum([rows[capture].stop - rows[capture].start for capture in captures])
+    first = 0
+    with one_blas_thread():  # sums of several threads differ in their last bits
+        while first < len(captures):
+            room = (ends[first - 1] if first else 0) + FITTED_AT_ONCE
+            last = max(int(np.searchsorted(ends, room, side="right")), first + 1)
+            some = {capture: rows[capture] for capture in captures[first:last]}
+            roots = _roots(table, list(some.values()))
+            x = _windows_of(table, standardised, list(some.values()))
+            x *= roots
+            gram += x.T @ x
+            x *= roots
+            weighted = np.concatenate([roots**2, x], axis=1)
+            total += float(weighted[:, 0].sum())
+            vectors += weighted[:, 1:].sum(axis=0)
+            stops = np.cumsum([part.stop - part.start for part in some.values()]).tolist()
+            for capture, a, b in zip(some, [0, *stops], stops):
+                own = weighted[a:b]
+                for words, y in places.of(capture):
+                    shown[words] += y.T @ own
+                words, share = _even_share(said, capture)
+                even[words] += share * own.sum(axis=0)
+            first = last
+        centre = vectors / total
+        gram += RIDGE * np.eye(n_columns) - total * np.outer(centre, centre)
+        inverse = np.asarray(np.linalg.inv(gram), dtype=np.float64)
+        arrays = {"centre": centre, "gram": gram, "inverse": inverse}
+        for name, sums in (("", shown), ("unplaced_", even)):
+            mean = sums[:, 0] / total
+            cross = sums[:, 1:] - np.outer(sums[:, 0], centre)
+            arrays |= {f"{name}mean": mean, f"{name}slopes": inverse @ cross.T}
+    return arrays
+
+
+def _roots(table: SegmentTable, parts: Sequence[slice]) -> FloatArray:
+    """Roots of the weights of the segments of some takes: array (rows, 1)."""
+    sizes = [part.stop - part.start for part in parts]
+    owners = np.repeat(np.arange(len(parts), dtype=np.int64), sizes)
+    lengths = table.ends - table.starts
+    seconds = np.concatenate([lengths[part] for part in parts]) / MOTION_FPS
+    return np.sqrt(take_weights(seconds, owners))[:, None]
 
 
 def _restored(
@@ -395,10 +439,7 @@ def _restored(
     captures = [capture for capture in rows if capture in places.words]
     sizes = [rows[capture].stop - rows[capture].start for capture in captures]
     bounds = np.cumsum([0, *sizes], dtype=np.int64)
-    owners = np.repeat(np.arange(len(captures), dtype=np.int64), sizes)
-    lengths = table.ends - table.starts
-    seconds = np.concatenate([lengths[rows[capture]] for capture in captures]) / MOTION_FPS
-    roots = np.sqrt(take_weights(seconds, owners))[:, None]
+    roots = _roots(table, [rows[capture] for capture in captures])
 
     def rows_of(groups: Sequence[int]) -> FloatArray:
         vectors = _windows_of(table, standardised, [rows[captures[n]] for n in groups])
@@ -409,12 +450,12 @@ def _restored(
     def shown_of(groups: Sequence[int]) -> FloatArray:
         shown = [np.zeros((sizes[n], n_words)) for n in groups]
         for n, own in zip(groups, shown):
-            _set_shown(own, places, captures[n])
+            for words, y in places.of(captures[n]):
+                own[:, words] = y
         return np.concatenate(shown)
 
-    regression = Regression(
-        MadeRows(bounds, rows_of), roots, *(arrays[name] for name in FITTED[:3])
-    )
+    fitted_to = (arrays[name] for name in ("centre", "gram", "inverse"))
+    regression = Regression(MadeRows(bounds, rows_of), roots, *fitted_to)
     centred = regression.centred(MadeRows(bounds, shown_of), arrays["mean"])
     fitted = Fitted(regression, arrays["mean"], arrays["slopes"], centred)
     placed = {c: slice(int(a), int(b)) for c, a, b in zip(captures, bounds, bounds[1:])}
@@ -427,56 +468,25 @@ def place_evidence(
     standardised: Rows,
     n_words: int,
     performers: Mapping[int, str],
-    arrays: Mapping[str, FloatArray] | None = None,
+    arrays: Mapping[str, FloatArray],
 ) -> PlaceEvidence:
     """The evidence of places for the captures of a table; `standardised` (segments, columns).
 
-    `arrays`: Those that :func:`fitted_arrays` gave for the same places and segments.
+    `arrays`: Those that :func:`fit_arrays` gave for the same places and segments.
     """
     rows = capture_rows(table)
     placed: dict[int, slice] = {}
     fitted = None
     if arrays:
         placed, fitted = _restored(places, table, standardised, n_words, arrays)
-    elif places.only(rows).words:
-        captures, takes, shown = placed_takes(places, table, standardised, n_words)
-        placed = dict(zip(captures, takes.rows()))
-        with one_blas_thread():
-            fitted = fit_places(takes, shown, overwrite=True)
     return PlaceEvidence(places, performers, table, standardised, rows, placed, fitted, n_words)
-
-
-def placed_takes(
-    places: Places, table: SegmentTable, standardised: Rows, n_words: int
-) -> tuple[list[int], ListedTakes, FloatArray]:
-    """Captures, takes and y (rows, words) of the captures of a table that took part."""
-    rows = capture_rows(table)
-    captures = [c for c in rows if c in places.words]
-    vectors, seconds, owners = _stacked(table, standardised, captures)
-    shown = np.zeros((len(vectors), n_words))
-    actions = [[places.words[c]] for c in captures]
-    takes = ListedTakes(vectors, seconds, owners, actions, [()] * len(captures), n_words)
-    for capture, inside in zip(captures, takes.rows()):
-        _set_shown(shown[inside], places, capture)
-    return captures, takes, shown
-
-
-def _set_shown(shown: FloatArray, places: Places, capture: int) -> None:
-    """Set y of one capture: `shown` (segments, words)."""
-    shown[:, list(places.words[capture])] = places.shown[capture]
-    if capture in places.inferred:
-        shown[:, list(places.inferred[capture])] = places.inferred_shown[capture]
 
 
 def window_vectors(table: SegmentTable, standardised: Rows, rows: slice) -> FloatArray:
     """Vectors of the windows around the segments of one capture: array (segments, columns)."""
-    return _around_segments(table, standardised[rows], rows)
-
-
-def _around_segments(table: SegmentTable, own: FloatArray, rows: slice) -> FloatArray:
-    """As :func:`window_vectors`; `own` (segments, columns): standardised rows of the capture."""
     starts, ends = table.starts[rows], table.ends[rows]
-    return interval_vectors(own, starts, ends, starts - WINDOW_MARGIN, ends + WINDOW_MARGIN)
+    low, high = starts - WINDOW_MARGIN, ends + WINDOW_MARGIN
+    return interval_vectors(standardised[rows], starts, ends, low, high)
 
 
 def _stacked(
@@ -493,19 +503,16 @@ def _stacked(
 
 
 def _windows_of(table: SegmentTable, standardised: Rows, parts: Sequence[slice]) -> FloatArray:
-    """As :func:`window_vectors`, of several captures, of which some are standardised at once."""
-    ends = np.cumsum([0, *(part.stop - part.start for part in parts)])
-    vectors = np.empty((ends[-1], standardised.shape[1]))
-    block, first, last = vectors[:0], 0, 0  # the rows from first to last
-    for n, part in enumerate(parts):
-        if last <= ends[n]:
-            stop = int(np.searchsorted(ends, ends[n] + AT_ONCE, side="left"))
-            some = parts[n : max(stop, n + 1)]
-            block = standardised[np.concatenate([np.arange(p.start, p.stop) for p in some])]
-            first, last = int(ends[n]), int(ends[n]) + len(block)
-        own = block[ends[n] - first : ends[n + 1] - first]
-        vectors[ends[n] : ends[n + 1]] = _around_segments(table, own, part)
-    return vectors
+    """As :func:`window_vectors`, of several captures."""
+    sizes = np.array([part.stop - part.start for part in parts], dtype=np.int64)
+    ends = np.cumsum([0, *sizes])
+    windows = np.empty((ends[-1], standardised.shape[1]))
+    for some, vectors in window_vectors_of(standardised, table, parts, WINDOW_MARGIN):
+        wholes = np.cumsum(sizes[some] + 1) - 1
+        is_window = np.ones(wholes[-1] + 1, dtype=bool)
+        is_window[wholes] = False
+        windows[ends[some.start] : ends[some.stop]] = vectors[: len(is_window)][is_window]
+    return windows
 
 
 def _listed(table: SegmentTable, rows: slice, written: Written, capture: int) -> _Take | None:

@@ -131,15 +131,6 @@ class FittedPlaces:
         return np.concatenate([self.of_others(inside) for inside in takes.rows()])
 
 
-def fit_places(takes: ListedTakes, shown: FloatArray, *, overwrite: bool = False) -> FittedPlaces:
-    """Fit the regression to given places; :meth:`FittedPlaces.without` removes rows from it.
-
-    `overwrite`: Whether the vectors of the takes may be. Shapes: `shown` (rows, words).
-    """
-    weights = take_weights(takes.seconds, takes.owners)
-    return FittedPlaces(prepare(takes.vectors, weights, RIDGE, overwrite=overwrite).fit(shown))
-
-
 def take_weights(seconds: FloatArray, owners: IntArray) -> FloatArray:
     """Weight of each row: its seconds by the root of those of its take; `owners`: take numbers."""
     total = np.bincount(owners, weights=seconds)

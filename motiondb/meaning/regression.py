@@ -127,9 +127,6 @@ class Sums:
         return slopes, np.asarray(np.einsum("i,ij->j", mean_v, slopes, optimize=False))
 
 
-AT_ONCE = 4096  # Made rows that are multiplied at once; by hand
-
-
 @dataclass(frozen=True, eq=False)
 class MadeRows:
     """Rows that are made, some groups at a time, where they are looked at."""
@@ -168,15 +165,6 @@ class Regression:
         mean = weights @ target / weights.sum()
         centred = self.roots * (target - mean)
         return Fitted(self, mean, self.inverse @ (self.rows[:].T @ centred), centred)
-
-    def fit_made(self, target: MadeRows) -> Fitted:
-        """As :meth:`fit`, some rows at a time: all would not fit into memory."""
-        weights = self.roots[:, 0] ** 2
-        parts = [slice(a, a + AT_ONCE) for a in range(0, len(target), AT_ONCE)]
-        mean = sum((weights[part] @ target[part] for part in parts), 0.0) / weights.sum()
-        centred = self.centred(target, mean)
-        cross = sum((self.rows[part].T @ centred[part] for part in parts), 0.0)
-        return Fitted(self, mean, self.inverse @ cross, centred)
 
     def centred(self, target: MadeRows, mean: FloatArray) -> MadeRows:
         """Targets less their mean, times the roots of the weights."""

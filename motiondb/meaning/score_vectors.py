@@ -33,7 +33,7 @@ of the CMU training parts (``docs/measured/quality.md``, "Words to motion").
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -72,11 +72,13 @@ class ScoreSpace:
 
         Shapes: `scores` (segments, symbols); `movement` (segments, columns).
         """
-        columns = _relative(scores)
-        n_movement = len(self.mean) - columns.shape[1]
-        if n_movement and movement is not None:
-            columns = np.concatenate([columns, movement[:, :n_movement]], axis=1)
-        return self._standardise(columns, scores.shape[1], 0)
+        n_symbols = scores.shape[1]
+        n_movement = 0 if movement is None else len(self.mean) - n_symbols
+        rows = np.empty((len(scores), n_symbols + n_movement))
+        rows[:, :n_symbols] = _relative(scores)
+        if movement is not None:
+            rows[:, n_symbols:] = movement[:, :n_movement]
+        return self._standardise(rows, n_symbols, 0)
 
     def standardise_last(self, movement: Float32Array, n: int) -> FloatArray:
         """The last n columns of such rows: array (segments, n).
@@ -84,17 +86,18 @@ class ScoreSpace:
         Shapes: `movement` (segments, columns), all columns of the rows that are not symbols.
         """
         n_columns, last = len(self.mean), movement[:, movement.shape[1] - n :]
-        return self._standardise(last, n_columns - movement.shape[1], n_columns - n)
+        rows = last.astype(np.float64)
+        return self._standardise(rows, n_columns - movement.shape[1], n_columns - n)
 
-    def _standardise(
-        self, columns: FloatArray | Float32Array, n_symbols: int, first: int
-    ) -> FloatArray:
-        """Standardise the columns of rows from the first on: array (segments, columns)."""
+    def _standardise(self, rows: FloatArray, n_symbols: int, first: int) -> FloatArray:
+        """Standardise the columns of rows from the first on, in place: of hours they are large."""
         sizes = block_sizes(len(self.mean) - n_symbols)
         weights = [block_weight(n) * np.sqrt(n_symbols / size) for n, size in enumerate(sizes)]
-        weight = np.repeat([1.0, *weights], [n_symbols, *sizes])[first:]
-        values = (columns - self.mean[first:]) / self.spread[first:]
-        return weight * np.clip(values, -CLIP, CLIP)
+        rows -= self.mean[first:]
+        rows /= self.spread[first:]
+        np.clip(rows, -CLIP, CLIP, out=rows)
+        rows *= np.repeat([1.0, *weights], [n_symbols, *sizes])[first:]
+        return rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,9 +173,15 @@ def interval_vectors(
     Shapes: `standardised` (segments, symbols); `starts`, `ends` (segments,); `low`, `high`
     (intervals,).
     """
+    return unit(overlaps(starts, ends, low, high) @ standardised)
+
+
+def overlaps(
+    starts: IntArray, ends: IntArray, low: FloatArray | IntArray, high: FloatArray | IntArray
+) -> FloatArray:
+    """Frames that intervals [low, high) share with segments: array (intervals, segments)."""
     inside = np.minimum(ends, high[:, None]) - np.maximum(starts, low[:, None])
-    weights = np.maximum(inside, 0.0)
-    return unit(weights @ standardised)
+    return np.maximum(inside, 0.0)
 
 
 def interval_vector(
@@ -180,6 +189,59 @@ def interval_vector(
 ) -> FloatArray:
     """As :func:`interval_vectors`, of one interval: array (columns,)."""
     return interval_vectors(standardised, starts, ends, np.array([low]), np.array([high]))[0]
+
+
+VECTORS_AT_ONCE = 384
+"""Vectors that are made, and multiplied, together. All products of a word map thus have the same
+shape, in which the sums of a row have the same order wherever it stands: measured, with this number
+on the processors at hand."""
+
+
+def window_vectors_of(
+    standardised: Rows, table: SegmentTable, parts: Sequence[slice], margin: int
+) -> Iterator[tuple[slice, FloatArray]]:
+    """Vectors of the windows around segments, and of whole captures, some captures at a time.
+
+    Numbers of captures, and the vectors of the windows of each, with that of the whole behind them;
+    rows of zeros behind all make their number a multiple of ``VECTORS_AT_ONCE``. Those of a capture
+    follow from its own rows alone.
+
+    Shapes: `standardised` (segments, columns).
+
+    `parts`: The rows of each capture, at least one.
+
+    `margin`: Frames by which a window extends beyond its segment on both sides.
+    """
+    sizes = np.array([part.stop - part.start for part in parts], dtype=np.int64)
+    ends = np.cumsum(sizes + 1)
+    first = 0
+    while first < len(parts):
+        room = ends[first] - sizes[first] - 1 + VECTORS_AT_ONCE
+        last = max(int(np.searchsorted(ends, room, side="right")), first + 1)
+        yield slice(first, last), _vectors_of(standardised, table, parts[first:last], margin)
+        first = last
+
+
+def _vectors_of(
+    standardised: Rows, table: SegmentTable, parts: Sequence[slice], margin: int
+) -> FloatArray:
+    """As :func:`window_vectors_of`, of captures that are all looked at together."""
+    which: slice | IntArray = slice(parts[0].start, parts[-1].stop)
+    sizes = np.array([part.stop - part.start for part in parts], dtype=np.int64)
+    if parts[-1].stop - parts[0].start != sizes.sum():
+        which = np.concatenate([np.arange(part.start, part.stop) for part in parts])
+    rows, starts, ends = standardised[which], table.starts[which], table.ends[which]
+    behind = np.cumsum(sizes)
+    low = np.insert(starts - margin, behind, 0)
+    high = np.insert(ends + margin, behind, ends[behind - 1])
+    n_vectors = len(low)
+    vectors = np.zeros((-(-n_vectors // VECTORS_AT_ONCE) * VECTORS_AT_ONCE, rows.shape[1]))
+    for n, (b, size) in enumerate(zip(behind.tolist(), sizes.tolist())):
+        own, made = slice(b - size, b), slice(b - size + n, b + n + 1)
+        weights = overlaps(starts[own], ends[own], low[made], high[made])
+        np.matmul(weights, rows[own], out=vectors[made])
+    vectors[:n_vectors] = unit(vectors[:n_vectors])
+    return vectors
 
 
 N_POSTURE = 3 * len(body.JOINTS)  # Columns of posture

@@ -29,8 +29,9 @@ from numpy.typing import NDArray
 
 from motiondb.language.question.heads import heads_of
 from motiondb.language.question.readings import Reading
+from motiondb.meaning.caption_map import CaptionMap
 from motiondb.meaning.counting import Described
-from motiondb.meaning.score_vectors import Rows, interval_vectors
+from motiondb.meaning.score_vectors import Rows, window_vectors_of
 from motiondb.meaning.word_map import WordMap
 from motiondb.records import FloatArray, IntArray, SegmentTable
 from motiondb.symbols.hmm_jobs import one_blas_thread
@@ -52,47 +53,51 @@ class TakeScores:
     whole: FloatArray  # (words,): log-odds of the whole capture
 
 
-def motion_log_odds(
-    fit: WordMap, standardised: FloatArray, starts: IntArray, ends: IntArray
-) -> FloatArray:
-    """Log-odds of words in one capture, from its motion: array (segments + 1, words).
+@dataclass(frozen=True, eq=False)
+class Heard:
+    """Log-odds of all words in captures, from the motion alone."""
 
-    The last row is that of the whole capture.
+    # (segments + captures, words): the rows of a capture are those of its segments and, behind
+    # them, that of the whole
+    odds: FloatArray
+    likeness: FloatArray  # (captures, words): that of the caption map, which ``odds`` has too
 
-    Shapes: `standardised` (segments, columns); `starts`, `ends` (segments,).
-    """
-    low = np.concatenate([starts - WINDOW_MARGIN, [0]])
-    high = np.concatenate([ends + WINDOW_MARGIN, ends[-1:]])
-    return fit.log_odds(interval_vectors(standardised, starts, ends, low, high))
+    def by_capture(self, rows: Mapping[int, slice]) -> dict[int, FloatArray]:
+        """Log-odds of the captures with these rows of the table: arrays (segments + 1, words)."""
+        ends = np.cumsum([part.stop - part.start + 1 for part in rows.values()]).tolist()
+        return {c: self.odds[a:b] for c, a, b in zip(rows, [0, *ends], ends)}
 
 
 def hear_takes(
     fit: WordMap,
-    likeness: FloatArray,
+    captions: CaptionMap,
     standardised: Rows,
     table: SegmentTable,
     rows: Mapping[int, slice],
-) -> dict[int, FloatArray]:
-    """Log-odds of all words from the motion alone, per capture: arrays (segments + 1, words).
-
-    Shapes: `likeness` (captures, words), that of the caption map, in the order of `rows`.
-    """
-    odds = {}
+) -> Heard:
+    """Log-odds of all words from the motion alone; `rows` are those of the captures."""
+    parts = list(rows.values())
+    ends = np.cumsum([0, *(part.stop - part.start + 1 for part in parts)])
+    odds = np.empty((ends[-1], len(fit.offsets)))
+    wholes = np.empty((len(parts), standardised.shape[1]))
     with one_blas_thread():  # many small products
-        for (capture, inside), alike in zip(rows.items(), likeness):
-            starts, ends = table.starts[inside], table.ends[inside]
-            heard = motion_log_odds(fit, standardised[inside], starts, ends)
-            odds[capture] = with_likeness(heard, alike)
-    return odds
+        for some, vectors in window_vectors_of(standardised, table, parts, WINDOW_MARGIN):
+            first, last = ends[some.start], ends[some.stop]
+            odds[first:last] = fit.log_odds(vectors)[: last - first]
+            wholes[some] = vectors[ends[some.start + 1 : some.stop + 1] - first - 1]
+    likeness = captions.suggest(wholes).likeness()
+    return Heard(with_likeness(odds, likeness, ends[1:] - 1), likeness)
 
 
-def with_likeness(odds: FloatArray, likeness: FloatArray) -> FloatArray:
-    """Log-odds (segments + 1, words) with the likeness (words,) of the capture as a whole.
+def with_likeness(
+    odds: FloatArray, likeness: FloatArray, wholes: int | IntArray = -1
+) -> FloatArray:
+    """Log-odds (rows, words) with the likeness of captures as a whole, whose rows are given.
 
     An action's log-odds are half those of the whole capture, so that twice the likeness adds it
     once.
     """
-    odds[-1] += 2.0 * likeness
+    odds[wholes] += 2.0 * likeness
     return odds
 
 
@@ -277,8 +282,6 @@ def joint_log_odds(log_odds: Sequence[float]) -> float:
     return log_p - math.log(-math.expm1(log_p))
 
 
-AT_ONCE = 1024
-"""Captures whose log-odds are joined into one array at a time. Chosen by hand: some 10 MB."""
 SLACK = 1e-4
 """Nats that a bound may be too low by rounding. Chosen by hand, far below what separates answers.
 It is above the rounding of single precision, in which extremes are kept, for log-odds below some
@@ -307,23 +310,14 @@ class TakeExtremes:
 
 def take_extremes(takes: Mapping[int, TakeScores]) -> TakeExtremes:
     """Return the extremes of captures, each of which has at least one segment."""
-    highest, lowest, wholes, captures = [], [], [], list(takes)
-    for first in range(0, len(captures), AT_ONCE):
-        some = [takes[capture] for capture in captures[first : first + AT_ONCE]]
-        firsts = np.cumsum([0, *(len(take.starts) for take in some[:-1])])
-        windows = np.concatenate([take.windows for take in some])
-        highest.append(np.maximum.reduceat(windows, firsts, axis=0))
-        lowest.append(np.minimum.reduceat(windows, firsts, axis=0))
-        wholes.append(np.stack([take.whole for take in some]))
-    if not highest:
-        none = np.zeros((0, 0))
-        return TakeExtremes(np.zeros(0, dtype=np.int64), none, none, none)
-    return TakeExtremes(
-        np.array(captures, dtype=np.int64),
-        np.concatenate(highest),
-        np.concatenate(lowest),
-        np.concatenate(wholes),
-    )
+    n_words = len(next(iter(takes.values())).whole) if takes else 0
+    captures = np.array(list(takes), dtype=np.int64)
+    highest, lowest, wholes = (np.empty((len(takes), n_words)) for _ in range(3))
+    for n, take in enumerate(takes.values()):
+        np.maximum.reduce(take.windows, axis=0, out=highest[n])
+        np.minimum.reduce(take.windows, axis=0, out=lowest[n])
+        wholes[n] = take.whole
+    return TakeExtremes(captures, highest, lowest, wholes)
 
 
 def upper_bounds(

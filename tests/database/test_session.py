@@ -280,3 +280,56 @@ def test_nothing_kept_is_used_for_other_words(learned_file: Path) -> None:
     other = replace(learned, captions={})
     assert other.evidence.written == {}
     assert not is_mapped(other.evidence.odds[1])
+
+
+def fitted_places(path: Path) -> dict[str, bytes]:
+    """The files of the fitted maps of places in the cache of a database."""
+    folder = path.with_name(f"{path.name}.cache")
+    return {file.name: file.read_bytes() for file in folder.glob("places-*")}
+
+
+def assert_as_computed(learned: Learned) -> None:
+    """The fitted maps of places are those of the captures, words and model that are there."""
+    computed = replace(learned, prepared=None).place_arrays
+    assert learned.place_arrays.keys() == computed.keys()
+    assert "unplaced_slopes" in computed
+    for name, array in computed.items():
+        np.testing.assert_array_equal(learned.place_arrays[name], array)
+
+
+def test_maps_of_places_stay_while_other_captures_come(few: Path, samples_folder: Path) -> None:
+    with motiondb.open(few) as db:
+        db.learn(LearnSettings(n_symbols=3))  # makes them
+        before, revision = fitted_places(few), db.learned.places_digest
+        db.add([samples_folder / "ana/wave_1.bvh"], settings=AddSettings(jobs=1))
+        db.set_words("wave_1", "kick")
+        assert len(db.learned.rows) == len(WORDS) + 1
+        assert db.learned.places_digest == revision
+        assert fitted_places(few) == before
+        assert_as_computed(db.learned)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda db: db.set_words("ana/bow_1", "jump"),
+        lambda db: db.remove(["ana/bow_1"]),
+        lambda db: store.save_synonyms(db.store, {"kick": "punch"}),
+        lambda db: db.learn(LearnSettings(n_symbols=2)),
+    ],
+    ids=["words", "captures", "synonyms", "model"],
+)
+def test_maps_of_places_are_those_of_what_is_there(
+    few: Path, change: Callable[[MotionDB], object]
+) -> None:
+    with motiondb.open(few) as db:
+        db.search("kick")
+        before = fitted_places(few)
+        change(db)
+        assert_as_computed(db.learned)
+        after = fitted_places(few)
+        assert after.keys().isdisjoint(before)
+    shutil.rmtree(few.with_name(f"{few.name}.cache"))
+    with motiondb.open(few) as db:
+        db.search("punch")
+    assert fitted_places(few) == after

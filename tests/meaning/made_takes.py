@@ -5,8 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.meaning.place_map import RIDGE, ListedTakes, PlaceMap, spreads_of, take_weights
-from motiondb.meaning.regression import fit_ridge
+from motiondb.meaning.place_map import (
+    RIDGE,
+    FittedPlaces,
+    ListedTakes,
+    PlaceMap,
+    spreads_of,
+    take_weights,
+)
+from motiondb.meaning.regression import fit_ridge, prepare
 from motiondb.meaning.score_vectors import unit
 from motiondb.meaning.word_evidence import TakeScores
 from motiondb.records import FloatArray
@@ -49,3 +56,8 @@ def map_places(vectors: FloatArray, shown: FloatArray, weights: FloatArray) -> P
     slopes, constants = fit_ridge(vectors, shown, RIDGE, weights)
     mean = weights @ shown / weights.sum()
     return PlaceMap(slopes, constants - mean, spreads_of(mean))
+
+
+def fit_places(takes: ListedTakes, shown: FloatArray) -> FittedPlaces:
+    """The regression to places (rows, words), of all rows at once."""
+    return FittedPlaces(prepare(takes.vectors, weights_of(takes), RIDGE).fit(shown))

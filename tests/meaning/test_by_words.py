@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_takes import all_of, take
 
-from motiondb.meaning import by_question, word_evidence, word_map
-from motiondb.meaning.score_vectors import unit
-from motiondb.records import FloatArray
+from motiondb.meaning import by_question, word_evidence
+from motiondb.meaning.counting import Described
+from motiondb.records import FloatArray, SegmentTable
 
 WALK, TURN, SIT = range(3)
 
@@ -73,6 +73,21 @@ def test_growing_by_hand() -> None:
     assert by_question.grow(np.zeros(4), 2, 1, 4) == (1, 4)
 
 
+def test_captions_of_all_segments_say_the_same_of_each() -> None:
+    n, number = np.zeros(3), {"walk": 0, "sit": 1}
+    ends = np.array([10, 20, 30])
+    table = SegmentTable(n, ends - 10, ends, n, n, n, np.zeros((3, 0), dtype=np.float32))
+    rows, yes, no = {7: slice(0, 3), 8: slice(0, 3)}, word_evidence.WRITTEN, word_evidence.UNWRITTEN
+    described = [
+        Described(7, 0, 3, 0.0, 30.0, ("walk",), 1),
+        Described(8, 0, 3, 9.0, 21.0, ("sit", "cook"), 2),
+        Described(8, 1, 2, 10.0, 20.0, ("walk",), 1),
+    ]
+    evidence = word_evidence.caption_evidence(described, table, rows, number)
+    assert evidence[7].tolist() == 3 * [[yes, no]]
+    assert evidence[8].tolist() == [[no, yes], [yes, yes], [no, yes]]
+
+
 def test_written_words_count_where_they_were_written() -> None:
     starts, ends = np.array([0, 10, 20]), np.array([10, 20, 30])
     evidence = word_evidence.written_evidence(
@@ -80,14 +95,6 @@ def test_written_words_count_where_they_were_written() -> None:
     )
     yes, no = word_evidence.WRITTEN, word_evidence.UNWRITTEN
     np.testing.assert_array_equal(evidence, [[yes, no], [yes, yes], [0, 0]])
-
-
-def test_windows_reach_over_their_segment() -> None:
-    starts, ends = np.array([0, 44, 88]), np.array([44, 88, 132])  # by half a segment
-    same = word_map.WordMap(np.eye(3), np.zeros(3), np.full(3, 0.5), np.ones(3), np.eye(3)[0])
-    said = word_evidence.motion_log_odds(same, np.eye(3), starts, ends)
-    expected = unit(np.array([[2.0, 1, 0], [1, 2, 1], [0, 1, 2], [1, 1, 1]]))
-    np.testing.assert_allclose(said, expected)
 
 
 @settings(deadline=None, max_examples=50)

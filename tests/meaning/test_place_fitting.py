@@ -6,19 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_takes import map_places, weights_of
+from made_takes import fit_places, map_places, weights_of
 
 from motiondb.meaning.place_fitting import (
     Written,
     complete_labels,
     find_places,
+    fit_arrays,
     label_intervals,
     listed_takes,
     place_evidence,
-    placed_takes,
     window_vectors,
 )
-from motiondb.meaning.place_map import fit_places
 from motiondb.records import Caption, FloatArray, SegmentTable
 
 NUMBERS = {"walk": 0, "sit": 1, "jump": 2}
@@ -136,8 +135,8 @@ def test_words_of_labels_in_other_takes_are_inferred_and_not_listed() -> None:
     assert places.inferred_shown[2].shape == (4, 1)
     assert places.inferred_shown[2][:, 0].argmax() == 2
     assert places.only({3}).inferred == {}
-    _, _, shown = placed_takes(places, table, moves, 3)
-    assert np.array_equal(shown[4:8, 2], places.inferred_shown[2][:, 0])
+    assert [words for words, _ in places.of(1)] == [[0, 1, 2]]
+    assert [words for words, _ in places.of(2)] == [[0, 1], [2]]
     assert places.listed_by({1: "a", 2: "b", 3: "c"})["b"] == {0, 1}
 
 
@@ -149,7 +148,8 @@ def test_evidence_of_a_later_capture_is_of_the_map_of_all() -> None:
     assert places is not None
     assert listed is not None
     takes = listed[1]
-    evidence = place_evidence(places, table, rows, 3, {1: "a", 2: "b", 3: "a"})
+    arrays = fit_arrays(places, table, rows, 3, {})
+    evidence = place_evidence(places, table, rows, 3, {1: "a", 2: "b", 3: "a"}, arrays)
     shown = np.zeros((9, 3))
     shown[:5, list(places.words[1])] = places.shown[1]
     shown[5:, list(places.words[2])] = places.shown[2]
@@ -175,12 +175,9 @@ def test_evidence_without_places_is_of_the_map_of_the_other_takes() -> None:
     takes = listed[1]
     numbers = {1: (frozenset({0, 1}), 2), 2: (frozenset({1, 2}), 2), 3: (frozenset({0}), 1)}
     assert places is not None
-    placed = place_evidence(places, table, rows, 3, {})
-    evidence = placed.unplaced(numbers)
+    arrays = fit_arrays(places, table, rows, 3, numbers)
+    evidence = place_evidence(places, table, rows, 3, {}, arrays).unplaced(numbers, arrays)
     assert evidence is not None
-    again = placed.unplaced(numbers, evidence.arrays())
-    assert again is not None
-    np.testing.assert_array_equal(again[1], evidence[1])
     shares = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [1.0, 0.0, 0.0]]) ** 0.5
     even = np.repeat(shares, [5, 4, 4], axis=0)
     inside = slice(0, 5)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_takes import map_places, weights_of
+from made_takes import fit_places, map_places, weights_of
 
 from motiondb.meaning import place_map
 from motiondb.meaning.place_map import ListedTakes, find_shown
@@ -102,7 +102,7 @@ def test_left_out_predictions_are_those_of_a_fit_without_the_take() -> None:
     shown = np.random.default_rng(5).uniform(size=(len(takes.vectors), N_WORDS))
     weights = weights_of(takes)
     mean = weights @ shown / weights.sum()
-    evidence = place_map.fit_places(takes, shown).left_out(takes)
+    evidence = fit_places(takes, shown).left_out(takes)
     predicted = evidence * place_map.spreads_of(mean) / place_map.SHARPNESS + mean
     for inside in takes.rows():
         others = np.delete(np.arange(len(shown)), inside)
@@ -115,7 +115,7 @@ def test_a_map_without_rows_is_that_of_a_fit_without_them(n_taken: int) -> None:
     takes, _ = made_up(7, 12, 3)
     shown = np.random.default_rng(7).uniform(size=(len(takes.vectors), N_WORDS))
     slopes, told = without_rows(takes, shown, np.arange(n_taken, len(shown)))
-    fit = place_map.fit_places(takes, shown).without(np.arange(n_taken))
+    fit = fit_places(takes, shown).without(np.arange(n_taken))
     assert fit.weights == pytest.approx(slopes, abs=1e-8)
     weights = weights_of(takes)
     mean = weights @ shown / weights.sum()

@@ -66,6 +66,44 @@ def test_an_interval_outside_has_no_direction() -> None:
     np.testing.assert_array_equal(vectors, [[0.0, 0.0]])
 
 
+def test_windows_of_captures_are_those_of_each_alone() -> None:
+    """Also where captures are left out, and where one has more segments than are made at once."""
+    rng, sizes = np.random.default_rng(3), [3, 1, 500, 2, 200, 150, 60]
+    ends = np.concatenate([np.cumsum(rng.integers(8, 60, n)) for n in sizes])
+    bounds = np.cumsum([0, *sizes])
+    firsts = np.insert(ends[:-1], 0, 0)
+    firsts[bounds[:-1]] = 0
+    rows = rng.normal(size=(len(ends), 7))
+    none = np.zeros((len(ends), 0), dtype=np.float32)
+    captures = np.repeat(np.arange(len(sizes)), sizes)
+    table = SegmentTable(captures, firsts, ends, captures, np.zeros(0), np.zeros(0), none)
+    for left_out in ([], [1, 5], [0, 2, 3, 4, 5, 6]):
+        kept = [n for n in range(len(sizes)) if n not in left_out]
+        parts = [slice(int(bounds[n]), int(bounds[n + 1])) for n in kept]
+        seen = []
+        for some, vectors in score_vectors.window_vectors_of(rows, table, parts, 22):
+            assert len(vectors) % score_vectors.VECTORS_AT_ONCE == 0
+            n_made = 0
+            for part in parts[some]:
+                starts, stops = table.starts[part], table.ends[part]
+                low, high = np.append(starts - 22, 0), np.append(stops + 22, stops[-1])
+                alone = score_vectors.interval_vectors(rows[part], starts, stops, low, high)
+                made = vectors[n_made : n_made + len(alone)]
+                np.testing.assert_allclose(made, alone, atol=1e-14)
+                n_made += len(alone)
+            assert not vectors[n_made:].any()
+            seen += kept[some]
+        assert seen == kept
+
+
+def test_windows_reach_over_their_segment() -> None:
+    starts, none = np.array([0, 44, 88]), np.zeros((3, 0), dtype=np.float32)
+    table = SegmentTable(starts, starts, starts + 44, starts, starts, starts, none)
+    ((_, vectors),) = score_vectors.window_vectors_of(np.eye(3), table, [slice(0, 3)], 22)
+    expected = unit(np.array([[2.0, 1, 0], [1, 2, 1], [0, 1, 2], [1, 1, 1]]))
+    np.testing.assert_allclose(vectors[:4], expected)
+
+
 def test_no_captures_have_no_vectors() -> None:
     space = score_vectors.ScoreSpace(np.zeros(5), np.ones(5))
     none = np.zeros((0, 5), dtype=np.float32)

@@ -8,7 +8,7 @@ from pathlib import Path
 from motiondb import store
 from motiondb.database.arguments import seeded
 from motiondb.database.learn.start import find_start
-from motiondb.database.loading import keep_segment_rows, load_features
+from motiondb.database.loading import keep_what_follows, load_features
 from motiondb.database.session import damage_sentence
 from motiondb.errors import MotionDBError, QueryError, StoreError
 from motiondb.learn import fitting
@@ -64,7 +64,7 @@ def learn(
             if is_same:
                 model = _save(opened, settings, model, tell, where)
         if is_same:
-            keep_segment_rows(opened, model)
+            keep_what_follows(opened, model)
             return model
         tell("captures changed, again", 0.0)
     raise MotionDBError(

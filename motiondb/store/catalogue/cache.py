@@ -64,7 +64,11 @@ def cache_bytes(store: Store) -> int:
 
 
 def cached_arrays(
-    store: Store, kind: str, build: Callable[[], Mapping[str, NDArray[Any]]], mark: str = ""
+    store: Store,
+    kind: str,
+    build: Callable[[], Mapping[str, NDArray[Any]]],
+    mark: str = "",
+    of_motions: bool = True,
 ) -> Arrays:
     """Return the arrays that ``build`` makes from the motions, from the cache where possible.
 
@@ -76,12 +80,15 @@ def cached_arrays(
 
     `mark`: What the arrays follow from beside the motions.
 
+    `of_motions`: Whether they follow from the motions otherwise than by the mark. Those that do not
+    stay valid when motions are added.
+
     `build`: Returns the arrays by name. It is called when the cache has no arrays for the current
     motions, or damaged ones.
     """
     if store.in_transaction:
         return dict(build())  # the transaction may yet be rolled back
-    folder, stem = _place(store, kind, mark)
+    folder, stem = _place(store, kind, mark, of_motions)
     try:
         return _read_arrays(folder, stem)
     except _UNUSABLE:
@@ -396,10 +403,10 @@ def is_cached(store: Store, kind: str) -> bool:
     return (folder / f"{stem}.json").is_file()
 
 
-def _place(store: Store, kind: str, mark: str = "") -> tuple[Path, str]:
+def _place(store: Store, kind: str, mark: str = "", of_motions: bool = True) -> tuple[Path, str]:
     """Folder of the cache, and how the names of the files of these arrays begin."""
     folder = store.path.with_name(f"{store.path.name}.cache")
-    revision = read_meta(store, "motion_revision")
+    revision = read_meta(store, "motion_revision") if of_motions else ""
     if mark:
         revision = hashlib.sha256(f"{revision} {mark}".encode()).hexdigest()[:32]
     return folder, f"{kind}-{revision}"
