@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING
 from motiondb.database.arguments import checked
 
 if TYPE_CHECKING:
-    from motiondb.answers.catalogue import Compacted, listed_capture, shown_event
+    from motiondb.answers.catalogue import listed_capture, shown_event
+    from motiondb.answers.database import Compacted
     from motiondb.answers.grammars import GrammarAnswer
     from motiondb.answers.learning import learned_summary
     from motiondb.answers.making import Source

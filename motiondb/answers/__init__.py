@@ -10,15 +10,20 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from motiondb.answers.catalogue import *  # noqa: F403
+    from motiondb.answers.changes import *  # noqa: F403
+    from motiondb.answers.database import *  # noqa: F403
     from motiondb.answers.grammars import *  # noqa: F403
+    from motiondb.answers.knowledge import *  # noqa: F403
     from motiondb.answers.learning import *  # noqa: F403
     from motiondb.answers.making import *  # noqa: F403
     from motiondb.answers.plain import *  # noqa: F403
     from motiondb.answers.questions import *  # noqa: F403
     from motiondb.answers.scenes import *  # noqa: F403
 
-# Those that load least come first
-_MODULES = ("plain", "learning", "catalogue", "questions", "making", "grammars", "scenes")
+_MODULES = (  # Those that load least come first
+    *("plain", "knowledge", "database", "catalogue", "changes", "learning"),
+    *("questions", "making", "grammars", "scenes"),
+)
 
 
 def __getattr__(name: str) -> object:

@@ -1,74 +1,15 @@
-"""What a database learned, in numbers."""
+"""Answers about what a database learned: symbols, words, and how well it answers."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from motiondb.answers.knowledge import StartAnswer
+from motiondb.learn.drift import Drift
+
 if TYPE_CHECKING:
-    from motiondb.learn.drift import Drift
-    from motiondb.learn.knowledge import Knowledge
     from motiondb.learn.learned_model import LearnedModel
-
-
-@dataclass(frozen=True, kw_only=True)
-class KnowledgeAnswer:
-    """The content and origin of knowledge."""
-
-    name: str
-    version: str  # Of motiondb, that learned it
-    captures: int
-    captions: int
-    performers: int
-    seconds: float
-    licences: Mapping[str, int]
-    runs: Sequence[Mapping[str, object]]
-    credit: str
-    sha256: str
-    symbols: int
-    words: int
-
-
-def knowledge_answer(knowledge: Knowledge) -> KnowledgeAnswer:
-    """Return the content and origin of knowledge, as :meth:`MotionDB.export_knowledge` gives it."""
-    origin = knowledge.origin
-    return KnowledgeAnswer(
-        **origin.facts(),
-        sha256=origin.digest,
-        symbols=knowledge.symbols.n_symbols,
-        words=len(knowledge.words),
-    )
-
-
-@dataclass(frozen=True, kw_only=True)
-class ShownKnowledge(KnowledgeAnswer):
-    """The content and origin of knowledge, with its words."""
-
-    vocabulary: Sequence[str]
-
-
-@dataclass(frozen=True, kw_only=True)
-class ExportedKnowledge(KnowledgeAnswer):
-    """Knowledge that was written to a file."""
-
-    file: Path
-    bytes: int
-
-
-@dataclass(frozen=True, kw_only=True)
-class StartAnswer(KnowledgeAnswer):
-    """The knowledge that a database started from, and its share in what it learned."""
-
-    weight: float  # What a caption of the start counts, where one of the database counts 1
-    own_captions: int
-    unchecked: str  # Why answers carry no probabilities; "" where they do
-    strange_motion: float  # Share of the motion that the symbols of the start do not explain
-    fits: bool
-    words_of_start_alone: int
-    words_of_both: int
-    words_of_own_captions_alone: int
 
 
 @dataclass(frozen=True)
@@ -117,6 +58,43 @@ def learned_summary(model: LearnedModel) -> LearnedSummary:
         len(model.association.words),
         model.run_id,
     )
+
+
+@dataclass(frozen=True)
+class WordProbability:
+    """A word with its probability."""
+
+    word: str
+    probability: float
+
+
+@dataclass(frozen=True)
+class SymbolRow:
+    """A motion symbol, with its most probable words."""
+
+    symbol: int
+    cluster: int
+    count: int
+    captures: int
+    seconds: float  # Mean length of its segments
+    words: tuple[WordProbability, ...]
+
+
+@dataclass(frozen=True)
+class SymbolProbability:
+    """A symbol that is associated with a word."""
+
+    symbol: int
+    probability: float
+
+
+@dataclass(frozen=True)
+class WordRow:
+    """A learned word, with its captions and its most probable symbols."""
+
+    word: str
+    count: int
+    symbols: tuple[SymbolProbability, ...]
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from motiondb.answers.catalogue import DatabaseInfo
+from motiondb.answers.database import DatabaseInfo
 from motiondb.database import MotionDB
 from motiondb.database.lent import Lent
 from motiondb.database.loading import make_features

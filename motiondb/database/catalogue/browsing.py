@@ -13,8 +13,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from motiondb import store
-from motiondb.answers.catalogue import DatabaseInfo
+from motiondb import answers, store
 from motiondb.errors import QueryError, suggestion
 from motiondb.records import Caption, CaptureInfo
 
@@ -191,7 +190,7 @@ def _natural(value: object) -> tuple[object, ...]:
 _RUNS = re.compile("[0-9]+|[^0-9]+")  # Numbers, and what stands between them
 
 
-def database_info(session: Session) -> DatabaseInfo:
+def database_info(session: Session) -> answers.DatabaseInfo:
     """What is in the database: numbers of captures, grammars, symbols and words."""
     opened = session.store
     totals = store.load_totals(opened)
@@ -211,7 +210,7 @@ def database_info(session: Session) -> DatabaseInfo:
             learned["start"] = start_facts(session)
     n_bytes, unused = opened.path.stat().st_size, store.unused_bytes(opened)
     files = store.load_parquet_files(opened)
-    return DatabaseInfo(
+    return answers.DatabaseInfo(
         database=str(opened.path),
         bytes=n_bytes,
         captures=totals.captures,

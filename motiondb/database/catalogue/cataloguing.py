@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motiondb import store
-from motiondb.answers.catalogue import AddReport
+from motiondb.answers.changes import AddReport
 from motiondb.database.catalogue import copy_search
 from motiondb.database.catalogue.file_reading import (
     AddSettings,

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from motiondb import store
-from motiondb.answers.catalogue import MergeReport
+from motiondb.answers.changes import MergeReport
 from motiondb.database.catalogue import copy_search
 from motiondb.database.learn import updating
 from motiondb.errors import QueryError, StoreError

@@ -13,7 +13,7 @@ from typing import Annotated
 from fastapi import APIRouter
 from pydantic import Field
 
-from motiondb.answers.catalogue import Removed
+from motiondb.answers.changes import Removed
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import write_bytes
 from motiondb.database.scenes.scene_texts import (
