@@ -39,7 +39,7 @@ def visible(text: str) -> str:
     >>> visible("walk" + chr(27) + "[2J")
     'walk\\x1b[2J'
     """
-    return text.translate(_VISIBLE)
+    return text if text.isprintable() else text.translate(_VISIBLE)
 
 
 def number(count: int, noun: str) -> str:
@@ -214,20 +214,21 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> Non
     """
     at_right = [column.lstrip("-") in _NUMBERS for column in columns]
     cells = [[visible(str(cell)) for cell in row] for row in rows]
-    widths = [max(map(_width, column)) for column in zip(columns, *cells)]
+    padded = [_padded(*column) for column in zip(at_right, zip(columns, *cells))]
+    head, *lines = map("  ".join, zip(*padded))
     room = shutil.get_terminal_size().columns if sys.stdout.isatty() else 160
-    if sum(widths) + 2 * (len(widths) - 1) > room:
+    if _width(head) > room:
         _print_folded(columns, cells, at_right)
         return
+    head = typer.style(head, bold=True) if sys.stdout.isatty() else head
+    print(head, *lines, sep="\n", flush=True)
 
-    def line(texts: Sequence[str]) -> str:
-        gaps = [" " * (width - _width(text)) for text, width in zip(texts, widths)]
-        return "  ".join(
-            gap + text if right else text + gap for text, gap, right in zip(texts, gaps, at_right)
-        )
 
-    head = typer.style(line(columns), bold=True) if sys.stdout.isatty() else line(columns)
-    print(head, *map(line, cells), sep="\n", flush=True)
+def _padded(right: bool, texts: Sequence[str]) -> list[str]:
+    """The texts of a column, all as wide as the widest of them."""
+    widths = [_width(text) for text in texts]
+    widest, pad = max(widths), str.rjust if right else str.ljust
+    return [pad(text, widest - width + len(text)) for text, width in zip(texts, widths)]
 
 
 def _width(text: str) -> int:

@@ -218,15 +218,8 @@ class MotionDB(Captures):
             values = store.load_parameters(opened, "drift_baseline", "lemmas")
             baseline = from_values(drift.DriftBaseline, values, "drift_baseline")
             lemmas = from_values(dict[str, str], values, "lemmas")
-            captured = store.load_captured(opened)
-            captions = [
-                caption
-                for capture, rows in store.load_captions(opened).items()
-                if capture in captured
-                for caption in rows
-            ]
-            vocabulary = store.load_association(opened).words
-            words = drift.count_word_use(captions, vocabulary, store.load_synonyms(opened), lemmas)
+            texts, synonyms = store.load_texts(opened), store.load_synonyms(opened)
+            words = drift.count_word_use(texts, store.load_words(opened), synonyms, lemmas)
             return drift.measure_drift(store.load_segments(opened, scores=False), baseline, words)
 
     def export_knowledge(self, path: str | Path, name: str = "", credit: str = "") -> Knowledge:

@@ -18,13 +18,13 @@ are more than ``NEW_WORDS`` of all words written, or the turnover is more than `
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
-from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentTable
+from motiondb.records import MOTION_FPS, FloatArray, IntArray, SegmentTable
 
 STRANGE = 0.1
 """Chosen by hand, from the shares measured on real captures: twice the shares for more captures of
@@ -113,25 +113,24 @@ class WordUse:
 
 
 def count_word_use(
-    captions: Sequence[Caption],
+    texts: Mapping[str, int],
     vocabulary_words: Sequence[str],
     synonyms: Mapping[str, str],
     lemmas: Mapping[str, str] | None = None,
 ) -> WordUse:
-    """Count the words of captions, and those that are not in the vocabulary."""
+    """Count the words of captions, and those that are not in the vocabulary.
+
+    `texts`: What was written -> how often.
+    """
     from motiondb.language import vocabulary  # answers with a drift do not need it
 
-    words_of = cache(lambda said: vocabulary.words_of(said, synonyms, lemmas))  # many are the same
+    written: Counter[str] = Counter()
+    for text, times in texts.items():
+        for word in vocabulary.words_of(text, synonyms, lemmas):
+            written[word] += times
     known = set(vocabulary_words)
-    total = 0
-    unknown: dict[str, int] = {}
-    for caption in captions:
-        words = words_of(caption.words)
-        total += len(words)
-        for word in words:
-            if word not in known:
-                unknown[word] = unknown.get(word, 0) + 1
-    return WordUse(total, unknown)
+    unknown = {word: times for word, times in written.items() if word not in known}
+    return WordUse(written.total(), unknown)
 
 
 def measure_drift(table: SegmentTable, baseline: DriftBaseline, words: WordUse) -> Drift:

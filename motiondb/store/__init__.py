@@ -9,6 +9,7 @@ from motiondb.store.catalogue.annotations import (
     load_events,
     load_relations,
     load_synonyms,
+    load_texts,
     save_captions,
     save_events,
     save_relations,
@@ -123,7 +124,6 @@ from motiondb.store.learned import (
     is_learned,
     learning_is_current,
     learning_mark,
-    load_association,
     load_learned_captures,
     load_learning,
     load_learning_size,
@@ -133,6 +133,8 @@ from motiondb.store.learned import (
     load_space,
     load_symbols,
     load_transition_counts,
+    load_unlearned,
+    load_words,
     save_learning,
 )
 from motiondb.store.moving import move_motions

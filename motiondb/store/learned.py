@@ -214,6 +214,19 @@ def load_space(store: Store) -> SymbolSpace:
     )
 
 
+def load_unlearned(store: Store) -> list[str]:
+    """Names of the captures that were not generated and have no segments, in order of number."""
+    return store.connection.column(
+        "SELECT name FROM capture ANTI JOIN segment USING (capture_id) WHERE kind = 'captured' "
+        "ORDER BY capture_id"
+    )
+
+
+def load_words(store: Store) -> tuple[str, ...]:
+    """Load the words of the vocabulary, in order of number."""
+    return tuple(store.connection.column("SELECT word FROM word ORDER BY word_id"))
+
+
 def load_association(store: Store) -> Association:
     """Load the association of symbols and words."""
     size, connection = load_learning_size(store), store.connection

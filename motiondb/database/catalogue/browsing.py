@@ -233,10 +233,4 @@ def database_info(session: Session) -> answers.DatabaseInfo:
 
 def unlearned_captures(session: Session) -> list[str]:
     """Names of captured captures that no question searches: added and not counted."""
-
-    def load() -> list[str]:
-        learned = store.load_learned_captures(session.store)
-        captured = store.load_captured(session.store)
-        return [name for number, name in captured.items() if number not in learned]
-
-    return list(session.kept("unlearned", load))
+    return list(session.kept("unlearned", lambda: store.load_unlearned(session.store)))

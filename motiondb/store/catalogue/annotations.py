@@ -66,6 +66,15 @@ def load_captions(
     return {number: tuple(of_one) for number, of_one in captions.items()}
 
 
+def load_texts(store: Store) -> dict[str, int]:
+    """Load how often each text was written about captures that were not generated."""
+    rows = store.connection.execute(
+        "SELECT words, count(*) FROM caption JOIN capture USING (capture_id) "
+        "WHERE kind = 'captured' GROUP BY words ORDER BY words"
+    ).fetchall()
+    return dict(rows)
+
+
 def save_synonyms(store: Store, synonyms: Mapping[str, str]) -> None:
     """Replace the user's synonyms; the learned model is then no longer current."""
     with transaction(store) as connection:

@@ -135,19 +135,12 @@ class CaptureTotals:
 
 def load_totals(store: Store) -> CaptureTotals:
     """Count the captures."""
-    connection = store.connection
-    durations = connection.column("SELECT duration FROM capture ORDER BY capture_id")
-
-    def count(query: str) -> int:
-        return int(connection.value(query) or 0)
-
-    return CaptureTotals(
-        len(durations),
-        count("SELECT count(*) FROM capture WHERE kind = 'generated'"),
-        sum(durations),
-        count("SELECT count(DISTINCT value) FROM capture_tag WHERE key = 'performer'"),
-        count("SELECT count(DISTINCT capture_id) FROM caption"),
-    )
+    ((captures, generated, seconds, performers, with_words),) = store.connection.execute(
+        "SELECT count(*), count(*) FILTER (kind = 'generated'), coalesce(fsum(duration), 0.0), "
+        "(SELECT count(DISTINCT value) FROM capture_tag WHERE key = 'performer'), "
+        "(SELECT count(DISTINCT capture_id) FROM caption) FROM capture"
+    ).fetchall()
+    return CaptureTotals(captures, generated, seconds, performers, with_words)
 
 
 def load_captured(store: Store) -> dict[int, str]:
@@ -233,8 +226,9 @@ def unflatten_motion(
 
 
 def _to_info(row: tuple[Any, ...], tags: dict[str, str]) -> CaptureInfo:
+    """A capture of a row of ``_INFO``, whose columns stand in the order of the record's fields."""
     *columns, notes = row
-    return CaptureInfo(**dict(zip(COLUMNS, columns)), tags=tags, notes=tuple(notes))
+    return CaptureInfo(*columns, tags, tuple(notes))
 
 
 def _refuse_repeated(store: Store, name: str, sha256: str) -> None:

@@ -154,17 +154,19 @@ def test_totals_are_those_of_the_rows(database: store.Store, samples: ModuleType
         store.save_tags(database, number, {"performer": "9" if number < 3 else name})
     store.save_captions(database, 2, [Caption("run"), Caption("jump", 1.0, 2.0)])
     store.save_captions(database, 3, [])
+    store.save_captions(database, 4, [Caption("run"), Caption("run", 1.0, 2.0)])
     made = "UPDATE capture SET kind = 'generated', duration = 7.5 WHERE name = 'bb'"
     database.connection.execute(made)
     infos = store.load_captures(database)
     assert store.load_totals(database) == CaptureTotals(
         len(infos),
         sum(info.kind == "generated" for info in infos),
-        sum(info.duration for info in infos),
+        pytest.approx(sum(info.duration for info in infos)),
         len({info.tags["performer"] for info in infos}),
         len(store.load_captions(database)),
     )
     assert store.load_captured(database) == {1: "a", 3: "ccc", 4: "dddd"}
+    assert store.load_texts(database) == {"run": 2, "walk": 1}
 
 
 def test_relations_go_by_names(database: store.Store, samples: ModuleType) -> None:
