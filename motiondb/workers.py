@@ -11,9 +11,11 @@ import math
 import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from itertools import chain, islice, pairwise
-from typing import Protocol, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future
 
 Piece = TypeVar("Piece")
 Result = TypeVar("Result")
@@ -65,7 +67,10 @@ class Threads:
         if len(first) <= 1 or N_THREADS == 1:
             yield from (work(piece, *shared) for piece in chain(first, left))
             return
-        pool, running = ThreadPoolExecutor(N_THREADS), deque[Future[Result]]()
+        from concurrent.futures import ThreadPoolExecutor
+
+        running: deque[Future[Result]] = deque()
+        pool = ThreadPoolExecutor(N_THREADS)
         try:
             for piece in chain(first, left):
                 running.append(pool.submit(work, piece, *shared))

@@ -1,9 +1,14 @@
 """The store: one DuckDB file. The only part of motiondb that knows DuckDB.
 
 Open it with :func:`open_store`; functions ``load_...`` and ``save_...`` take the open store first.
-``schema.sql`` in ``motiondb.schema`` describes the tables.
+``schema.sql`` in ``motiondb.schema`` describes the tables. What only some commands need is imported
+when one of its names is first used, so that the command line starts fast.
 """
 
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from motiondb.files.packed_files import Source, digest, leave_out, pack_source
 from motiondb.store.catalogue.annotations import (
     load_captions,
     load_events,
@@ -40,27 +45,12 @@ from motiondb.store.catalogue.captures import (
     rename_capture,
     save_capture,
 )
-from motiondb.store.catalogue.edits import (
-    SYNONYMS,
-    UNDO,
-    Edit,
-    find_undoable,
-    load_edits,
-    noting_edits,
-)
 from motiondb.store.catalogue.faulty import (
     NotSaved,
     is_noted,
     load_faulty,
     load_same_files,
     save_not_saved,
-)
-from motiondb.store.catalogue.generated import (
-    Provenance,
-    SourceCapture,
-    load_provenance,
-    save_provenance,
-    to_provenance,
 )
 from motiondb.store.catalogue.names import check_new_name
 from motiondb.store.catalogue.parquet_files import load_parquet_files
@@ -72,14 +62,7 @@ from motiondb.store.catalogue.runs import (
     save_runs,
     start_run,
 )
-from motiondb.store.catalogue.sources import (
-    Source,
-    digest,
-    leave_out,
-    load_packed_source,
-    load_source,
-    pack_source,
-)
+from motiondb.store.catalogue.sources import load_packed_source, load_source
 from motiondb.store.catalogue.trash import load_trash, restore_capture
 from motiondb.store.catalogue.where import (
     CAPTION,
@@ -91,7 +74,6 @@ from motiondb.store.catalogue.where import (
     matches,
     parse_where,
 )
-from motiondb.store.checks import check_quickly, check_store
 from motiondb.store.compaction import backup, compact, count_rows, unused_bytes
 from motiondb.store.connection.faults import DamagedFileError, damage_sentence
 from motiondb.store.connection.handle import Store, bounded_memory, released
@@ -104,21 +86,6 @@ from motiondb.store.connection.transactions import (
     transaction,
 )
 from motiondb.store.connection.turns import somebody_waits
-from motiondb.store.grammars import (
-    Derivation,
-    GrammarSize,
-    GrammarSource,
-    StoredGrammar,
-    load_derivation,
-    load_derivations,
-    load_grammar,
-    load_grammar_names,
-    load_grammar_sizes,
-    load_source_numbers,
-    remove_grammar,
-    save_derivation,
-    save_grammar,
-)
 from motiondb.store.learned import (
     has_parameter,
     is_learned,
@@ -137,24 +104,71 @@ from motiondb.store.learned import (
     load_words,
     save_learning,
 )
-from motiondb.store.moving import move_motions
-from motiondb.store.salvage import (
-    SalvagedCapture,
-    check_places,
-    copy_shared,
-    opened_damaged,
-    salvage_captures,
-    salvage_runs,
-    was_learned,
+
+if TYPE_CHECKING:
+    from motiondb.store.catalogue.edits import (
+        SYNONYMS,
+        UNDO,
+        Edit,
+        find_undoable,
+        load_edits,
+        noting_edits,
+    )
+    from motiondb.store.catalogue.generated import (
+        Provenance,
+        SourceCapture,
+        load_provenance,
+        save_provenance,
+        to_provenance,
+    )
+    from motiondb.store.checks import check_quickly, check_store
+    from motiondb.store.grammars import (
+        Derivation,
+        GrammarSize,
+        GrammarSource,
+        StoredGrammar,
+        load_derivation,
+        load_derivations,
+        load_grammar,
+        load_grammar_names,
+        load_grammar_sizes,
+        load_source_numbers,
+        remove_grammar,
+        save_derivation,
+        save_grammar,
+    )
+    from motiondb.store.moving import move_motions
+    from motiondb.store.salvage import (
+        SalvagedCapture,
+        check_places,
+        copy_shared,
+        opened_damaged,
+        salvage_captures,
+        salvage_runs,
+        was_learned,
+    )
+    from motiondb.store.scenes import (
+        SceneClip,
+        ScenePlayer,
+        SceneRule,
+        StoredScene,
+        load_scene,
+        load_scene_captures,
+        load_scene_names,
+        remove_scene,
+        save_scene,
+    )
+
+_LATER = (
+    *("grammars", "catalogue.generated", "catalogue.edits", "scenes", "moving"),
+    *("checks", "salvage"),
 )
-from motiondb.store.scenes import (
-    SceneClip,
-    ScenePlayer,
-    SceneRule,
-    StoredScene,
-    load_scene,
-    load_scene_captures,
-    load_scene_names,
-    remove_scene,
-    save_scene,
-)
+
+
+def __getattr__(name: str) -> object:
+    """Import the module that has a name."""
+    for each in () if name.startswith("_") else _LATER:
+        module = import_module(f"{__name__}.{each}")
+        if hasattr(module, name):
+            return getattr(module, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -22,6 +22,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from motiondb.errors import MotionDBError, StoreError
+from motiondb.files.packed_files import Source
 from motiondb.files.safe_files import link_target, log_of
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Event, Motion, Run
 from motiondb.store.catalogue.annotations import (
@@ -37,7 +38,7 @@ from motiondb.store.catalogue.generated import Provenance, load_provenance
 from motiondb.store.catalogue.parquet_files import advice, load_parquet_files
 from motiondb.store.catalogue.places import PlaceError, find_file, told
 from motiondb.store.catalogue.runs import load_runs
-from motiondb.store.catalogue.sources import Source, find_source, unpack_source
+from motiondb.store.catalogue.sources import find_source, unpack_source
 from motiondb.store.catalogue.where import COLUMNS
 from motiondb.store.connection.faults import is_damage
 from motiondb.store.connection.handle import Store

@@ -142,21 +142,40 @@ def test_too_little_memory_is_refused_at_once() -> None:
     assert "memory: expected a limit of at least 1,000 MB, found 922 MB." in done.stderr
 
 
-@pytest.mark.parametrize("words", [["list"], ["info"], ["check", "--quick"], ["search", "walk"]])
-def test_a_look_at_the_catalogue_or_for_a_word_loads_no_science(
-    learned_file: Path, words: list[str]
+NO_SCIENCE = ("scipy", "sklearn", "numba", "matplotlib", "pandas", "pydantic", "click", "http")
+NO_STORE = ("numpy", "duckdb", "motiondb.store")
+NO_SCENES = ("motiondb.store.scenes", "motiondb.store.checks", "concurrent.futures")
+NO_ANSWERS = tuple(f"motiondb.answers.{name}" for name in ("catalogue", "changes", "learning"))
+
+
+@pytest.mark.parametrize(
+    ("words", "spared"),
+    [
+        (["list"], (*NO_SCENES, *NO_ANSWERS, "motiondb.store.grammars", "numpy.ma")),
+        (["info"], (*NO_SCENES, *NO_ANSWERS)),
+        (["check", "--quick"], NO_STORE),  # its other process needs them
+        (["search", "walk"], NO_SCENES),
+        ([], (*NO_STORE[1:], "motiondb.page")),
+    ],
+    ids=lambda words: "-".join(words[:1]) or "reading-files",
+)
+def test_what_is_not_needed_is_not_loaded(
+    learned_file: Path, words: list[str], spared: tuple[str, ...]
 ) -> None:
-    code = (
-        "import atexit, sys\n"
-        "atexit.register(lambda: print(*sys.modules, file=sys.stderr))\n"
-        f"sys.argv = ['motiondb', *{words!r}, '--db', {str(learned_file)!r}]\n"
-        "from motiondb.cli.main import main\n"
-        "main()\n"
-    )
+    """Of commands that only look, and of the processes in which ``add`` reads files."""
+    code = "import atexit, sys\natexit.register(lambda: print(*sys.modules, file=sys.stderr))\n"
+    if words:
+        code += (
+            f"sys.argv = ['motiondb', *{words!r}, '--db', {str(learned_file)!r}]\n"
+            "from motiondb.cli.main import main\n"
+            "main()\n"
+        )
+    else:
+        code += "import motiondb.database.catalogue.file_reading\n"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    loaded = {name.split(".")[0] for name in done.stderr.split()}
-    assert "motiondb" in loaded
-    assert not loaded & {"scipy", "sklearn", "numba", "matplotlib", "pandas"}
+    loaded = set(done.stderr.split())
+    assert "motiondb.errors" in loaded
+    assert not loaded & {*NO_SCIENCE, *spared}
 
 
 def test_a_command_is_run_by_an_app_that_has_it_alone() -> None:

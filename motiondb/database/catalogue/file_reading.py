@@ -24,13 +24,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from motiondb import store
 from motiondb.answers.plain import extended
 from motiondb.body import retarget
 from motiondb.errors import CaptureError, MotionDBError
 from motiondb.files.folder import named_skeleton, skeleton_path
 from motiondb.files.formats import capture_format, read_capture_bytes, read_file, read_takes_bytes
 from motiondb.files.limits import NO_LIMITS, ReadLimits, ReadOptions, cap_memory, guarded
+from motiondb.files.packed_files import Source, leave_out, pack_source
 from motiondb.files.parent_process import end_with_parent, is_main_thread
 from motiondb.files.readers.amc import AsfFile
 from motiondb.files.safe_files import read_bounded_text
@@ -97,7 +97,7 @@ class ReadFile:
 
     name: str  # Name of the capture
     path: str
-    source: store.Source | None = None  # The file's bytes and digest
+    source: Source | None = None  # The file's bytes and digest
     motion: Motion | None = None
     fps: float = 0.0  # Frames per second of the file
     n_frames: int = 0  # Frames of the file
@@ -361,7 +361,7 @@ def _solve_takes(job: FileToRead, loaded: _Loaded) -> Readings:
     for take, clip in clips.items():
         of = f"{job.name}#{take}" if take else job.name
         pack = partial(
-            store.pack_source, path.name, data, kind, asf.name if asf else None, skeleton_data, take
+            pack_source, path.name, data, kind, asf.name if asf else None, skeleton_data, take
         )
         try:
             readings.append(_solved(of, path, clip, job.settings, pack))
@@ -373,14 +373,14 @@ def _solve_takes(job: FileToRead, loaded: _Loaded) -> Readings:
 
 
 def _solved(
-    name: str, path: Path, clip: Clip, settings: AddSettings, pack: Callable[[], store.Source]
+    name: str, path: Path, clip: Clip, settings: AddSettings, pack: Callable[[], Source]
 ) -> ReadFile:
     """Solve the canonical body for a clip."""
     motion = retarget.to_motion(clip, settings.joint_map, settings.keep_implausible)
     if not (np.isfinite(motion.root_positions).all() and np.isfinite(motion.local_rotations).all()):
         raise CaptureError(path, "expected finite positions, found none.")
     notes = clip.notes + motion.notes
-    source = pack() if settings.originals else store.leave_out(pack())
+    source = pack() if settings.originals else leave_out(pack())
     return ReadFile(name, str(path), source, motion, clip.fps, clip.n_frames, notes)
 
 
@@ -412,7 +412,7 @@ def read_joint_map(path: Path) -> dict[str, str]:
 
 
 def read_stored(
-    info: CaptureInfo, source: store.Source, parameters: Mapping[str, object], fps: float | None
+    info: CaptureInfo, source: Source, parameters: Mapping[str, object], fps: float | None
 ) -> Clip:
     """The clip of a stored file, read as it was when it was added, without limits."""
     unit = parameters.get("unit")

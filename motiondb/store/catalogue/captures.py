@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 
 from motiondb.errors import QueryError, StoreError, suggestion
+from motiondb.files.packed_files import Source
 from motiondb.files.safe_files import odd_kind
 from motiondb.records import Caption, CaptureInfo, Float32Array, Motion
 from motiondb.store.catalogue.annotations import load_captions, save_captions, save_tags
 from motiondb.store.catalogue.parquet_files import load_part
-from motiondb.store.catalogue.sources import Source
 from motiondb.store.catalogue.trash import OWN_TABLES, put_in_trash
 from motiondb.store.catalogue.where import (
     COLUMNS,
