@@ -56,7 +56,7 @@ def test_pieces_that_nobody_wants_are_not_computed(monkeypatch: pytest.MonkeyPat
         computed.append(piece)
         return piece
 
-    monkeypatch.setattr(workers, "ThreadPoolExecutor", Pool)
+    monkeypatch.setattr("concurrent.futures.ThreadPoolExecutor", Pool)
     for wanted in workers.HERE.map(work, range(100)):
         assert wanted == 0
         break
