@@ -213,12 +213,11 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> Non
     Rich lays out what must be folded: a millisecond a row, too slow for a whole catalogue.
     """
     at_right = [column.lstrip("-") in _NUMBERS for column in columns]
-    cells = [[visible(str(cell)) for cell in row] for row in rows]
-    padded = [_padded(*column) for column in zip(at_right, zip(columns, *cells))]
-    head, *lines = map("  ".join, zip(*padded))
+    texts = [[visible(str(cell)) for cell in column] for column in zip(columns, *rows)]
+    head, *lines = map("  ".join, zip(*map(_padded, at_right, texts)))
     room = shutil.get_terminal_size().columns if sys.stdout.isatty() else 160
     if _width(head) > room:
-        _print_folded(columns, cells, at_right)
+        _print_folded(columns, list(zip(*texts))[1:], at_right)
         return
     head = typer.style(head, bold=True) if sys.stdout.isatty() else head
     print(head, *lines, sep="\n", flush=True)
@@ -240,7 +239,9 @@ def _width(text: str) -> int:
     return cell_len(text)
 
 
-def _print_folded(columns: Sequence[str], rows: list[list[str]], at_right: list[bool]) -> None:
+def _print_folded(
+    columns: Sequence[str], rows: Iterable[Sequence[str]], at_right: list[bool]
+) -> None:
     """Print a table that is wider than the output, its cells in several lines."""
     from rich.console import Console
     from rich.table import Table

@@ -116,7 +116,9 @@ def load_captures(store: Store, where: str | Sequence[Filter] = "") -> list[Capt
         tags.setdefault(number, {})[key] = value
     filters = with_columns(filters, {key for of_one in tags.values() for key in of_one})
     rows = store.connection.execute(f"{_INFO} ORDER BY capture_id").fetchall()
-    infos = (_to_info(row, tags.get(row[0], {})) for row in rows)
+    infos = [_to_info(row, tags.get(row[0], {})) for row in rows]
+    if not filters:
+        return infos
     captions = load_captions(store) if asks_captions(filters) else {}
     texts = {number: [caption.words for caption in said] for number, said in captions.items()}
     return [info for info in infos if matches(info, filters, texts.get(info.capture_id, ()))]
