@@ -230,7 +230,8 @@ def unflatten_motion(
 def _to_info(row: tuple[Any, ...], tags: dict[str, str]) -> CaptureInfo:
     """A capture of a row of ``_INFO``, whose columns stand in the order of the record's fields."""
     *columns, notes = row
-    return CaptureInfo(*columns, tags, tuple(notes))
+    values: list[Any] = [*columns, tags, tuple(notes)]
+    return CaptureInfo(*values)
 
 
 def _refuse_repeated(store: Store, name: str, sha256: str) -> None:
