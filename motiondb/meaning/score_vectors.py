@@ -45,11 +45,14 @@ from motiondb.body.features import FEATURE_FPS, ROOT_WEIGHT, VELOCITY_SECONDS
 from motiondb.records import LARGEST, Axes, Float32Array, FloatArray, IntArray, SegmentTable, Within
 
 
-def unit(vectors: NDArray[Any]) -> NDArray[Any]:
-    """Scale rows to length 1; zero rows stay zero; `vectors` (..., columns)."""
+def unit(vectors: NDArray[Any], out: NDArray[Any] | None = None) -> NDArray[Any]:
+    """Scale rows to length 1; zero rows stay zero; `vectors` (..., columns).
+
+    `out`: Where to write them, which may be `vectors`.
+    """
     length = np.sqrt(np.add.reduce(vectors * vectors, axis=-1, keepdims=True))
     length[~(length > 0.0)] = 1.0
-    return vectors / length
+    return np.divide(vectors, length, out=out)
 
 
 AT_ONCE = 256  # Segments that are standardised together: intermediate arrays of 2 MB stay in caches
@@ -234,14 +237,12 @@ def _vectors_of(
     behind = np.cumsum(sizes)
     low = np.insert(starts - margin, behind, 0)
     high = np.insert(ends + margin, behind, ends[behind - 1])
-    n_vectors = len(low)
-    vectors = np.zeros((-(-n_vectors // VECTORS_AT_ONCE) * VECTORS_AT_ONCE, rows.shape[1]))
+    vectors = np.zeros((-(-len(low) // VECTORS_AT_ONCE) * VECTORS_AT_ONCE, rows.shape[1]))
     for n, (b, size) in enumerate(zip(behind.tolist(), sizes.tolist())):
         own, made = slice(b - size, b), slice(b - size + n, b + n + 1)
         weights = overlaps(starts[own], ends[own], low[made], high[made])
         np.matmul(weights, rows[own], out=vectors[made])
-    vectors[:n_vectors] = unit(vectors[:n_vectors])
-    return vectors
+    return unit(vectors, out=vectors)
 
 
 N_POSTURE = 3 * len(body.JOINTS)  # Columns of posture
