@@ -43,6 +43,15 @@ class Ended:
 Command = Callable[..., Ended]
 
 
+def pytest_configure() -> None:
+    """Give matrix products one thread, also in processes that tests start.
+
+    Those of two processes on two processors wait for one another: the axes of 260 columns took 100
+    times as long.
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Begin with the longest files, so that no process waits for the last of them."""
     items.sort(key=lambda item: item.path.parent != Path(__file__).parent)
