@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
@@ -106,8 +106,10 @@ def ask_many(
 def _held_by(workers: Workers, session: Session) -> _File | _Knowledge:
     """What workers answer from: the file, or what is sent to them."""
     file = _File.of(session)
-    if workers.agree(_can_open, file):
-        return file
+    if session.store.read_only:  # otherwise no other process can open it
+        if workers.agree(_can_open, file):
+            return file
+        workers.agree(_close, file)
     return _Knowledge(session.searchable, _in_memory(session.features))
 
 
@@ -195,19 +197,28 @@ class _File:
         return cls(session.store.path.resolve(), _state(session.store))
 
     @contextmanager
+    def opened(self) -> Iterator[Session]:
+        """A session that reads it; StoreError if it is not the database that asks."""
+        with _lend(self).use() as session, session.reading():
+            if _state(session.store) != self.state:
+                raise StoreError(
+                    f"{self.path}: expected the database that asks, found another state of it."
+                )
+            yield session
+
+    @contextmanager
     def searched(self) -> Iterator[Searched]:
-        """What questions are asked of; ClusterError if the database is not the one that asks."""
+        """What questions are asked of."""
         from motiondb.database import searching
 
         try:
-            with _lent(self.path).use() as session, session.reading():
-                if _state(session.store) != self.state:
-                    raise StoreError("a database of another state.")
+            with self.opened() as session:
                 yield searching.searched(session)
         except MotionDBError as error:
             raise ClusterError(
-                f"{self.path}: expected a database that every worker can open, found a worker "
-                f"that cannot: {error} Give all workers its folder, or none."
+                f"{self.path}: expected a database that every worker can open while questions are "
+                f"answered, found a worker that cannot ({error}) Ask again; give new workers the "
+                "folder, too."
             ) from None
 
 
@@ -215,25 +226,35 @@ def _state(opened: store.Store) -> str:
     return repr((store.revision(opened), store.learning_mark(opened)))
 
 
-@lru_cache(maxsize=1)
-def _lent(path: Path) -> Lent[Session]:
-    """The database that this worker has loaded last."""
+_lent = dict[_File, "Lent[Session]"]()
+"""The database that this process answers from for another one, if any."""
+
+
+def _lend(file: _File) -> Lent[Session]:
+    """The database of questions; what was loaded of it stays until they are answered."""
     from motiondb.database.session import Session
 
-    session = Session(path, read_only=True)
-    return Lent(session, session.store.lend)
+    if file not in _lent:
+        _lent.clear()  # of a process that ended before it could say so
+        session = Session(file.path, read_only=True)
+        _lent[file] = Lent(session, session.store.lend)
+    return _lent[file]
 
 
 def _can_open(file: _File) -> bool:
-    """Whether this worker can open the database that asks."""
-    with file.searched():
-        return True
+    """Whether this worker can map what it needs of the database that asks."""
+    from motiondb.database.loading import FEATURES
+
+    try:
+        with file.opened() as session:
+            return store.is_cached(session.store, FEATURES)
+    except MotionDBError:
+        return False
 
 
 def _close(file: _File) -> bool:
     """Forget the database of questions that were answered."""
-    _lent(file.path).opened.close()
-    _lent.cache_clear()
+    _lent.pop(file, None)
     return True
 
 

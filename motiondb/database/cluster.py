@@ -173,7 +173,7 @@ class Cluster:
         return int(np.clip(seconds / _LEAST, 1, PIECES_EACH * self.n_workers))
 
     def agree(self, ask: Callable[..., bool], /, *given: object) -> bool:
-        """Whether every worker answers ``ask(*given)`` with True; an error that it raises is no.
+        """Whether every worker answers ``ask(*given)`` with True; an error counts as no.
 
         Parameters
         ----------
@@ -191,7 +191,7 @@ class Cluster:
             found = self._client.run(ask, *given, on_error="return")
         except _ENDED as error:
             raise self._gone(_first_line(error)) from None
-        return all(each is True for each in found.values())
+        return bool(found) and all(each is True for each in found.values())
 
     def map(
         self,

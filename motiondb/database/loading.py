@@ -29,6 +29,7 @@ from motiondb.learn.recognition import FeaturePool, describe_segments, recognise
 from motiondb.meaning.counting import capture_rows, join_tables, take_rows
 from motiondb.meaning.word_evidence import WhenAsked
 from motiondb.records import Float32Array, Motion, SegmentTable
+from motiondb.store.connection.migrations import motiondb_version
 from motiondb.workers import HERE, Workers, runs
 
 TABLE = "words.table"  # The shipped table of nearby words
@@ -140,7 +141,7 @@ def segments_of(
 
 
 def keep_what_follows(opened: store.Store, model: LearnedModel) -> None:
-    """Put what stays until the next ``learn`` of a model that was just saved into the cache.
+    """Put into the cache what follows from a model that was just saved, until the next ``learn``.
 
     These are scores and movement of its segments, and the fitted maps of places.
     """
@@ -220,8 +221,8 @@ def _place_arrays(opened: store.Store, learned: Learned) -> Mapping[str, NDArray
     """The fitted maps of places from the cache; they stay when other captures are added."""
     if learned.places is None:
         return {}
-    digest = learned.places_digest
-    return store.cached_arrays(opened, PLACES, lambda: learned.place_arrays, digest, False)
+    mark = f"{motiondb_version()} {learned.places_digest}"
+    return store.cached_arrays(opened, PLACES, lambda: learned.place_arrays, mark, False)
 
 
 @lru_cache(maxsize=1)

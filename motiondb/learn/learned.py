@@ -397,8 +397,8 @@ class Learned(LearnedModel):
         """A digest of all that ``place_arrays`` follow from, of a model that learned places.
 
         Of the captures, these are only those whose places were learned: it stays when others are
-        added. Scores and movement of a segment follow from the symbols and the feature space, and
-        from a motion that no other gives the same log-likelihoods to.
+        added. Scores and movement of segments stand for themselves by symbols, feature space and
+        log-likelihoods, in which any two motions differ.
         """
         assert self.places is not None
         places, table = self.places, self.segments

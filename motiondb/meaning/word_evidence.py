@@ -104,7 +104,7 @@ def with_likeness(
 class WhenAsked(Mapping[int, T]):
     """Values by capture that are made when they are asked for.
 
-    Those that were asked for last are kept, up to a number.
+    Those that were made last are kept, up to a number.
     """
 
     def __init__(self, captures: Iterable[int], make: Callable[[int], T], n_kept: int = 0) -> None:
@@ -194,8 +194,8 @@ class TakeEvidence:
     ) -> TakeEvidence:
         """The evidence of words whose log-odds are means of those of the words here.
 
-        What is written counts for words that stand for these. The extremes are bounds: the largest
-        mean is at most the mean of the largest.
+        What captions say of the words here counts for mixed words that are `standing` in for them.
+        The extremes are bounds: the largest mean is at most the mean of the largest.
 
         Shapes: `shares` (words, mixed words); `likeness` of each capture and `standing` (mixed
         words,).

@@ -232,7 +232,7 @@ def search_words(
     return replace(
         _answer(question),
         matches=tuple(
-            _match(question, rank, judged.settled(each), place(each), why)
+            _match(question, rank, judged.looked_at(each), place(each), why)
             for rank, (each, why) in enumerate(zip(shown, whys), start=1)
         ),
         reasons=whys,

@@ -72,8 +72,8 @@ class Judged:
                 heapq.heappush(waiting, (*_rank(answer, self.place(answer)), n, True))
         return first
 
-    def settled(self, answer: Found) -> Found:
-        """An answer without a probability where order or motion speak against it.
+    def looked_at(self, answer: Found) -> Found:
+        """An answer, without its probability where order or motion speak against it.
 
         How often such an answer is right was not measured.
         """
@@ -87,10 +87,14 @@ class Judged:
         `first`: The first answers, which are looked at before the others. `is_known`: Whether own
         captions have checked the words. `replaced`: As in ``chances.is_doubtful``.
         """
-        wholes = (
-            each.sure.whole if (each.sure.whole or 0.0) < LIKELY else self.settled(each).sure.whole
-            for each in chain(first, self.answers)
-        )
+
+        def whole_of(answer: Found) -> float | None:
+            whole = answer.sure.whole
+            if whole is None or (is_known and whole < LIKELY):
+                return whole  # what speaks against it changes nothing
+            return self.looked_at(answer).sure.whole
+
+        wholes = map(whole_of, chain(first, self.answers))
         if is_doubtful(wholes, [each.sure.parts for each in self.answers], replaced):
             return True
 

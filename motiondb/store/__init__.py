@@ -159,16 +159,24 @@ if TYPE_CHECKING:
         save_scene,
     )
 
-_LATER = (
-    *("grammars", "catalogue.generated", "catalogue.edits", "scenes", "moving"),
-    *("checks", "salvage"),
-)
+_LATER = {
+    "catalogue.edits": "SYNONYMS UNDO Edit find_undoable load_edits noting_edits",
+    "catalogue.generated": "Provenance SourceCapture load_provenance save_provenance to_provenance",
+    "checks": "check_quickly check_store",
+    "grammars": "Derivation GrammarSize GrammarSource StoredGrammar load_derivation "
+    "load_derivations load_grammar load_grammar_names load_grammar_sizes "
+    "load_source_numbers remove_grammar save_derivation save_grammar",
+    "moving": "move_motions",
+    "salvage": "SalvagedCapture check_places copy_shared opened_damaged "
+    "salvage_captures salvage_runs was_learned",
+    "scenes": "SceneClip ScenePlayer SceneRule StoredScene load_scene "
+    "load_scene_captures load_scene_names remove_scene save_scene",
+}  # The names of modules that are imported when one of them is used, separated by spaces
+_MODULES = {name: module for module, names in _LATER.items() for name in names.split()}
 
 
 def __getattr__(name: str) -> object:
     """Import the module that has a name."""
-    for each in () if name.startswith("_") else _LATER:
-        module = import_module(f"{__name__}.{each}")
-        if hasattr(module, name):
-            return getattr(module, name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)

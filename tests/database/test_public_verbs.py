@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -87,11 +88,31 @@ def test_a_worker_refuses_another_database_than_the_one_that_asks(
         (tmp_path / "none.duckdb", "no such file"),
     ):
         file = asking_many._File(path, "of another database")
-        with pytest.raises(
-            motiondb.ClusterError, match=f"expected a database that every.*{reason}"
+        assert not asking_many._can_open(file)
+        with (
+            pytest.raises(motiondb.ClusterError, match=f"expected a database that every.*{reason}"),
+            file.searched(),
         ):
-            asking_many._can_open(file)
-    asking_many._lent.cache_clear()
+            pass
+    asking_many._lent.clear()
+
+
+def test_a_worker_answers_from_the_database_that_is_there_now(
+    learned_file: Path, tmp_path: Path
+) -> None:
+    path, names = tmp_path / "m.duckdb", list[str]()
+    for name in ("one", "other"):  # as many changes, so that the numbers of the states are the same
+        shutil.copy(learned_file, path)
+        with motiondb.open(path) as db:
+            db.rename("ana/bow_1", name)
+        with motiondb.open(path, read_only=True) as db, db.session.reading():
+            file = asking_many._File.of(db.session)
+        with file.searched() as searched:
+            names += [info.name for info in searched.learned.captures.values()]
+    assert {"one", "other"} <= set(names)
+    assert list(asking_many._lent) == [file]
+    asking_many._close(file)
+    assert not asking_many._lent
 
 
 def test_an_answer_explains_itself_in_words_and_seconds(learned_file: Path) -> None:

@@ -9,8 +9,8 @@ disk, and renamed.
 An array that does not match its list is rebuilt from the store, so the folder can be deleted or
 damaged at any time. If the folder cannot be written, the arrays stay in memory.
 
-The file of rows that belong to captures grows at its end when captures are added: the new list's
-name for it is a link to the former file, and the former list still holds for the rows before.
+The file of rows that belong to captures grows at its end when captures are added: it gets a second
+name, that of the new list, and the former list still holds for the rows before.
 
 The checksums are compared whenever arrays are mapped, once for each opening of a database; those of
 rows that belong to captures when the rows of a capture are looked at
@@ -80,7 +80,7 @@ def cached_arrays(
 
     `mark`: What the arrays follow from beside the motions.
 
-    `of_motions`: Whether they follow from the motions otherwise than by the mark. Those that do not
+    `of_motions`: Whether they follow from the motions otherwise than by the mark. If False, they
     stay valid when motions are added.
 
     `build`: Returns the arrays by name. It is called when the cache has no arrays for the current
@@ -185,8 +185,7 @@ def _cached(
     former = _former_rows(store, kind)
     if not store.in_transaction and marks:
         with suppress(*_UNUSABLE):
-            begun = _begin_with_former(folder, kind, stem, marks)
-            new = dict(islice(marks.items(), len(begun.get("marks", ())), None))
+            begun, new = _begin_with_former(folder, kind, stem, marks, make)
             _write_rows(folder, kind, stem, marks, _rows_of(new, former, make, ready), begun)
             return _to_capture_rows(_read_arrays(folder, stem), mended)
     made = _in_memory(marks, former, make, ready)
@@ -277,9 +276,16 @@ def _former_rows(store: Store, kind: str) -> dict[int, _Former]:
 def _newest(folder: Path, kind: str) -> Iterator[tuple[str, Arrays]]:
     """Caches of rows that can be read, with how the names of their files begin."""
     listed = [file for file in folder.glob(f"{kind}-*.json") if _ours(kind).fullmatch(file.name)]
-    for file in sorted(listed, key=lambda one: -one.stat().st_mtime):
+    for file in sorted(listed, key=_written, reverse=True):
         with suppress(*_UNUSABLE):
             yield file.stem, _read_arrays(folder, file.stem)
+
+
+def _written(file: Path) -> float:
+    """When a file was last written; 0 if another process has deleted it meanwhile."""
+    with suppress(OSError):
+        return file.stat().st_mtime
+    return 0.0
 
 
 def _rows_of(
@@ -317,20 +323,29 @@ def _in_memory(
 
 
 def _begin_with_former(
-    folder: Path, kind: str, stem: str, marks: Mapping[int, int]
-) -> Mapping[str, NDArray[Any]]:
-    """Arrays of the former cache, if its captures are the first now; its file gets the new name.
+    folder: Path, kind: str, stem: str, marks: Mapping[int, int], make: Make
+) -> tuple[Mapping[str, NDArray[Any]], Mapping[int, int]]:
+    """Arrays of the former cache, whose file gets the new name, and the captures behind them.
 
-    None where it has others, or where the file system has no links.
+    No arrays and all captures where the former ones are not the first now, where another list may
+    use the file too, or where the file system has no links.
     """
-    for former, arrays in _newest(folder, kind):
+    for former, arrays in islice(_newest(folder, kind), 1):
         known = arrays["marks"].tolist()
-        if known and known == list(marks.values())[: len(known)]:
-            with suppress(OSError):
-                os.link(folder / f"{former}-rows.npy", folder / f"{stem}-rows.npy")
-                return arrays
-        break
-    return _NONE
+        held = set(known)
+        last = max((n for n, mark in enumerate(marks.values(), 1) if mark in held), default=0)
+        first = dict(islice(marks.items(), last))
+        damaged = [number for number, mark in first.items() if mark not in held]
+        same = known == [mark for mark in first.values() if mark in held]
+        if not (same and known) or len(damaged) > _AT_ONCE or (damaged and make(damaged)):
+            break
+        name = folder / f"{stem}-rows.npy"
+        with suppress(OSError):
+            os.link(folder / f"{former}-rows.npy", name)
+            if name.stat().st_nlink == 2:
+                return arrays, dict(islice(marks.items(), last, None))
+            name.unlink()  # others write behind these rows, or keep the file as it is
+    return _NONE, marks
 
 
 def _write_rows(
@@ -381,7 +396,7 @@ def _write_rows(
 
 @contextmanager
 def _growing(path: Path, rows: NDArray[Any]) -> Iterator[BinaryIO]:
-    """Open a file of rows behind those that it has; what is behind them is of no list."""
+    """Open a file behind the rows of a list; what is behind them belongs to no list."""
     with path.open("r+b") as file:
         np.lib.format.read_magic(file)
         np.lib.format.read_array_header_1_0(file)

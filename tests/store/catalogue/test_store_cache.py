@@ -119,6 +119,35 @@ def test_rows_of_new_captures_are_written_behind_the_others(
     np.testing.assert_array_equal(before.rows, held.rows[:18])
 
 
+def test_a_file_of_rows_with_another_name_is_not_written_to(
+    filled: store.Store, samples: ModuleType, tmp_path: Path
+) -> None:
+    """Such as that of a copy by links, or of a process that reads another state."""
+    store.cached_rows(filled, "places", Maker())
+    (file,) = _folder(filled).glob("places-*-rows.npy")
+    os.link(file, tmp_path / "backup.npy")
+    before = (tmp_path / "backup.npy").read_bytes()
+    samples.add(filled, "dddd", n_frames=2)
+    held = store.cached_rows(filled, "places", Maker())
+    np.testing.assert_array_equal(held.rows, _place_rows(filled, [1, 2, 3, 4]))
+    assert (tmp_path / "backup.npy").read_bytes() == before
+
+
+def test_rows_grow_behind_a_capture_whose_motion_is_damaged(
+    filled: store.Store, samples: ModuleType
+) -> None:
+    filled.connection.execute("UPDATE motion SET poses = 'x'::BLOB WHERE capture_id = 2")
+    store.cached_rows(filled, "places", Maker())
+    (file,) = _folder(filled).glob("places-*-rows.npy")
+    first = file.stat().st_ino
+    samples.add(filled, "dddd", n_frames=2)
+    make = Maker()
+    held = store.cached_rows(filled, "places", make)
+    (file,) = _folder(filled).glob("places-*-rows.npy")
+    assert (file.stat().st_ino, make.made) == (first, [2])
+    np.testing.assert_array_equal(held.rows, _place_rows(filled, [1, 3, 4]))
+
+
 def test_rows_that_an_interrupt_left_behind_the_others_do_no_harm(
     filled: store.Store, samples: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
