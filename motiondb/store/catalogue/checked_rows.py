@@ -38,7 +38,7 @@ class CheckedRows(NDArrayOperatorsMixin):
     ) -> None:
         self.rows, self.shape, self.dtype = rows, rows.shape, rows.dtype
         self._bounds, self._edges, self._sums, self._make = bounds.tolist(), bounds, sums, make
-        self._is_checked = np.zeros(len(sums), dtype=bool)
+        self._is_checked = bytearray(len(sums))  # slices of it are fast
         self._mended: dict[int, NDArray[Any]] = {}
         self._columns = slice(None)
 
@@ -65,7 +65,8 @@ class CheckedRows(NDArrayOperatorsMixin):
             return self.rows[which, self._columns]
         first, last = (bisect_right(self._bounds, row) - 1 for row in (start, stop - 1))
         touched = range(first, last + 1)
-        self._check(np.arange(first, last + 1))
+        if not all(self._is_checked[first : last + 1]):
+            self._check(np.arange(first, last + 1))
         if self._mended.keys().isdisjoint(touched):
             return self.rows[which, self._columns]
         whole = self.rows[start:stop].copy()
@@ -104,13 +105,14 @@ class CheckedRows(NDArrayOperatorsMixin):
 
     def _check(self, places: IntArray) -> None:
         """Compare the rows of captures, in order, with their checksums, each once."""
-        left = places[~self._is_checked[places]]
+        is_checked = np.frombuffer(self._is_checked, dtype=bool)
+        left = places[~is_checked[places]]
         for run in np.split(left, np.flatnonzero(np.diff(left) != 1) + 1) if len(left) else ():
             bounds = self._edges[run[0] : run[-1] + 2]
             actual = page_checksums(self.rows, bounds)
             for place in run[actual != self._sums[run]].tolist():
                 self._mended[place] = self._make(place)
-            self._is_checked[run] = True
+            is_checked[run] = True
 
 
 def page_checksum(array: NDArray[Any]) -> int:
