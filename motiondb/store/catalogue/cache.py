@@ -182,10 +182,11 @@ def _cached(
             if _is_whole(store, captures, held.capture_ids, make):
                 return held
     marks = _marks(store, captures)
-    former = _former_rows(store, kind)
+    newest = _newest(folder, kind)
+    former = _rows_in(newest)
     if not store.in_transaction and marks:
         with suppress(*_UNUSABLE):
-            begun, new = _begin_with_former(folder, kind, stem, marks, make)
+            begun, new = _begin_with_former(folder, newest, stem, marks, make)
             _write_rows(folder, kind, stem, marks, _rows_of(new, former, make, ready), begun)
             return _to_capture_rows(_read_arrays(folder, stem), mended)
     made = _in_memory(marks, former, make, ready)
@@ -263,22 +264,31 @@ class _Former:
 
 def _former_rows(store: Store, kind: str) -> dict[int, _Former]:
     """Mark of a capture -> its rows in the newest cache that can be read."""
-    folder = _place(store, kind)[0]
-    with suppress(StopIteration):
-        arrays = next(_newest(folder, kind))[1]
-        rows = arrays["rows"]
-        parts = (rows[low:high] for low, high in pairwise(arrays["bounds"].tolist()))
-        facts = zip(parts, arrays["values"].tolist(), arrays["sums"].tolist())
-        return dict(zip(arrays["marks"].tolist(), (_Former(*each) for each in facts)))
-    return {}
+    return _rows_in(_newest(_place(store, kind)[0], kind))
 
 
-def _newest(folder: Path, kind: str) -> Iterator[tuple[str, Arrays]]:
-    """Caches of rows that can be read, with how the names of their files begin."""
+_Newest = tuple[str, Arrays] | None
+"""How the names of the files of a cache of rows begin, and its arrays; None if there is none."""
+
+
+def _rows_in(newest: _Newest) -> dict[int, _Former]:
+    """Mark of a capture -> its rows in a cache."""
+    if newest is None:
+        return {}
+    _, arrays = newest
+    rows = arrays["rows"]
+    parts = (rows[low:high] for low, high in pairwise(arrays["bounds"].tolist()))
+    facts = zip(parts, arrays["values"].tolist(), arrays["sums"].tolist())
+    return dict(zip(arrays["marks"].tolist(), (_Former(*each) for each in facts)))
+
+
+def _newest(folder: Path, kind: str) -> _Newest:
+    """The newest cache of rows that can be read."""
     listed = [file for file in folder.glob(f"{kind}-*.json") if _ours(kind).fullmatch(file.name)]
     for file in sorted(listed, key=_written, reverse=True):
         with suppress(*_UNUSABLE):
-            yield file.stem, _read_arrays(folder, file.stem)
+            return file.stem, _read_arrays(folder, file.stem)
+    return None
 
 
 def _written(file: Path) -> float:
@@ -323,28 +333,30 @@ def _in_memory(
 
 
 def _begin_with_former(
-    folder: Path, kind: str, stem: str, marks: Mapping[int, int], make: Make
+    folder: Path, newest: _Newest, stem: str, marks: Mapping[int, int], make: Make
 ) -> tuple[Mapping[str, NDArray[Any]], Mapping[int, int]]:
     """Arrays of the former cache, whose file gets the new name, and the captures behind them.
 
     No arrays and all captures where the former ones are not the first now, where another list may
     use the file too, or where the file system has no links.
     """
-    for former, arrays in islice(_newest(folder, kind), 1):
-        known = arrays["marks"].tolist()
-        held = set(known)
-        last = max((n for n, mark in enumerate(marks.values(), 1) if mark in held), default=0)
-        first = dict(islice(marks.items(), last))
-        damaged = [number for number, mark in first.items() if mark not in held]
-        same = known == [mark for mark in first.values() if mark in held]
-        if not (same and known) or len(damaged) > _AT_ONCE or (damaged and make(damaged)):
-            break
-        name = folder / f"{stem}-rows.npy"
-        with suppress(OSError):
-            os.link(folder / f"{former}-rows.npy", name)
-            if name.stat().st_nlink == 2:
-                return arrays, dict(islice(marks.items(), last, None))
-            name.unlink()  # others write behind these rows, or keep the file as it is
+    if newest is None:
+        return _NONE, marks
+    former, arrays = newest
+    known = arrays["marks"].tolist()
+    held = set(known)
+    last = max((n for n, mark in enumerate(marks.values(), 1) if mark in held), default=0)
+    first = dict(islice(marks.items(), last))
+    damaged = [number for number, mark in first.items() if mark not in held]
+    same = known == [mark for mark in first.values() if mark in held]
+    if not (same and known) or len(damaged) > _AT_ONCE or (damaged and make(damaged)):
+        return _NONE, marks
+    name = folder / f"{stem}-rows.npy"
+    with suppress(OSError):
+        os.link(folder / f"{former}-rows.npy", name)
+        if name.stat().st_nlink == 2:
+            return arrays, dict(islice(marks.items(), last, None))
+        name.unlink()  # others write behind these rows, or keep the file as it is
     return _NONE, marks
 
 
