@@ -24,7 +24,7 @@ from motiondb.files.safe_files import (
 )
 from motiondb.store.catalogue.trash import empty_trash
 from motiondb.store.connection.faults import first_sentence, is_damage
-from motiondb.store.connection.handle import Store
+from motiondb.store.connection.handle import Store, limit_memory
 from motiondb.store.connection.opening import is_lock, open_store
 from motiondb.store.connection.statements import Connection
 from motiondb.store.moving import (
@@ -79,6 +79,7 @@ def compact(
                 f"({path.name}.wal): another program is writing, or the disk has no room to bring "
                 "them in. Wait until it has ended, and look at the disk."
             )
+        limit_memory(store)
         attach(store, new, "compacted")  # from here on no other process compacts
         try:
             if _identity(path) != identity:

@@ -401,6 +401,19 @@ def bounded_memory(store: Store, n_bytes: int) -> Iterator[None]:
     """Bound the memory of DuckDB while captures are added, then close the file until its next use.
 
     `n_bytes`: Size of the captures. Where they and the file are small, nothing is done.
+    """
+    if not limit_memory(store, n_bytes):
+        yield
+        return
+    try:
+        yield
+    finally:
+        store.lend()
+        store.take_back_later()
+
+
+def limit_memory(store: Store, n_bytes: int = 0) -> bool:
+    """Bound the memory of DuckDB until the file is closed, unless it and what is added are small.
 
     Where it joins the rows that were added with older ones, DuckDB reads and writes motions and
     files of hours, and would keep all of them in memory. What does not fit within the bound lies
@@ -409,15 +422,10 @@ def bounded_memory(store: Store, n_bytes: int) -> Iterator[None]:
     """
     ((used, share),) = store.connection.execute(_USED).fetchall()
     if _PEAK * (used + n_bytes) < _LEAST_BOUND:
-        yield
-        return
+        return False
     bound = max(_LEAST_BOUND, int(2 * used * (share or 0.0)), 4 * n_bytes)
     with suppress(StoreError):  # other threads hold more at this moment
         store.connection.execute(f"SET memory_limit = '{bound}B'")
         if used < LARGE:  # a new file; one that is large already was limited when it was opened
             store.connection.execute(KEEP_GROUPS)
-    try:
-        yield
-    finally:
-        store.lend()
-        store.take_back_later()
+    return True
