@@ -103,23 +103,23 @@ def compact(
         typer.Option(
             "--motions-to",
             metavar="PLACE",
-            help="Move motions and original files there: a folder, a URL of fsspec such as "
-            "s3://bucket/motions, or here for the database file.",
+            help="Move motions, original files and scores of segments there: a folder, a URL of "
+            "fsspec such as s3://bucket/motions, or here for the database file.",
         ),
     ] = None,
 ) -> None:
     """Rewrite the database file without the space of removed rows; removals become final.
 
-    With --motions-to, motions and original files lie in Parquet files in a folder or at a URL, and
-    the file holds the rest. Captures that are added later lie in the file until they are moved by
-    the same command.
+    With --motions-to, motions, original files and scores of segments lie in Parquet files in a
+    folder or at a URL, and the file holds the rest. Captures that are added later, and the scores
+    that every learn makes anew, lie in the file until they are moved by the same command.
     """
     with printing.progress(shared) if motions_to is not None else nullcontext() as tell:
         done = motiondb.compact(shared.db, shared.wait, motions_to, tell)
     if printing.as_json(shared, done):
         return
     if motions_to is not None:
-        printing.say(f"motions of {printing.number(done.moved, 'capture')} moved")
+        printing.say(f"motions or scores of {printing.number(done.moved, 'capture')} moved")
     printing.say(f"{done.before / 1e6:.1f} MB before, {done.after / 1e6:.1f} MB after")
     if done.unused:
         files = printing.number(len(done.unused), "Parquet file")

@@ -322,8 +322,9 @@ def compact(
     wait : float
         Seconds to wait for another process that holds the file.
     motions_to : str, optional
-        Where motions and original files are to lie: a folder, or a URL that fsspec knows, such as
-        "s3://bucket/motions"; "here": in the database file. None leaves them where they are.
+        Where motions, original files and scores of segments are to lie: a folder, or a URL that
+        fsspec knows, such as "s3://bucket/motions"; "here": in the database file. None leaves them
+        where they are.
     progress : callable, optional
         Called with the name of the step, the number done, and the total number.
 

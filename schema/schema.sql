@@ -38,13 +38,13 @@ CREATE TABLE run (
 
 -- ── Catalogue: what the user put in ──────────────────────────────────────────────────────────
 
--- Parquet files that hold motions and original files of captures (`compact --motions-to`). They are
--- never changed. In other tables, a column NAME_at says which bytes of them a value is that was moved;
--- it is NULL where the value is here.
+-- Parquet files that hold motions and original files of captures, or the scores of their segments
+-- (`compact --motions-to`). They are never changed. In other tables, a column NAME_at says which bytes
+-- of them a value is that was moved; it is NULL where the value is here.
 CREATE TABLE parquet_file (
     file_id BIGINT PRIMARY KEY,
     place VARCHAR NOT NULL,                 -- folder, or URL of one
-    name VARCHAR NOT NULL UNIQUE,           -- of the file in there
+    name VARCHAR NOT NULL UNIQUE,           -- of the file in there: 'motions-...', 'scores-...'
     n_bytes BIGINT NOT NULL,
     sha256 VARCHAR NOT NULL
 );
@@ -208,11 +208,13 @@ CREATE TABLE segment (
     run_id BIGINT NOT NULL
 );
 
--- Log-likelihood of the segments of a capture under every symbol, nats per frame.
+-- Log-likelihood of the segments of a capture under every symbol, nats per frame. Where they were
+-- moved, they are the bytes of float32 numbers in the same order, little-endian.
 CREATE TABLE segment_score (
     capture_id BIGINT NOT NULL,
-    scores FLOAT[] NOT NULL,                -- by start_frame, then symbol_id
-    run_id BIGINT NOT NULL
+    scores FLOAT[] NOT NULL,                -- by start_frame, then symbol_id; empty: moved
+    run_id BIGINT NOT NULL,
+    scores_at STRUCT(file_id BIGINT, start BIGINT, n_bytes BIGINT, crc32 BIGINT)    -- or NULL
 );
 
 -- Left-to-right hidden Markov models.

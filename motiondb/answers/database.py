@@ -25,7 +25,7 @@ class DatabaseInfo:
     grammars: int
     learned: bool
     cache_bytes: int = 0  # Of the folder beside it, which is made again when it is missing
-    parquet_bytes: int | None = None  # Of Parquet files that hold motions and original files
+    parquet_bytes: int | None = None  # Of Parquet files with motions, original files and scores
     motions_at: list[str] | None = None  # Folders and URLs of these
     unused_bytes: int = 0  # Of the file; ``compact`` gives them back
     removed: int = 0  # Captures in the trash, which ``compact`` empties
@@ -56,11 +56,11 @@ class Faults:
 
 @dataclass(frozen=True)
 class Compacted:
-    """The size of a database file, bytes, and what became of motions and original files."""
+    """The size of a database file, bytes, and what became of motions, original files and scores."""
 
     before: int
     after: int
-    moved: int  # Captures whose motions and original files were moved
+    moved: int  # Captures whose motions and original files, or scores, were moved
     unused: tuple[str, ...]  # Parquet files that this database no longer relies on
 
 

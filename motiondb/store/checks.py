@@ -23,7 +23,11 @@ import numpy as np
 from motiondb.errors import MotionDBError, StoreError
 from motiondb.files.safe_files import log_of
 from motiondb.store.catalogue.captures import load_poses, unflatten_motion
-from motiondb.store.catalogue.parquet_files import check_parquet_file, load_parquet_files
+from motiondb.store.catalogue.parquet_files import (
+    check_parquet_file,
+    load_parquet_files,
+    load_part,
+)
 from motiondb.store.catalogue.places import PlaceError
 from motiondb.store.catalogue.sources import load_source
 from motiondb.store.connection.faults import damage_sentence
@@ -115,7 +119,8 @@ _RULES = (
         "expected a score of every segment for every symbol",
         """SELECT c.name FROM (SELECT capture_id, count(*) AS n FROM segment GROUP BY ALL) s
            LEFT JOIN segment_score t USING (capture_id) LEFT JOIN capture c USING (capture_id)
-           WHERE len(scores) IS DISTINCT FROM n * (SELECT n_symbols FROM learning)""",
+           WHERE coalesce(scores_at.n_bytes // 4, len(scores))
+           IS DISTINCT FROM n * (SELECT n_symbols FROM learning)""",
     ),
     (
         "expected one known source for every frame",
@@ -208,6 +213,7 @@ _REFERENCES = (
     ("segment", "capture_id", "capture", "capture_id"),
     ("segment", "symbol_id", "symbol", "symbol_id"),
     ("segment_score", "capture_id", "segment", "capture_id"),
+    ("segment_score", "scores_at.file_id", "parquet_file", "file_id"),
     ("symbol", "cluster_id", "cluster", "cluster_id"),
     ("symbol_state", "symbol_id", "symbol", "symbol_id"),
     ("symbol_distance", "symbol_id", "symbol", "symbol_id"),
@@ -259,6 +265,7 @@ def check_store(store: Store, *, sources: bool = False) -> list[str]:
         faults = _broken(store, _RULES) + _unresolved(store)
         bad_files, missing = _bad_parquet_files(store)
         faults += [*bad_files, *_foreign_rows(store), *_bad_poses(store, missing)]
+        faults += _bad_scores(store, missing)
         faults += _bad_meta(store) + _broken(store, _GRAMMAR_RULES, "grammar ")
         faults += _broken(store, _SCENE_RULES, "scene ")
         return faults + (_bad_sources(store, missing) if sources else [])
@@ -460,6 +467,21 @@ def _bad_poses(store: Store, without: Collection[int]) -> list[str]:
                 f"{name}: expected finite positions and quaternions of length 1, found others "
                 f"in frame {int(np.argmin(good))}."
             )
+    return faults
+
+
+def _bad_scores(store: Store, without: Collection[int]) -> list[str]:
+    """Captures whose scores in Parquet files, but for some files, are damaged."""
+    faults: list[str] = []
+    query = (
+        "SELECT scores_at FROM segment_score WHERE scores_at IS NOT NULL "
+        "AND NOT list_contains(?, scores_at.file_id) ORDER BY capture_id"
+    )
+    for at in store.connection.column(query, [list(without)]):
+        try:
+            load_part(store, at)
+        except StoreError as error:
+            faults.append(str(error))
     return faults
 
 

@@ -22,28 +22,27 @@ from motiondb.files.safe_files import (
     output_file,
     plain_name,
 )
+from motiondb.store.catalogue.parquet_files import (
+    KINDS,
+    forget_untold,
+    forget_unused,
+    untold_files,
+)
 from motiondb.store.catalogue.trash import empty_trash
 from motiondb.store.connection.faults import first_sentence, is_damage
 from motiondb.store.connection.handle import Store, limit_memory
 from motiondb.store.connection.opening import is_lock, open_store
 from motiondb.store.connection.statements import Connection
-from motiondb.store.moving import (
-    Progress,
-    find_place,
-    forget_untold,
-    forget_unused,
-    move_motions,
-    untold_files,
-)
+from motiondb.store.moving import Progress, find_place, move_motions
 
 
 @dataclass(frozen=True)
 class Compacted:
-    """The size of a database file, bytes, and what became of motions and originals."""
+    """The size of a database file, bytes, and what became of motions, originals and scores."""
 
     before: int
     after: int
-    moved: int  # Captures whose motions and originals were moved
+    moved: int  # Captures whose motions and originals, or scores, were moved
     unused: tuple[str, ...]  # Parquet files that this database no longer relies on
 
 
@@ -113,8 +112,9 @@ def compact(
 def _prepare(store: Store, place: str | None, progress: Progress | None) -> tuple[int, list[str]]:
     """Empty the trash and move motions; how many captures, and the Parquet files not needed now."""
     empty_trash(store)
+    for kind in KINDS:
+        forget_unused(store, kind)
     moved = move_motions(store, place, progress) if place else 0
-    forget_unused(store)
     return moved, untold_files(store)
 
 

@@ -24,6 +24,7 @@ from motiondb.records import (
     StoredLearning,
     SymbolSpace,
 )
+from motiondb.store.catalogue.parquet_files import SCORES, forget_unused, load_part
 from motiondb.store.catalogue.runs import finish_run
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.statements import Connection, from_rows, ragged, to_rows
@@ -72,6 +73,7 @@ def save_learning(store: Store, learning: StoredLearning, kept: Collection[int] 
         for table in TABLES:
             connection.execute(f"DELETE FROM {table}")
         _delete_segments(connection, kept)
+        forget_unused(store, SCORES)
         connection.execute(
             "INSERT INTO learning VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
             [
@@ -178,13 +180,27 @@ def load_scores(store: Store, captures: Collection[int] | None = None) -> dict[i
     n_symbols = load_learning_size(store).n_symbols
     some = "" if captures is None else "WHERE capture_id IN (SELECT unnest($1))"
     given = [] if captures is None else [list(captures)]
-    query = f"SELECT capture_id, scores FROM segment_score {some} ORDER BY capture_id"
+    query = f"SELECT capture_id, scores, scores_at FROM segment_score {some} ORDER BY capture_id"
     rows = store.connection.arrays(query, given)
-    parts = (np.ma.filled(numbers, np.nan) for numbers in rows["scores"])
+    parts = (
+        np.ma.filled(numbers, np.nan) if at is np.ma.masked else unpack_scores(load_part(store, at))
+        for numbers, at in zip(rows["scores"], rows["scores_at"])
+    )
     return {
         capture: part.astype(np.float32, copy=False).reshape(-1, n_symbols)
         for capture, part in zip(rows["capture_id"].tolist(), parts)
     }
+
+
+def pack_scores(numbers: NDArray[np.float32]) -> bytes:
+    """Scores as they stand in a Parquet file: little-endian float32."""
+    # zlib would take off a tenth
+    return np.ma.filled(numbers, np.nan).astype("<f4").tobytes()
+
+
+def unpack_scores(data: bytes) -> Float32Array:
+    """Scores that :func:`pack_scores` packed, in one row."""
+    return np.frombuffer(data, dtype="<f4").astype(np.float32)
 
 
 def load_learned_captures(store: Store) -> set[int]:

@@ -1,10 +1,10 @@
-"""Move motions and original files out of the database into Parquet files, and back.
+"""Move motions, originals and scores of segments into Parquet files, and back.
 
-A Parquet file holds the captures of some hours: their numbers and names, packed motions
-(:mod:`motiondb.store.poses`) and original files (zlib). It is written, read back and compared
-before the database, in the same transaction, keeps where the values stand in place of them. What is
-interrupted leaves the captures whose file was finished moved, and the others as they were; the same
-command then goes on.
+A Parquet file holds the captures of some hours: their numbers and names, and packed motions
+(:mod:`motiondb.store.poses`) with original files (zlib), or the scores of their segments (float32),
+which every ``learn`` makes anew. It is written, read back and compared before the database, in the
+same transaction, keeps where the values stand in place of them. What is interrupted leaves the
+captures whose file was finished moved, and the others as they were; the same command then goes on.
 
 Parquet files are never deleted once the database has relied on them: a copy of it may still.
 """
@@ -12,7 +12,6 @@ Parquet files are never deleted once the database has relied on them: a copy of 
 from __future__ import annotations
 
 import hashlib
-import json
 import mmap
 import uuid
 import zlib
@@ -24,31 +23,47 @@ from typing import BinaryIO
 
 from motiondb.errors import StoreError
 from motiondb.files.safe_files import delete_all, draft_of
+from motiondb.records import Float32Array
 from motiondb.store.catalogue.parquet_files import (
+    KINDS,
+    MOTIONS,
+    SCORES,
     ParquetFile,
     Part,
     advice,
+    forget,
     is_whole,
+    load_captures_in,
     load_parquet_files,
+    note_unused,
 )
 from motiondb.store.catalogue.places import digest_of, open_place, place_name, read_pieces, told
 from motiondb.store.catalogue.runs import finish_run, start_run
 from motiondb.store.connection.faults import DamagedFileError
 from motiondb.store.connection.handle import Store, bounded_memory
+from motiondb.store.connection.statements import ragged
 from motiondb.store.connection.transactions import transaction
+from motiondb.store.learned import pack_scores, unpack_scores
 
 IN_DATABASE = "here"
 """In place of a folder or URL: the database itself."""
 Progress = Callable[[str, int, int], None]
 """Called with the name of the step, the number done, and the total number."""
+_Batch = Sequence[tuple[int, str]]
+"""Numbers and digests of some captures."""
 
-_MOVED = {"motion": ("capture_id", ("poses",)), "source": ("sha256", ("data", "skeleton_data"))}
-"""Table -> its key, and its columns of which the values are moved."""
 _PART = "STRUCT(file_id BIGINT, start BIGINT, n_bytes BIGINT, crc32 BIGINT)"
-_FRAMES, _FILE_BYTES = 216_000, 2**27
-"""Frames of the captures of a file, two hours, and about how large it is with their originals."""
-_CAPTURES = 1000  # At most in a file; DuckDB finds so many rows by their index
-_UNTOLD = "unused_parquet_files"  # Key in ``meta`` of a list in JSON
+_FILE_BYTES = 2**27  # About how large a file is, with originals
+_AT_MOST = {MOTIONS: (216_000, 1000), SCORES: (4_320_000, 10_000)}
+"""Frames (2 and 40 hours), and captures, in a file; DuckDB finds 1000 originals by their index."""
+_WRITTEN = {
+    MOTIONS: "capture_id, c.name, m.n_frames, poses, sha256, s.format, file_name, data, "
+    "skeleton_name, skeleton_data FROM capture c "
+    "JOIN (FROM motion WHERE {numbers}) m USING (capture_id) "
+    "JOIN (FROM source WHERE {digests}) s USING (sha256)",
+    SCORES: "capture_id, name, n_symbols, p.scores FROM capture JOIN packed p USING (capture_id), "
+    "learning",
+}  # The columns of a file
 _ROOM = "Nothing of it was moved. Look at the folder or URL, its permissions and its room."
 
 
@@ -63,10 +78,10 @@ def find_place(to: str) -> str:
 
 
 def move_motions(store: Store, to: str, progress: Progress | None = None) -> int:
-    """Move all motions and originals to a folder or URL, or into the database (``IN_DATABASE``).
+    """Move all that can be moved to a folder or URL, or into the database (``IN_DATABASE``).
 
-    Returns the number of captures that were moved. DamagedFileError at the end names those that
-    could not be read.
+    Returns the number of captures of which something was moved. DamagedFileError at the end names
+    those that could not be read.
     """
     tell = progress or (lambda _what, _done, _total: None)
     place = find_place(to)
@@ -74,103 +89,70 @@ def move_motions(store: Store, to: str, progress: Progress | None = None) -> int
     if not files and (place == IN_DATABASE or not any(_batches(store))):
         return 0
     run_id = start_run(store, "move", {"to": place})
-    moved, lost = 0, list[str]()
-    with bounded_memory(store, _FILE_BYTES):
-        for done, file in enumerate(files):
-            tell("moving motions", done, len(files))
-            n_moved, damaged = _move_file(store, file, place)
-            moved += n_moved
-            lost += damaged
-        batches = [] if place == IN_DATABASE else list(_batches(store))
-        total = len(files) + len(batches)
-        for done, batch in enumerate(batches, start=len(files)):
-            tell("moving motions", done, total)
-            moved += _move_out(store, batch, place)
+    moved, lost = set[int](), list[str]()
+    for done, file in enumerate(files):
+        tell("moving motions", done, len(files))
+        with bounded_memory(store, file.n_bytes):
+            numbers, damaged = _move_file(store, file, place)
+        moved |= numbers
+        lost += damaged
+    batches = [] if place == IN_DATABASE else list(_batches(store))
+    total = len(files) + len(batches)
+    for done, (kind, batch) in enumerate(batches, start=len(files)):
+        tell("moving motions", done, total)
+        with bounded_memory(store, _FILE_BYTES):
+            _move_out(store, kind, batch, place)
+        moved |= {number for number, _ in batch}
     tell("moving motions", total, total)
     finish_run(store, run_id)
     if lost:
         raise DamagedFileError(
-            f"{store.path}: expected motions and originals as they were written, found others of "
-            f"the captures {', '.join(lost)}, which stay where they are. Those of {moved} captures "
-            "were moved. Put a copy of the damaged files in their place, or remove these captures."
+            f"{store.path}: expected motions, originals and scores as they were written, found "
+            f"others of the captures {', '.join(lost)}, which stay where they are. Those of "
+            f"{len(moved)} captures were moved. Put a copy of the damaged files in their place, or "
+            "remove these captures; scores are made anew by motiondb learn."
         )
-    return moved
+    return len(moved)
 
 
-def forget_unused(store: Store) -> None:
-    """Forget the Parquet files of which nothing is needed any more; their paths wait to be told."""
-    used = " UNION ".join(
-        f"SELECT {column}_at.file_id FROM {table} WHERE {column}_at IS NOT NULL"
-        for table, (_, columns) in _MOVED.items()
-        for column in columns
-    )
-    numbers = set(store.connection.column(used))
-    for file in load_parquet_files(store):
-        if file.file_id not in numbers:
-            _forget(store, file)
-
-
-def _forget(store: Store, file: ParquetFile) -> None:
-    with transaction(store) as connection:
-        connection.execute("DELETE FROM parquet_file WHERE file_id = ?", [file.file_id])
-        _note_unused(store, file.path)
-
-
-def _note_unused(store: Store, path: str) -> None:
-    """Keep the path of a file that is no longer relied on, until it has been told."""
-    paths = json.dumps([*untold_files(store), path])
-    with transaction(store) as connection:
-        connection.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", [_UNTOLD, paths])
-
-
-def untold_files(store: Store) -> list[str]:
-    """Paths of Parquet files that the database no longer relies on, and nobody has been told."""
-    noted = store.connection.value("SELECT value FROM meta WHERE key = ?", [_UNTOLD])
-    used = {file.path for file in load_parquet_files(store)}
-    return [path for path in json.loads(noted or "[]") if path not in used]
-
-
-def forget_untold(store: Store) -> None:
-    """Forget the paths of :func:`untold_files` once they have been told."""
-    with transaction(store) as connection:
-        connection.execute("DELETE FROM meta WHERE key = ?", [_UNTOLD])
-
-
-def _batches(store: Store) -> Iterator[list[tuple[int, str]]]:
-    """Number and digest of captures whose motions are in the database, some hours at a time.
+def _batches(store: Store) -> Iterator[tuple[str, _Batch]]:
+    """What files are to hold, and the captures whose values are in the database, file by file.
 
     Generated ones stay: they are few, and every question reads them.
     """
-    query = (
-        "SELECT capture_id, sha256, motion_frames FROM capture JOIN motion USING (capture_id) "
-        "WHERE poses_at IS NULL AND kind = 'captured' ORDER BY capture_id"
-    )
-    batch, n_frames = list[tuple[int, str]](), 0
-    for number, sha256, length in store.connection.execute(query).fetchall():
-        if batch and (n_frames + length > _FRAMES or len(batch) == _CAPTURES):
-            yield batch
-            batch, n_frames = [], 0
-        batch.append((number, sha256))
-        n_frames += length
-    if batch:
-        yield batch
+    for kind, tables in KINDS.items():
+        table, (_, (column, *_)) = next(iter(tables.items()))
+        query = (
+            f"SELECT capture_id, sha256, motion_frames FROM capture JOIN {table} USING (capture_id)"
+            f" WHERE {column}_at IS NULL AND kind = 'captured' ORDER BY capture_id"
+        )
+        most_frames, most_captures = _AT_MOST[kind]
+        batch, n_frames = list[tuple[int, str]](), 0
+        for number, sha256, length in store.connection.execute(query).fetchall():
+            if batch and (n_frames + length > most_frames or len(batch) == most_captures):
+                yield kind, batch
+                batch, n_frames = [], 0
+            batch.append((number, sha256))
+            n_frames += length
+        if batch:
+            yield kind, batch
 
 
-def _move_out(store: Store, batch: Sequence[tuple[int, str]], where: str) -> int:
-    """Move some captures into a new Parquet file, in one transaction; how many."""
-    name = f"motions-{uuid.uuid4().hex}.parquet"
+def _move_out(store: Store, kind: str, batch: _Batch, where: str) -> None:
+    """Move values of some captures into a new Parquet file, in one transaction."""
+    name = f"{kind}-{uuid.uuid4().hex}.parquet"
     with _draft_beside(store) as draft, transaction(store) as connection:
-        _write_parquet(store, batch, draft)
+        _write_parquet(store, kind, batch, draft)
         number = int(connection.value("SELECT coalesce(max(file_id), 0) + 1 FROM parquet_file"))
         with (
             draft.open("rb") as opened,
             mmap.mmap(opened.fileno(), 0, access=mmap.ACCESS_READ) as whole,
         ):
             file = ParquetFile(number, where, name, len(whole), hashlib.sha256(whole).hexdigest())
-            _note_parts(store, batch, file, whole)
+            for table in KINDS[kind]:
+                _note_parts(store, table, batch, file, whole)
         connection.execute("INSERT INTO parquet_file VALUES (?, ?, ?, ?, ?)", [*astuple(file)])
         _put(file, draft)
-    return len(batch)
 
 
 @contextmanager
@@ -207,51 +189,64 @@ def _put(file: ParquetFile, draft: Path) -> None:
         raise
 
 
-def _write_parquet(store: Store, batch: Sequence[tuple[int, str]], path: Path) -> None:
-    """Write captures as a Parquet file, in which values stand as they are."""
-    store.connection.execute(
-        "COPY (SELECT capture_id, c.name, m.n_frames, poses, sha256, s.format, file_name, data, "
-        "skeleton_name, skeleton_data FROM capture c "
-        f"JOIN (FROM motion WHERE {_chosen(batch, 'capture_id')}) m USING (capture_id) "
-        f"JOIN (FROM source WHERE {_chosen(batch, 'sha256')}) s USING (sha256) "
-        f"ORDER BY capture_id) TO {_quoted(path)} (FORMAT parquet, COMPRESSION uncompressed)"
+def _write_parquet(store: Store, kind: str, batch: _Batch, path: Path) -> None:
+    """Write values of captures as a Parquet file, in which they stand as they are."""
+    run = store.connection.execute
+    if kind == SCORES:
+        run("CREATE TEMP TABLE packed (capture_id BIGINT, scores BLOB)")
+        packed = _load_values(store, "segment_score", "capture_id", "scores", batch)
+        values = ragged(list(packed.values()))
+        store.connection.insert("packed", capture_id=list(packed), scores=values)
+    written = _WRITTEN[kind].format(
+        numbers=_chosen(batch, "capture_id"), digests=_chosen(batch, "sha256")
     )
+    run(
+        f"COPY (SELECT {written} ORDER BY capture_id) TO {_quoted(path)} "
+        "(FORMAT parquet, COMPRESSION uncompressed)"
+    )
+    run("DROP TABLE IF EXISTS packed")
+
+
+def _load_values(
+    store: Store, table: str, key: str, column: str, batch: _Batch
+) -> dict[int | str, bytes | None]:
+    """Values of a column as they stand in a Parquet file, by the key of their row."""
+    query = f"SELECT {key}, {column} FROM {table} WHERE {_chosen(batch, key)}"
+    if column == "scores":
+        rows = store.connection.arrays(query)
+        return dict(zip(rows[key].tolist(), map(pack_scores, rows[column])))
+    return dict(store.connection.execute(query).fetchall())
 
 
 def _quoted(path: Path) -> str:
     return "'" + str(path).replace("'", "''") + "'"
 
 
-def _chosen(batch: Sequence[tuple[int, str]], key: str) -> str:
+def _chosen(batch: _Batch, key: str) -> str:
     """The condition for the rows of some captures, by their number or their digest."""
     keys = (str(n) if key == "capture_id" else f"'{sha256}'" for n, sha256 in batch)
     return f"{key} IN ({', '.join(keys)})"
 
 
 def _note_parts(
-    store: Store, batch: Sequence[tuple[int, str]], file: ParquetFile, whole: mmap.mmap
+    store: Store, table: str, batch: _Batch, file: ParquetFile, whole: mmap.mmap
 ) -> None:
     """Keep where the values of captures stand in a Parquet file, in place of the values."""
-    for table, (key, columns) in _MOVED.items():
-        keys = [sha256 if key == "sha256" else number for number, sha256 in batch]
-        found = []
-        for column in columns:
-            query = f"SELECT {key}, {column} FROM {table} WHERE {_chosen(batch, key)}"
-            values = dict(store.connection.execute(query).fetchall())
-            found.append(_find([values[of_row] for of_row in keys], file, whole))
-        rows = ", ".join(
-            f"({of_row!r}, {', '.join(parts)})" for of_row, *parts in zip(keys, *found)
-        )
-        left = ", ".join(
-            f"CASE WHEN {c} IS NOT NULL THEN ''::BLOB END AS {c}, p.{c}_at AS {c}_at"
-            for c in columns
-        )
-        _rewrite(
-            store,
-            table,
-            f"SELECT t.* REPLACE ({left}) FROM {table} t "
-            f"JOIN (VALUES {rows}) p({key}, {', '.join(f'{c}_at' for c in columns)}) USING ({key})",
-        )
+    key, columns = KINDS[file.kind][table]
+    keys = [sha256 if key == "sha256" else number for number, sha256 in batch]
+    found = []
+    for column in columns:
+        values = _load_values(store, table, key, column, batch)
+        found.append(_find([values[of_row] for of_row in keys], file, whole))
+    rows = ", ".join(f"({of_row!r}, {', '.join(parts)})" for of_row, *parts in zip(keys, *found))
+    left = ", ".join(f"{c}[1:0] AS {c}, p.{c}_at AS {c}_at" for c in columns)  # nothing of each
+    _rewrite(
+        store,
+        table,
+        key,
+        f"SELECT t.* REPLACE ({left}) FROM {table} t "
+        f"JOIN (VALUES {rows}) p({key}, {', '.join(f'{c}_at' for c in columns)}) USING ({key})",
+    )
 
 
 def _find(values: Sequence[bytes | None], file: ParquetFile, whole: mmap.mmap) -> list[str]:
@@ -274,18 +269,18 @@ def _find(values: Sequence[bytes | None], file: ParquetFile, whole: mmap.mmap) -
     return parts
 
 
-def _rewrite(store: Store, table: str, rows: str) -> None:
+def _rewrite(store: Store, table: str, key: str, rows: str) -> None:
     """Put the rows of a query in place of those of the same keys."""
     # UPDATE would keep the replaced values in memory, and write rows beside them anew
-    run, key = store.connection.execute, _MOVED[table][0]
+    run = store.connection.execute
     run(f"CREATE TEMP TABLE rewritten AS {rows}")
     run(f"DELETE FROM {table} WHERE {key} IN (SELECT {key} FROM rewritten)")
     run(f"INSERT INTO {table} FROM rewritten")
     run("DROP TABLE rewritten")
 
 
-def _move_file(store: Store, file: ParquetFile, where: str) -> tuple[int, list[str]]:
-    """Move what a Parquet file holds; how many captures, and the names of damaged ones.
+def _move_file(store: Store, file: ParquetFile, where: str) -> tuple[set[int], list[str]]:
+    """Move what a Parquet file holds; numbers of its captures, and the names of damaged ones.
 
     Of a damaged file, what can be read comes into the database, from where it can be moved.
     """
@@ -295,76 +290,65 @@ def _move_file(store: Store, file: ParquetFile, where: str) -> tuple[int, list[s
         with _draft_beside(store) as draft:
             digest = _fetch(store, file, draft)
             if where == IN_DATABASE or digest != file.sha256:
-                n_moved, damaged = _bring_back(store, file, draft)
-                return (n_moved if where == IN_DATABASE else 0), damaged
+                numbers, damaged = _bring_back(store, file, draft)
+                return (numbers if where == IN_DATABASE else set()), damaged
             _put(new, draft)
     with transaction(store) as connection:
         connection.execute(
             "UPDATE parquet_file SET place = ? WHERE file_id = ?", [where, file.file_id]
         )
         if is_there:  # the former path may be another name of the same file
-            return 0, []
-        _note_unused(store, file.path)
-    return int(
-        store.connection.value(
-            "SELECT count(*) FROM motion WHERE poses_at.file_id = ?", [file.file_id]
-        )
-    ), []
+            return set(), []
+        note_unused(store, file.path)
+    return {number for number, *_ in load_captures_in(store, file)}, []
 
 
-def _bring_back(store: Store, file: ParquetFile, draft: Path) -> tuple[int, list[str]]:
+def _bring_back(store: Store, file: ParquetFile, draft: Path) -> tuple[set[int], list[str]]:
     """Move captures of a file into the database, in one transaction, from a copy of the file.
 
-    Returns how many, and the names of those of which a value is damaged, which stay.
+    Returns their numbers, and the names of those of which a value is damaged, which stay.
     """
+    batch, damaged = list[tuple[int, str]](), list[str]()
     with transaction(store), draft.open("rb") as opened:
-        whole, damaged = _readable(store, file, opened)
-        if whole:
-            for table in _MOVED:
-                _bring_values(store, table, whole, opened)
+        for number, sha256, name, parts in load_captures_in(store, file):
+            if all(is_whole(_read_value(opened, at), at) for at in parts):
+                batch.append((number, sha256))
+            else:
+                damaged.append(name)
+        if batch:
+            for table in KINDS[file.kind]:
+                _bring_values(store, table, batch, file, opened)
         if not damaged:
-            _forget(store, file)
-    return len(whole), damaged
-
-
-def _readable(
-    store: Store, file: ParquetFile, opened: BinaryIO
-) -> tuple[list[tuple[int, str]], list[str]]:
-    """Number and digest of the captures of which a file holds all values, names of the others."""
-    rows = store.connection.execute(
-        "SELECT capture_id, sha256, c.name, poses_at, data_at, skeleton_data_at FROM capture c "
-        "JOIN motion USING (capture_id) JOIN source USING (sha256) WHERE list_contains("
-        "[poses_at.file_id, data_at.file_id, skeleton_data_at.file_id], ?) ORDER BY capture_id",
-        [file.file_id],
-    ).fetchall()
-    whole, damaged = list[tuple[int, str]](), list[str]()
-    for number, sha256, name, *parts in rows:
-        if all(is_whole(_read_value(opened, at), at) for at in parts if at):
-            whole.append((number, sha256))
-        else:
-            damaged.append(name)
-    return whole, damaged
+            forget(store, file)
+    return {number for number, _ in batch}, damaged
 
 
 def _bring_values(
-    store: Store, table: str, batch: Sequence[tuple[int, str]], opened: BinaryIO
+    store: Store, table: str, batch: _Batch, file: ParquetFile, opened: BinaryIO
 ) -> None:
     """Put the values of captures, which an open file holds, into their rows of a table."""
-    key, columns = _MOVED[table]
-    chosen = _chosen(batch, key)
+    key, columns = KINDS[file.kind][table]
+    run = store.connection.execute
     places = ", ".join(f"{c}_at" for c in columns)
-    rows = store.connection.execute(f"SELECT {key}, {places} FROM {table} WHERE {chosen}")
-    of_file = rows.fetchall()
-    store.connection.execute(
-        f"CREATE TEMP TABLE back AS SELECT {key}, {', '.join(columns)} FROM {table} LIMIT 0"
+    keys, *parts = zip(
+        *run(f"SELECT {key}, {places} FROM {table} WHERE {_chosen(batch, key)}").fetchall()
     )
-    marks = ", ".join("?" * (1 + len(columns)))
-    for of_row, *parts in of_file:
-        values = [at and _read_value(opened, at) for at in parts]
-        store.connection.execute(f"INSERT INTO back VALUES ({marks})", [of_row, *values])
+    run(f"CREATE TEMP TABLE back AS SELECT {key}, {', '.join(columns)} FROM {table} LIMIT 0")
+    values = {
+        column: ragged([at and _value(column, _read_value(opened, at)) for at in of_column])
+        for column, of_column in zip(columns, parts)
+    }
+    store.connection.insert("back", **{key: list(keys)}, **values)
     back = ", ".join(f"coalesce(b.{c}, t.{c}) AS {c}, NULL::{_PART} AS {c}_at" for c in columns)
-    _rewrite(store, table, f"SELECT t.* REPLACE ({back}) FROM {table} t JOIN back b USING ({key})")
-    store.connection.execute("DROP TABLE back")
+    _rewrite(
+        store, table, key, f"SELECT t.* REPLACE ({back}) FROM {table} t JOIN back b USING ({key})"
+    )
+    run("DROP TABLE back")
+
+
+def _value(column: str, data: bytes) -> bytes | Float32Array:
+    """A value of a column as it is in the database."""
+    return unpack_scores(data) if column == "scores" else data
 
 
 def _read_value(opened: BinaryIO, at: Part) -> bytes:
@@ -375,9 +359,10 @@ def _read_value(opened: BinaryIO, at: Part) -> bytes:
 def _fetch(store: Store, file: ParquetFile, draft: Path) -> str:
     """Copy a file to this machine; its digest."""
     counted, pieces = hashlib.sha256(), read_pieces(open_place(file.place), file.name)
+    hint = advice(store, file)
     with draft.open("wb") as written:
         while True:
-            with told(file.path, advice(store)):  # of the place; the draft's errors are others
+            with told(file.path, hint):  # errors of the place; the draft's are others
                 piece = next(pieces, b"")
             if not piece:
                 return counted.hexdigest()

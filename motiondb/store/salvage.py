@@ -35,7 +35,7 @@ from motiondb.store.catalogue.annotations import (
 )
 from motiondb.store.catalogue.captures import load_poses, unflatten_motion
 from motiondb.store.catalogue.generated import Provenance, load_provenance
-from motiondb.store.catalogue.parquet_files import advice, load_parquet_files
+from motiondb.store.catalogue.parquet_files import MOTIONS, advice, load_parquet_files
 from motiondb.store.catalogue.places import PlaceError, find_file, told
 from motiondb.store.catalogue.runs import load_runs
 from motiondb.store.catalogue.sources import find_source, unpack_source
@@ -116,11 +116,12 @@ def salvage_runs(store: Store) -> list[Run]:
 
 
 def check_places(store: Store) -> None:
-    """PlaceError if a Parquet file is missing or cannot be reached."""
+    """PlaceError if a Parquet file of motions is missing or cannot be reached."""
     for file in _attempt([], "", lambda: load_parquet_files(store)) or ():
         lost = "If it is lost for good, put an empty file of this name there."
-        with told(file.path, f"{advice(store)} {lost}"):
-            find_file(file.place, file.name)
+        if file.kind == MOTIONS:  # scores are not saved
+            with told(file.path, f"{advice(store, file)} {lost}"):
+                find_file(file.place, file.name)
 
 
 def salvage_captures(store: Store) -> Iterator[SalvagedCapture]:

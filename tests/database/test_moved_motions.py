@@ -1,4 +1,4 @@
-"""A learned database whose motions and originals lie in a folder: the same answers."""
+"""A learned database whose motions, originals and scores lie in a folder: the same answers."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 import motiondb
+from motiondb import store
 
 NAME = "ana/walk_1"
 
@@ -93,19 +94,77 @@ def test_a_moved_capture_is_removed_and_comes_back(moved: Path, tmp_path: Path) 
 def test_the_command_moves_and_brings_back(command: Any, learned_copy: Path) -> None:
     ended = command("compact", "--motions-to", "out")
     assert ended.code == 0, ended.err
-    assert ended.out.startswith("motions of 101 captures moved\n")
+    assert ended.out.startswith("motions or scores of 101 captures moved\n")
     told = command("info").out
     assert f"motions at:            {learned_copy.parent / 'out'}\n" in told
     ended = command("compact", "--motions-to", "here")
-    (file,) = (learned_copy.parent / "out").iterdir()
+    motions, scores = sorted((learned_copy.parent / "out").iterdir())
     assert ended.out.endswith(
-        f"1 Parquet file no longer needed. Delete what no copy of the database needs:\n  {file}\n"
+        "2 Parquet files no longer needed. Delete what no copy of the database needs:\n"
+        f"  {motions}\n  {scores}\n"
     )
     assert "motions at" not in command("info").out
 
 
+def bits_of_scores(path: Path) -> dict[int, bytes]:
+    with store.open_store(path, read_only=True) as opened:
+        return {number: part.tobytes() for number, part in store.load_scores(opened).items()}
+
+
+def test_scores_are_made_anew_by_learning_and_brought_back(
+    learned_file: Path, moved: Path, tmp_path: Path
+) -> None:
+    before = bits_of_scores(learned_file)
+    assert bits_of_scores(moved) == before
+    (scores,) = (tmp_path / "out").glob("scores-*")
+    shutil.rmtree(moved.with_name(f"{moved.name}.cache"))
+    scores.rename(tmp_path / "away")
+    with motiondb.open(moved) as db:
+        for ask in (lambda: db.search("walk"), lambda: db.remove([NAME])):
+            with pytest.raises(motiondb.StoreError) as error:
+                ask()
+            assert str(error.value).startswith(f"{scores}: expected a file or folder, found none.")
+            assert str(error.value).endswith(f"make them anew (motiondb learn --db {moved}).")
+        assert len(db.captures()) == 101  # nothing was removed
+        db.learn()
+        expected = db.search("walk then jump").matches
+        assert db.check() == []
+    assert bits_of_scores(moved) == before
+    done = motiondb.compact(moved, motions_to=str(tmp_path / "out"))
+    assert (done.moved, done.unused) == (101, (str(scores),))
+    done = motiondb.compact(moved, motions_to="here")
+    assert (done.moved, len(done.unused)) == (101, 2)
+    shutil.rmtree(tmp_path / "out")
+    shutil.rmtree(moved.with_name(f"{moved.name}.cache"))
+    assert bits_of_scores(moved) == before
+    with motiondb.open(moved) as db:
+        assert db.search("walk then jump").matches == expected
+        assert db.check() == []
+
+
+def test_a_capture_is_removed_and_comes_back_beside_moved_scores(moved: Path) -> None:
+    before = bits_of_scores(moved)
+    with motiondb.open(moved) as db:
+        number = next(info.capture_id for info in db.captures() if info.name == NAME)
+        db.remove([NAME])
+        assert db.check() == []
+    others = {n: part for n, part in before.items() if n != number}
+    assert bits_of_scores(moved) == others
+    with motiondb.open(moved) as db:
+        db.undo()
+    again = bits_of_scores(moved)
+    assert {n: part for n, part in again.items() if n != number} == others
+    assert len(again[number]) == len(before[number])
+    assert motiondb.compact(moved, motions_to=str(moved.parent / "out")).moved == 1
+    assert bits_of_scores(moved) == again
+    with motiondb.open(moved) as db:
+        assert db.check() == []
+
+
 def test_rescue_names_a_missing_parquet_file(moved: Path, tmp_path: Path) -> None:
-    (file, *_) = sorted((tmp_path / "out").iterdir())
+    for scores in (tmp_path / "out").glob("scores-*"):
+        scores.unlink()  # which rescue does without
+    (file, *_) = (tmp_path / "out").iterdir()
     data = file.read_bytes()
     file.unlink()
     with pytest.raises(motiondb.StoreError) as error:

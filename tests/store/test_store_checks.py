@@ -78,6 +78,10 @@ def filled(tmp_path: Path, whole_file: Path) -> Iterator[store.Store]:
             "bb: expected a score of every segment for every symbol, found others.",
         ),
         (
+            "UPDATE segment_score SET scores = [], scores_at = row(7, 0, 4, 0)",
+            "a: expected a score of every segment for every symbol, found others.",
+        ),
+        (
             "UPDATE translation SET probability = probability + 0.1 WHERE symbol_id = -1",
             "symbol -1: expected the probabilities of its words to sum to 1, found others.",
         ),

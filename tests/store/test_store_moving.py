@@ -29,7 +29,7 @@ def filled(
     database: store.Store, samples: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> store.Store:
     """Five captures for three Parquet files: with skeletons, without, and one without its file."""
-    monkeypatch.setattr(moving, "_FRAMES", 42)
+    monkeypatch.setitem(moving._AT_MOST, parquet_files.MOTIONS, (42, 1000))
     run_id = store.start_run(database, "add")
     for number, n_frames in enumerate(N_FRAMES):
         name = "abcde"[number]
@@ -73,9 +73,9 @@ def test_what_is_moved_comes_out_bit_for_bit(
     assert read_meta(filled, "motion_revision") == mark  # the cache stays valid
     assert store.check_store(filled, sources=True) == []
     assert store.move_motions(filled, place) == 0
-    assert moving.untold_files(filled) == []
+    assert parquet_files.untold_files(filled) == []
     assert store.move_motions(filled, moving.IN_DATABASE) == 5
-    assert moving.untold_files(filled) == [file.path for file in files]
+    assert parquet_files.untold_files(filled) == [file.path for file in files]
     assert store.load_parquet_files(filled) == []
     assert content(filled) == before
     assert store.check_store(filled, sources=True) == []
@@ -171,7 +171,7 @@ def test_a_missing_file_is_named_and_found_at_another_place(
     faults = store.check_store(filled, sources=True)
     assert (len(faults), faults[0]) == (3, sentence)
     assert store.move_motions(filled, str(new)) == 0  # nothing had to be moved
-    assert moving.untold_files(filled) == []
+    assert parquet_files.untold_files(filled) == []
     assert len(list(new.iterdir())) == 3
     assert content(filled) == before
 
@@ -189,9 +189,9 @@ def test_files_are_copied_to_another_place_and_others_are_not_overwritten(
     assert (new / files[1].name).read_text() == "something else"
     assert content(filled) == before
     (new / files[1].name).unlink()
-    assert moving.untold_files(filled) == [files[0].path]
+    assert parquet_files.untold_files(filled) == [files[0].path]
     assert store.move_motions(filled, str(new)) == 3
-    assert moving.untold_files(filled) == [file.path for file in files]  # the first one, too
+    assert parquet_files.untold_files(filled) == [file.path for file in files]  # the first one, too
     shutil.rmtree(old)
     filled.local.block = None
     assert content(filled) == before
@@ -246,14 +246,14 @@ def test_all_but_a_damaged_value_is_moved(
         2
     ]
     assert [file.place for file in left[1:]] == ([] if is_here else [place] * 3)
-    assert moving.untold_files(filled) == [file.path for file in files[1:]]
+    assert parquet_files.untold_files(filled) == [file.path for file in files[1:]]
     data[start + 5] ^= 1
     Path(files[0].path).write_bytes(data)  # a copy in its place
     for file in files[1:]:
         Path(file.path).unlink()
     assert content(filled) == before
     store.move_motions(filled, place)
-    assert moving.untold_files(filled) == [file.path for file in [*files[1:], files[0]]]
+    assert parquet_files.untold_files(filled) == [file.path for file in [*files[1:], files[0]]]
     shutil.rmtree(tmp_path / "out")
     filled.local.block = None
     assert content(filled) == before
@@ -284,7 +284,7 @@ def test_a_link_to_the_place_is_the_place(filled: store.Store, tmp_path: Path) -
     assert store.move_motions(filled, str(link)) == 0
     filled.connection.execute("UPDATE parquet_file SET place = ?", [str(link)])  # an older one
     assert store.move_motions(filled, str(out)) == 0
-    assert moving.untold_files(filled) == []
+    assert parquet_files.untold_files(filled) == []
 
 
 def test_no_room_for_a_draft_is_not_blamed_on_the_place(
@@ -299,7 +299,7 @@ def test_no_room_for_a_draft_is_not_blamed_on_the_place(
 def test_motions_in_order_are_read_together(
     filled: store.Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(moving, "_FRAMES", 1000)
+    monkeypatch.setitem(moving._AT_MOST, parquet_files.MOTIONS, (1000, 1000))
     store.move_motions(filled, str(tmp_path / "out"))
     sizes, read = list[int](), places._Folder.read
 
@@ -377,6 +377,7 @@ def test_a_database_of_version_5_takes_part(filled: store.Store, tmp_path: Path)
             "motion DROP poses_at",
         ):
             filled.connection.execute(f"ALTER TABLE {schema}.{column}")
+    filled.connection.execute("ALTER TABLE segment_score DROP scores_at")
     filled.connection.execute("DROP TABLE parquet_file")
     filled.connection.execute("UPDATE meta SET value = '5' WHERE key = 'schema'")
     filled.close()
@@ -384,7 +385,7 @@ def test_a_database_of_version_5_takes_part(filled: store.Store, tmp_path: Path)
         saved = {each.info.name: each for each in store.salvage_captures(opened)}
         assert [saved[name].lost for name in "bcde"] == [()] * 4
     with store.open_store(filled.path) as opened:
-        assert migrations.schema_version(opened.connection, "") == 6
+        assert migrations.schema_version(opened.connection, "") == migrations.newest_version()
         assert store.check_store(opened, sources=True) == []
         store.restore_capture(opened, 1)
         assert content(opened) == before

@@ -1,4 +1,4 @@
-"""Parts of Parquet files: where a motion or an original file lies that is not in the database.
+"""Parts of Parquet files: where a motion, an original file or scores lie that are elsewhere.
 
 A column ``NAME_at`` holds the number of a file, first byte and length of a value in it, and the
 value's CRC-32. The files are Parquet that is not compressed once more: a value stands in it as it
@@ -10,6 +10,7 @@ The files have names that are never used again, and are never changed.
 
 from __future__ import annotations
 
+import json
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,23 +19,41 @@ from motiondb.errors import StoreError
 from motiondb.store.catalogue.places import digest_of, open_place, told
 from motiondb.store.connection.faults import DamagedFileError, DamagedMotionError
 from motiondb.store.connection.handle import Block, Store
+from motiondb.store.connection.transactions import transaction
 
 Part = Mapping[str, int]
 """A value of a column ``NAME_at``: file_id, start, n_bytes, crc32."""
+MOTIONS, SCORES = "motions", "scores"
+KINDS: Mapping[str, Mapping[str, tuple[str, tuple[str, ...]]]] = {
+    MOTIONS: {
+        "motion": ("capture_id", ("poses",)),
+        "source": ("sha256", ("data", "skeleton_data")),
+    },
+    SCORES: {"segment_score": ("capture_id", ("scores",))},
+}
+"""What a file holds -> tables of its values -> key of the table, and its columns that are moved.
+
+Motions never change; every ``learn`` makes other scores."""
 
 _AHEAD = 2**23  # Bytes that are read together where parts are asked for one after the other
 _BETWEEN = 4096  # At most so many bytes stand between two values of a column
+_UNTOLD = "unused_parquet_files"  # Key in ``meta`` of a list in JSON
 
 
 @dataclass(frozen=True)
 class ParquetFile:
-    """A file that holds motions and originals, never changed."""
+    """A file that holds motions and originals, or scores of segments; never changed."""
 
     file_id: int
     place: str  # As :func:`~motiondb.store.catalogue.places.place_name` returns it
-    name: str
+    name: str  # Begins with what it holds
     n_bytes: int
     sha256: str
+
+    @property
+    def kind(self) -> str:
+        """What it holds, one of ``KINDS``."""
+        return self.name.partition("-")[0]
 
     @property
     def path(self) -> str:
@@ -50,12 +69,12 @@ def load_parquet_files(store: Store) -> list[ParquetFile]:
 
 def check_parquet_file(store: Store, file: ParquetFile) -> None:
     """Read a file to its end; StoreError if it is missing or has another digest."""
-    with told(file.path, advice(store)):
+    with told(file.path, advice(store, file)):
         found = digest_of(open_place(file.place), file.name)
     if found != file.sha256:
         raise DamagedFileError(
             f"{file.path}: expected the digest {file.sha256[:12]}, found {found[:12]}: the file is "
-            f"damaged. {advice(store)}"
+            f"damaged. {advice(store, file)}"
         )
 
 
@@ -70,14 +89,15 @@ def load_part(store: Store, at: Part) -> bytes:
     if not is_whole(data, at):  # it is not in the block, or that is of a former file
         file = _file_of(store, number)
         end = max(stop, min(start + _AHEAD, file.n_bytes)) if is_near else stop
-        with told(file.path, advice(store)):
+        with told(file.path, advice(store, file)):
             read = open_place(file.place).read(file.name, start, end)
         store.local.block = Block(number, start, read)
         data = read[: stop - start]
         if not is_whole(data, at):
-            raise DamagedMotionError(
-                f"{file.path}: expected the bytes of {_captures_at(store, at)} as they were "
-                f"written, found others. {advice(store)}"
+            fault = DamagedFileError if file.kind == SCORES else DamagedMotionError
+            raise fault(
+                f"{file.path}: expected the bytes of {_captures_at(store, file, at)} as they were "
+                f"written, found others. {advice(store, file)}"
             )
     return data
 
@@ -87,18 +107,34 @@ def is_whole(data: bytes, at: Part) -> bool:
     return len(data) == at["n_bytes"] and zlib.crc32(data) == at["crc32"]
 
 
-def _captures_at(store: Store, at: Part) -> str:
+def load_captures_in(
+    store: Store, file: ParquetFile, start: int | None = None
+) -> list[tuple[int, str, str, list[Part]]]:
+    """Number, digest and name of captures of which a file has values, and where these stand.
+
+    `start`: Only those of which a value begins there.
+    """
+    tables = KINDS[file.kind]
+    joined = " ".join(f"JOIN {table} USING ({key})" for table, (key, _) in tables.items())
+    places = [f"{column}_at" for _, columns in tables.values() for column in columns]
+    rows = store.connection.execute(
+        f"SELECT capture_id, sha256, name, {', '.join(places)} FROM capture {joined} WHERE "
+        + " OR ".join(
+            f"({at}.file_id = $file AND {at}.start = coalesce($start, {at}.start))" for at in places
+        )
+        + " ORDER BY capture_id",
+        {"file": file.file_id, "start": start},
+    ).fetchall()
+    return [
+        (number, sha256, name, [at for at in parts if at]) for number, sha256, name, *parts in rows
+    ]
+
+
+def _captures_at(store: Store, file: ParquetFile, at: Part) -> str:
     """The captures of a value, for a message."""
-    stands = " OR ".join(
-        f"({column}.file_id = $file_id AND {column}.start = $start)"
-        for column in ("poses_at", "data_at", "skeleton_data_at")
-    )
-    names = store.connection.column(
-        "SELECT name FROM capture JOIN motion USING (capture_id) JOIN source USING (sha256) "
-        f"WHERE {stands} ORDER BY name LIMIT 5",
-        {"file_id": at["file_id"], "start": at["start"]},
-    )
-    return f"the capture {', '.join(names)}" if names else "a removed capture"
+    names = [name for _, _, name, _ in load_captures_in(store, file, at["start"])]
+    what = "the scores of " if file.kind == SCORES else ""
+    return f"{what}the capture {', '.join(sorted(names)[:5])}" if names else "a removed capture"
 
 
 def _file_of(store: Store, number: int) -> ParquetFile:
@@ -112,9 +148,59 @@ def _file_of(store: Store, number: int) -> ParquetFile:
     return ParquetFile(*row)
 
 
-def advice(store: Store) -> str:
+def advice(store: Store, file: ParquetFile) -> str:
     """What to do where a Parquet file cannot be read."""
+    there = f"(motiondb compact --db {store.path} --motions-to PLACE)"
+    if file.kind == SCORES:
+        return (
+            f"It holds scores of segments of {store.path}: put a copy there, say where it lies now "
+            f"{there}, or make them anew (motiondb learn --db {store.path})."
+        )
     return (
         f"It holds motions and originals of {store.path}: put a copy there, or say where it lies "
-        f"now (motiondb compact --db {store.path} --motions-to PLACE)."
+        f"now {there}."
     )
+
+
+def forget_unused(store: Store, kind: str) -> None:
+    """Forget the Parquet files of a kind of which nothing is needed; their paths wait to be told.
+
+    The trash is not looked at: it must have been emptied before files of motions are forgotten.
+    """
+    used = " UNION ".join(
+        f"SELECT {column}_at.file_id FROM {table} WHERE {column}_at IS NOT NULL"
+        for table, (_, columns) in KINDS[kind].items()
+        for column in columns
+    )
+    files = [file for file in load_parquet_files(store) if file.kind == kind]
+    numbers = set(store.connection.column(used)) if files else set()
+    for file in files:
+        if file.file_id not in numbers:
+            forget(store, file)
+
+
+def forget(store: Store, file: ParquetFile) -> None:
+    """Forget a file of which nothing is needed; its path waits to be told."""
+    with transaction(store) as connection:
+        connection.execute("DELETE FROM parquet_file WHERE file_id = ?", [file.file_id])
+        note_unused(store, file.path)
+
+
+def note_unused(store: Store, path: str) -> None:
+    """Keep the path of a file that is no longer relied on, until it has been told."""
+    paths = json.dumps([*untold_files(store), path])
+    with transaction(store) as connection:
+        connection.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", [_UNTOLD, paths])
+
+
+def untold_files(store: Store) -> list[str]:
+    """Paths of Parquet files that the database no longer relies on, and nobody has been told."""
+    noted = store.connection.value("SELECT value FROM meta WHERE key = ?", [_UNTOLD])
+    used = {file.path for file in load_parquet_files(store)}
+    return [path for path in json.loads(noted or "[]") if path not in used]
+
+
+def forget_untold(store: Store) -> None:
+    """Forget the paths of :func:`untold_files` once they have been told."""
+    with transaction(store) as connection:
+        connection.execute("DELETE FROM meta WHERE key = ?", [_UNTOLD])
