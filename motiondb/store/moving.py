@@ -81,7 +81,7 @@ def move_motions(store: Store, to: str, progress: Progress | None = None) -> int
     """Move all that can be moved to a folder or URL, or into the database (``IN_DATABASE``).
 
     Returns the number of captures of which something was moved. DamagedFileError at the end names
-    those that could not be read.
+    those of which something could not be read.
     """
     tell = progress or (lambda _what, _done, _total: None)
     place = find_place(to)
@@ -89,13 +89,13 @@ def move_motions(store: Store, to: str, progress: Progress | None = None) -> int
     if not files and (place == IN_DATABASE or not any(_batches(store))):
         return 0
     run_id = start_run(store, "move", {"to": place})
-    moved, lost = set[int](), list[str]()
+    moved, lost = set[int](), dict[int, str]()
     for done, file in enumerate(files):
         tell("moving motions", done, len(files))
         with bounded_memory(store, file.n_bytes):
             numbers, damaged = _move_file(store, file, place)
         moved |= numbers
-        lost += damaged
+        lost |= damaged
     batches = [] if place == IN_DATABASE else list(_batches(store))
     total = len(files) + len(batches)
     for done, (kind, batch) in enumerate(batches, start=len(files)):
@@ -105,10 +105,12 @@ def move_motions(store: Store, to: str, progress: Progress | None = None) -> int
         moved |= {number for number, _ in batch}
     tell("moving motions", total, total)
     finish_run(store, run_id)
+    moved -= lost.keys()
     if lost:
+        names = ", ".join(lost.values())
         raise DamagedFileError(
             f"{store.path}: expected motions, originals and scores as they were written, found "
-            f"others of the captures {', '.join(lost)}, which stay where they are. Those of "
+            f"others of the captures {names}, which stay where they are. Those of "
             f"{len(moved)} captures were moved. Put a copy of the damaged files in their place, or "
             "remove these captures; scores are made anew by motiondb learn."
         )
@@ -279,8 +281,8 @@ def _rewrite(store: Store, table: str, key: str, rows: str) -> None:
     run("DROP TABLE rewritten")
 
 
-def _move_file(store: Store, file: ParquetFile, where: str) -> tuple[set[int], list[str]]:
-    """Move what a Parquet file holds; numbers of its captures, and the names of damaged ones.
+def _move_file(store: Store, file: ParquetFile, where: str) -> tuple[set[int], dict[int, str]]:
+    """Move what a Parquet file holds; numbers of its captures, and the damaged ones with names.
 
     Of a damaged file, what can be read comes into the database, from where it can be moved.
     """
@@ -298,23 +300,23 @@ def _move_file(store: Store, file: ParquetFile, where: str) -> tuple[set[int], l
             "UPDATE parquet_file SET place = ? WHERE file_id = ?", [where, file.file_id]
         )
         if is_there:  # the former path may be another name of the same file
-            return set(), []
+            return set(), {}
         note_unused(store, file.path)
-    return {number for number, *_ in load_captures_in(store, file)}, []
+    return {number for number, *_ in load_captures_in(store, file)}, {}
 
 
-def _bring_back(store: Store, file: ParquetFile, draft: Path) -> tuple[set[int], list[str]]:
+def _bring_back(store: Store, file: ParquetFile, draft: Path) -> tuple[set[int], dict[int, str]]:
     """Move captures of a file into the database, in one transaction, from a copy of the file.
 
-    Returns their numbers, and the names of those of which a value is damaged, which stay.
+    Returns their numbers, and numbers and names of those with a damaged value, which stay.
     """
-    batch, damaged = list[tuple[int, str]](), list[str]()
+    batch, damaged = list[tuple[int, str]](), dict[int, str]()
     with transaction(store), draft.open("rb") as opened:
         for number, sha256, name, parts in load_captures_in(store, file):
             if all(is_whole(_read_value(opened, at), at) for at in parts):
                 batch.append((number, sha256))
             else:
-                damaged.append(name)
+                damaged[number] = name
         if batch:
             for table in KINDS[file.kind]:
                 _bring_values(store, table, batch, file, opened)
