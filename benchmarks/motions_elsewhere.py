@@ -3,9 +3,9 @@
     python benchmarks/motions_elsewhere.py DB PLACE... [--out FILE.md]
 
 A database that has learned is copied for every place, with its cache, into a temporary folder. Its
-motions and originals are moved to the place and stay there. Times are of the clock, since reading
-waits for the place; the page says on which machine. A URL needs the packages and the configuration
-that fsspec needs for it.
+motions, originals and scores are moved to the place and stay there. Times are of the clock, since
+reading waits for the place; the page says on which machine. A URL needs the packages and the
+configuration that fsspec needs for it.
 """
 
 from __future__ import annotations
@@ -47,17 +47,19 @@ def seconds_of(
 
 
 def reading(db: Path) -> Row:
-    """Milliseconds for motions and originals, at random and in order."""
+    """Milliseconds for motions and originals, at random and in order, and for all scores."""
     with store.open_store(db, read_only=True) as opened:
         numbers = [info.capture_id for info in store.load_captures(opened)]
         some = random.Random(0).sample(numbers, min(N_READ, len(numbers)))
         motions = seconds_of(partial(store.load_motion, opened, n) for n in some)
         files = seconds_of(partial(store.load_source, opened, n) for n in some)
         ordered = seconds_of(partial(store.load_motion, opened, n) for n in numbers)
+        scores = seconds_of([partial(store.load_scores, opened)])
     return {
         "a motion, at random, ms": 1e3 * float(np.median(motions)),
         "an original, at random, ms": 1e3 * float(np.median(files)),
         "all motions in order, ms for each": 1e3 * float(np.mean(ordered)),
+        "all scores of segments, ms": 1e3 * scores[0],
     }
 
 
@@ -75,6 +77,14 @@ def asking(db: Path) -> Row:
             "example of 3 s of a capture, ms": 1e3 * float(np.median(seconds_of(likes, 3))),
             "two actions generated, s": float(np.median(seconds_of(made, 3))),
         }
+
+
+def asking_first(db: Path) -> Row:
+    """Seconds of the first question where there is no cache beside the database."""
+    shutil.rmtree(db.with_name(f"{db.name}.cache"))
+    with motiondb.open(db, read_only=True) as opened:
+        first = seconds_of([lambda: opened.search(WORDS[0])])
+    return {"first word question without a cache, s": first[0]}
 
 
 def _generate(opened: MotionDB, words: str) -> None:
@@ -98,7 +108,7 @@ def measured(original: Path, place: str) -> Row:
             facts = opened.info()
         row["database file, MB"] = facts.bytes / 1e6
         row["Parquet files, MB"] = (facts.parquet_bytes or 0) / 1e6
-        return row | reading(db) | asking(db)
+        return row | reading(db) | asking(db) | asking_first(db)
 
 
 def main() -> None:
