@@ -12,6 +12,7 @@ from holding import holding
 from motiondb import store
 from motiondb.errors import StoreError
 from motiondb.store import compaction
+from motiondb.store.connection import handle
 
 
 def test_compacting_gives_the_room_back_and_loses_nothing(
@@ -45,6 +46,26 @@ def test_compacting_gives_the_room_back_and_loses_nothing(
                 store.pack_source("a.bvh", b"a" + noise, "bvh"),
             )
     assert [item.name for item in database.path.parent.iterdir()] == ["motions.duckdb"]
+
+
+def test_a_large_file_is_copied_in_bounded_memory(
+    database: store.Store, samples: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(handle, "_PEAK", 10**3)  # this file is large
+    monkeypatch.setattr(handle, "_LEAST_BOUND", 2**26)
+    samples.add(database, "a")
+    database.close()
+    limits, copy = list[str](), compaction.copy_tables
+
+    def noted(opened: store.Store, alias: str) -> None:
+        limits.append(opened.connection.value("SELECT current_setting('memory_limit')"))
+        copy(opened, alias)
+
+    monkeypatch.setattr(compaction, "copy_tables", noted)
+    store.compact(database.path)
+    assert limits == ["64.0 MiB"]
+    with store.open_store(database.path) as compacted:
+        assert store.check_store(compacted, sources=True) == []
 
 
 def test_a_failing_copy_keeps_the_old_file(
