@@ -29,6 +29,10 @@ _LEAST = 0.008  # Seconds of work for which it is worth to start threads. By han
 class Workers(Protocol):
     """Who computes pieces of work."""
 
+    @property
+    def n_workers(self) -> int:
+        """Number of pieces that are computed at once."""
+
     def agree(self, ask: Callable[..., bool], /, *given: object) -> bool:
         """Whether every worker is another process, and answers ``ask(*given)`` with True."""
 
@@ -49,6 +53,8 @@ class Workers(Protocol):
 
 class Threads:
     """Threads of this process."""
+
+    n_workers = N_THREADS
 
     def agree(self, _ask: Callable[..., bool], /, *_given: object) -> bool:
         """Never: they are no other processes."""

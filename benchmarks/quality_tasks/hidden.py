@@ -101,7 +101,8 @@ def _ask(
     shares = shares_by_meaning(vectors, own[0])
     takes = seen.hear(fit, captions, gallery)
     odds = np.stack([0.5 * (t.windows @ shares).max() + 0.5 * (t.whole @ shares) for t in takes])
-    odds += suggested.likeness_of(own)[:, 0] - suggested.likeness_of(captions.meanings) @ shares
+    meanings = suggested.meanings
+    odds += likeness_of(meanings, own)[:, 0] - likeness_of(meanings, captions.meanings) @ shares
     right = words[gallery, word]
     known = {name for n, name in enumerate(names) if said[:, n].any()}
     taking = take_word(names[word], known, nearby_table())

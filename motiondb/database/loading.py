@@ -23,7 +23,7 @@ from motiondb.errors import NotLearnedError
 from motiondb.language.nearby.table import NearbyTable, read_table
 from motiondb.learn.checking import given_certainties
 from motiondb.learn.joining import with_segments
-from motiondb.learn.learned import Learned, Prepared, prepare
+from motiondb.learn.learned import PREPARED, Learned, Prepared, prepare
 from motiondb.learn.learned_model import LearnedModel, from_stored
 from motiondb.learn.recognition import FeaturePool, describe_segments, recognise_capture
 from motiondb.meaning.counting import capture_rows, join_tables, take_rows
@@ -211,7 +211,7 @@ def load_prepared(opened: store.Store, pool: Callable[[], FeaturePool]) -> Learn
 
 def _prepared(opened: store.Store, learned: Learned, kind: str = "evidence") -> Learned:
     """The learned model with arrays of all captures from the cache of the database."""
-    mark = f"{store.learning_mark(opened)}{sorted(learned.damaged) or ''}"
+    mark = f"{PREPARED} {store.learning_mark(opened)}{sorted(learned.damaged) or ''}"
     evidence = store.cached_arrays(opened, kind, lambda: prepare(learned), mark)
     places = _place_arrays(opened, learned)
     return replace(learned, prepared=Prepared(learned, evidence, places))

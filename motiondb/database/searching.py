@@ -17,11 +17,12 @@ from motiondb.errors import QueryError
 from motiondb.language.question.readings import say
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import FeaturePool
-from motiondb.records import Float32Array, Match, Motion
+from motiondb.records import Match, Motion
 from motiondb.search.asked_words import WrittenWord, find_written
 from motiondb.search.asking import AskedQuestion, ask
-from motiondb.search.by_words import WordAnswer, as_near, search_words
+from motiondb.search.by_words import WordAnswer, as_near, search_decoded, word_steps
 from motiondb.search.reasons import ExplainedWord
+from motiondb.search.steps import Place, Steps, answer_here
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 if TYPE_CHECKING:
@@ -81,24 +82,28 @@ def answer_words(
 
     `allowed`: Numbers of the captures that are searched.
     """
-    table, pool = nearby_table(), cache(asked.pool)
-
-    def features_of(capture: int) -> Float32Array:
-        return pool().of_capture(capture)
-
-    def answer_of(question: AskedQuestion) -> WordAnswer:
-        return search_words(question, allowed, limit, written, features_of)
-
+    pool = cache(asked.pool)
+    place = Place(dict.fromkeys(allowed), lambda capture: pool().of_capture(capture))
     with one_blas_thread():  # for small matrices a second thread takes longer
-        question = ask(asked.learned, words, table, asked.find_written, exact, by_symbols)
-        answer = answer_of(question)
-        if answer.nothing and answer.matches and not (exact or by_symbols):
-            near = question.with_near_words(table)
-            instead = answer if near is None else answer_of(near)
-            if near is not None and not instead.nothing:
+        question = ask(asked.learned, words, nearby_table(), asked.find_written, exact, by_symbols)
+        if by_symbols:
+            return search_decoded(question, allowed, limit)
+        return answer_here(steps_with_near(question, limit, exact, written), place)
+
+
+def steps_with_near(
+    question: AskedQuestion, limit: int, exact: bool, written: bool = True
+) -> Steps[AskedQuestion, WordAnswer]:
+    """Answer a question; with near words, if the asked ones match nothing."""
+    answer = yield from word_steps(question, limit, written)
+    if answer.nothing and answer.matches and not exact:
+        near = question.with_near_words(nearby_table())
+        if near is not None:
+            instead = yield from word_steps(near, limit, written)
+            if not instead.nothing:
                 said = (say(each.sentence.parsed.tree) for each in (question, near))
-                answer = as_near(instead, *said)
-        return answer
+                return as_near(instead, *said)
+    return answer
 
 
 def check_any(learned: Learned) -> None:

@@ -40,7 +40,7 @@ from motiondb.meaning import (
     score_vectors,
     word_evidence,
 )
-from motiondb.meaning.caption_map import CaptionMap, Suggested, solve_caption_map
+from motiondb.meaning.caption_map import CaptionMap, solve_caption_map
 from motiondb.meaning.counting import Described, capture_rows, described_intervals
 from motiondb.meaning.description_map import DescriptionMap
 from motiondb.meaning.motion_judge import Said, said_words
@@ -102,6 +102,8 @@ KEPT_FRAMES = 256  # Captures whose whitened features are kept: some 5 MB
 LEAST_ALIKE = 0.5  # Smallest cosine of a caption and what motion suggests, to be named
 
 
+HEARD = ("odds", "likeness", "meanings")  # Arrays of ``Learned.heard``
+PREPARED = (*HEARD, "extremes")  # Arrays that :func:`prepare` gives
 FOLLOWED = (
     *("segments", "score_space", "fitted_word_map", "counted", "started", "association"),
     *("captions", "synonyms", "lemmas", "places"),
@@ -224,11 +226,19 @@ class Learned(LearnedModel):
     @cached_property
     def compared(self) -> ComparedSegments:
         """The segments of all captures, as examples are compared with them."""
+        return self.compared_rows(slice(0, len(self.segments.starts)))
+
+    def compared_rows(self, rows: slice) -> ComparedSegments:
+        """Some of the segments, as examples are compared with them."""
         from motiondb.meaning.windows import compared_segments  # compiled code
 
         table, space = self.segments, None if self.fitted_word_map is None else self.meaning_space
-        frames = np.stack([table.starts // FEATURE_STEP, -(-table.ends // FEATURE_STEP)], axis=1)
-        return compared_segments(frames, table.symbols, self.segment_rows, space)
+        starts, ends = table.starts[rows] // FEATURE_STEP, -(-table.ends[rows] // FEATURE_STEP)
+        standardised = score_vectors.StandardisedRows(
+            self.score_space, table.scores[rows], table.movement[rows]
+        )
+        frames = np.stack([starts, ends], axis=1)
+        return compared_segments(frames, table.symbols[rows], standardised, space)
 
     @cached_property
     def has_words(self) -> bool:
@@ -302,7 +312,7 @@ class Learned(LearnedModel):
         """Log-odds of all words in all captures, from the motion alone."""
         if self._ready is None or not self._ready.evidence:
             return self._heard
-        return word_evidence.Heard(*(self._ready.evidence[n] for n in ("odds", "likeness")))
+        return word_evidence.Heard(*(self._ready.evidence[name] for name in HEARD))
 
     @cached_property
     def _heard(self) -> word_evidence.Heard:
@@ -329,13 +339,7 @@ class Learned(LearnedModel):
             moments = join_moments(moments, words, self.started)
         return solve_caption_map(moments, word_vectors().of(words))
 
-    @cached_property
-    def suggested(self) -> Suggested:
-        """Captions that the motion of every capture suggests, in the order of ``rows``."""
-        vectors = score_vectors.whole_vectors(self.segment_rows, self.segments, self.rows)
-        return self.caption_map.suggest(vectors)
-
-    @cached_property
+    @property
     def likeness(self) -> FloatArray:
         """Likeness of every word to what every capture suggests: array (captures, words), nats."""
         return self.heard.likeness
@@ -356,7 +360,7 @@ class Learned(LearnedModel):
     def captions_like(self, capture: int, limit: int = 3) -> tuple[str, ...]:
         """Captions of other captures near in meaning to what the motion of one suggests."""
         captions, meanings = self._caption_meanings
-        suggested = self.suggested.meanings[self.places_in_rows[capture]]
+        suggested = self.heard.meanings[self.places_in_rows[capture]]
         cosines = meanings @ suggested
         order = np.argsort(-cosines, kind="stable")
         nearest = order[cosines[order] >= LEAST_ALIKE]
@@ -499,8 +503,8 @@ class Learned(LearnedModel):
 def prepare(learned: Learned) -> dict[str, NDArray[Any]]:
     """Evidence of words in all captures, which questions need.
 
-    ``odds`` and ``likeness`` are those of ``heard``; ``extremes`` (3, captures, words), float32,
-    are the largest and the smallest over the segments, and those of the whole, with captions.
+    They are those of ``heard``, and ``extremes`` (3, captures, words), float32: the largest and the
+    smallest over the segments, and those of the whole, with captions.
     """
     if learned.fitted_word_map is None or not learned.rows:
         return {}

@@ -26,7 +26,7 @@ import numpy as np
 
 from motiondb.meaning.score_vectors import unit
 from motiondb.meaning.word_map import WordMoments
-from motiondb.records import FloatArray
+from motiondb.records import Float32Array, FloatArray
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 CAPTION_RIDGE = 0.1
@@ -71,13 +71,17 @@ class Suggested:
     def likeness(self) -> FloatArray:
         """Likeness of every word of the captions: array (n, words), nats."""
         said = CAPTION_WEIGHT * unit(self.shares * self.of.rarity)
-        return said - said.mean(axis=0) + self.likeness_of(self.of.meanings)
+        return said - said.mean(axis=0) + likeness_of(self.meanings, self.of.meanings)
 
-    def likeness_of(self, meanings: FloatArray) -> FloatArray:
-        """Likeness of other words by their vectors (words, axes) alone: array (n, words), nats."""
-        with one_blas_thread():
-            alike = MEANING_WEIGHT * (self.meanings @ meanings.T)
-        return np.asarray(alike - alike.mean(axis=0))
+
+def likeness_of(suggested: FloatArray | Float32Array, words: FloatArray) -> FloatArray:
+    """Likeness of words to suggested meanings by their vectors alone: array (n, words), nats.
+
+    Shapes: `suggested` (n, axes); `words` (words, axes).
+    """
+    with one_blas_thread():
+        alike = MEANING_WEIGHT * (suggested @ words.T)
+    return np.asarray(alike - alike.mean(axis=0))
 
 
 def solve_caption_map(

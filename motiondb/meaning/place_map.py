@@ -112,7 +112,7 @@ class FittedPlaces:
 
     def without(self, rows: IntArray) -> PlaceMap:
         """Return the map without the rows of these numbers; the means stay those of all rows."""
-        slopes = self.fitted.without(rows)
+        slopes = self.fitted.without(rows) if len(rows) else self.fitted.slopes
         offsets = -self.fitted.regression.centre @ slopes
         return PlaceMap(slopes, np.asarray(offsets), spreads_of(self.fitted.mean))
 

@@ -45,7 +45,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from motiondb.language.vocabulary import MODIFIERS
 from motiondb.meaning.regression import fit_ridge
-from motiondb.meaning.score_vectors import unit
+from motiondb.meaning.score_vectors import products, unit
 from motiondb.meaning.word_map import WordMap
 from motiondb.records import Float32Array, FloatArray, IntArray
 
@@ -92,7 +92,8 @@ class MeaningSpace:
         Shapes: `vectors` (..., columns); `statistics` (..., 5 D), None without a second opinion.
         """
         seen: NDArray[Any] = vectors.astype(self.weights.dtype, copy=False)
-        said, rest = self.said_rows(seen @ self.weights), self.rest_rows(seen, statistics)
+        evidence = seen @ self.weights if seen.ndim == 1 else products(seen, self.weights)
+        said, rest = self.said_rows(evidence), self.rest_rows(seen, statistics)
         return np.concatenate([said, rest], axis=-1)
 
     def said_rows(self, evidence: FloatArray | Float32Array) -> FloatArray | Float32Array:
@@ -181,7 +182,7 @@ def resemblance(
     if words is None:
         return np.asarray(vectors @ vector)
     space = meaning_space(words, n_posture_and_travel, emphasis, dtype=np.float64)
-    return np.asarray(space.rows(vectors) @ space.rows(vector))
+    return np.asarray(np.einsum("ij,j->i", space.rows(vectors), space.rows(vector)))
 
 
 def with_feedback(
@@ -195,7 +196,7 @@ def with_feedback(
     >>> with_feedback(np.array([0.9, 0.5, 0.0]), rows).round(2).tolist()
     [0.95, 0.55, 0.0]
     """
-    best, weights = right_answers(alike)
+    best, weights = right_answers(alike, len(alike))
     if not len(best):
         return alike
     together = rows @ (weights @ rows[best])
@@ -209,13 +210,16 @@ def n_right(n_captures: int) -> int:
     return max(1, min(FEEDBACK, n_captures // FEWEST_OTHERS))
 
 
-def right_answers(alike: FloatArray | Float32Array) -> tuple[IntArray, FloatArray | Float32Array]:
+def right_answers(
+    alike: FloatArray | Float32Array, n_captures: int
+) -> tuple[IntArray, FloatArray | Float32Array]:
     """Captures that are assumed to be right answers, and their weights, of sum 1; or none.
 
-    Shapes: `alike` (captures,): their resemblance to the example.
+    Shapes: `alike` (n,): the resemblance to the example of all `n_captures`, or at least of the
+    ``FEEDBACK`` largest.
     """
-    n = n_right(len(alike))
-    best = np.argpartition(alike, len(alike) - n)[-n:] if len(alike) > n else np.empty(0, np.intp)
+    n = n_right(n_captures)
+    best = np.argsort(-alike, kind="stable")[: n if n_captures > n else 0]
     weights = np.maximum(alike[best], 0.0)
     total = float(weights.sum())
     return (best, weights / total) if total > 0.0 else (best[:0], weights[:0])
@@ -250,9 +254,9 @@ class PooledMap:
     weights: FloatArray  # (5 D, words): u
 
     def evidence(self, statistics: FloatArray) -> FloatArray:
-        """Evidence z for every word: array (n, words), from `statistics` (n, 5 D)."""
-        rows = unit((statistics - self.centre) / self.spread)
-        return np.asarray((rows - self.mean) @ self.weights)
+        """Evidence z for every word: array (..., words), from `statistics` (..., 5 D)."""
+        rows = unit((statistics - self.centre) / self.spread) - self.mean
+        return np.asarray(rows @ self.weights if rows.ndim == 1 else products(rows, self.weights))
 
 
 def pooled_statistics(frames: Float32Array | FloatArray) -> FloatArray:

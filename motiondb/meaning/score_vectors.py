@@ -141,6 +141,22 @@ def in_memory(rows: Rows, dtype: DTypeLike = np.float64) -> NDArray[Any]:
     return array
 
 
+def products(rows: NDArray[Any], matrix: NDArray[Any]) -> NDArray[Any]:
+    """``rows @ matrix``, where no row's product depends on which other rows there are.
+
+    The last bits of a product depend on its shape, so that all products here have one.
+
+    Shapes: `rows` (n, columns); `matrix` (columns, m).
+    """
+    found = np.empty((len(rows), matrix.shape[1]), np.result_type(rows, matrix))
+    for first in range(0, len(rows), ROWS_AT_ONCE):
+        some = rows[first : first + ROWS_AT_ONCE]
+        if (n := len(some)) < ROWS_AT_ONCE:
+            some = np.concatenate([some, np.zeros((ROWS_AT_ONCE - n, some.shape[1]), some.dtype)])
+        found[first : first + n] = (some @ matrix)[:n]
+    return found
+
+
 def fit_score_space(
     scores: Float32Array, lengths: IntArray, movement: Float32Array | None = None
 ) -> ScoreSpace:
@@ -194,6 +210,7 @@ def interval_vector(
     return interval_vectors(standardised, starts, ends, np.array([low]), np.array([high]))[0]
 
 
+ROWS_AT_ONCE = 64  # Rows of a product whose shape does not depend on the number of rows
 VECTORS_AT_ONCE = 384
 """Vectors that are made, and multiplied, together. All products of a word map thus have the same
 shape, in which the sums of a row have the same order wherever it stands: measured, with this number

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from motiondb.meaning.alignment import Aligned
 from motiondb.meaning.resemblance import MeaningSpace
-from motiondb.meaning.score_vectors import Rows, in_memory, unit
+from motiondb.meaning.score_vectors import Rows, in_memory, products, unit
 from motiondb.records import Float32Array, FloatArray, IntArray
 
 _SHORTEST = 64  # Feature frames (4 s) of the shortest windows that products are computed for
@@ -171,7 +171,7 @@ def _evidence(segments: ComparedSegments, places: IntArray, lengths: FloatArray)
     evidence /= lengths[:, np.newaxis]
     scales = _scales(places, segments.frames, segments.norms)
     cancelled = np.flatnonzero(lengths < _CANCELLED * scales)
-    evidence[cancelled] = segments.vectors(places[cancelled]) @ segments.weights
+    evidence[cancelled] = products(segments.vectors(places[cancelled]), segments.weights)
     return evidence
 
 

@@ -33,7 +33,7 @@ from motiondb.meaning.caption_map import CaptionMap
 from motiondb.meaning.counting import Described
 from motiondb.meaning.score_vectors import Rows, window_vectors_of
 from motiondb.meaning.word_map import WordMap
-from motiondb.records import FloatArray, IntArray, SegmentTable
+from motiondb.records import Float32Array, FloatArray, IntArray, SegmentTable
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 T = TypeVar("T")
@@ -61,11 +61,17 @@ class Heard:
     # them, that of the whole
     odds: FloatArray
     likeness: FloatArray  # (captures, words): that of the caption map, which ``odds`` has too
+    meanings: Float32Array  # (captures, axes): meanings that the motion suggests (``caption_map``)
 
-    def by_capture(self, rows: Mapping[int, slice]) -> dict[int, FloatArray]:
+    def by_capture(self, rows: Mapping[int, slice]) -> Mapping[int, FloatArray]:
         """Log-odds of the captures with these rows of the table: arrays (segments + 1, words)."""
-        ends = np.cumsum([part.stop - part.start + 1 for part in rows.values()]).tolist()
-        return {c: self.odds[a:b] for c, a, b in zip(rows, [0, *ends], ends)}
+        place = {capture: n for n, capture in enumerate(rows)}
+
+        def odds(capture: int) -> FloatArray:
+            inside, before = rows[capture], place[capture]
+            return self.odds[inside.start + before : inside.stop + before + 1]
+
+        return WhenAsked(rows, odds)
 
 
 def hear_takes(
@@ -85,8 +91,9 @@ def hear_takes(
             first, last = ends[some.start], ends[some.stop]
             odds[first:last] = fit.log_odds(vectors)[: last - first]
             wholes[some] = vectors[ends[some.start + 1 : some.stop + 1] - first - 1]
-    likeness = captions.suggest(wholes).likeness()
-    return Heard(with_likeness(odds, likeness, ends[1:] - 1), likeness)
+    suggested = captions.suggest(wholes)
+    likeness, meanings = suggested.likeness(), suggested.meanings.astype(np.float32)
+    return Heard(with_likeness(odds, likeness, ends[1:] - 1), likeness, meanings)
 
 
 def with_likeness(

@@ -36,6 +36,7 @@ from motiondb.language.question.tree import LIMBS
 from motiondb.language.vocabulary import MODIFIERS, words_of
 from motiondb.language.word_vectors.word_vectors import word_vectors
 from motiondb.learn.learned import Learned
+from motiondb.meaning.caption_map import likeness_of
 from motiondb.meaning.limb_sides import LEGS
 from motiondb.meaning.place_fitting import Written, interval_evidence
 from motiondb.meaning.regression import probability
@@ -353,9 +354,9 @@ def _own_likeness(learned: Learned, taken: Mapping[str, Taking], shares: FloatAr
     by_meaning = [bool(taking.nearest) for taking in taken.values()]
     if not any(by_meaning):
         return np.zeros((len(learned.rows), len(taken)))
-    suggested = learned.suggested
-    own = suggested.likeness_of(word_vectors().of(list(taken)))
-    added = own - suggested.likeness_of(suggested.of.meanings) @ shares
+    suggested = learned.heard.meanings
+    own = likeness_of(suggested, word_vectors().of(list(taken)))
+    added = own - likeness_of(suggested, learned.caption_map.meanings) @ shares
     return np.where(by_meaning, added, 0.0)
 
 

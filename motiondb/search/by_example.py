@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import chain
 from typing import overload
 
 import numpy as np
@@ -15,11 +17,13 @@ from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import FeaturePool, recognise
 from motiondb.meaning import by_motion, extents, regression, score_vectors
 from motiondb.meaning.resemblance import emphasis_of, resemblance
+from motiondb.meaning.windows import ComparedSegments
 from motiondb.meaning.word_map import clearest
 from motiondb.records import Float32Array, Match, Motion
 from motiondb.search.asked_words import learned_words
 from motiondb.search.by_words import mark_generated, to_seconds
 from motiondb.search.chances import NOTHING, reaches, why_unchecked
+from motiondb.search.steps import Asked, Place, Steps, answer_here, take
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 TOGETHER = 32  # Intervals that are projected at once: as many as fit the processor's cache
@@ -71,6 +75,66 @@ class ExampleAnswer(Sequence[Match]):
         return self.matches[index]
 
 
+@dataclass(frozen=True, eq=False)
+class Example:
+    """A motion that is compared with captures."""
+
+    query: by_motion.Query  # Without the space of words, which belongs to the model
+    by_words: bool  # Whether the words of the query are compared, too
+    features: Float32Array  # Recognition features (frames, 130)
+    n_frames: int  # Of the motion, 30 a second
+
+
+class AskedExample:
+    """An example beside the captures of one place; what was computed of them is kept.
+
+    `compared`: The segments that are compared; the first of them has the number `first`.
+    """
+
+    def __init__(
+        self, learned: Learned, example: Example, compared: ComparedSegments, first: int = 0
+    ) -> None:
+        self.learned, self.example = learned, example
+        space = learned.meaning_space if example.by_words else None
+        self.query = replace(example.query, meaning=space)
+        self._compared, self._first = compared, first
+        self._comparison: by_motion.Comparison | None = None
+
+    def comparison(self, place: Place) -> by_motion.Comparison:
+        """The example beside the captures of the place, which is always the same one."""
+        if self._comparison is None:
+            rows = [self.learned.rows[capture] for capture in place.captures]
+            bounds = [(each.start - self._first, each.stop - self._first) for each in rows]
+            takes = by_motion.Takes(
+                np.array(list(place.captures), dtype=np.int64),
+                np.array(bounds, dtype=np.int64).reshape(-1, 2),
+                self._compared,
+            )
+            frames_of = partial(self._frames_of, place)
+            self._comparison = by_motion.Comparison(
+                self.query, takes, self.learned.distances, frames_of
+            )
+        return self._comparison
+
+    def _frames_of(
+        self, place: Place, intervals: Sequence[tuple[int, int, int]]
+    ) -> Sequence[Float32Array]:
+        """Whitened features of intervals: capture, first frame, end."""
+        raw = [features_of(place, capture)[first:end] for capture, first, end in intervals]
+        projected: list[Float32Array] = []
+        for at in range(0, len(raw), TOGETHER):
+            some = raw[at : at + TOGETHER]
+            frames = self.learned.feature_space.project(np.concatenate(some))
+            projected += np.split(frames, np.cumsum([len(part) for part in some[:-1]]))
+        return projected
+
+
+def features_of(place: Place, capture: int) -> Float32Array:
+    """Recognition features of a capture of a place where frames are looked at."""
+    assert place.features is not None
+    return place.features(capture)
+
+
 def search_motion(
     learned: Learned,
     pool: FeaturePool,
@@ -83,31 +147,120 @@ def search_motion(
 
     ``limit`` and ``meaning`` are those of ``MotionDB.like``.
     """
-    allowed = [capture for capture in allowed if capture in learned.rows]
-    query = make_query(learned, motion, learned.has_words if meaning is None else meaning)
+    place = Place([capture for capture in allowed if capture in learned.rows], pool.of_capture)
     with one_blas_thread():  # the matrices of one query are too small to gain from two threads
-        refined = _find_motion(learned, pool, query, allowed)
-        refined = _whole_activities(learned, pool, motion, refined[: 2 * limit])[:limit]
-        sure = _how_sure(learned, query, refined)
+        example = make_example(learned, motion, learned.has_words if meaning is None else meaning)
+        asked = AskedExample(learned, example, learned.compared)
+        return answer_here(example_steps(learned, asked, len(place.captures), limit), place)
+
+
+def example_steps(
+    learned: Learned, asked: Asked, n_captures: int, limit: int
+) -> Steps[Asked, ExampleAnswer]:
+    """Answer an example.
+
+    `asked`: The example as places take it. `n_captures`: Number of captures of all places.
+    """
+    right = yield from take(asked, _FindAlike())
+    candidates = yield from take(asked, _FindCandidates(tuple(right), n_captures))
+    refined = by_motion.separate((yield from take(asked, _CompareFrames(tuple(candidates)))))
+    placed = yield from take(asked, _PlaceActivities(tuple(refined[: 2 * limit])))
+    kept = by_motion.without_overlaps([each.candidate for each in placed])[:limit]
+    answers = [next(each for each in placed if each.candidate is one) for one in kept]
     matches = tuple(
         Match(
             rank,
             learned.captures[c.capture].name,
             *to_seconds(learned, c.capture, c.start * FEATURE_STEP, c.end * FEATURE_STEP),
             c.score,
-            _words_of_interval(learned, c.capture, c.start * FEATURE_STEP, c.end * FEATURE_STEP),
+            answer.words,
             mark_generated(learned, c.capture),
-            sure[rank - 1][1] if sure else None,
+            answer.chance,
         )
-        for rank, c in enumerate(refined, start=1)
+        for rank, (c, answer) in enumerate(zip(kept, answers), start=1)
     )
     known = learned.example_certainty
     return ExampleAnswer(
         matches,
-        max((alike for alike, _ in sure), default=None),
+        max((each.alike for each in answers if each.alike is not None), default=None),
         None if known is None or np.isnan(known.threshold) else known.threshold,
         _why_no_probabilities(learned),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _FindAlike:
+    """The captures that resemble an example most."""
+
+    def tell(self, asked: AskedExample, place: Place) -> list[by_motion.Alike]:
+        return asked.comparison(place).most_alike()
+
+    def join(self, told: Sequence[list[by_motion.Alike]]) -> list[by_motion.Alike]:
+        return sorted(chain(*told), key=lambda each: (-each.resemblance, each.capture))
+
+
+@dataclass(frozen=True, eq=False)
+class _FindCandidates:
+    """Intervals that are alike by symbols, scores and words."""
+
+    right: tuple[by_motion.Alike, ...]  # The captures that resemble the example most
+    n_captures: int  # That are asked
+
+    def tell(self, asked: AskedExample, place: Place) -> list[by_motion.Candidate]:
+        return asked.comparison(place).candidates(self.right, self.n_captures)
+
+    def join(self, told: Sequence[list[by_motion.Candidate]]) -> list[by_motion.Candidate]:
+        return by_motion.best_candidates([*chain(*told)])
+
+
+@dataclass(frozen=True, eq=False)
+class _CompareFrames:
+    """Exact intervals and scores of candidates."""
+
+    candidates: tuple[by_motion.Candidate, ...]
+
+    def tell(self, asked: AskedExample, place: Place) -> list[by_motion.Candidate]:
+        compared = by_motion.compared_by_frames(asked.query, self.candidates)
+        own = [c for c in compared if c.capture in place.captures]
+        frames = {
+            capture: asked.learned.feature_space.project(features_of(place, capture))
+            for capture in {c.capture for c in own}
+        }
+        return by_motion.refine(asked.query, own, frames)
+
+    def join(self, told: Sequence[list[by_motion.Candidate]]) -> list[by_motion.Candidate]:
+        return [*chain(*told)]
+
+
+@dataclass(frozen=True, eq=False)
+class _Placed:
+    """An answer, extended to the whole activity."""
+
+    number: int  # Of the answer
+    candidate: by_motion.Candidate
+    # Its resemblance, and the calibrated probability that it shows the same action; None if this
+    # was not learned
+    alike: float | None
+    chance: float | None
+    words: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _PlaceActivities:
+    """Answers as whole activities, with their probabilities and words."""
+
+    answers: tuple[by_motion.Candidate, ...]  # Best first
+
+    def tell(self, asked: AskedExample, place: Place) -> list[_Placed]:
+        numbers = [n for n, c in enumerate(self.answers) if c.capture in place.captures]
+        placed = _whole_activities(asked, place, [self.answers[n] for n in numbers])
+        sure: Sequence[tuple[float | None, float | None]] = _how_sure(asked, placed)
+        sure = sure or [(None, None)] * len(placed)
+        words = [_words_of_interval(asked.learned, c) for c in placed]
+        return [_Placed(n, c, *s, w) for n, c, s, w in zip(numbers, placed, sure, words)]
+
+    def join(self, told: Sequence[list[_Placed]]) -> list[_Placed]:
+        return sorted(chain(*told), key=lambda each: each.number)
 
 
 def _why_no_probabilities(learned: Learned) -> str:
@@ -119,12 +272,13 @@ def _why_no_probabilities(learned: Learned) -> str:
 
 
 def _how_sure(
-    learned: Learned, query: by_motion.Query, candidates: Sequence[by_motion.Candidate]
+    asked: AskedExample, candidates: Sequence[by_motion.Candidate]
 ) -> list[tuple[float, float]]:
-    """Resemblance of every match, and the calibrated probability that it shows the same action.
+    """Resemblance of every answer, and the calibrated probability that it shows the same action.
 
     Empty if the probability was not learned.
     """
+    learned, query = asked.learned, asked.query
     sure = learned.example_certainty
     if sure is None:
         return []
@@ -151,66 +305,44 @@ def _how_sure(
     ]
 
 
-def _find_motion(
-    learned: Learned, pool: FeaturePool, query: by_motion.Query, allowed: Sequence[int]
-) -> list[by_motion.Candidate]:
-    rows = [learned.rows[capture] for capture in allowed]
-    takes = by_motion.Takes(
-        np.array(allowed, dtype=np.int64),
-        np.array([(each.start, each.stop) for each in rows], dtype=np.int64).reshape(-1, 2),
-        learned.compared,
-    )
-
-    def frames_of(intervals: Sequence[tuple[int, int, int]]) -> Sequence[Float32Array]:
-        raw = [pool.of_capture(capture)[first:end] for capture, first, end in intervals]
-        projected: list[Float32Array] = []
-        for at in range(0, len(raw), TOGETHER):
-            some = raw[at : at + TOGETHER]
-            frames = learned.feature_space.project(np.concatenate(some))
-            projected += np.split(frames, np.cumsum([len(part) for part in some[:-1]]))
-        return projected
-
-    candidates = by_motion.find_candidates(query, takes, learned.distances, frames_of=frames_of)
-    features = {
-        capture: learned.feature_space.project(pool.of_capture(capture))
-        for capture in {c.capture for c in candidates}
-    }
-    return by_motion.refine(query, candidates, features)
-
-
 def _whole_activities(
-    learned: Learned, pool: FeaturePool, motion: Motion, candidates: list[by_motion.Candidate]
+    asked: AskedExample, place: Place, candidates: list[by_motion.Candidate]
 ) -> list[by_motion.Candidate]:
     """Extend answers in long captures to the whole activity (``motiondb.meaning.extents``)."""
+    learned, n_frames = asked.learned, asked.example.n_frames
     contexts = learned.context_space
-    if motion.n_frames < FEATURE_STEP * extents.LEAST_EXAMPLE:
+    if n_frames < FEATURE_STEP * extents.LEAST_EXAMPLE:
         return candidates
-    example = contexts.view(recognition_features(motion))
+    example = contexts.view(asked.example.features)
     lengths = {c.capture: learned.captures[c.capture].motion_frames for c in candidates}
     takes = {
-        capture: contexts.view(pool.of_capture(capture))
+        capture: contexts.view(features_of(place, capture))
         for capture, length in lengths.items()
-        if length >= extents.LONG * motion.n_frames
+        if length >= extents.LONG * n_frames
     }
     return by_motion.to_activities(example, candidates, takes)
 
 
-def make_query(learned: Learned, motion: Motion, meaning: bool = False) -> by_motion.Query:
+def make_example(learned: Learned, motion: Motion, by_words: bool = False) -> Example:
     """Segment and recognise an example as the captures were; see :func:`search_motion`."""
     seen = recognise(learned, motion)
     starts, ends = seen.starts, seen.ends
     weights = (ends - starts) / max(int((ends - starts).sum()), 1)
     n = len(seen.features)
     vector = score_vectors.interval_vector(seen.standardised, starts, ends, 0, n)
-    space = learned.meaning_space if meaning else None
-    return by_motion.Query(seen.features, seen.symbols, weights, vector, space)
+    query = by_motion.Query(seen.features, seen.symbols, weights, vector)
+    return Example(query, by_words, recognition_features(motion), motion.n_frames)
 
 
-def _words_of_interval(learned: Learned, capture: int, start: int, end: int) -> tuple[str, ...]:
+def _words_of_interval(learned: Learned, answer: by_motion.Candidate) -> tuple[str, ...]:
     """The likeliest words of a stored interval whose probabilities own captions have checked."""
     if learned.fitted_word_map is None:
         return ()
-    take = learned.evidence.takes[capture]
+    take, start, end = (
+        learned.evidence.takes[answer.capture],
+        answer.start * FEATURE_STEP,
+        answer.end * FEATURE_STEP,
+    )
     inside = (take.starts < end) & (take.ends > start)
     given = learned.is_known() & learned.checked
     odds = np.where(given, take.windows[inside].mean(axis=0), -np.inf)

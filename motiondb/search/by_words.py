@@ -11,9 +11,9 @@ more likely right than wrong and that nothing speaks against come before the oth
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property, partial
+from functools import cached_property, partial
 from math import prod
 from typing import Any
 
@@ -29,7 +29,7 @@ from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import decode
 from motiondb.meaning import by_question
 from motiondb.meaning.by_question import QuestionHit
-from motiondb.meaning.word_evidence import upper_bounds
+from motiondb.meaning.word_evidence import WhenAsked, upper_bounds
 from motiondb.records import MOTION_FPS, Match, MatchPart
 from motiondb.search import placing, reasons
 from motiondb.search.asked_words import AskedWords, WrittenWord
@@ -51,6 +51,7 @@ from motiondb.search.measured_answers import compare_with_motion
 from motiondb.search.ranking import Judged, likeliest_takes
 from motiondb.search.reasons import Explanation, explain, explain_hit
 from motiondb.search.seen_frames import Features, SeenFrames
+from motiondb.search.steps import Place, Steps, answer_here, joined, take
 from motiondb.search.takings import Taking, say_not_understood, with_notation
 
 LOOKED_AT = 10  # Answers by which it is told whether anything matches, however many are shown
@@ -204,8 +205,14 @@ def search_words(
     `features`: Recognition features of a capture, by which the boundaries of intervals are refined
     and orders and directions are checked; without them they stay those of segments.
     """
-    if not question.readings:  # a search by symbols
-        return _search_decoded(question, allowed, limit)
+    place = Place(dict.fromkeys(allowed), features)
+    return answer_here(word_steps(question, limit, written), place)
+
+
+def word_steps(
+    question: AskedQuestion, limit: int, written: bool = True
+) -> Steps[AskedQuestion, WordAnswer]:
+    """Answer a question that is no search by symbols; see :func:`search_words`."""
     if not written:
         question = replace(question, asked=question.asked.by_motion())
     asked, read, learned = question.asked, question.readings, question.asked.learned
@@ -213,29 +220,27 @@ def search_words(
     n_judged = (
         MEASURED if question.is_measured else ORDERS_LOOKED_AT if question.is_order else LOOKED_AT
     )
-    find_them = partial(find, question, allowed, max(limit, n_judged))
-    chances_of = partial(chances, asked, read, are_checked(asked, read))
-    found = [Found(capture, hit, chances_of(capture, hit)) for capture, hit in find_them(read)]
-    place = cache(partial(_place, question, features=features))
-    judged = Judged(found[:n_judged], place, is_checked)
+    best = yield from take(question, _FindBest(max(limit, n_judged), n_judged))
+    found = best.found
+    looked_at = found if is_checked else found[:limit]
+    placed = yield from take(question, _PlaceAnswers(looked_at))
+    judged = Judged(found[:n_judged], lambda each: placed[each.capture], is_checked)
     first = judged.first(limit)
     shown = [*first, *found[n_judged:]][:limit]
-    once = tuple(map(without_amounts, read))  # how often and how long was never measured
-    hits = [each.hit for each in judged.answers]
-    usual = hits if once == read else [hit for _, hit in find_them(once)[:n_judged]]
+    answers = tuple((judged.looked_at(each), placed[each.capture]) for each in shown)
+    said = yield from take(question, _SayAnswers(answers))
+    usual = [hit for _, hit in best.usual] or [each.hit for each in judged.answers]
     sure = learned.word_certainty
     unchecked = why_unchecked(asked, sorted(set().union(*map(words_of_reading, read))))
     known = sure is not None and not np.isnan(sure.threshold) and not unchecked
     threshold = sure.threshold if sure is not None and known else None
     others = [taking.chance for taking in question.taken.values() if taking.is_other]
-    whys = tuple(explain_hit(asked, each.capture, each.hit) for each in shown)
     return replace(
         _answer(question),
         matches=tuple(
-            _match(question, rank, judged.looked_at(each), place(each), why)
-            for rank, (each, why) in enumerate(zip(shown, whys), start=1)
+            replace(said[each.capture].match, rank=rank) for rank, each in enumerate(shown, start=1)
         ),
-        reasons=whys,
+        reasons=tuple(said[each.capture].why for each in shown),
         strength=best_strength(asked, usual, threshold),
         threshold=None if question.missing else threshold,
         doubtful=not question.missing and judged.is_doubtful(first, known, prod(others)),
@@ -245,6 +250,84 @@ def search_words(
         written=asked.written_words,
         unchecked=unchecked,
     )
+
+
+@dataclass(frozen=True)
+class _Best:
+    """The best answers of some captures, best first."""
+
+    found: tuple[Found, ...]
+    # Capture and answer to the question once, without counts and durations: how often and how long
+    # was never measured. Empty where the question has none
+    usual: tuple[tuple[int, QuestionHit], ...]
+
+
+@dataclass(frozen=True)
+class _FindBest:
+    """The captures that answer a question best."""
+
+    n: int  # Number of them
+    n_usual: int  # Number of those that answer it best once
+
+    def tell(self, question: AskedQuestion, place: Place) -> _Best:
+        asked, read = question.asked, question.readings
+        once = tuple(map(without_amounts, read))
+        chances_of = partial(chances, asked, read, are_checked(asked, read))
+        find_them = partial(_find, question, place.captures)
+        found = (Found(*each, chances_of(*each)) for each in find_them(self.n, read))
+        return _Best(tuple(found), () if once == read else tuple(find_them(self.n_usual, once)))
+
+    def join(self, told: Sequence[_Best]) -> _Best:
+        found = sorted(
+            (each for best in told for each in best.found),
+            key=lambda each: (-each.hit.log_odds, each.capture),
+        )
+        usual = sorted(
+            (each for best in told for each in best.usual),
+            key=lambda each: (-each[1].log_odds, each[0]),
+        )
+        return _Best(tuple(found[: self.n]), tuple(usual[: self.n_usual]))
+
+
+@dataclass(frozen=True)
+class _PlaceAnswers:
+    """Where captures show the parts of their answers."""
+
+    answers: tuple[Found, ...]
+
+    def tell(self, question: AskedQuestion, place: Place) -> Mapping[int, placing.Placed]:
+        """By capture; each is placed when it is asked for."""
+        own = {each.capture: each for each in self.answers if each.capture in place.captures}
+        return WhenAsked(own, lambda n: _place(question, own[n], place.features), len(own))
+
+    def join(self, told: Sequence[Mapping[int, placing.Placed]]) -> Mapping[int, placing.Placed]:
+        return joined(told)
+
+
+@dataclass(frozen=True)
+class _Said:
+    """An answer in words."""
+
+    match: Match
+    why: tuple[reasons.WordReason, ...]
+
+
+@dataclass(frozen=True)
+class _SayAnswers:
+    """Answers in words, with reasons."""
+
+    answers: tuple[tuple[Found, placing.Placed], ...]
+
+    def tell(self, question: AskedQuestion, place: Place) -> Mapping[int, _Said]:
+        said = dict[int, _Said]()
+        for answer, placed in self.answers:
+            if answer.capture in place.captures:
+                why = explain_hit(question.asked, answer.capture, answer.hit)
+                said[answer.capture] = _Said(_match(question, answer, placed, why), why)
+        return said
+
+    def join(self, told: Sequence[Mapping[int, _Said]]) -> Mapping[int, _Said]:
+        return joined(told)
 
 
 def _answer(question: AskedQuestion) -> WordAnswer:
@@ -269,16 +352,16 @@ def _sources_of_taken(question: AskedQuestion) -> tuple[WordSource, ...]:
     return word_sources(question.asked.learned, behind)
 
 
-def find(
+def _find(
     question: AskedQuestion,
-    allowed: Sequence[int],
+    allowed: Collection[int],
     limit: int,
     read: Sequence[Reading],
 ) -> list[tuple[int, QuestionHit]]:
     """The best answers to some readings of a question with their captures, best first."""
     asked, number, verbs = question.asked, question.asked.numbers, question.sentence.verbs
     takes, extremes = asked.evidence.takes, asked.evidence.extremes
-    searched = np.isin(extremes.captures, np.asarray(allowed, dtype=np.int64))
+    searched = np.isin(extremes.captures, np.fromiter(allowed, np.int64, len(allowed)))
     return likeliest_takes(
         extremes.captures[searched],
         upper_bounds(extremes, read, number, verbs)[searched],
@@ -307,12 +390,11 @@ def _place(
 
 def _match(
     question: AskedQuestion,
-    rank: int,
     answer: Found,
     placed: placing.Placed,
     why: Sequence[reasons.WordReason],
 ) -> Match:
-    """One capture's answer: ranked by the word map, placed by the evidence of places.
+    """One capture's answer: scored by the word map, placed by the evidence of places.
 
     How probably an answer for "walk" shows "limp", or what else of a question is not understood
     or not measured, is not known: such answers and parts carry no probabilities.
@@ -343,7 +425,7 @@ def _match(
     )
     whole = answer.sure.whole
     return Match(
-        rank,
+        0,  # its rank is not known yet
         learned.captures[capture].name,
         *to_seconds(learned, capture, start, end),
         float(1.0 / (1.0 + np.exp(-reasons.total(why)))),
@@ -368,7 +450,7 @@ def as_near(answer: WordAnswer, asked: str, near: str) -> WordAnswer:
     return replace(answer, matches=matches, threshold=None, doubtful=False, near=(asked, near))
 
 
-def _search_decoded(question: AskedQuestion, allowed: Sequence[int], limit: int) -> WordAnswer:
+def search_decoded(question: AskedQuestion, allowed: Sequence[int], limit: int) -> WordAnswer:
     """The captures whose symbols are nearest to those that the actions of a question decode to."""
     from motiondb.meaning import alignment  # compiled code, which other questions do without
 

@@ -1,0 +1,173 @@
+"""Many questions to shares of the captures: the steps of some questions are told together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from functools import cache
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+from uuid import uuid4
+
+from motiondb.database.asking_many import Posed
+from motiondb.database.loading import nearby_table
+from motiondb.database.searching import Searched, steps_with_near
+from motiondb.database.session import Session
+from motiondb.database.shares import (
+    QUESTIONS,
+    AskedStep,
+    CaptureShare,
+    DatabaseFile,
+    FileShare,
+    SentShare,
+    Words,
+    can_open,
+    close,
+    tell,
+)
+from motiondb.errors import ClusterError, MotionDBError
+from motiondb.learn import shares
+from motiondb.search.asked_words import find_written
+from motiondb.search.asking import AskedQuestion, ask
+from motiondb.search.by_example import Example, example_steps, make_example
+from motiondb.search.steps import Step, Steps
+from motiondb.symbols.hmm_jobs import one_blas_thread
+from motiondb.workers import Workers
+
+if TYPE_CHECKING:
+    from motiondb.database.asking_many import Answer, Found
+
+
+class AskedShares:
+    """The captures of a session in shares, one for each worker; use it in a ``with`` statement.
+
+    It is made in a ``reading`` block, and is of the state that this block reads.
+    """
+
+    def __init__(self, session: Session, workers: Workers) -> None:
+        learned, pool = session.searchable, session.features
+        self.name = uuid4().hex  # Tells its questions from those of others who ask the same workers
+        self.searched = Searched(learned, lambda: pool, cache(lambda: find_written(learned)))
+        self._workers = workers
+        self._file = DatabaseFile.of(session)
+        runs = shares.divided(learned, workers.n_workers)
+        self.shares: list[CaptureShare]
+        self._rest: shares.Rest | None = None
+        self._is_open = session.store.read_only and workers.agree(can_open, self._file)
+        if self._is_open:  # if it is not read-only, no other process can open it
+            self.shares = [FileShare(self._file, run) for run in runs]
+        else:
+            self._rest = shares.rest_of(learned)
+            self.shares = [SentShare(shares.share_of(learned, pool, run)) for run in runs]
+
+    def __enter__(self) -> AskedShares:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        with suppress(ClusterError):  # of a scheduler that went away
+            self._workers.agree(close, self._file)
+
+    def answers(self, posed: Sequence[Posed | MotionDBError]) -> Iterator[Answer]:
+        """Answers to questions, in their order; errors stay as they are."""
+        for first in range(0, len(posed), QUESTIONS):
+            answers: dict[int, Answer] = {}
+            asking: dict[int, _Asking] = {}
+            for n, each in enumerate(posed[first : first + QUESTIONS], start=first):
+                if isinstance(each, MotionDBError):
+                    answers[n] = each
+                else:
+                    asking[n] = _Asking(n, each, self)
+            self._answer(asking, answers)
+            yield from (answers[n] for n in sorted(answers))
+
+    def _answer(self, asking: dict[int, _Asking], answers: dict[int, Answer]) -> None:
+        """Put the answers of some questions, whose steps are told together, among the others."""
+        told: dict[int, list[Any]] = {n: [] for n in asking}
+        while asking:
+            for n, each in list(asking.items()):
+                answer = each.go_on(told[n])
+                if answer is not None:
+                    answers[n] = answer
+                    del asking[n]
+            told = self._tell(asking)
+
+    def _tell(self, asking: dict[int, _Asking]) -> dict[int, list[Any]]:
+        """What shares say to the present steps of some questions."""
+        told: dict[int, list[Any]] = {n: [] for n in asking}
+        numbers, pieces = list[list[int]](), list[tuple[CaptureShare, list[AskedStep]]]()
+        for place, share in enumerate(self.shares):
+            steps = {n: each.step_for(place) for n, each in asking.items()}
+            sent = {n: step for n, step in steps.items() if step is not None}
+            if sent:
+                numbers.append(list(sent))
+                pieces.append((share, list(sent.values())))
+        for some, said in zip(numbers, self._workers.map(tell, pieces, self._rest), strict=True):
+            for n, one in zip(some, said, strict=True):
+                told[n].append(one)
+        return told
+
+
+class _Asking:
+    """A question on its way, whose steps are told by shares of the captures."""
+
+    def __init__(self, number: int, posed: Posed, asked: AskedShares) -> None:
+        self._key, self._question = (asked.name, number), posed.question
+        self._steps = _steps_of(posed, asked.searched)
+        self._asked: AskedQuestion | Example | None = None
+        self._is_near = False  # Whether near words stand in place of the words that are asked
+        self._step: Step[Any, Any] | None = None
+        every, allowed = posed.allowed is None, set(posed.allowed or ())
+        # Of each share the captures that are asked; None: all
+        self._captures = [
+            None if every else [capture for capture in share.captures if capture in allowed]
+            for share in asked.shares
+        ]
+
+    def go_on(self, told: Sequence[Any]) -> Answer | None:
+        """The answer, once the steps are told; `told`: by each share that was asked, none first."""
+        error = next((each for each in told if isinstance(each, MotionDBError)), None)
+        if error is not None:
+            return error
+        try:
+            with one_blas_thread():
+                joined = None if self._step is None else self._step.join(told)
+                asked, self._step = self._steps.send(joined)
+        except StopIteration as end:
+            answer: Found = end.value
+            return answer
+        except MotionDBError as why:
+            return why
+        self._is_near = self._is_near or (self._asked is not None and asked is not self._asked)
+        self._asked = asked
+        return None
+
+    def step_for(self, share: int) -> AskedStep | None:
+        """The present step to a share; None if none of its captures is asked."""
+        captures = self._captures[share]
+        assert self._asked is not None
+        assert self._step is not None
+        if captures is not None and not captures:
+            return None
+        asked: Words | Example
+        if isinstance(self._asked, Example):
+            asked = self._asked
+        else:
+            asked = Words(self._question.words, self._question.exact, self._is_near)
+        return AskedStep((*self._key, self._is_near), asked, captures, self._step)
+
+
+def _steps_of(posed: Posed, searched: Searched) -> Steps[AskedQuestion | Example, Found]:
+    """The steps of a question."""
+    question, learned = posed.question, searched.learned
+    if posed.motion is not None:
+        example = make_example(learned, posed.motion, learned.has_words)
+        allowed = learned.rows if posed.allowed is None else posed.allowed
+        n_captures = sum(capture in learned.rows for capture in allowed)
+        return (yield from example_steps(learned, example, n_captures, question.limit))
+    asked = ask(learned, question.words, nearby_table(), searched.find_written, question.exact)
+    return (yield from steps_with_near(asked, question.limit, question.exact))
