@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from motiondb.answers.scenes import scene_row
     from motiondb.body.kinematics import forward_kinematics
     from motiondb.database import MotionDB
-    from motiondb.database.asking_many import Question
     from motiondb.database.catalogue.cataloguing import Progress, check_captures
     from motiondb.database.catalogue.exporting import MotionChanges
     from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
@@ -45,6 +44,7 @@ if TYPE_CHECKING:
     from motiondb.database.joining import Joined
     from motiondb.database.learn.start import load_knowledge, shipped_starts
     from motiondb.database.learned_grammar import LearnedGrammar
+    from motiondb.database.questions import Question
     from motiondb.database.scenes.scene_making import SceneSettings
     from motiondb.database.scenes.scene_texts import SceneText
     from motiondb.database.scenes.scenes import Scene, Scenes
@@ -231,7 +231,7 @@ _PLACES = {
     "motiondb.files.sheet_writer": "write_table",
     "motiondb.files.own_files": "check_overwriting protect_others",
     "motiondb.database": "MotionDB",
-    "motiondb.database.asking_many": "Question",
+    "motiondb.database.questions": "Question",
     "motiondb.database.catalogue.cataloguing": "check_captures",
     "motiondb.database.check_process": "check_file",
     "motiondb.database.cluster": "Cluster",

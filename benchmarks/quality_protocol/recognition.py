@@ -24,6 +24,7 @@ from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols, 
 from motiondb.symbols import acquisition, feature_space
 from quality_protocol.captures import Capture
 from quality_protocol.kept import kept
+from quality_protocol.whole_vectors import whole_vectors
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +111,7 @@ def seen_without(seen: Recognised, n_blocks: int) -> Recognised:
     rows = seen.rows.copy()
     rows[:, seen.table.scores.shape[1] + sum(sizes[:n_blocks]) :] = 0.0
     parts = {capture: seen.part(capture) for capture in range(len(seen.whitened))}
-    vectors = score_vectors.whole_vectors(rows, seen.table, parts)
+    vectors = whole_vectors(rows, seen.table, parts)
     return replace(seen, rows=rows, vectors=vectors)
 
 

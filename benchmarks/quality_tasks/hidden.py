@@ -18,6 +18,7 @@ from motiondb.database.loading import nearby_table
 from motiondb.language.vocabulary import MODIFIERS, words_of
 from motiondb.language.word_vectors.word_vectors import shares_by_meaning, word_vectors
 from motiondb.meaning import word_map
+from motiondb.meaning.caption_map import likeness_of
 from motiondb.search.asked_words import mixture
 from motiondb.search.takings import LEAST_NEAR, take_word
 from nearby_words.retrieval import precision

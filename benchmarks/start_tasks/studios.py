@@ -31,7 +31,7 @@ from motiondb.learn.word_fitting import (
     TaughtWords,
     fit_words,
 )
-from motiondb.meaning import asked_certainty, score_vectors, word_evidence
+from motiondb.meaning import asked_certainty, word_evidence
 from motiondb.meaning import regression as certainty
 from motiondb.meaning.caption_map import solve_caption_map
 from motiondb.meaning.word_map import usual
@@ -45,6 +45,7 @@ from quality_protocol.captures import (
     without_copies,
 )
 from quality_protocol.confidence import weighted_draws
+from quality_protocol.whole_vectors import whole_vectors
 from start_knowledge import SENTENCE
 from start_tasks.judging import (
     Asked,
@@ -262,7 +263,7 @@ def answer(
     moments, known = fitted.counted.counts.moments, published.association.words
     if started is not None:
         moments = join_moments(moments, known, started)
-    whole = score_vectors.whole_vectors(rows, view.table, parts)
+    whole = whole_vectors(rows, view.table, parts)
     of_captions = solve_caption_map(moments, word_vectors().of(known))
     odds = word_evidence.hear_takes(fit, of_captions, rows, view.table, parts).by_capture(parts)
     ranked = [0.5 * each[:-1].max(axis=0) + 0.5 * each[-1] for each in odds.values()]

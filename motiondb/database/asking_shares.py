@@ -1,32 +1,22 @@
-"""Many questions to shares of the captures: the steps of some questions are told together."""
+"""Many questions to workers with a share of the captures each, which answer together.
+
+Nobody but the asking process needs the database. The steps of some questions are told at a time;
+between them, the asking process joins what shares say.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from functools import cache
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
-from uuid import uuid4
 
-from motiondb.database.asking_many import Posed
 from motiondb.database.loading import nearby_table
+from motiondb.database.questions import Posed
 from motiondb.database.searching import Searched, steps_with_near
 from motiondb.database.session import Session
-from motiondb.database.shares import (
-    QUESTIONS,
-    AskedStep,
-    CaptureShare,
-    DatabaseFile,
-    FileShare,
-    SentShare,
-    Words,
-    can_open,
-    close,
-    tell,
-)
-from motiondb.errors import ClusterError, MotionDBError
-from motiondb.learn import shares
+from motiondb.database.shares import QUESTIONS, AskedStep, SentShare, Words, tell
+from motiondb.errors import MotionDBError
+from motiondb.learn.shares import divided, rest_of, share_of
 from motiondb.search.asked_words import find_written
 from motiondb.search.asking import AskedQuestion, ask
 from motiondb.search.by_example import Example, example_steps, make_example
@@ -35,42 +25,21 @@ from motiondb.symbols.hmm_jobs import one_blas_thread
 from motiondb.workers import Workers
 
 if TYPE_CHECKING:
-    from motiondb.database.asking_many import Answer, Found
+    from motiondb.database.questions import Answer, Found
 
 
-class AskedShares:
-    """The captures of a session in shares, one for each worker; use it in a ``with`` statement.
+class Shares:
+    """The captures of a session in shares, one for each worker.
 
     It is made in a ``reading`` block, and is of the state that this block reads.
     """
 
     def __init__(self, session: Session, workers: Workers) -> None:
         learned, pool = session.searchable, session.features
-        self.name = uuid4().hex  # Tells its questions from those of others who ask the same workers
+        self._workers, self._rest = workers, rest_of(learned)
         self.searched = Searched(learned, lambda: pool, cache(lambda: find_written(learned)))
-        self._workers = workers
-        self._file = DatabaseFile.of(session)
-        runs = shares.divided(learned, workers.n_workers)
-        self.shares: list[CaptureShare]
-        self._rest: shares.Rest | None = None
-        self._is_open = session.store.read_only and workers.agree(can_open, self._file)
-        if self._is_open:  # if it is not read-only, no other process can open it
-            self.shares = [FileShare(self._file, run) for run in runs]
-        else:
-            self._rest = shares.rest_of(learned)
-            self.shares = [SentShare(shares.share_of(learned, pool, run)) for run in runs]
-
-    def __enter__(self) -> AskedShares:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        with suppress(ClusterError):  # of a scheduler that went away
-            self._workers.agree(close, self._file)
+        runs = divided(learned, workers.n_workers)
+        self.shares = [SentShare(share_of(learned, pool, run)) for run in runs]
 
     def answers(self, posed: Sequence[Posed | MotionDBError]) -> Iterator[Answer]:
         """Answers to questions, in their order; errors stay as they are."""
@@ -99,7 +68,7 @@ class AskedShares:
     def _tell(self, asking: dict[int, _Asking]) -> dict[int, list[Any]]:
         """What shares say to the present steps of some questions."""
         told: dict[int, list[Any]] = {n: [] for n in asking}
-        numbers, pieces = list[list[int]](), list[tuple[CaptureShare, list[AskedStep]]]()
+        numbers, pieces = list[list[int]](), list[tuple[SentShare, list[AskedStep]]]()
         for place, share in enumerate(self.shares):
             steps = {n: each.step_for(place) for n, each in asking.items()}
             sent = {n: step for n, step in steps.items() if step is not None}
@@ -115,8 +84,8 @@ class AskedShares:
 class _Asking:
     """A question on its way, whose steps are told by shares of the captures."""
 
-    def __init__(self, number: int, posed: Posed, asked: AskedShares) -> None:
-        self._key, self._question = (asked.name, number), posed.question
+    def __init__(self, number: int, posed: Posed, asked: Shares) -> None:
+        self._number, self._question = number, posed.question
         self._steps = _steps_of(posed, asked.searched)
         self._asked: AskedQuestion | Example | None = None
         self._is_near = False  # Whether near words stand in place of the words that are asked
@@ -158,7 +127,7 @@ class _Asking:
             asked = self._asked
         else:
             asked = Words(self._question.words, self._question.exact, self._is_near)
-        return AskedStep((*self._key, self._is_near), asked, captures, self._step)
+        return AskedStep((self._number, self._is_near), asked, captures, self._step)
 
 
 def _steps_of(posed: Posed, searched: Searched) -> Steps[AskedQuestion | Example, Found]:

@@ -50,6 +50,7 @@ _NEEDED = (
     "scipy.spatial",
     "scipy.stats",
     "motiondb.database.evaluating",
+    "motiondb.database.asking_openers",
     "motiondb.database.shares",
     "motiondb.database.catalogue.copy_search",
     "motiondb.database.catalogue.file_reading",

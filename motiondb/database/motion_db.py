@@ -17,12 +17,12 @@ from motiondb.workers import HERE
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
     from motiondb.database.arguments import Example
-    from motiondb.database.asking_many import Question
     from motiondb.database.catalogue.exporting import MotionChanges
     from motiondb.database.cluster import Cluster
     from motiondb.database.generating import ActionPlace, Generated
     from motiondb.database.grammars.grammars import Grammars
     from motiondb.database.joining import Joined
+    from motiondb.database.questions import Question
     from motiondb.database.scenes.scenes import Scenes
     from motiondb.errors import MotionDBError
     from motiondb.learn.drift import Drift

@@ -1,24 +1,15 @@
-"""The captures of a database in shares, each of which a worker asks the steps of questions.
-
-A worker that can open the database under its path, as on one machine or with a shared folder, maps
-what it needs of it from its cache. To others, their shares are sent.
-"""
+"""A share of the captures of a database, which a worker asks the steps of questions."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
-from motiondb import store
-from motiondb.database.lent import Lent
-from motiondb.database.loading import FEATURES, nearby_table
-from motiondb.database.session import Session
-from motiondb.errors import ClusterError, MotionDBError, StoreError
-from motiondb.learn import shares
+from motiondb.database.loading import nearby_table
+from motiondb.errors import MotionDBError
+from motiondb.learn.shares import Rest, Share, joined, segments_of
 from motiondb.search.asked_words import find_written
 from motiondb.search.asking import AskedQuestion, ask
 from motiondb.search.by_example import AskedExample, Example
@@ -27,7 +18,6 @@ from motiondb.symbols.hmm_jobs import one_blas_thread
 
 if TYPE_CHECKING:
     from motiondb.learn.learned import Learned
-    from motiondb.learn.recognition import FeaturePool
     from motiondb.meaning.windows import ComparedSegments
     from motiondb.search.asked_words import WrittenWord
 
@@ -49,26 +39,42 @@ class Words:
 class AskedStep:
     """A step of a question to a share."""
 
-    key: tuple[str, int, bool]  # Of what is asked, the same for all its steps
+    key: tuple[int, bool]  # Of what is asked, the same for all its steps
     asked: Words | Example
     captures: Sequence[int] | None  # Those of the share that are asked; None: all
     step: Step[Any, Any]
 
 
-class OpenShare:
-    """Captures that follow one another, of a learned model that has their rows."""
+class SentShare:
+    """A share as it is sent to a worker, which opens it with all the rest of the model."""
 
-    def __init__(
-        self, learned: Learned, pool: Callable[[], FeaturePool], captures: Sequence[int]
-    ) -> None:
-        self._learned, self._pool, self._captures = learned, pool, dict.fromkeys(captures)
-        self._rows = shares.segments_of(learned, captures)
-        self._asked: dict[tuple[str, int, bool], AskedQuestion | AskedExample] = {}
+    def __init__(self, share: Share) -> None:
+        self.captures, self.share = share.captures, share
+        self._opened: tuple[Rest, _OpenShare] | None = None
+
+    def opened(self, rest: Rest) -> _OpenShare:
+        """The share, which stays open."""
+        if self._opened is None or self._opened[0] is not rest:
+            self._opened = rest, _OpenShare(joined(rest, self.share), self.share)
+        return self._opened[1]
+
+    def __reduce__(self) -> tuple[type[SentShare], tuple[Share]]:
+        """Another process opens it itself."""
+        return SentShare, (self.share,)
+
+
+class _OpenShare:
+    """Captures that follow one another, with their rows of a learned model."""
+
+    def __init__(self, learned: Learned, share: Share) -> None:
+        self._learned, self._share = learned, share
+        self._captures = dict.fromkeys(share.captures)
+        self._asked: dict[tuple[int, bool], AskedQuestion | AskedExample] = {}
 
     def tell(self, step: AskedStep) -> Any:  # noqa: ANN401  of any step
         """What the captures say, or the error that says why they cannot."""
-        own = self._captures if step.captures is None else dict.fromkeys(step.captures)
-        place = Place(own, lambda capture: self._pool().of_capture(capture))
+        captures = self._captures if step.captures is None else dict.fromkeys(step.captures)
+        place = Place(captures, self._share.pool.of_capture)
         try:
             with one_blas_thread():
                 told = step.step.tell(self._understood(step), place)
@@ -86,133 +92,28 @@ class OpenShare:
 
     def _understand(self, asked: Words | Example) -> AskedQuestion | AskedExample:
         if isinstance(asked, Example):
-            return AskedExample(self._learned, asked, self._compared, self._rows.start)
-        question = ask(self._learned, asked.text, nearby_table(), self._find_written, asked.exact)
+            first = segments_of(self._learned, self._share.captures).start
+            return AskedExample(self._learned, asked, self._compared, first)
+        table = nearby_table()
+        question = ask(self._learned, asked.text, table, lambda: self._written, asked.exact)
         if not asked.is_near:
             return question
-        near = question.with_near_words(nearby_table())
+        near = question.with_near_words(table)
         assert near is not None  # the asking process has understood it
         return near
 
     @cached_property
     def _compared(self) -> ComparedSegments:
-        return self._learned.compared_rows(self._rows)
+        return self._learned.compared_rows(segments_of(self._learned, self._share.captures))
 
     @cached_property
     def _written(self) -> dict[str, WrittenWord]:
+        """Words that were not learned and are written in captions or tags."""
         return find_written(self._learned)
 
-    def _find_written(self) -> dict[str, WrittenWord]:
-        """Words that were not learned and are written in captions or tags."""
-        return self._written
 
-
-class SentShare:
-    """A share that is sent to a worker, with its rows."""
-
-    def __init__(self, share: shares.Share) -> None:
-        self.captures, self.share = share.captures, share
-        self._opened: tuple[shares.Rest, OpenShare] | None = None
-
-    @contextmanager
-    def opened(self, rest: shares.Rest | None) -> Iterator[OpenShare]:
-        """The share with all the rest of the model; it stays open."""
-        assert rest is not None
-        if self._opened is None or self._opened[0] is not rest:
-            learned, pool = shares.joined(rest, self.share), self.share.pool
-            self._opened = rest, OpenShare(learned, lambda: pool, self.captures)
-        yield self._opened[1]
-
-    def __reduce__(self) -> tuple[type[SentShare], tuple[shares.Share]]:
-        """Another process opens it itself."""
-        return SentShare, (self.share,)
-
-
-@dataclass(frozen=True)
-class DatabaseFile:
-    """A database that workers open themselves."""
-
-    path: Path
-    state: str  # Another one when anything in it has changed
-
-    @classmethod
-    def of(cls, session: Session) -> DatabaseFile:
-        """The database of a session, in a ``reading`` block."""
-        return cls(session.store.path.resolve(), _state(session.store))
-
-    @contextmanager
-    def opened(self) -> Iterator[Session]:
-        """A session that reads it; StoreError if it is not the database that asks."""
-        with _lend(self).use() as session, session.reading():
-            if _state(session.store) != self.state:
-                raise StoreError(
-                    f"{self.path}: expected the database that asks, found another state of it."
-                )
-            yield session
-
-
-@dataclass(frozen=True)
-class FileShare:
-    """A share of a database that a worker opens itself."""
-
-    file: DatabaseFile
-    captures: tuple[int, ...]
-
-    @contextmanager
-    def opened(self, _rest: shares.Rest | None) -> Iterator[OpenShare]:
-        """The share; what was loaded of it stays until the database is closed."""
-        path = self.file.path
-        try:
-            with self.file.opened() as session:
-                yield session.kept(self.captures, lambda: self._open(session))
-        except MotionDBError as error:
-            raise ClusterError(
-                f"{path}: expected a database that every worker can open while questions are "
-                f"answered, found a worker that cannot ({error}) Ask again; give new workers the "
-                "folder, too."
-            ) from None
-
-    def _open(self, session: Session) -> OpenShare:
-        return OpenShare(session.searchable, lambda: session.features, self.captures)
-
-
-CaptureShare: TypeAlias = SentShare | FileShare
-
-
-def _state(opened: store.Store) -> str:
-    return repr((store.revision(opened), store.learning_mark(opened)))
-
-
-_lent = dict[DatabaseFile, "Lent[Session]"]()
-"""The database that this process answers from for another one, if any."""
-
-
-def _lend(file: DatabaseFile) -> Lent[Session]:
-    """The database of questions; what was loaded of it stays until they are answered."""
-    if file not in _lent:
-        _lent.clear()  # of a process that ended before it could say so
-        session = Session(file.path, read_only=True)
-        _lent[file] = Lent(session, session.store.lend)
-    return _lent[file]
-
-
-def can_open(file: DatabaseFile) -> bool:
-    """Whether this worker can map what it needs of the database that asks."""
-    try:
-        with file.opened() as session:
-            return store.is_cached(session.store, FEATURES)
-    except MotionDBError:
-        return False
-
-
-def close(file: DatabaseFile) -> bool:
-    """Forget the database of questions that were answered."""
-    _lent.pop(file, None)
-    return True
-
-
-def tell(piece: tuple[CaptureShare, Sequence[AskedStep]], rest: shares.Rest | None) -> list[Any]:
+def tell(piece: tuple[SentShare, Sequence[AskedStep]], rest: Rest) -> list[Any]:
     """What a share says to some steps, by a worker."""
     share, steps = piece
-    with share.opened(rest) as opened:
-        return [opened.tell(step) for step in steps]
+    opened = share.opened(rest)
+    return [opened.tell(step) for step in steps]

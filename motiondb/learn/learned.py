@@ -118,6 +118,8 @@ class Prepared:
     # Those of :func:`prepare`, and ``Learned.place_arrays``; empty where they are not there yet
     evidence: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     places: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    # The captures whose segments have rows here, of a share (``motiondb.learn.shares``); None: all
+    captures: tuple[int, ...] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,6 +156,12 @@ class Learned(LearnedModel):
     def rows(self) -> dict[int, slice]:
         """Capture number -> its rows of the segment table."""
         return capture_rows(self.segments)
+
+    @cached_property
+    def rows_here(self) -> dict[int, slice]:
+        """``rows`` of the captures whose segments have rows here: all, or those of a share."""
+        captures = None if self.prepared is None else self.prepared.captures
+        return self.rows if captures is None else {c: self.rows[c] for c in captures}
 
     @cached_property
     def places_in_rows(self) -> dict[int, int]:
@@ -322,7 +330,7 @@ class Learned(LearnedModel):
     @cached_property
     def evidence(self) -> word_evidence.TakeEvidence:
         """Evidence of all words in all captures, from the motion and from captions."""
-        numbers, rows, table = self.word_numbers, self.rows, self.segments
+        numbers, rows, table = self.word_numbers, self.rows_here, self.segments
         written = word_evidence.caption_evidence(self.described, table, rows, numbers)
         ready = None
         if self._ready is not None and self._ready.evidence:

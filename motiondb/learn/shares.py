@@ -100,15 +100,17 @@ def share_of(learned: Learned, pool: FeaturePool, captures: Sequence[int]) -> Sh
 def joined(rest: Rest, share: Share) -> Learned:
     """The model with the rows of a share; IndexError where those of other captures are needed."""
     first, table = segments_of(rest.learned, share.captures).start, rest.learned.segments
-    before, n = rest.learned.places_in_rows[share.captures[0]], len(table.starts)
-    scores, movement = RowsFrom(first, share.scores, n), RowsFrom(first, share.movement, n)
-    table = replace(table, scores=cast(Float32Array, scores), movement=cast(Float32Array, movement))
-    learned = replace(rest.learned, segments=table)
+    scores, movement = (
+        cast(Float32Array, RowsFrom(first, rows, len(table.starts)))
+        for rows in (share.scores, share.movement)
+    )
+    learned = replace(rest.learned, segments=replace(table, scores=scores, movement=movement))
     evidence = dict(rest.evidence)
     if share.odds is not None:
-        rows = RowsFrom(first + before, share.odds, n + len(learned.rows))
-        evidence["odds"] = cast(FloatArray, rows)
-    return replace(learned, prepared=Prepared(learned, evidence, rest.places))
+        place = learned.places_in_rows[share.captures[0]]
+        own = slice(place, place + len(share.captures))
+        evidence |= {"odds": share.odds, "extremes": evidence["extremes"][:, own]}
+    return replace(learned, prepared=Prepared(learned, evidence, rest.places, share.captures))
 
 
 def segments_of(learned: Learned, captures: Sequence[int]) -> slice:

@@ -33,7 +33,7 @@ of the CMU training parts (``docs/measured/quality.md``, "Words to motion").
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -371,15 +371,3 @@ def describe_movement(
         products = values[start:end].T @ values[start:end] / (end - start)
         row[:] = np.concatenate([means[:n_places], products[first, second], means[n_places:]])
     return rows
-
-
-def whole_vectors(standardised: Rows, table: SegmentTable, rows: Mapping[int, slice]) -> FloatArray:
-    """Score vectors of whole captures, in their order: array (captures, columns).
-
-    Shapes: `standardised` (segments, columns).
-    """
-    starts, ends = table.starts, table.ends
-    vectors = np.zeros((len(rows), standardised.shape[1]))  # also of no captures at all
-    for vector, r in zip(vectors, rows.values()):
-        vector[:] = interval_vector(standardised[r], starts[r], ends[r], 0, ends[r][-1])
-    return vectors

@@ -65,13 +65,9 @@ class Heard:
 
     def by_capture(self, rows: Mapping[int, slice]) -> Mapping[int, FloatArray]:
         """Log-odds of the captures with these rows of the table: arrays (segments + 1, words)."""
-        place = {capture: n for n, capture in enumerate(rows)}
-
-        def odds(capture: int) -> FloatArray:
-            inside, before = rows[capture], place[capture]
-            return self.odds[inside.start + before : inside.stop + before + 1]
-
-        return WhenAsked(rows, odds)
+        ends = np.cumsum([part.stop - part.start + 1 for part in rows.values()]).tolist()
+        inside = {c: slice(a, b) for c, a, b in zip(rows, [0, *ends], ends)}
+        return WhenAsked(rows, lambda capture: self.odds[inside[capture]])
 
 
 def hear_takes(

@@ -27,7 +27,7 @@ from distributed.comm import CommClosedError
 
 import motiondb
 from motiondb import Cluster, ClusterError, LearnSettings, Question
-from motiondb.database import asking_many, cluster
+from motiondb.database import asking_openers, cluster
 from motiondb.symbols import spread
 
 NOT_THE_SAME = ("run", "meta", "learning")  # Tables with times and random marks
@@ -239,7 +239,7 @@ def test_workers_and_their_deaths_change_no_bit(
     ):
         assert list(map(repr, db.ask_many(questions, workers))) == here
         assert 0 == workers._n_sent < n_sent  # those who can open the file map what they need
-        kept = workers._client.run(lambda: len(asking_many._lent))
+        kept = workers._client.run(lambda: len(asking_openers._lent))
         assert list(kept.values()) == [0]  # and forget it at the end
     motiondb.open(tmp_path / "two.duckdb").close()
     assert rows(tmp_path / "two.duckdb") == alone

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import json
 import math
-import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 import motiondb
-from motiondb import Motion, Scenes, workers
+from motiondb import Motion, Scenes
 from motiondb.answers.catalogue import EventRow
 from motiondb.body import body
-from motiondb.database import asking_many
 
 BAD_SEED = motiondb.GrammarSettings(seed=-1)
 AMBIGUOUS = 'start S\nS -> S S | a\na := "walk"\n'
@@ -58,61 +55,6 @@ def test_many_questions_are_answered_in_their_order_and_errors_stand_in_for_answ
     assert "found both" in str(both)
     assert "expected start and end for an example only" in str(cut)
     assert "found neither" in str(empty)
-
-
-def test_questions_about_all_captures_are_sent_without_their_numbers(learned_file: Path) -> None:
-    sent = list[Any]()
-
-    class Watched(workers.Threads):
-        def map(self, work: Any, pieces: Any, *shared: object) -> Any:
-            given = list(pieces)
-            for piece in given:
-                sent.extend(piece)
-            return super().map(work, given, *shared)
-
-    asked = [motiondb.Question("kick"), motiondb.Question("kick", where="performer=ana")]
-    with motiondb.open(learned_file, read_only=True) as db:
-        here = asking_many.ask_many(db.session, db.motion, asked, None)
-        there = asking_many.ask_many(db.session, db.motion, asked, Watched())
-        assert list(map(repr, there)) == list(map(repr, here))
-    every, some = sent
-    assert every.allowed is None
-    assert some.allowed
-
-
-def test_a_worker_refuses_another_database_than_the_one_that_asks(
-    learned_file: Path, tmp_path: Path
-) -> None:
-    for path, reason in (
-        (learned_file, "another state"),
-        (tmp_path / "none.duckdb", "no such file"),
-    ):
-        file = asking_many._File(path, "of another database")
-        assert not asking_many._can_open(file)
-        with (
-            pytest.raises(motiondb.ClusterError, match=f"expected a database that every.*{reason}"),
-            file.searched(),
-        ):
-            pass
-    asking_many._lent.clear()
-
-
-def test_a_worker_answers_from_the_database_that_is_there_now(
-    learned_file: Path, tmp_path: Path
-) -> None:
-    path, names = tmp_path / "m.duckdb", list[str]()
-    for name in ("one", "other"):  # as many changes, so that the numbers of the states are the same
-        shutil.copy(learned_file, path)
-        with motiondb.open(path) as db:
-            db.rename("ana/bow_1", name)
-        with motiondb.open(path, read_only=True) as db, db.session.reading():
-            file = asking_many._File.of(db.session)
-        with file.searched() as searched:
-            names += [info.name for info in searched.learned.captures.values()]
-    assert {"one", "other"} <= set(names)
-    assert list(asking_many._lent) == [file]
-    asking_many._close(file)
-    assert not asking_many._lent
 
 
 def test_an_answer_explains_itself_in_words_and_seconds(learned_file: Path) -> None:

@@ -12,6 +12,7 @@ from motiondb.meaning.caption_map import (
     CAPTION_WEIGHT,
     MEANING_WEIGHT,
     CaptionMap,
+    likeness_of,
     solve_caption_map,
 )
 from motiondb.meaning.score_vectors import unit
@@ -60,7 +61,7 @@ def test_likeness_by_hand() -> None:
         by_vector = MEANING_WEIGHT * unit(meant) @ MEANINGS[word]
         both = alone - alone.mean() + by_vector - by_vector.mean()
         np.testing.assert_allclose(suggested.likeness()[:, word], both, atol=1e-9)
-        other = suggested.likeness_of(MEANINGS[[word]])[:, 0]
+        other = likeness_of(suggested.meanings, MEANINGS[[word]])[:, 0]
         np.testing.assert_allclose(other, by_vector - by_vector.mean(), atol=1e-9)
 
 

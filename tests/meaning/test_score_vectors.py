@@ -104,14 +104,6 @@ def test_windows_reach_over_their_segment() -> None:
     np.testing.assert_allclose(vectors[:4], expected)
 
 
-def test_no_captures_have_no_vectors() -> None:
-    space = score_vectors.ScoreSpace(np.zeros(5), np.ones(5))
-    none = np.zeros((0, 5), dtype=np.float32)
-    rows = score_vectors.StandardisedRows(space, none, none[:, :0])
-    table = SegmentTable(*4 * [np.zeros(0, dtype=np.int64)], np.zeros(0), np.zeros(0), none)
-    assert score_vectors.whole_vectors(rows, table, {}).shape == (0, 5)
-
-
 def test_rows_have_length_one() -> None:
     np.testing.assert_allclose(unit(np.array([[3.0, 4.0], [0, 0]])), [[0.6, 0.8], [0, 0]])
 
