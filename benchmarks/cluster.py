@@ -35,7 +35,8 @@ from measured_run import motiondb_command, run_measured
 
 import motiondb
 
-COMMANDS = ("add", "learn", "batch")
+COMMANDS = ("add", "learn", "batch", "batch, sent")
+ASK_SENT = Path(__file__).parent / "cluster_tasks" / "ask_sent.py"
 NOT_THE_SAME = ("run", "meta", "learning")  # Tables with times and random marks
 N_EXAMPLES = 34  # Examples in the questions of ``batch``, twice as many as words
 EXAMPLE_SECONDS = 3.0
@@ -56,8 +57,14 @@ class Size:
         return self.out / f"{self.hours:g}-hours-{n_workers}-workers.duckdb"
 
 
-def options_of(command: str, size: Size, db: Path) -> list[str]:
-    """The arguments of a command."""
+def command_of(command: str, size: Size, db: Path) -> list[str]:
+    """The words of a command, to which those of a cluster may be added."""
+    if command == "batch, sent":
+        return [sys.executable, str(ASK_SENT), str(db), str(_questions(db))]
+    return motiondb_command(*_options_of(command, size, db))
+
+
+def _options_of(command: str, size: Size, db: Path) -> list[str]:
     if command == "add":
         for old in (db, db.with_name(f"{db.name}.wal")):
             old.unlink(missing_ok=True)
@@ -95,10 +102,10 @@ def _is_known(db: motiondb.MotionDB, words: str) -> bool:
 def run(command: str, size: Size, n_workers: int) -> Row:
     """Run a command with so many workers; 0: without a cluster."""
     db = size.database(n_workers)
-    arguments = options_of(command, size, db)
+    arguments = command_of(command, size, db)
 
     def alone(*more: str) -> Row:
-        done = run_measured(motiondb_command(*arguments, *more))
+        done = run_measured([*arguments, *more])
         if done.exit_code:
             raise SystemExit(f"{arguments}: exit code {done.exit_code}\n{done.complaints}")
         given = hashlib.sha256(done.output.encode()).hexdigest()
@@ -106,7 +113,7 @@ def run(command: str, size: Size, n_workers: int) -> Row:
             "clock, s": done.seconds,
             "own, s": done.processor_seconds,
             "own peak, bytes": float(done.peak_bytes),
-            **({"answers": float(int(given[:12], 16))} if command == "batch" else {}),
+            **({"answers": float(int(given[:12], 16))} if command.startswith("batch") else {}),
         }
 
     if n_workers == 0:

@@ -336,9 +336,9 @@ class MotionDB(Captures):
             ``Question(like="ana/kick_1", start=0.5, limit=3)``.
         workers : Cluster, optional
             Workers that answer; the answers are the same. Where this database was opened to read
-            only and all of them can open it too, they do; otherwise the learned model and the
-            features of all captures are sent to each. None: this process, one question after the
-            other.
+            only and all of them can open it too, they do, and each answers some of the questions;
+            otherwise each is sent a share of the captures, and they answer together. None: this
+            process, one question after the other.
         """
         from motiondb.database import asking_many
 

@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from motiondb.learn.learned import Learned, Prepared
 from motiondb.learn.recognition import FeaturePool
-from motiondb.records import Float32Array, FloatArray, IntArray
+from motiondb.records import Float32Array, IntArray
+
+SMALL = ("likeness", "meanings")  # Arrays of ``prepare`` that all shares have, of all captures
 
 
 class RowsFrom:
@@ -54,7 +56,8 @@ class Share:
     pool: FeaturePool  # Their features
     scores: Float32Array  # (segments, symbols)
     movement: Float32Array  # (segments, columns)
-    odds: FloatArray | None  # (segments + captures, words): as ``Heard.odds``; None without words
+    # Those of ``prepare`` that have rows of segments, or are bounds of captures; none without words
+    evidence: Mapping[str, NDArray[Any]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +65,7 @@ class Rest:
     """What all shares of a learned model have in common."""
 
     learned: Learned  # Without the rows of segments
-    evidence: Mapping[str, NDArray[Any]]  # As ``Prepared.evidence``, without these rows
+    evidence: Mapping[str, NDArray[Any]]  # The others of ``prepare``
     places: Mapping[str, NDArray[Any]]  # ``Prepared.places``
 
 
@@ -78,7 +81,7 @@ def rest_of(learned: Learned) -> Rest:
     """What all shares of a model that is ready for questions have in common."""
     assert learned.prepared is not None
     prepared, table = learned.prepared, learned.segments
-    evidence = {name: array for name, array in prepared.evidence.items() if name != "odds"}
+    evidence = {name: prepared.evidence[name] for name in SMALL if name in prepared.evidence}
     bare = replace(table, scores=table.scores[:0], movement=table.movement[:0])
     return Rest(replace(learned, segments=bare, prepared=None), evidence, prepared.places)
 
@@ -86,14 +89,18 @@ def rest_of(learned: Learned) -> Rest:
 def share_of(learned: Learned, pool: FeaturePool, captures: Sequence[int]) -> Share:
     """The share of a model that is ready for questions, of captures that follow one another."""
     assert learned.prepared is not None
-    rows, odds = segments_of(learned, captures), learned.prepared.evidence.get("odds")
-    before = learned.places_in_rows[captures[0]]  # each has a row more than segments
+    rows, of_all = segments_of(learned, captures), learned.prepared.evidence
+    before = learned.places_in_rows[captures[0]]
+    behind, evidence = before + len(captures), dict[str, NDArray[Any]]()
+    if of_all:  # of the odds, each capture has a row more than segments
+        evidence["odds"] = of_all["odds"][rows.start + before : rows.stop + behind]
+        evidence["extremes"] = of_all["extremes"][:, before:behind]
     return Share(
         tuple(captures),
         pool.only(set(captures)),
         learned.segments.scores[rows],
         learned.segments.movement[rows],
-        None if odds is None else odds[rows.start + before : rows.stop + before + len(captures)],
+        evidence,
     )
 
 
@@ -105,11 +112,7 @@ def joined(rest: Rest, share: Share) -> Learned:
         for rows in (share.scores, share.movement)
     )
     learned = replace(rest.learned, segments=replace(table, scores=scores, movement=movement))
-    evidence = dict(rest.evidence)
-    if share.odds is not None:
-        place = learned.places_in_rows[share.captures[0]]
-        own = slice(place, place + len(share.captures))
-        evidence |= {"odds": share.odds, "extremes": evidence["extremes"][:, own]}
+    evidence = {**rest.evidence, **share.evidence}
     return replace(learned, prepared=Prepared(learned, evidence, rest.places, share.captures))
 
 
