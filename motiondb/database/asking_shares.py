@@ -110,7 +110,7 @@ class _Asking:
             answer: Found = end.value
             return answer
         except MotionDBError as why:
-            return why
+            return why.with_traceback(None)
         self._is_near = self._is_near or (self._asked is not None and asked is not self._asked)
         self._asked = asked
         return None

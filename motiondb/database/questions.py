@@ -77,7 +77,7 @@ def or_error(ask: Callable[[Given, Asked], T], given: Given, asked: Asked) -> T 
     try:
         return ask(given, asked)
     except MotionDBError as error:
-        return error
+        return error.with_traceback(None)  # which would keep all that the frames hold
 
 
 def answer(searched: Searched, posed: Posed) -> Found:

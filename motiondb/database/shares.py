@@ -80,7 +80,7 @@ class _OpenShare:
                 told = step.step.tell(self._understood(step), place)
                 return dict(told) if isinstance(told, Mapping) else told
         except MotionDBError as error:
-            return error
+            return error.with_traceback(None)
 
     def _understood(self, step: AskedStep) -> AskedQuestion | AskedExample:
         """What is asked; that of the last questions is kept."""

@@ -21,8 +21,8 @@ from motiondb.meaning.windows import ComparedSegments
 from motiondb.meaning.word_map import clearest
 from motiondb.records import Float32Array, Match, Motion
 from motiondb.search.asked_words import learned_words
-from motiondb.search.by_words import mark_generated, to_seconds
 from motiondb.search.chances import NOTHING, reaches, why_unchecked
+from motiondb.search.matches import mark_generated, to_seconds
 from motiondb.search.steps import Asked, Place, Steps, answer_here, take
 from motiondb.symbols.hmm_jobs import one_blas_thread
 

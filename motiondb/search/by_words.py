@@ -11,7 +11,7 @@ more likely right than wrong and that nothing speaks against come before the oth
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from math import prod
@@ -20,39 +20,33 @@ from typing import Any
 import numpy as np
 
 from motiondb.errors import QueryError
-from motiondb.language.question.amounts import manner_of
-from motiondb.language.question.readings import KnownQuestion, Reading, without_amounts
+from motiondb.language.question.readings import KnownQuestion
 from motiondb.language.question.tree import NotUsed
 from motiondb.language.translation import decoding
 from motiondb.language.vocabulary import as_said
-from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import decode
-from motiondb.meaning import by_question
-from motiondb.meaning.by_question import QuestionHit
-from motiondb.meaning.word_evidence import WhenAsked, upper_bounds
-from motiondb.records import MOTION_FPS, Match, MatchPart
+from motiondb.records import Match
 from motiondb.search import placing, reasons
-from motiondb.search.asked_words import AskedWords, WrittenWord
+from motiondb.search.asked_words import WrittenWord
 from motiondb.search.asking import AskedQuestion
 from motiondb.search.chances import (
     LIKELY,
     NOTHING,
     Found,
     WordSource,
-    are_checked,
     best_strength,
-    chances,
     reaches,
     why_unchecked,
     word_sources,
     words_of_reading,
 )
-from motiondb.search.measured_answers import compare_with_motion
-from motiondb.search.ranking import Judged, likeliest_takes
-from motiondb.search.reasons import Explanation, explain, explain_hit
-from motiondb.search.seen_frames import Features, SeenFrames
-from motiondb.search.steps import Place, Steps, answer_here, joined, take
+from motiondb.search.matches import mark_generated, shown_words, to_seconds
+from motiondb.search.ranking import Judged
+from motiondb.search.reasons import Explanation, explain
+from motiondb.search.seen_frames import Features
+from motiondb.search.steps import Place, Steps, answer_here, take
 from motiondb.search.takings import Taking, say_not_understood, with_notation
+from motiondb.search.word_steps import FindBest, PlaceAnswers, SayAnswers
 
 LOOKED_AT = 10  # Answers by which it is told whether anything matches, however many are shown
 ORDERS_LOOKED_AT = 30  # The same for actions in order, which not all of them show in this order
@@ -220,31 +214,35 @@ def word_steps(
     n_judged = (
         MEASURED if question.is_measured else ORDERS_LOOKED_AT if question.is_order else LOOKED_AT
     )
-    best = yield from take(question, _FindBest(max(limit, n_judged), n_judged))
-    found = best.found
-    looked_at = found if is_checked else found[:limit]
-    placed = yield from take(question, _PlaceAnswers(looked_at))
-    judged = Judged(found[:n_judged], lambda each: placed[each.capture], is_checked)
-    first = judged.first(limit)
-    shown = [*first, *found[n_judged:]][:limit]
-    answers = tuple((judged.looked_at(each), placed[each.capture]) for each in shown)
-    said = yield from take(question, _SayAnswers(answers))
-    usual = [hit for _, hit in best.usual] or [each.hit for each in judged.answers]
+    best = yield from take(question, FindBest(max(limit, n_judged), n_judged))
+    found, judged = best.found, best.found[:n_judged]
     sure = learned.word_certainty
     unchecked = why_unchecked(asked, sorted(set().union(*map(words_of_reading, read))))
     known = sure is not None and not np.isnan(sure.threshold) and not unchecked
     threshold = sure.threshold if sure is not None and known else None
-    others = [taking.chance for taking in question.taken.values() if taking.is_other]
+    replaced = prod(taking.chance for taking in question.taken.values() if taking.is_other)
+
+    def rank(place: Callable[[Found], placing.Placed]) -> _Ranked:
+        judge = Judged(judged, place, is_checked)
+        first = judge.first(limit)
+        shown = [*first, *found[n_judged:]][:limit]
+        return _Ranked(
+            tuple((judge.looked_at(each), place(each)) for each in shown),
+            not question.missing and judge.is_doubtful(first, known, replaced),
+        )
+
+    ranked = yield from _placed_as_needed(question, found, rank)
+    said = yield from take(question, SayAnswers(ranked.shown))
+    shown = [answer.capture for answer, _ in ranked.shown]
+    usual = [hit for _, hit in best.usual] or [each.hit for each in judged]
     return replace(
         _answer(question),
-        matches=tuple(
-            replace(said[each.capture].match, rank=rank) for rank, each in enumerate(shown, start=1)
-        ),
-        reasons=tuple(said[each.capture].why for each in shown),
+        matches=tuple(replace(said[n].match, rank=k) for k, n in enumerate(shown, start=1)),
+        reasons=tuple(said[n].why for n in shown),
         strength=best_strength(asked, usual, threshold),
         threshold=None if question.missing else threshold,
-        doubtful=not question.missing and judged.is_doubtful(first, known, prod(others)),
-        suggests=tuple(partial(learned.captions_like, each.capture) for each in shown),
+        doubtful=ranked.is_doubtful,
+        suggests=tuple(partial(learned.captions_like, n) for n in shown),
         vocabulary=asked.names,
         sources=word_sources(learned, question.words) + _sources_of_taken(question),
         written=asked.written_words,
@@ -253,81 +251,44 @@ def word_steps(
 
 
 @dataclass(frozen=True)
-class _Best:
-    """The best answers of some captures, best first."""
+class _Ranked:
+    """The answers that are shown, with their places, and whether any is likely right."""
 
-    found: tuple[Found, ...]
-    # Capture and answer to the question once, without counts and durations: how often and how long
-    # was never measured. Empty where the question has none
-    usual: tuple[tuple[int, QuestionHit], ...]
+    shown: tuple[tuple[Found, placing.Placed], ...]
+    is_doubtful: bool
 
 
-@dataclass(frozen=True)
-class _FindBest:
-    """The captures that answer a question best."""
+class _NotPlacedError(Exception):
+    """An answer whose place has to be asked for."""
 
-    n: int  # Number of them
-    n_usual: int  # Number of those that answer it best once
-
-    def tell(self, question: AskedQuestion, place: Place) -> _Best:
-        asked, read = question.asked, question.readings
-        once = tuple(map(without_amounts, read))
-        chances_of = partial(chances, asked, read, are_checked(asked, read))
-        find_them = partial(_find, question, place.captures)
-        found = (Found(*each, chances_of(*each)) for each in find_them(self.n, read))
-        return _Best(tuple(found), () if once == read else tuple(find_them(self.n_usual, once)))
-
-    def join(self, told: Sequence[_Best]) -> _Best:
-        found = sorted(
-            (each for best in told for each in best.found),
-            key=lambda each: (-each.hit.log_odds, each.capture),
-        )
-        usual = sorted(
-            (each for best in told for each in best.usual),
-            key=lambda each: (-each[1].log_odds, each[0]),
-        )
-        return _Best(tuple(found[: self.n]), tuple(usual[: self.n_usual]))
+    def __init__(self, answer: Found) -> None:
+        self.answer = answer
 
 
-@dataclass(frozen=True)
-class _PlaceAnswers:
-    """Where captures show the parts of their answers."""
+def _placed_as_needed(
+    question: AskedQuestion,
+    answers: Sequence[Found],
+    rank: Callable[[Callable[[Found], placing.Placed]], _Ranked],
+) -> Steps[AskedQuestion, _Ranked]:
+    """The answers as they are ranked by their places, of which few are asked for at a time."""
+    told, n_more = list[Mapping[int, placing.Placed]](), LOOKED_AT
+    asked_for = set[int]()
 
-    answers: tuple[Found, ...]
+    def place(answer: Found) -> placing.Placed:
+        for some in told:
+            if answer.capture in some:
+                return some[answer.capture]
+        raise _NotPlacedError(answer)
 
-    def tell(self, question: AskedQuestion, place: Place) -> Mapping[int, placing.Placed]:
-        """By capture; each is placed when it is asked for."""
-        own = {each.capture: each for each in self.answers if each.capture in place.captures}
-        return WhenAsked(own, lambda n: _place(question, own[n], place.features), len(own))
-
-    def join(self, told: Sequence[Mapping[int, placing.Placed]]) -> Mapping[int, placing.Placed]:
-        return joined(told)
-
-
-@dataclass(frozen=True)
-class _Said:
-    """An answer in words."""
-
-    match: Match
-    why: tuple[reasons.WordReason, ...]
-
-
-@dataclass(frozen=True)
-class _SayAnswers:
-    """Answers in words, with reasons."""
-
-    answers: tuple[tuple[Found, placing.Placed], ...]
-
-    def tell(self, question: AskedQuestion, place: Place) -> Mapping[int, _Said]:
-        said = dict[int, _Said]()
-        for answer, placed in self.answers:
-            if answer.capture in place.captures:
-                why = explain_hit(question.asked, answer.capture, answer.hit)
-                said[answer.capture] = _Said(_match(question, answer, placed, why), why)
-        return said
-
-    def join(self, told: Sequence[Mapping[int, _Said]]) -> Mapping[int, _Said]:
-        return joined(told)
+    while True:
+        try:
+            return rank(place)
+        except _NotPlacedError as error:
+            at = next(n for n, a in enumerate(answers) if a.capture == error.answer.capture)
+        new = [a for a in answers[at:] if a.capture not in asked_for][:n_more]
+        asked_for.update(a.capture for a in new)
+        n_more *= 2
+        told.append((yield from take(question, PlaceAnswers(tuple(new)))))
 
 
 def _answer(question: AskedQuestion) -> WordAnswer:
@@ -350,94 +311,6 @@ def _sources_of_taken(question: AskedQuestion) -> tuple[WordSource, ...]:
     """The captions from which the known words that stand for others were learned."""
     behind = [word for taking in question.taken.values() for word in taking.heard]
     return word_sources(question.asked.learned, behind)
-
-
-def _find(
-    question: AskedQuestion,
-    allowed: Collection[int],
-    limit: int,
-    read: Sequence[Reading],
-) -> list[tuple[int, QuestionHit]]:
-    """The best answers to some readings of a question with their captures, best first."""
-    asked, number, verbs = question.asked, question.asked.numbers, question.sentence.verbs
-    takes, extremes = asked.evidence.takes, asked.evidence.extremes
-    searched = np.isin(extremes.captures, np.fromiter(allowed, np.int64, len(allowed)))
-    return likeliest_takes(
-        extremes.captures[searched],
-        upper_bounds(extremes, read, number, verbs)[searched],
-        lambda capture: by_question.search_take(takes[capture], read, number, verbs),
-        limit,
-    )
-
-
-def _place(
-    question: AskedQuestion,
-    answer: Found,
-    features: Features | None,
-) -> placing.Placed:
-    """Where a capture shows the parts of an answer, by segments and then by frames."""
-    asked, capture = question.asked, answer.capture
-    reading = question.readings[answer.hit.reading]
-    places = placing.place_answer(asked, capture, answer.hit, reading, answer.sure.parts)
-    placed = placing.Placed(places)
-    if features is not None:
-        seen = SeenFrames(asked.learned, capture, features)
-        placed = placing.refine_places(asked, seen, reading, places)
-        if question.is_measured:
-            placed = compare_with_motion(question, seen, placed)
-    return placing.sure_of_whole(placed, asked.learned.captures[capture].motion_frames)
-
-
-def _match(
-    question: AskedQuestion,
-    answer: Found,
-    placed: placing.Placed,
-    why: Sequence[reasons.WordReason],
-) -> Match:
-    """One capture's answer: scored by the word map, placed by the evidence of places.
-
-    How probably an answer for "walk" shows "limp", or what else of a question is not understood
-    or not measured, is not known: such answers and parts carry no probabilities.
-    """
-    asked, capture, places = question.asked, answer.capture, placed.parts
-    learned, reading = asked.learned, question.readings[answer.hit.reading]
-    others = {word for word, taking in question.taken.items() if taking.is_other}
-    is_silent = bool(question.unmeasured or question.missing)
-    parts = []
-    for words, place in zip(_part_words(reading), places):
-        is_known = not is_silent and others.isdisjoint(words.split())
-        parts.append(
-            MatchPart(
-                words,
-                *to_seconds(learned, capture, place.start, place.end),
-                place.probability if is_known else None,
-                place.interval_probability if is_known else None,
-                "unknown" if place.unknown else "known",
-            )
-        )
-    is_known = not (is_silent or others)
-    start, end = min(p.start for p in places), max(p.end for p in places)
-    reason = (
-        "; ".join(map(_say_part, parts))
-        + ("; not seen in this order" if placed.in_order is False else "")
-        + "".join(f"; measured: {words}" for words in placed.contradicted)
-        + mark_generated(learned, capture, "; ")
-    )
-    whole = answer.sure.whole
-    return Match(
-        0,  # its rank is not known yet
-        learned.captures[capture].name,
-        *to_seconds(learned, capture, start, end),
-        float(1.0 / (1.0 + np.exp(-reasons.total(why)))),
-        _matched(asked, capture, question.words),
-        with_notation(reason, question.taken),
-        whole if is_known else None,
-        placing.interval_probability(whole, places, reading) if is_known else None,
-        "unknown" if any(place.unknown for place in places) else "known",
-        tuple(parts),
-        placed.in_order,
-        placed.contradicted,
-    )
 
 
 def as_near(answer: WordAnswer, asked: str, near: str) -> WordAnswer:
@@ -486,59 +359,10 @@ def search_decoded(question: AskedQuestion, allowed: Sequence[int], limit: int) 
             learned.captures[capture].name,
             *to_seconds(learned, capture, start, end),
             float(score),
-            _matched(asked, capture, question.words),
+            shown_words(asked, capture, question.words),
             f"symbols {' '.join(str(s) for s in decoded.symbols)}{note}"
             + mark_generated(learned, capture, "; "),
         )
         for rank, (score, capture, start, end) in enumerate(answers[:limit], start=1)
     )
     return replace(answer, matches=matches, decoding=decoded)
-
-
-def to_seconds(learned: Learned, capture: int, start: int, end: int) -> tuple[float, float]:
-    """An interval of a capture in seconds, from frames [start, end) at 30 a second."""
-    duration = learned.captures[capture].duration
-    low = round(start / MOTION_FPS, 3)
-    return min(low, duration), round(min(end / MOTION_FPS, duration), 3)
-
-
-def _matched(asked: AskedWords, capture: int, words: Sequence[str]) -> tuple[str, ...]:
-    """Asked words that are likelier than not in the capture.
-
-    Words whose probability no own caption has checked count only where they are written.
-    """
-    number, take = asked.numbers, asked.evidence.takes[capture]
-    top = np.maximum(take.windows.max(axis=0), take.whole)
-    said = asked.evidence.written.get(capture)
-    here = asked.checked if said is None else asked.checked | (said.max(axis=0) > 0.0)
-    shown = (word for word in words if top[number[word]] > 0.0 and here[number[word]])
-    return tuple(map(as_said, shown))
-
-
-def mark_generated(learned: Learned, capture: int, before: str = "") -> str:
-    """The word "generated" for a generated capture, otherwise nothing."""
-    return f"{before}generated" if learned.captures[capture].kind == "generated" else ""
-
-
-def _part_words(reading: Reading) -> list[str]:
-    """The actions of every part of a reading."""
-    said = []
-    for k, part in enumerate(reading.parts):
-        asked = [" ".join(map(as_said, action)) for action in part.actions]
-        only = [e for e in reading.exclusions if (e.first, e.last) == (k, k + 1)]
-        excluded = [
-            f"not {' and '.join(' '.join(map(as_said, a)) for a in e.actions)}" for e in only
-        ]
-        joined = "".join(
-            text if n == 0 else f" {text}" if manner_of(text) else f" while {text}"
-            for n, text in enumerate(asked)
-        )
-        said.append(joined or ", ".join(excluded) or "?")
-    return said
-
-
-def _say_part(part: MatchPart) -> str:
-    """A part of an answer with its interval, or that its place is unknown."""
-    if part.place == "unknown":
-        return f"{part.words} somewhere in {part.start:g}-{part.end:.1f} s, by its caption"
-    return f"{part.words} {part.start:.2f}-{part.end:.2f} s"
