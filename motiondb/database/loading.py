@@ -29,7 +29,6 @@ from motiondb.learn.recognition import FeaturePool, describe_segments, recognise
 from motiondb.meaning.counting import capture_rows, join_tables, take_rows
 from motiondb.meaning.word_evidence import WhenAsked
 from motiondb.records import Float32Array, Motion, SegmentTable
-from motiondb.store.connection.migrations import motiondb_version
 from motiondb.workers import HERE, Workers, runs
 
 TABLE = "words.table"  # The shipped table of nearby words
@@ -221,8 +220,8 @@ def _place_arrays(opened: store.Store, learned: Learned) -> Mapping[str, NDArray
     """The fitted maps of places from the cache; they stay when other captures are added."""
     if learned.places is None:
         return {}
-    mark = f"{motiondb_version()} {learned.places_digest}"
-    return store.cached_arrays(opened, PLACES, lambda: learned.place_arrays, mark, False)
+    make, mark = (lambda: learned.place_arrays), learned.places_digest
+    return store.cached_arrays(opened, PLACES, make, mark, False)
 
 
 @lru_cache(maxsize=1)

@@ -42,13 +42,14 @@ from motiondb.store.catalogue.captures import load_motion
 from motiondb.store.catalogue.checked_rows import CheckedRows, page_checksum
 from motiondb.store.connection.faults import DamagedMotionError
 from motiondb.store.connection.handle import Store
+from motiondb.store.connection.migrations import motiondb_version
 from motiondb.store.connection.transactions import read_meta
 
 Arrays = dict[str, NDArray[Any]]
 _NONE: Mapping[str, NDArray[Any]] = MappingProxyType({})
 _AT_ONCE = 64  # Captures whose rows are made together: bounds memory
 
-_VERSION = 1  # Version of the list's format. A list of another version is not read
+_FORMAT = 1  # Version of the list's format
 _UNUSABLE = (OSError, ValueError, EOFError, KeyError, TypeError, AttributeError)
 """Exceptions that reading a missing or damaged file raises."""
 
@@ -442,7 +443,7 @@ def _place(store: Store, kind: str, mark: str = "", of_motions: bool = True) -> 
 def _read_arrays(folder: Path, stem: str) -> Arrays:
     """Map all arrays of the list, and check that each matches its entry."""
     listed = parse_json(read_bounded(folder / f"{stem}.json"))
-    if listed["version"] != _VERSION or listed["checksum"] != _list_checksum(listed["arrays"]):
+    if listed["version"] != _version() or listed["checksum"] != _list_checksum(listed["arrays"]):
         raise ValueError("the list is damaged")
     arrays: Arrays = {}
     for name, facts in listed["arrays"].items():
@@ -472,7 +473,7 @@ def _write_arrays(
             np.save(file, array, allow_pickle=False)
     arrays = {**arrays, **written}
     facts = {name: _facts(array, name not in written) for name, array in arrays.items()}
-    listed = {"version": _VERSION, "checksum": _list_checksum(facts), "arrays": facts}
+    listed = {"version": _version(), "checksum": _list_checksum(facts), "arrays": facts}
     with _draft(folder / f"{stem}.json") as file:
         file.write(json.dumps(listed).encode())
     current = {f"{stem}-{name}.npy" for name in arrays} | {f"{stem}.json"}
@@ -502,6 +503,11 @@ def _facts(array: NDArray[Any], checked: bool = True) -> dict[str, Any]:
     """Return the entry of an array in the list: shape, type and, if it is one, the checksum."""
     checksum = page_checksum(np.ascontiguousarray(array)) if checked else None
     return {"shape": list(array.shape), "dtype": array.dtype.str, "checksum": checksum}
+
+
+def _version() -> str:
+    """What a list must have to be read: another motiondb may make other arrays."""
+    return f"{_FORMAT}, motiondb {motiondb_version()}"
 
 
 def _list_checksum(facts: Mapping[str, Any]) -> int:

@@ -273,11 +273,12 @@ def _list_file(filled: store.Store) -> Path:
     ("before", "after"),
     [
         (r"(?s).*", ""),
-        (r"(?s).*", '{"version": 1, "arrays": {}, "checksum": 0}'),
+        (r"(?s).*", '{"version": "1", "arrays": {}, "checksum": 0}'),
         ('"x"', '"z"'),
         (r"\[3000\]", "[1500]"),
         ("<i8", "<f8"),
-        ('"version": 1', '"version": 2'),
+        ('"version": "1,', '"version": "2,'),
+        ("motiondb [0-9.]+", "motiondb 0.0.1"),
     ],
 )
 def test_a_changed_list_is_made_anew(filled: store.Store, before: str, after: str) -> None:
