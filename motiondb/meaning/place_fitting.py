@@ -31,7 +31,7 @@ from motiondb.meaning.place_map import (
     take_weights,
 )
 from motiondb.meaning.regression import Fitted, MadeRows, Regression
-from motiondb.meaning.score_vectors import Rows, interval_vectors, window_vectors_of
+from motiondb.meaning.score_vectors import Rows, window_vectors_of
 from motiondb.meaning.word_evidence import WINDOW_MARGIN, TakeScores
 from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentTable
 from motiondb.symbols.hmm_jobs import one_blas_thread
@@ -278,7 +278,7 @@ class PlaceEvidence:
                 if capture in self.placed:
                     evidence = self.fitted.of_others(self.placed[capture])
                 else:
-                    vectors = window_vectors(self.table, self.standardised, rows)
+                    vectors = window_vectors(self.table, self.standardised, [rows])
                     evidence = self.without(frozenset()).evidence(vectors)
             starts, ends = self.table.starts[rows], self.table.ends[rows]
             self.kept[capture] = TakeScores(starts, ends, evidence, evidence.max(axis=0))
@@ -304,7 +304,7 @@ class PlaceEvidence:
             return None
         performer = self.performers[capture]
         if capture not in self.placed:
-            vectors = window_vectors(self.table, self.standardised, self.rows[capture])
+            vectors = window_vectors(self.table, self.standardised, [self.rows[capture]])
             return self.without(frozenset({performer})).evidence(vectors)
         if performer not in self.of_performers:
             captures, placed = self._placed_of(frozenset({performer}))
@@ -392,7 +392,7 @@ def fit_arrays(
             last = max(int(np.searchsorted(ends, room, side="right")), first + 1)
             some = {capture: rows[capture] for capture in captures[first:last]}
             roots = _roots(table, list(some.values()))
-            x = _windows_of(table, standardised, list(some.values()))
+            x = window_vectors(table, standardised, list(some.values()))
             x *= roots
             gram += x.T @ x
             x *= roots
@@ -442,7 +442,7 @@ def _restored(
     roots = _roots(table, [rows[capture] for capture in captures])
 
     def rows_of(groups: Sequence[int]) -> FloatArray:
-        vectors = _windows_of(table, standardised, [rows[captures[n]] for n in groups])
+        vectors = window_vectors(table, standardised, [rows[captures[n]] for n in groups])
         vectors -= arrays["centre"]
         vectors *= np.concatenate([roots[bounds[n] : bounds[n + 1]] for n in groups])
         return vectors
@@ -482,13 +482,6 @@ def place_evidence(
     return PlaceEvidence(places, performers, table, standardised, rows, placed, fitted, n_words)
 
 
-def window_vectors(table: SegmentTable, standardised: Rows, rows: slice) -> FloatArray:
-    """Vectors of the windows around the segments of one capture: array (segments, columns)."""
-    starts, ends = table.starts[rows], table.ends[rows]
-    low, high = starts - WINDOW_MARGIN, ends + WINDOW_MARGIN
-    return interval_vectors(standardised[rows], starts, ends, low, high)
-
-
 def _stacked(
     table: SegmentTable, standardised: Rows, captures: Sequence[int]
 ) -> tuple[FloatArray, FloatArray, IntArray]:
@@ -498,12 +491,15 @@ def _stacked(
     seconds = np.concatenate([lengths[rows[c]] for c in captures])
     sizes = [rows[c].stop - rows[c].start for c in captures]
     owners = np.repeat(np.arange(len(captures), dtype=np.int64), sizes)
-    vectors = _windows_of(table, standardised, [rows[c] for c in captures])
+    vectors = window_vectors(table, standardised, [rows[c] for c in captures])
     return vectors, seconds, owners
 
 
-def _windows_of(table: SegmentTable, standardised: Rows, parts: Sequence[slice]) -> FloatArray:
-    """As :func:`window_vectors`, of several captures."""
+def window_vectors(table: SegmentTable, standardised: Rows, parts: Sequence[slice]) -> FloatArray:
+    """Vectors of the windows around the segments of captures: array (segments, columns).
+
+    `parts`: The rows of each capture.
+    """
     sizes = np.array([part.stop - part.start for part in parts], dtype=np.int64)
     ends = np.cumsum([0, *sizes])
     windows = np.empty((ends[-1], standardised.shape[1]))

@@ -259,7 +259,8 @@ def _vectors_of(
         own, made = slice(b - size, b), slice(b - size + n, b + n + 1)
         weights = overlaps(starts[own], ends[own], low[made], high[made])
         np.matmul(weights, rows[own], out=vectors[made])
-    return unit(vectors, out=vectors)
+    unit(vectors[: len(low)], out=vectors[: len(low)])
+    return vectors
 
 
 N_POSTURE = 3 * len(body.JOINTS)  # Columns of posture

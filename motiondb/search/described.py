@@ -95,7 +95,7 @@ def segment_words(asked: AskedWords, capture: int) -> SegmentWords:
     """The words of every segment of a capture."""
     learned = asked.learned
     rows = learned.rows[capture]
-    vectors = window_vectors(learned.segments, learned.segment_rows, rows)
+    vectors = window_vectors(learned.segments, learned.segment_rows, [rows])
     is_known = asked.is_known()
     probabilities = asked.widened(word_probabilities(learned, vectors)) * is_known
     aligned = np.zeros(probabilities.shape, dtype=bool)

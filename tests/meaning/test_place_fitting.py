@@ -154,12 +154,12 @@ def test_evidence_of_a_later_capture_is_of_the_map_of_all() -> None:
     shown[:5, list(places.words[1])] = places.shown[1]
     shown[5:, list(places.words[2])] = places.shown[2]
     fit = map_places(takes.vectors, shown, weights_of(takes))
-    later = window_vectors(table, rows, slice(9, 13))
+    later = window_vectors(table, rows, [slice(9, 13)])
     of_later, of_first = evidence.take(3), evidence.take(1)
     assert of_later is not None
     assert of_first is not None
     assert of_later.windows == pytest.approx(fit.evidence(later), abs=1e-8)
-    first = window_vectors(table, rows, slice(0, 5))
+    first = window_vectors(table, rows, [slice(0, 5)])
     assert np.abs(of_first.windows - fit.evidence(first)).max() > 1e-3  # this one is left out
     without = evidence.without(frozenset("a"))
     assert evidence.by_others(3) == pytest.approx(without.evidence(later))
