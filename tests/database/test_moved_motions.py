@@ -111,34 +111,38 @@ def bits_of_scores(path: Path) -> dict[int, bytes]:
         return {number: part.tobytes() for number, part in store.load_scores(opened).items()}
 
 
-def test_scores_are_made_anew_by_learning_and_brought_back(
-    learned_file: Path, moved: Path, tmp_path: Path
-) -> None:
-    before = bits_of_scores(learned_file)
-    assert bits_of_scores(moved) == before
+def test_scores_are_made_anew_by_learning_and_brought_back(some: Path, tmp_path: Path) -> None:
+    path, settings = tmp_path / "m.duckdb", motiondb.LearnSettings(n_symbols=3)
+    with motiondb.open(path) as db:
+        db.add(some)
+        db.learn(settings)
+        expected = db.like("ana/bow_1").matches
+    before = bits_of_scores(path)
+    assert motiondb.compact(path, motions_to=str(tmp_path / "out")).moved == 4
+    assert bits_of_scores(path) == before
     (scores,) = (tmp_path / "out").glob("scores-*")
-    shutil.rmtree(moved.with_name(f"{moved.name}.cache"))
+    shutil.rmtree(path.with_name(f"{path.name}.cache"))
     scores.rename(tmp_path / "away")
-    with motiondb.open(moved) as db:
-        for ask in (lambda: db.search("walk"), lambda: db.remove([NAME])):
+    with motiondb.open(path) as db:
+        for ask in (lambda: db.like("ana/bow_1"), lambda: db.remove(["ana/bow_1"])):
             with pytest.raises(motiondb.StoreError) as error:
                 ask()
             assert str(error.value).startswith(f"{scores}: expected a file or folder, found none.")
-            assert str(error.value).endswith(f"make them anew (motiondb learn --db {moved}).")
-        assert len(db.captures()) == 101  # nothing was removed
-        db.learn()
-        expected = db.search("walk then jump").matches
+            assert str(error.value).endswith(f"make them anew (motiondb learn --db {path}).")
+        assert len(db.captures()) == 4  # nothing was removed
+        db.learn(settings)
+        assert db.like("ana/bow_1").matches == expected
         assert db.check() == []
-    assert bits_of_scores(moved) == before
-    done = motiondb.compact(moved, motions_to=str(tmp_path / "out"))
-    assert (done.moved, done.unused) == (101, (str(scores),))
-    done = motiondb.compact(moved, motions_to="here")
-    assert (done.moved, len(done.unused)) == (101, 2)
+    assert bits_of_scores(path) == before
+    done = motiondb.compact(path, motions_to=str(tmp_path / "out"))
+    assert (done.moved, done.unused) == (4, (str(scores),))
+    done = motiondb.compact(path, motions_to="here")
+    assert (done.moved, len(done.unused)) == (4, 2)
     shutil.rmtree(tmp_path / "out")
-    shutil.rmtree(moved.with_name(f"{moved.name}.cache"))
-    assert bits_of_scores(moved) == before
-    with motiondb.open(moved) as db:
-        assert db.search("walk then jump").matches == expected
+    shutil.rmtree(path.with_name(f"{path.name}.cache"))
+    assert bits_of_scores(path) == before
+    with motiondb.open(path) as db:
+        assert db.like("ana/bow_1").matches == expected
         assert db.check() == []
 
 
