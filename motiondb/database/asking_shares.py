@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from motiondb.database.loading import nearby_table
 from motiondb.database.questions import Posed
-from motiondb.database.searching import Searched, steps_with_near
+from motiondb.database.searching import steps_with_near
 from motiondb.database.session import Session
 from motiondb.database.shares import QUESTIONS, AskedStep, SentShare, Words, tell
 from motiondb.errors import MotionDBError
@@ -37,7 +37,7 @@ class Shares:
     def __init__(self, session: Session, workers: Workers) -> None:
         learned, pool = session.searchable, session.features
         self._workers, self._rest = workers, rest_of(learned)
-        self.searched = Searched(learned, lambda: pool, cache(lambda: find_written(learned)))
+        self.learned, self.find_written = learned, cache(lambda: find_written(learned))
         runs = divided(learned, workers.n_workers)
         self.shares = [SentShare(share_of(learned, pool, run)) for run in runs]
 
@@ -63,7 +63,8 @@ class Shares:
                 if answer is not None:
                     answers[n] = answer
                     del asking[n]
-            told = self._tell(asking)
+            if asking:
+                told = self._tell(asking)
 
     def _tell(self, asking: dict[int, _Asking]) -> dict[int, list[Any]]:
         """What shares say to the present steps of some questions."""
@@ -86,7 +87,7 @@ class _Asking:
 
     def __init__(self, number: int, posed: Posed, asked: Shares) -> None:
         self._number, self._question = number, posed.question
-        self._steps = _steps_of(posed, asked.searched)
+        self._steps = _steps_of(posed, asked)
         self._asked: AskedQuestion | Example | None = None
         self._is_near = False  # Whether near words stand in place of the words that are asked
         self._step: Step[Any, Any] | None = None
@@ -130,7 +131,7 @@ class _Asking:
         return AskedStep((self._number, self._is_near), asked, captures, self._step)
 
 
-def _steps_of(posed: Posed, searched: Searched) -> Steps[AskedQuestion | Example, Found]:
+def _steps_of(posed: Posed, searched: Shares) -> Steps[AskedQuestion | Example, Found]:
     """The steps of a question."""
     question, learned = posed.question, searched.learned
     if posed.motion is not None:

@@ -38,10 +38,10 @@ PLACES = "places"  # Name of the fitted maps of places there
 FEATURES = "features"  # Name of the features of all captures in the cache of the database
 
 
-def load_learned(opened: store.Store, pool: Callable[[], FeaturePool]) -> Learned:
-    """Load the data that questions need, all of one revision.
+def load_without_rows(opened: store.Store) -> Learned:
+    """The learned model and the catalogue, without scores and movement of segments.
 
-    `pool`: Gives the features; captures that it lacks, whose motions cannot be read, are left out.
+    Neither motions nor scores are looked at, which may lie elsewhere.
     """
     with store.reading(opened):
         if not store.is_learned(opened):
@@ -50,25 +50,35 @@ def load_learned(opened: store.Store, pool: Callable[[], FeaturePool]) -> Learne
                 "Run motiondb learn first."
             )
         model = from_stored(store.load_learning(opened, scores=False))
-        captions, features = store.load_captions(opened), pool()
-        infos = {info.capture_id: info for info in store.load_captures(opened)}
+        certainties = given_certainties(model.certainties, model.counted)
+        return Learned(
+            **{**vars(model), "certainties": certainties},
+            captures={info.capture_id: info for info in store.load_captures(opened)},
+            captions=store.load_captions(opened),
+            synonyms=store.load_synonyms(opened),
+            source=str(opened.path),
+        )
+
+
+def load_learned(opened: store.Store, pool: Callable[[], FeaturePool]) -> Learned:
+    """Load the data that questions need, all of one revision.
+
+    `pool`: Gives the features; captures that it lacks, whose motions cannot be read, are left out.
+    """
+    with store.reading(opened):
+        model, features = load_without_rows(opened), pool()
         held = _segment_rows(opened, model, features.of_capture)
         lacking = set(model.segments.capture_ids.tolist()) - set(held.capture_ids.tolist())
-        lacking |= infos.keys() - features.places.keys()
-        damaged = {n: info.name for n, info in infos.items() if n in lacking}
+        lacking |= model.captures.keys() - features.places.keys()
+        damaged = {n: info.name for n, info in model.captures.items() if n in lacking}
         if damaged:
             sound = ~np.isin(model.segments.capture_ids, list(damaged))
             model = with_segments(model, take_rows(model.segments, sound))
-        return Learned(
-            **{
-                **vars(model),
-                "segments": _with_rows(model, held),
-                "certainties": given_certainties(model.certainties, model.counted),
-            },
-            captures={number: info for number, info in infos.items() if number not in damaged},
-            captions={number: said for number, said in captions.items() if number not in damaged},
-            synonyms=store.load_synonyms(opened),
-            source=str(opened.path),
+        return replace(
+            model,
+            segments=_with_rows(model, held),
+            captures={n: info for n, info in model.captures.items() if n not in damaged},
+            captions={n: said for n, said in model.captions.items() if n not in damaged},
             damaged=damaged,
         )
 

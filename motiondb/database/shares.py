@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from motiondb.search.asked_words import WrittenWord
 
 QUESTIONS = 32
-"""Questions whose steps are told together. A share keeps what it computed of the last of them, some
-5 MB for an example and 20 hours of motion."""
+"""Questions whose steps are told together. Of these a share keeps what it computed: for an example
+some 3 MB with 3 hours of motion in the share, and more with more."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Words:
 class AskedStep:
     """A step of a question to a share."""
 
-    key: tuple[int, bool]  # Of what is asked, the same for all its steps
+    key: tuple[int, bool]  # Number of the question, and whether near words stand in its place
     asked: Words | Example
     captures: Sequence[int] | None  # Those of the share that are asked; None: all
     step: Step[Any, Any]
@@ -83,11 +83,12 @@ class _OpenShare:
             return error.with_traceback(None)
 
     def _understood(self, step: AskedStep) -> AskedQuestion | AskedExample:
-        """What is asked; that of the last questions is kept."""
+        """What is asked; it is kept while its steps are told."""
         if step.key not in self._asked:
-            self._asked[step.key] = self._understand(step.asked)
-            for old in list(self._asked)[: -2 * QUESTIONS]:  # each may have a near one
+            together = step.key[0] // QUESTIONS
+            for old in [key for key in self._asked if key[0] // QUESTIONS != together]:
                 del self._asked[old]
+            self._asked[step.key] = self._understand(step.asked)
         return self._asked[step.key]
 
     def _understand(self, asked: Words | Example) -> AskedQuestion | AskedExample:

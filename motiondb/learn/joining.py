@@ -24,6 +24,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +48,8 @@ from motiondb.meaning.word_map import (
     word_spreads,
 )
 from motiondb.records import Association, FloatArray, IntArray, SegmentTable
+
+Model = TypeVar("Model", bound=LearnedModel)
 
 TRUST = 10.0
 """Own captions (captures, for transitions) at which the start weighs half. Chosen among 3, 10 and
@@ -303,12 +306,12 @@ def _folds(groups: IntArray) -> IntArray:
     return numbers % N_FOLDS
 
 
-def with_segments(model: LearnedModel, table: SegmentTable) -> LearnedModel:
+def with_segments(model: Model, table: SegmentTable) -> Model:
     """The learned model with the segments of other captures; what was counted stays."""
     return replace(_with_captures(model, set(table.capture_ids.tolist())), segments=table)
 
 
-def _with_captures(model: LearnedModel, present: set[int]) -> LearnedModel:
+def _with_captures(model: Model, present: set[int]) -> Model:
     """The learned model with what it knows of some captures alone; its segments stay."""
     return replace(
         model,

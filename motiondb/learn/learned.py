@@ -362,14 +362,15 @@ class Learned(LearnedModel):
         }
         words = sorted({word for each in said.values() for word in each})
         vectors, number = word_vectors().of(words), {word: n for n, word in enumerate(words)}
-        means = [vectors[[number[w] for w in each]].sum(axis=0) for each in said.values()]
+        # in one order, so that captions with the same words have the same vector
+        means = [vectors[sorted(number[w] for w in each)].sum(axis=0) for each in said.values()]
         return list(said), score_vectors.unit(np.reshape(means, (len(said), vectors.shape[1])))
 
     def captions_like(self, capture: int, limit: int = 3) -> tuple[str, ...]:
         """Captions of other captures near in meaning to what the motion of one suggests."""
         captions, meanings = self._caption_meanings
         suggested = self.heard.meanings[self.places_in_rows[capture]]
-        cosines = meanings @ suggested
+        cosines = np.einsum("ij,j->i", meanings, suggested)  # the same for the same vectors
         order = np.argsort(-cosines, kind="stable")
         nearest = order[cosines[order] >= LEAST_ALIKE]
         texts = (captions[n][1] for n in nearest if captions[n][0] != capture)

@@ -277,8 +277,8 @@ class Certainty:
 
     def log_odds(self, cues: FloatArray) -> FloatArray:
         """Calibrated log-odds (...,) of cues (..., cues)."""
-        odds: FloatArray = cues @ self.weights + self.constant
-        return odds
+        # a matrix product's last bits depend on how many answers there are
+        return np.asarray(np.einsum("...i,i->...", cues, self.weights) + self.constant)
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from motiondb.language.vocabulary import MODIFIERS
 from motiondb.meaning.regression import fit_ridge
-from motiondb.meaning.score_vectors import products, unit
+from motiondb.meaning.score_vectors import times, unit
 from motiondb.meaning.word_map import WordMap
 from motiondb.records import Float32Array, FloatArray, IntArray
 
@@ -92,7 +92,7 @@ class MeaningSpace:
         Shapes: `vectors` (..., columns); `statistics` (..., 5 D), None without a second opinion.
         """
         seen: NDArray[Any] = vectors.astype(self.weights.dtype, copy=False)
-        evidence = seen @ self.weights if seen.ndim == 1 else products(seen, self.weights)
+        evidence = seen @ self.weights if seen.ndim == 1 else times(seen, self.weights)
         said, rest = self.said_rows(evidence), self.rest_rows(seen, statistics)
         return np.concatenate([said, rest], axis=-1)
 
@@ -256,7 +256,7 @@ class PooledMap:
     def evidence(self, statistics: FloatArray) -> FloatArray:
         """Evidence z for every word: array (..., words), from `statistics` (..., 5 D)."""
         rows = unit((statistics - self.centre) / self.spread) - self.mean
-        return np.asarray(rows @ self.weights if rows.ndim == 1 else products(rows, self.weights))
+        return np.asarray(rows @ self.weights if rows.ndim == 1 else times(rows, self.weights))
 
 
 def pooled_statistics(frames: Float32Array | FloatArray) -> FloatArray:

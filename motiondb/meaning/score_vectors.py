@@ -55,6 +55,7 @@ def unit(vectors: NDArray[Any], out: NDArray[Any] | None = None) -> NDArray[Any]
     return np.divide(vectors, length, out=out)
 
 
+ROWS_AT_ONCE = 24  # Rows that are multiplied together where there are few
 AT_ONCE = 256  # Segments that are standardised together: intermediate arrays of 2 MB stay in caches
 CLIP = 3.0  # Standard deviations beyond which a value is clipped
 
@@ -141,18 +142,21 @@ def in_memory(rows: Rows, dtype: DTypeLike = np.float64) -> NDArray[Any]:
     return array
 
 
-def products(rows: NDArray[Any], matrix: NDArray[Any]) -> NDArray[Any]:
-    """``rows @ matrix``, where no row's product depends on which other rows there are.
+def times(rows: NDArray[Any], matrix: NDArray[Any], at_once: int = ROWS_AT_ONCE) -> NDArray[Any]:
+    """``rows @ matrix``, where a row's product does not depend on the other rows.
 
-    The last bits of a product depend on its shape, so that all products here have one.
+    The last bits of a product depend on its shape. Here all have one, in which they are the same
+    wherever a row stands: measured, with multiples of 24 rows on the processors at hand.
 
     Shapes: `rows` (n, columns); `matrix` (columns, m).
+
+    `at_once`: Number of rows that are multiplied together, a multiple of 24.
     """
     found = np.empty((len(rows), matrix.shape[1]), np.result_type(rows, matrix))
-    for first in range(0, len(rows), ROWS_AT_ONCE):
-        some = rows[first : first + ROWS_AT_ONCE]
-        if (n := len(some)) < ROWS_AT_ONCE:
-            some = np.concatenate([some, np.zeros((ROWS_AT_ONCE - n, some.shape[1]), some.dtype)])
+    for first in range(0, len(rows), at_once):
+        some = rows[first : first + at_once]
+        if (n := len(some)) < at_once:
+            some = np.concatenate([some, np.zeros((at_once - n, some.shape[1]), some.dtype)])
         found[first : first + n] = (some @ matrix)[:n]
     return found
 
@@ -210,7 +214,6 @@ def interval_vector(
     return interval_vectors(standardised, starts, ends, np.array([low]), np.array([high]))[0]
 
 
-ROWS_AT_ONCE = 64  # Rows of a product whose shape does not depend on the number of rows
 VECTORS_AT_ONCE = 384
 """Vectors that are made, and multiplied, together. All products of a word map thus have the same
 shape, in which the sums of a row have the same order wherever it stands: measured, with this number

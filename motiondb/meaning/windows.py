@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from motiondb.meaning.alignment import Aligned
 from motiondb.meaning.resemblance import MeaningSpace
-from motiondb.meaning.score_vectors import Rows, in_memory, products, unit
+from motiondb.meaning.score_vectors import VECTORS_AT_ONCE, Rows, in_memory, times, unit
 from motiondb.records import Float32Array, FloatArray, IntArray
 
 _SHORTEST = 64  # Feature frames (4 s) of the shortest windows that products are computed for
@@ -87,7 +87,8 @@ def compared_segments(
     n_moving, weights = rows.shape[1], np.zeros((rows.shape[1], 0), dtype=np.float32)
     if space is not None:
         n_moving, weights = space.n_moving, space.weights.astype(np.float32, copy=False)
-    return ComparedSegments(frames, symbols, single, n_moving, norms, weights, single @ weights)
+    evidence = times(single, weights, VECTORS_AT_ONCE)
+    return ComparedSegments(frames, symbols, single, n_moving, norms, weights, evidence)
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +172,7 @@ def _evidence(segments: ComparedSegments, places: IntArray, lengths: FloatArray)
     evidence /= lengths[:, np.newaxis]
     scales = _scales(places, segments.frames, segments.norms)
     cancelled = np.flatnonzero(lengths < _CANCELLED * scales)
-    evidence[cancelled] = products(segments.vectors(places[cancelled]), segments.weights)
+    evidence[cancelled] = times(segments.vectors(places[cancelled]), segments.weights)
     return evidence
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
-from typing import overload
+from typing import Generic, overload
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from motiondb.records import Float32Array, Match, Motion
 from motiondb.search.asked_words import learned_words
 from motiondb.search.chances import NOTHING, reaches, why_unchecked
 from motiondb.search.matches import mark_generated, to_seconds
-from motiondb.search.steps import Asked, Place, Steps, answer_here, take
+from motiondb.search.steps import Asked, Place, Steps, Value, answer_here, take
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 TOGETHER = 32  # Intervals that are projected at once: as many as fit the processor's cache
@@ -165,8 +165,8 @@ def example_steps(
     candidates = yield from take(asked, _FindCandidates(tuple(right), n_captures))
     refined = by_motion.separate((yield from take(asked, _CompareFrames(tuple(candidates)))))
     placed = yield from take(asked, _PlaceActivities(tuple(refined[: 2 * limit])))
-    kept = by_motion.without_overlaps([each.candidate for each in placed])[:limit]
-    answers = [next(each for each in placed if each.candidate is one) for one in kept]
+    kept = by_motion.without_overlaps([candidate for _, candidate in placed])[:limit]
+    answers = yield from take(asked, _SayAnswers(tuple(kept)))
     matches = tuple(
         Match(
             rank,
@@ -177,12 +177,12 @@ def example_steps(
             mark_generated(learned, c.capture),
             answer.chance,
         )
-        for rank, (c, answer) in enumerate(zip(kept, answers), start=1)
+        for rank, (c, (_, answer)) in enumerate(zip(kept, answers), start=1)
     )
     known = learned.example_certainty
     return ExampleAnswer(
         matches,
-        max((each.alike for each in answers if each.alike is not None), default=None),
+        max((each.alike for _, each in answers if each.alike is not None), default=None),
         None if known is None or np.isnan(known.threshold) else known.threshold,
         _why_no_probabilities(learned),
     )
@@ -233,11 +233,34 @@ class _CompareFrames:
 
 
 @dataclass(frozen=True, eq=False)
-class _Placed:
-    """An answer, extended to the whole activity."""
+class _OfAnswers(Generic[Value]):
+    """What is told of answers, one by one."""
 
-    number: int  # Of the answer
-    candidate: by_motion.Candidate
+    answers: tuple[by_motion.Candidate, ...]  # Best first
+
+    def join(self, told: Sequence[list[tuple[int, Value]]]) -> list[tuple[int, Value]]:
+        """Number of each answer, and what is told of it, in the order of the answers."""
+        return sorted(chain(*told), key=lambda each: each[0])
+
+    def _own(self, place: Place) -> tuple[list[int], list[by_motion.Candidate]]:
+        """Numbers and answers of the captures of a place."""
+        own = [(n, c) for n, c in enumerate(self.answers) if c.capture in place.captures]
+        return [n for n, _ in own], [c for _, c in own]
+
+
+class _PlaceActivities(_OfAnswers[by_motion.Candidate]):
+    """Answers as whole activities."""
+
+    def tell(self, asked: AskedExample, place: Place) -> list[tuple[int, by_motion.Candidate]]:
+        """Those of a place, with their numbers."""
+        numbers, own = self._own(place)
+        return list(zip(numbers, _whole_activities(asked, place, own)))
+
+
+@dataclass(frozen=True)
+class _Said:
+    """What is said of an answer."""
+
     # Its resemblance, and the calibrated probability that it shows the same action; None if this
     # was not learned
     alike: float | None
@@ -245,22 +268,16 @@ class _Placed:
     words: tuple[str, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class _PlaceActivities:
-    """Answers as whole activities, with their probabilities and words."""
+class _SayAnswers(_OfAnswers[_Said]):
+    """Probabilities and words of answers."""
 
-    answers: tuple[by_motion.Candidate, ...]  # Best first
-
-    def tell(self, asked: AskedExample, place: Place) -> list[_Placed]:
-        numbers = [n for n, c in enumerate(self.answers) if c.capture in place.captures]
-        placed = _whole_activities(asked, place, [self.answers[n] for n in numbers])
-        sure: Sequence[tuple[float | None, float | None]] = _how_sure(asked, placed)
-        sure = sure or [(None, None)] * len(placed)
-        words = [_words_of_interval(asked.learned, c) for c in placed]
-        return [_Placed(n, c, *s, w) for n, c, s, w in zip(numbers, placed, sure, words)]
-
-    def join(self, told: Sequence[list[_Placed]]) -> list[_Placed]:
-        return sorted(chain(*told), key=lambda each: each.number)
+    def tell(self, asked: AskedExample, place: Place) -> list[tuple[int, _Said]]:
+        """Those of a place, with the numbers of the answers."""
+        numbers, own = self._own(place)
+        sure: Sequence[tuple[float | None, float | None]] = _how_sure(asked, own)
+        sure = sure or [(None, None)] * len(own)
+        words = [_words_of_interval(asked.learned, c) for c in own]
+        return [(n, _Said(*s, w)) for n, s, w in zip(numbers, sure, words)]
 
 
 def _why_no_probabilities(learned: Learned) -> str:

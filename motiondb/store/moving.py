@@ -81,7 +81,7 @@ def move_motions(store: Store, to: str, progress: Progress | None = None) -> int
     """Move all that can be moved to a folder or URL, or into the database (``IN_DATABASE``).
 
     Returns the number of captures of which something was moved. DamagedFileError at the end names
-    those of which something could not be read.
+    those of which something could not be read, and counts the others.
     """
     tell = progress or (lambda _what, _done, _total: None)
     place = find_place(to)
@@ -110,9 +110,9 @@ def move_motions(store: Store, to: str, progress: Progress | None = None) -> int
         names = ", ".join(lost.values())
         raise DamagedFileError(
             f"{store.path}: expected motions, originals and scores as they were written, found "
-            f"others of the captures {names}, which stay where they are. Those of "
-            f"{len(moved)} captures were moved. Put a copy of the damaged files in their place, or "
-            "remove these captures; scores are made anew by motiondb learn."
+            f"others of the captures {names}. What is damaged of them stays where it is. Of "
+            f"{len(moved)} captures, all was moved. Put a copy of the damaged files in their "
+            "place, or remove these captures; scores are made anew by motiondb learn."
         )
     return len(moved)
 

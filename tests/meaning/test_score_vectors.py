@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -102,6 +103,20 @@ def test_windows_reach_over_their_segment() -> None:
     ((_, vectors),) = score_vectors.window_vectors_of(np.eye(3), table, [slice(0, 3)], 22)
     expected = unit(np.array([[2.0, 1, 0], [1, 2, 1], [0, 1, 2], [1, 1, 1]]))
     np.testing.assert_allclose(vectors[:4], expected)
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+@pytest.mark.parametrize("n_words", [1, 7, 86, 199, 201])
+def test_a_product_does_not_depend_on_other_rows(kind: type[np.floating], n_words: int) -> None:
+    rng = np.random.default_rng(n_words)
+    rows = rng.normal(size=(210, 260)).astype(kind)
+    matrix = rng.normal(size=(260, n_words)).astype(kind)
+    for at_once in (score_vectors.ROWS_AT_ONCE, score_vectors.VECTORS_AT_ONCE):
+        whole = score_vectors.times(rows, matrix, at_once)
+        np.testing.assert_allclose(whole, rows @ matrix, rtol=2e-4, atol=1e-4)
+        for first, last in ((0, 1), (5, 70), (23, 49), (200, 210)):
+            part = score_vectors.times(rows[first:last], matrix, at_once)
+            np.testing.assert_array_equal(part, whole[first:last])
 
 
 def test_rows_have_length_one() -> None:

@@ -208,7 +208,8 @@ def test_damaged_scores_are_told_and_the_others_are_moved(
         store.move_motions(learned, moving.IN_DATABASE)
     assert str(error.value) == (
         f"{learned.path}: expected motions, originals and scores as they were written, found "
-        "others of the captures a, which stay where they are. Those of 2 captures were moved. Put "
+        "others of the captures a. What is damaged of them stays where it is. Of 2 captures, all "
+        "was moved. Put "
         "a copy of the damaged files in their place, or remove these captures; scores are made "
         "anew by motiondb learn."
     )

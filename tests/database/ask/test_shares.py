@@ -15,6 +15,8 @@ import motiondb
 from motiondb import MotionDB, Question
 from motiondb.database import asking_many, asking_openers
 from motiondb.learn import shares as learned_shares
+from motiondb.search import asking, by_words
+from motiondb.search.takings import Sentence
 
 QUESTIONS = (
     Question("kick"),
@@ -65,7 +67,9 @@ def asked(db: MotionDB, workers: Others | None) -> list[str]:
     return list(map(repr, asking_many.ask_many(db.session, motion_of, QUESTIONS, workers)))
 
 
-@pytest.mark.parametrize(("n_workers", "can_open"), [(1, False), (3, False), (2, True), (7, True)])
+@pytest.mark.parametrize(
+    ("n_workers", "can_open"), [(1, False), (3, False), (40, False), (500, False), (3, True)]
+)
 def test_shares_answer_as_one_place_does(
     n_workers: int, can_open: bool, learned_file: Path
 ) -> None:
@@ -73,6 +77,24 @@ def test_shares_answer_as_one_place_does(
         here = asked(db, None)
         assert asked(db, Others(n_workers, can_open=can_open)) == here
     assert not asking_openers._lent
+
+
+def test_near_words_are_asked_of_shares_too(
+    learned_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def near(asked: Sentence, _: object) -> Sentence:
+        return Sentence(asked.learned, "kick, jump")
+
+    monkeypatch.setattr(asking, "near_sentence", near)
+    monkeypatch.setattr(by_words.WordAnswer, "nothing", property(_nothing_but_jumps))
+    with motiondb.open(learned_file, read_only=True) as db:
+        here = asked(db, None)
+        assert "near=('kick', 'kick, then jump')" in here[0]
+        assert asked(db, Others(3, can_open=False)) == here
+
+
+def _nothing_but_jumps(answer: by_words.WordAnswer) -> str:
+    return "" if "jump" in answer.understood else "nothing"
 
 
 def test_what_is_sent_is_the_share_of_each_and_steps(learned_file: Path) -> None:

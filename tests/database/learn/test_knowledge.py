@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import motiondb
+from motiondb import store
 from motiondb.database import MotionDB
 from motiondb.database.learn import start
 from motiondb.errors import KnowledgeError, NotLearnedError, QueryError
@@ -192,6 +193,19 @@ def test_own_words_join_the_vocabulary(bare: MotionDB, handed_on: Path) -> None:
     assert sources["kick"].own_captions == 2
     assert sources["sit"].own_captions == 0
     assert sources["sit"].weight == 1.0
+
+
+def test_a_start_is_told_without_motions_and_scores(
+    started: MotionDB, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def lost(*_: object) -> None:
+        raise motiondb.StoreError("the folder is away")
+
+    told = started.info()
+    monkeypatch.setattr(store, "load_scores", lost)
+    monkeypatch.setattr(store, "cached_rows", lost)
+    assert started.info() == told
+    assert told.start is not None
 
 
 def test_learning_again_keeps_the_start_and_none_drops_it(started: MotionDB) -> None:
