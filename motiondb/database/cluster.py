@@ -13,7 +13,7 @@ import math
 import sys
 import warnings
 import weakref
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent import futures
 from contextlib import suppress
@@ -240,7 +240,7 @@ class Cluster:
         try:
             place, held = None, piece
             if isinstance(piece, tuple):
-                parts = [self._keep(each) for each in piece]
+                parts = [self._keep(each, is_part=True) for each in piece]
                 place = next((part.worker for part in parts if isinstance(part, _Kept)), None)
                 held = tuple(map(_sent, parts))
             shared = [_sent(self._keep(each)) for each in job.shared]
@@ -258,23 +258,31 @@ class Cluster:
         except _ENDED as error:
             raise self._gone(_first_line(error)) from None
 
-    def _keep(self, what: object) -> object:
-        """An object itself if it is small; otherwise how a worker keeps it: each in its turn."""
+    def _keep(self, what: object, is_part: bool = False) -> object:
+        """An object itself if it is small; otherwise how a worker keeps it: each in its turn.
+
+        `is_part`: Whether it is of a piece, on which the worker works that keeps it.
+        """
         if _n_bytes(what) < _SMALL:
             return what
         place = id(what)
         if place not in self._kept:
-            addresses = sorted(self._client.nthreads())
-            worker = addresses[self._n_sent % len(addresses)]
+            worker = self._next_worker(is_part)
             self._n_sent += 1
             with warnings.catch_warnings():  # of its size: the scheduler keeps it, so that it can
                 warnings.simplefilter("ignore")  # be sent again where it was lost with a worker
                 future = self._client.submit(
                     _itself, what, pure=False, workers=worker, allow_other_workers=True
                 )
-            self._kept[place] = _Kept(future, worker)
+            self._kept[place] = _Kept(future, worker, is_part)
             weakref.finalize(what, self._kept.pop, place, None).atexit = False
         return self._kept[place]
+
+    def _next_worker(self, is_part: bool) -> str:
+        """Address of the worker that keeps the fewest objects of a kind for each of its threads."""
+        n_threads = self._client.nthreads()
+        kept = Counter(each.worker for each in self._kept.values() if each.is_part == is_part)
+        return min(sorted(n_threads), key=lambda worker: kept[worker] / max(n_threads[worker], 1))
 
     def _result(self, job: _Job[Result], piece: object, future: Future) -> Result:
         """The result of a piece, which is handed out again where its data were lost."""
@@ -373,6 +381,7 @@ class _Kept:
 
     future: Future
     worker: str  # Its address
+    is_part: bool  # Whether it is of a piece, not of what pieces share
 
 
 @dataclass(frozen=True)

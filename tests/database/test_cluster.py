@@ -208,10 +208,12 @@ def test_what_is_large_is_sent_once_and_forgotten_when_it_is_here() -> None:
     workers.n_pieces = lambda *_: 9  # type: ignore[method-assign]
     large = [np.zeros(20_000), np.zeros(20_000)]
     pieces = [(large[0], 1), (large[1], 2), (large[0], 3)]
-    assert len(list(workers.map(len, pieces, np.zeros(3), large[1]))) == 3
-    assert len(workers._kept) == 2
-    assert sent == ["a", "b", "a", "b", "a"]  # to each in its turn, and work to where its data are
-    del large, pieces
+    shared = np.zeros(20_000)
+    assert len(list(workers.map(len, pieces, np.zeros(3), shared))) == 3
+    assert len(workers._kept) == 3
+    # of pieces to each in its turn, whatever they share, and work to where its data are
+    assert sent == ["a", "a", "a", "b", "b", "a"]
+    del large, pieces, shared
     assert workers._kept == {}
 
 
