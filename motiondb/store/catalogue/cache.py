@@ -29,6 +29,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import islice, pairwise
 from pathlib import Path
+from threading import Lock
 from types import MappingProxyType
 from typing import Any, BinaryIO
 
@@ -50,6 +51,8 @@ _NONE: Mapping[str, NDArray[Any]] = MappingProxyType({})
 _AT_ONCE = 64  # Captures whose rows are made together: bounds memory
 
 _FORMAT = 1  # Version of the list's format
+_parsing = Lock()
+"""Held while a head is parsed: Python before 3.11.5 fails where two threads do so at once."""
 _UNUSABLE = (OSError, ValueError, EOFError, KeyError, TypeError, AttributeError)
 """Exceptions that reading a missing or damaged file raises."""
 
@@ -403,7 +406,7 @@ def _write_rows(
         "marks": np.array([marks[number] for number in numbers], dtype=np.int64),
         "sums": np.array(sums, dtype=np.uint64),
     }
-    written = {"rows": np.load(file_name, mmap_mode="r", allow_pickle=False)}
+    written = {"rows": _mapped(file_name)}
     _write_arrays(folder, kind, stem, arrays, written)
 
 
@@ -412,7 +415,8 @@ def _growing(path: Path, rows: NDArray[Any]) -> Iterator[BinaryIO]:
     """Open a file behind the rows of a list; what is behind them belongs to no list."""
     with path.open("r+b") as file:
         np.lib.format.read_magic(file)
-        np.lib.format.read_array_header_1_0(file)
+        with _parsing:
+            np.lib.format.read_array_header_1_0(file)
         file.seek(rows.nbytes, os.SEEK_CUR)
         yield file
         file.flush()
@@ -450,7 +454,7 @@ def _read_arrays(folder: Path, stem: str) -> Arrays:
         file = folder / f"{stem}-{name}.npy"
         if not file.is_file():  # a pipe would be waited for
             raise ValueError(f"the array {name} is no file")
-        array = np.load(file, mmap_mode="r", allow_pickle=False)
+        array = _mapped(file)
         if facts["checksum"] is None:
             array = array[: facts["shape"][0]]  # the rows behind are of captures that came later
         if _facts(array, facts["checksum"] is not None) != facts:
@@ -458,6 +462,13 @@ def _read_arrays(folder: Path, stem: str) -> Arrays:
         # slices and sums of a memory map take 20 times as long
         arrays[name] = array.view(np.ndarray)
     return arrays
+
+
+def _mapped(file: Path) -> NDArray[Any]:
+    """The array of a file, memory-mapped."""
+    with _parsing:
+        array: NDArray[Any] = np.load(file, mmap_mode="r", allow_pickle=False)
+    return array
 
 
 def _write_arrays(
