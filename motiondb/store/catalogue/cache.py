@@ -52,7 +52,8 @@ _AT_ONCE = 64  # Captures whose rows are made together: bounds memory
 
 _FORMAT = 1  # Version of the list's format
 _parsing = Lock()
-"""Held while a head is parsed: Python before 3.11.5 fails where two threads do so at once."""
+"""Held while a head is parsed: Python 3.11 can fail where two threads parse at once
+(https://github.com/python/cpython/issues/106905)."""
 _UNUSABLE = (OSError, ValueError, EOFError, KeyError, TypeError, AttributeError)
 """Exceptions that reading a missing or damaged file raises."""
 
