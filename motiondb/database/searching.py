@@ -83,7 +83,7 @@ def answer_words(
     `allowed`: Numbers of the captures that are searched.
     """
     pool = cache(asked.pool)
-    place = Place(dict.fromkeys(allowed), lambda capture: pool().of_capture(capture))
+    place = Place(allowed, lambda capture: pool().of_capture(capture))
     with one_blas_thread():  # for small matrices a second thread takes longer
         question = ask(asked.learned, words, nearby_table(), asked.find_written, exact, by_symbols)
         if by_symbols:

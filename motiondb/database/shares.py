@@ -68,13 +68,13 @@ class _OpenShare:
 
     def __init__(self, learned: Learned, share: Share) -> None:
         self._learned, self._share = learned, share
-        self._captures = dict.fromkeys(share.captures)
+        self._every = Place(share.captures, share.pool.of_capture)
         self._asked: dict[tuple[int, bool], AskedQuestion | AskedExample] = {}
 
     def tell(self, step: AskedStep) -> Any:  # noqa: ANN401  of any step
         """What the captures say, or the error that says why they cannot."""
-        captures = self._captures if step.captures is None else dict.fromkeys(step.captures)
-        place = Place(captures, self._share.pool.of_capture)
+        every, some = self._every, step.captures
+        place = every if some is None else Place(some, every.features)
         try:
             with one_blas_thread():
                 told = step.step.tell(self._understood(step), place)

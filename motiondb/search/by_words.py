@@ -199,7 +199,7 @@ def search_words(
     `features`: Recognition features of a capture, by which the boundaries of intervals are refined
     and orders and directions are checked; without them they stay those of segments.
     """
-    place = Place(dict.fromkeys(allowed), features)
+    place = Place(allowed, features)
     return answer_here(word_steps(question, limit, written), place)
 
 

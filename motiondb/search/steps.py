@@ -25,9 +25,13 @@ Value = TypeVar("Value")
 class Place:
     """Captures that are asked, in one place."""
 
-    captures: Collection[int]  # Their numbers, rising
+    captures: Collection[int]  # Their numbers, in order
     # Recognition features of each; None where frames are not looked at
     features: Features | None = None
+
+    def __post_init__(self) -> None:
+        """Keep the numbers in their order, but so that one is looked up at once."""
+        object.__setattr__(self, "captures", dict.fromkeys(self.captures))
 
 
 class Step(Protocol[AskedHere, Told]):
