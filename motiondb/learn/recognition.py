@@ -199,7 +199,8 @@ LONGEST_DECODED = 12  # Largest number of symbols of a decoded sequence of up to
 class Recognised:
     """A motion, cut and scored by the learned symbols."""
 
-    features: Float32Array  # (frames, dimensions), float32: whitened features, 15 a second
+    raw: Float32Array  # (frames, 130), float32: recognition features, 15 a second
+    features: Float32Array  # (frames, dimensions), float32: the same, whitened
     starts: IntArray  # (segments,): first feature frames
     ends: IntArray  # (segments,): last feature frames + 1
     symbols: IntArray  # (segments,): likeliest symbol of every segment
@@ -215,20 +216,20 @@ class Recognised:
 
 def recognise(learned: LearnedModel, motion: Motion) -> Recognised:
     """Cut and score a motion by the learned symbols, as the captures were."""
-    frames, cutting, table = _cut_and_score(learned, 0, motion)
+    raw, frames, cutting, table = _cut_and_score(learned, 0, motion)
     standardised = learned.score_space.standardise(table.scores, table.movement)
-    return Recognised(frames, cutting.starts, cutting.ends, table.symbols, standardised)
+    return Recognised(raw, frames, cutting.starts, cutting.ends, table.symbols, standardised)
 
 
 def recognise_capture(learned: LearnedModel, capture_id: int, motion: Motion) -> SegmentTable:
     """Segments of a capture, computed as at the end of ``learn``."""
-    return _cut_and_score(learned, capture_id, motion)[2]
+    return _cut_and_score(learned, capture_id, motion)[-1]
 
 
 def _cut_and_score(
     learned: LearnedModel, capture_id: int, motion: Motion
-) -> tuple[Float32Array, Cutting, SegmentTable]:
-    """Whitened features, their cutting and the segments of one motion."""
+) -> tuple[Float32Array, Float32Array, Cutting, SegmentTable]:
+    """Features, the same whitened, their cutting and the segments of one motion."""
     from motiondb.symbols import acquisition  # compiled code, which a search does without
 
     features = recognition_features(motion)
@@ -236,7 +237,7 @@ def _cut_and_score(
     frames = learned.feature_space.project(features)
     pool = FeaturePool(np.array([capture_id]), bounds, features, np.array([motion.n_frames]))
     cutting = acquisition.recut(frames, bounds, learned.symbols, learned.cutting)
-    return frames, cutting, segment_table(frames, pool, learned.symbols, cutting)
+    return features, frames, cutting, segment_table(frames, pool, learned.symbols, cutting)
 
 
 @dataclass(frozen=True)

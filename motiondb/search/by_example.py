@@ -10,7 +10,7 @@ from typing import Generic, overload
 
 import numpy as np
 
-from motiondb.body.features import FEATURE_STEP, recognition_features
+from motiondb.body.features import FEATURE_STEP
 from motiondb.language import vocabulary
 from motiondb.learn.checking import NO_EXAMPLES_CHECKED
 from motiondb.learn.learned import Learned
@@ -348,7 +348,7 @@ def make_example(learned: Learned, motion: Motion, by_words: bool = False) -> Ex
     n = len(seen.features)
     vector = score_vectors.interval_vector(seen.standardised, starts, ends, 0, n)
     query = by_motion.Query(seen.features, seen.symbols, weights, vector)
-    return Example(query, by_words, recognition_features(motion), motion.n_frames)
+    return Example(query, by_words, seen.raw, motion.n_frames)
 
 
 def _words_of_interval(learned: Learned, answer: by_motion.Candidate) -> tuple[str, ...]:
