@@ -60,13 +60,15 @@ def load_without_rows(opened: store.Store) -> Learned:
         )
 
 
-def load_learned(opened: store.Store, pool: Callable[[], FeaturePool]) -> Learned:
+def load_learned(opened: store.Store, model: Learned, pool: Callable[[], FeaturePool]) -> Learned:
     """Load the data that questions need, all of one revision.
+
+    `model`: That of :func:`load_without_rows`.
 
     `pool`: Gives the features; captures that it lacks, whose motions cannot be read, are left out.
     """
     with store.reading(opened):
-        model, features = load_without_rows(opened), pool()
+        features = pool()
         held = _segment_rows(opened, model, features.of_capture)
         lacking = set(model.segments.capture_ids.tolist()) - set(held.capture_ids.tolist())
         lacking |= model.captures.keys() - features.places.keys()
@@ -164,7 +166,8 @@ def keep_what_follows(opened: store.Store, model: LearnedModel) -> None:
         if store.load_learning_size(opened).run_id == model.run_id:
             pool = load_features(opened)
             _segment_rows(opened, model, pool.of_capture, WhenAsked(rows, of_capture))
-            _place_arrays(opened, load_learned(opened, lambda: pool))
+            learned = load_learned(opened, load_without_rows(opened), lambda: pool)
+            _place_arrays(opened, learned)
 
 
 FeaturesMade = tuple[NDArray[Any], float]
@@ -213,9 +216,9 @@ def searchable(opened: store.Store, learned: Learned) -> Learned:
     return learned if every is learned else _prepared(opened, every, "searched")
 
 
-def load_prepared(opened: store.Store, pool: Callable[[], FeaturePool]) -> Learned:
+def load_prepared(opened: store.Store, model: Learned, pool: Callable[[], FeaturePool]) -> Learned:
     """The learned model with the catalogue of the same revision, ready for questions."""
-    return _prepared(opened, load_learned(opened, pool))
+    return _prepared(opened, load_learned(opened, model, pool))
 
 
 def _prepared(opened: store.Store, learned: Learned, kind: str = "evidence") -> Learned:

@@ -91,13 +91,21 @@ class Session:
         return value
 
     @property
+    def without_rows(self) -> Learned:
+        """The learned model and the catalogue, for which no motions and scores are looked at."""
+        from motiondb.database import loading
+
+        return self.kept("without_rows", lambda: loading.load_without_rows(self.store))
+
+    @property
     def learned(self) -> Learned:
         """The learned model, with the catalogue of the same revision."""
         from motiondb.database import loading
 
-        return self.kept(
-            "learned", lambda: loading.load_prepared(self.store, lambda: self.features)
-        )
+        def load() -> Learned:
+            return loading.load_prepared(self.store, self.without_rows, lambda: self.features)
+
+        return self.kept("learned", load)
 
     @property
     def damage_note(self) -> str:

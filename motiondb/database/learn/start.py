@@ -138,11 +138,10 @@ def start_facts(session: Session) -> answers.StartAnswer | None:
     """The origin of the start of a database and its share in the database; None without a start."""
     if not store.is_learned(session.store) or not store.has_parameter(session.store, "started"):
         return None  # nothing else need be loaded
-    from motiondb.database.loading import load_without_rows
     from motiondb.search.asked_words import learned_words
     from motiondb.search.chances import why_unchecked
 
-    learned = session.kept("without rows", lambda: load_without_rows(session.store))
+    learned = session.without_rows
     started = learned.started
     if started is None:
         return None
