@@ -43,10 +43,10 @@ def ask_many(
     with session.reading():
         opened = _Opened(session, motion_of)
         posed = [or_error(_Opened.pose, opened, question) for question in questions]
-        if all(isinstance(each, MotionDBError) for each in posed):
-            answers: Iterator[Answer] = iter(
-                [each for each in posed if isinstance(each, MotionDBError)]
-            )
+        errors = [each for each in posed if isinstance(each, MotionDBError)]
+        answers: Iterator[Answer]
+        if len(errors) == len(posed):  # such as of a database that has not learned
+            answers = iter(errors)
         elif (file := asking_openers.opened_by(workers, session)) is not None:
             answers = asking_openers.answers(file, posed, workers)
         else:

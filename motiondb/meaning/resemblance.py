@@ -92,8 +92,7 @@ class MeaningSpace:
         Shapes: `vectors` (..., columns); `statistics` (..., 5 D), None without a second opinion.
         """
         seen: NDArray[Any] = vectors.astype(self.weights.dtype, copy=False)
-        evidence = seen @ self.weights if seen.ndim == 1 else times(seen, self.weights)
-        said, rest = self.said_rows(evidence), self.rest_rows(seen, statistics)
+        said, rest = self.said_rows(times(seen, self.weights)), self.rest_rows(seen, statistics)
         return np.concatenate([said, rest], axis=-1)
 
     def said_rows(self, evidence: FloatArray | Float32Array) -> FloatArray | Float32Array:
@@ -256,7 +255,7 @@ class PooledMap:
     def evidence(self, statistics: FloatArray) -> FloatArray:
         """Evidence z for every word: array (..., words), from `statistics` (..., 5 D)."""
         rows = unit((statistics - self.centre) / self.spread) - self.mean
-        return np.asarray(rows @ self.weights if rows.ndim == 1 else times(rows, self.weights))
+        return times(rows, self.weights)
 
 
 def pooled_statistics(frames: Float32Array | FloatArray) -> FloatArray:

@@ -148,10 +148,12 @@ def times(rows: NDArray[Any], matrix: NDArray[Any], at_once: int = ROWS_AT_ONCE)
     The last bits of a product depend on its shape. Here all have one, in which they are the same
     wherever a row stands: measured, with multiples of 24 rows on the processors at hand.
 
-    Shapes: `rows` (n, columns); `matrix` (columns, m).
+    Shapes: `rows` (n, columns), or (columns,) for one; `matrix` (columns, m).
 
     `at_once`: Number of rows that are multiplied together, a multiple of 24.
     """
+    if rows.ndim == 1:
+        return np.asarray(rows @ matrix)
     found = np.empty((len(rows), matrix.shape[1]), np.result_type(rows, matrix))
     for first in range(0, len(rows), at_once):
         some = rows[first : first + at_once]

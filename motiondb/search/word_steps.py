@@ -207,11 +207,11 @@ def _part_words(reading: Reading) -> list[str]:
         excluded = [
             f"not {' and '.join(' '.join(map(as_said, a)) for a in e.actions)}" for e in only
         ]
-        joined = "".join(
+        together = "".join(
             text if n == 0 else f" {text}" if manner_of(text) else f" while {text}"
             for n, text in enumerate(asked)
         )
-        said.append(joined or ", ".join(excluded) or "?")
+        said.append(together or ", ".join(excluded) or "?")
     return said
 
 

@@ -14,8 +14,9 @@ DuckDB may crash on a file that is damaged in a way it does not expect: to check
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import cache
+from typing import TypeVar
 
 import duckdb
 import numpy as np
@@ -38,6 +39,8 @@ from motiondb.store.grammars import TABLES as GRAMMAR_TABLES
 from motiondb.store.learned import SEGMENT_TABLES
 from motiondb.store.learned import TABLES as LEARNED_TABLES
 from motiondb.store.scenes import TABLES as SCENE_TABLES
+
+Value = TypeVar("Value")
 
 Columns = tuple[tuple[str, str, bool], ...]
 """Of a table, in order: name, type, whether NULL is allowed."""
@@ -472,29 +475,30 @@ def _bad_poses(store: Store, without: Collection[int]) -> list[str]:
 
 def _bad_scores(store: Store, without: Collection[int]) -> list[str]:
     """Captures whose scores in Parquet files, but for some files, are damaged."""
-    faults: list[str] = []
     query = (
         "SELECT scores_at FROM segment_score WHERE scores_at IS NOT NULL "
         "AND NOT list_contains(?, scores_at.file_id) ORDER BY capture_id"
     )
-    for at in store.connection.column(query, [list(without)]):
-        try:
-            load_part(store, at)
-        except StoreError as error:
-            faults.append(str(error))
-    return faults
+    return _unreadable(store, load_part, store.connection.column(query, [list(without)]))
 
 
 def _bad_sources(store: Store, without: Collection[int]) -> list[str]:
-    faults: list[str] = []
     query = (
         "SELECT capture_id FROM capture JOIN source USING (sha256) WHERE (octet_length(data) > 0 "
         "OR data_at IS NOT NULL) AND NOT coalesce(list_contains(?, data_at.file_id), false) "
         "ORDER BY ALL"
     )
-    for number in store.connection.column(query, [list(without)]):
+    return _unreadable(store, load_source, store.connection.column(query, [list(without)]))
+
+
+def _unreadable(
+    store: Store, load: Callable[[Store, Value], object], each: Sequence[Value]
+) -> list[str]:
+    """What is wrong with those of some values that cannot be loaded."""
+    faults: list[str] = []
+    for one in each:
         try:
-            load_source(store, number)
+            load(store, one)
         except MotionDBError as error:
             faults.append(str(error))
     return faults

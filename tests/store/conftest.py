@@ -11,6 +11,7 @@ import pytest
 import store_samples
 
 from motiondb import store
+from motiondb.store.catalogue import places
 
 
 @pytest.fixture(scope="session")
@@ -23,6 +24,16 @@ def empty_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("empty") / "motions.duckdb"
     store.open_store(path).close()
     return path
+
+
+@pytest.fixture(params=["folder", "url"])
+def moved_to(
+    request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> str:
+    """A place for Parquet files: a folder, then a URL."""
+    monkeypatch.setattr(places, "_NOT_KEPT", ())  # memory:// is, as long as a test runs
+    is_url = request.param == "url"
+    return f"memory://{tmp_path.name}/out" if is_url else str(tmp_path / "out")
 
 
 @pytest.fixture

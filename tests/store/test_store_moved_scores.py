@@ -51,19 +51,14 @@ def score_files(database: store.Store) -> list[parquet_files.ParquetFile]:
     return [file for file in store.load_parquet_files(database) if file.kind == SCORES]
 
 
-@pytest.mark.parametrize("is_url", [False, True])
-def test_scores_come_out_bit_for_bit(
-    learned: store.Store, tmp_path: Path, is_url: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(places, "_NOT_KEPT", ())  # memory:// is, as long as this test runs
-    place = f"memory://{tmp_path.name}/out" if is_url else str(tmp_path / "out")
+def test_scores_come_out_bit_for_bit(learned: store.Store, moved_to: str) -> None:
     rows = "SELECT capture_id, scores, run_id FROM segment_score ORDER BY ALL"
     before, there = bits(learned), learned.connection.execute(rows).fetchall()
     assert np.frombuffer(before[2][: 4 * len(ODD)], dtype="<f4").tobytes() == ODD.tobytes()
     mark = read_meta(learned, "segment_revision")
-    assert store.move_motions(learned, place) == 3
+    assert store.move_motions(learned, moved_to) == 3
     files = score_files(learned)
-    assert [file.place for file in files] == [place] * 2
+    assert [file.place for file in files] == [moved_to] * 2
     assert learned.connection.value("SELECT sum(len(scores)) FROM segment_score") == 0
     assert bits(learned) == before
     assert {n: store.load_scores(learned, [n])[n].tobytes() for n in (3, 1)} == {
@@ -71,7 +66,7 @@ def test_scores_come_out_bit_for_bit(
     }
     assert read_meta(learned, "segment_revision") == mark  # the cache stays valid
     assert store.check_store(learned) == []
-    assert store.move_motions(learned, place) == 0
+    assert store.move_motions(learned, moved_to) == 0
     assert store.move_motions(learned, moving.IN_DATABASE) == 3
     assert score_files(learned) == []
     assert {file.path for file in files} < set(parquet_files.untold_files(learned))

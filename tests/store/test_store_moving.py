@@ -55,16 +55,11 @@ def content(database: store.Store) -> Content:
     return found
 
 
-@pytest.mark.parametrize("is_url", [False, True])
-def test_what_is_moved_comes_out_bit_for_bit(
-    filled: store.Store, tmp_path: Path, is_url: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(places, "_NOT_KEPT", ())  # memory:// is, as long as this test runs
-    place = f"memory://{tmp_path.name}/out" if is_url else str(tmp_path / "out")
+def test_what_is_moved_comes_out_bit_for_bit(filled: store.Store, moved_to: str) -> None:
     before, mark = content(filled), read_meta(filled, "motion_revision")
-    assert store.move_motions(filled, place) == 5
+    assert store.move_motions(filled, moved_to) == 5
     files = store.load_parquet_files(filled)
-    assert [file.place for file in files] == [place] * 3
+    assert [file.place for file in files] == [moved_to] * 3
     assert filled.connection.execute(
         "SELECT (SELECT sum(octet_length(poses)) FROM motion), (SELECT sum(octet_length(data) + "
         "coalesce(octet_length(skeleton_data), 0)) FROM source)"
@@ -72,7 +67,7 @@ def test_what_is_moved_comes_out_bit_for_bit(
     assert content(filled) == before
     assert read_meta(filled, "motion_revision") == mark  # the cache stays valid
     assert store.check_store(filled, sources=True) == []
-    assert store.move_motions(filled, place) == 0
+    assert store.move_motions(filled, moved_to) == 0
     assert parquet_files.untold_files(filled) == []
     assert store.move_motions(filled, moving.IN_DATABASE) == 5
     assert parquet_files.untold_files(filled) == [file.path for file in files]
@@ -80,7 +75,7 @@ def test_what_is_moved_comes_out_bit_for_bit(
     assert content(filled) == before
     assert store.check_store(filled, sources=True) == []
     filled.local.block = Block(1, 0, bytes(files[0].n_bytes))  # of a former file of this number
-    store.move_motions(filled, place)
+    store.move_motions(filled, moved_to)
     assert content(filled) == before
 
 
