@@ -152,6 +152,18 @@ def note(text: str) -> None:
         warn(f"note: {text}")
 
 
+def read_example(base: motiondb.MotionDB, example: str, up: str) -> str | motiondb.Motion:
+    """Return the motion of a file, after notes on how it was read; a capture's name as it is."""
+    file = example.rpartition("#")[0] if ".fbx#" in example.lower() else example
+    if not (up or Path(file).is_file()):
+        return example
+    clip = motiondb.read_capture(example, up=motiondb.check_up(up, "--up"))
+    motion = base.motion(clip)
+    for sentence in (*clip.notes, *motion.notes):
+        note(f"{example}: {sentence}")
+    return motion
+
+
 @contextmanager
 def cluster(address: str | None) -> Iterator[motiondb.Cluster | None]:
     """Workers of a cluster, if there is an address; where they are, on standard error."""

@@ -130,6 +130,7 @@ def like(
     png: options.Png = None,
     html: options.Html = None,
     export: options.ExportFolder = None,
+    up: options.Up = "",
 ) -> None:
     """Search for intervals that move like an example.
 
@@ -137,15 +138,19 @@ def like(
     shows the same action, and a line says if none is good enough.
     """
     with shared.database() as base:
-        answer = base.like(example, start, end, where, limit, meaning, exact)
+        read = printing.read_example(base, example, up)
+        answer = base.like(read, start, end, where, limit, meaning, exact)
         printing.note_filter(base, where, exact)
         printing.note_unlearned(base)
         if png and answer.matches:
-            motion = base.motion(example, start, end)
+            motion = base.motion(read, start, end)
             base.draw_matches(answer, png, f"like {example}", motion)
         if html:
             printing.write_html(
-                html, motiondb.StandalonePage.of_like(base, answer, example, start, end)
+                html,
+                motiondb.StandalonePage.of_like(
+                    base, answer, example, start, end, None if isinstance(read, str) else read
+                ),
             )
         if export:
             _write_matches(base, answer, export, f"like {example}")
@@ -211,6 +216,7 @@ def describe(
         ),
         options.WRITTEN,
     ] = None,
+    up: options.Up = "",
 ) -> None:
     """Describe a motion, or all captures that match --where, by words.
 
@@ -226,8 +232,11 @@ def describe(
             "describe: expected --from and --to with one capture, found --where."
         )
     with shared.database() as base:
-        names = [info.name for info in base.captures(where)] if example is None else [example]
-        answers = {name: base.describe(name, start, end) for name in names}
+        if example is None:
+            answers = {info.name: base.describe(info.name) for info in base.captures(where)}
+        else:
+            read = printing.read_example(base, example, up)
+            answers = {example: base.describe(read, start, end)}
         told = [d for answer in answers.values() for d in answer]
         sources = base.word_sources(dict.fromkeys(w for d in told for w, _ in d.words[:3]))
         unchecked = base.why_unchecked(word for d in told for word, p in d.words if p is None)

@@ -181,8 +181,8 @@ def joint_map(skeleton: Skeleton, user_map: Mapping[str, str] | None = None) -> 
             best, chosen = other, found
             numbers = _numbers(_without_shared(skeleton.names), skeleton) | numbers
     roles = {role: _of_equals(role, joints) for role, joints in chosen.items()}
-    _fill(roles, numbers, skeleton)
     roles |= _read_user_map(user_map or {}, skeleton)
+    _fill(roles, numbers, skeleton)
     missing = [role for role in REQUIRED if role not in roles]
     if missing:
         names = ", ".join(name[:_MAX_LISTED] for name in skeleton.names[:_MAX_LISTED])

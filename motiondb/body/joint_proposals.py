@@ -1,9 +1,10 @@
 """A joint map proposed for a skeleton whose names no convention has.
 
 Names are split into words (``b_LeftArm_x``: b, left, arm, x). A side is a word such as left, l or
-rt; a part of the body is a run of the others that means one, the first meanings of :data:`MEANINGS`
-before the later. Of hip, knee and ankle, and of shoulder, elbow and wrist, each must hang from the
-one before. What is proposed is for a person to check.
+rt, or a first letter (``LUArm``); a part of the body is a run of the others that means one, the
+first meanings of :data:`MEANINGS` before the later. Of hip, knee and ankle, and of shoulder, elbow
+and wrist, each must hang from the one before, and both sides have the same words. The trunk's
+joints are found by their places. What is proposed is for a person to check.
 """
 
 from __future__ import annotations
@@ -26,12 +27,14 @@ _SIDES = MappingProxyType(
 )
 MEANINGS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "hip": ("upleg", "upperleg", "legupper", "thigh", "femur", "hip", "leg"),
-        "knee": ("lowleg", "lowerleg", "leglower", "knee", "shin", "calf", "tibia", "leg"),
+        "hip": ("upleg", "uleg", "upperleg", "legupper", "thigh", "femur", "hip", "leg"),
+        "knee": ("lowleg", "lleg", "lowerleg", "leglower", "knee", "shin", "calf", "tibia", "leg"),
         "ankle": ("ankle", "foot"),
         "toe": ("toebase", "ball", "toe", "toes"),
-        "shoulder": ("uparm", "upperarm", "armupper", "humerus", "shldr", "arm", "shoulder"),
-        "elbow": ("forearm", "lowarm", "lowerarm", "armlower", "elbow", "radius"),
+        "shoulder": (
+            *("uparm", "uarm", "upperarm", "armupper", "humerus", "shldr", "arm", "shoulder"),
+        ),
+        "elbow": ("forearm", "farm", "larm", "lowarm", "lowerarm", "armlower", "elbow", "radius"),
         "wrist": ("wrist", "hand"),
         "neck": ("neck", "lowerneck"),
         "head": ("head", "skull"),
@@ -60,15 +63,24 @@ def propose_map(skeleton: Skeleton) -> dict[str, str]:
         known = {}
     found = {role: skeleton.names[joint] for role, joint in known.items() if joint >= 0}
     words = [_read(name) for name in skeleton.names]
-    for side in "lr":
-        for chain in (LEG, ARM):
-            chosen = _chain(skeleton.parents, words, side, chain)
+    for chain in (LEG, ARM):
+        sides = [_chain(skeleton.parents, words, side, chain) for side in "lr"]
+        fewer, more = sorted(sides, key=len)
+        meant = {part: words[joint][1] for part, joint in more.items()}
+        if any(meant.get(part) != words[joint][1] for part, joint in fewer.items()):
+            sides = [  # the words of one side for both
+                {p: j for p, j in side.items() if words[j][1] == meant.get(p)} for side in sides
+            ]
+        for side, chosen in zip("lr", sides):
             found |= {f"{side}_{part}": skeleton.names[j] for part, j in chosen.items()}
-    for part in ("neck", "head", "spine", "chest"):
+    for part in ("neck", "head"):
         taken = set(found.values())
         options = [j for j in _candidates(words, "", part) if skeleton.names[j] not in taken]
         if options and part not in found:
             found[part] = skeleton.names[options[0]]
+    if {*REQUIRED} <= found.keys() and "chest" not in found:
+        full = joint_map(skeleton, found)
+        found |= {part: skeleton.names[full[part]] for part in ("spine", "chest") if part in full}
     return {role: found[role] for role in body.JOINTS if role in found}
 
 
@@ -91,12 +103,13 @@ def map_text(skeleton: Skeleton, name: str) -> str:
 
 def _read(name: str) -> tuple[str, str, bool]:
     """Return the side ("" for none), the other words joined, and whether it is a part of a body."""
-    words = [word.lower() for word in _WORDS.findall(name.rpartition(":")[2])]
+    own = name.rpartition(":")[2]
+    words = [word.lower() for word in _WORDS.findall(own)]
     sides = [_SIDES[word] for word in words if word in _SIDES]
-    if not sides and len(words) == 1 and words[0][:1] in "lr":  # lfemur, rthigh
-        rest = words[0][1:]
-        if any(rest in means for means in MEANINGS.values()):
-            return words[0][0], rest, True
+    if own[:1] in tuple("lrLR") and (not sides or own[1:2].isupper()):  # lfemur, LUArm, LFArm
+        rest = [word.lower() for word in _WORDS.findall(own[1:])]
+        if any("".join(rest) in means for means in MEANINGS.values()):
+            return own[0].lower(), " ".join(rest), True
     rest = [word for word in words if word not in _SIDES]
     return (sides[0] if sides else ""), " ".join(rest), not _NOT.intersection(rest)
 

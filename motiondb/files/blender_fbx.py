@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import sys
+from typing import Any
 
 
 def convert(bvh: str, fbx: str) -> None:
@@ -31,8 +32,12 @@ def convert(bvh: str, fbx: str) -> None:
     for number, name in enumerate(said["joints"]):
         armature.data.bones[f"j{number}"].name = name
     armature.name = armature.data.name = said["armature"]
+    for curve in _curves(armature.animation_data.action):  # the importer begins at 1 at least
+        for key in curve.keyframe_points:
+            for point in (key.co, key.handle_left, key.handle_right):
+                point.x -= 1.0
     scene = bpy.context.scene
-    scene.name, scene.frame_start, scene.frame_end = said["take"], 1, said["frames"]
+    scene.name, scene.frame_start, scene.frame_end = said["take"], 0, said["frames"] - 1
     bpy.ops.export_scene.fbx(
         filepath=fbx,
         object_types={"ARMATURE"},
@@ -42,6 +47,14 @@ def convert(bvh: str, fbx: str) -> None:
         bake_anim_use_all_actions=False,
         bake_anim_simplify_factor=0.0,
     )
+
+
+def _curves(action: Any) -> Any:  # noqa: ANN401  types of Blender
+    """Return the curves of an action, whose place depends on the version of Blender."""
+    if hasattr(action, "fcurves"):
+        return action.fcurves
+    strips = [strip for layer in action.layers for strip in layer.strips]
+    return [curve for strip in strips for bag in strip.channelbags for curve in bag.fcurves]
 
 
 if __name__ == "__main__":

@@ -1,10 +1,11 @@
 """Writer of BVH: a clip on its own skeleton, with its own channels and unit.
 
-Joints are written depth first. A joint keeps the channels of ``Skeleton.channels`` where these can
-represent its motion; otherwise it gets position channels or the rotations Z, Y, X as needed. A leaf
-without an end site gets one at distance 0, as the format requires. Of the angles that represent a
-rotation, those nearest to the frame before are written, so that programs that interpolate do not
-spin. Resolution: 1e-6 degrees and 1e-8 m.
+Joints are written depth first. A joint keeps the channels of ``Skeleton.channels``; it gets
+position channels where it moves, and always three rotation channels, since programs refuse fewer. A
+root with position channels has the OFFSET 0 0 0, since some programs add the positions to it. A
+leaf without an end site gets one at distance 0, as the format requires. Of the angles that
+represent a rotation, those nearest to the frame before are written, so that programs that
+interpolate do not spin. Resolution: 1e-6 degrees and 1e-8 m.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from motiondb.files.safe_files import whole_file
 from motiondb.records import Clip, FloatArray, Skeleton
 
 DEFAULT_ORDER = "ZYX"
+_DEFAULT = tuple(f"{axis}rotation" for axis in DEFAULT_ORDER)
 _CLOSE = 1e-7
 """Metres below which a joint counts as not moved, and the sine of half the angle below which two
 rotations count as equal: both below the resolution that is written."""
@@ -93,15 +95,9 @@ def _channels(
     clip: Clip, translations: FloatArray, joint: int
 ) -> tuple[tuple[str, ...], FloatArray]:
     """Names of a joint's channels, and values (frames, channels) in file units and degrees."""
-    default = tuple(f"{axis}rotation" for axis in DEFAULT_ORDER)
     declared = _declared_channels(clip, translations, joint)
-    order = "".join(name[0] for name in _rotation_names(declared))
-    angles = _angles(clip.local_rotations[:, joint], order)
-    if angles is None:
-        positions = tuple(name for name in declared if name.endswith("position"))
-        declared = (*positions, *default)
-        angles = rotation.to_euler(clip.local_rotations[:, joint], DEFAULT_ORDER)
-    angles = _smooth(angles)
+    order = "".join(name[0] for name in declared if name.endswith("rotation"))
+    angles = _smooth(rotation.to_euler(clip.local_rotations[:, joint], order))
     columns, turn = [], 0
     for name in declared:
         if name.endswith("position"):
@@ -113,16 +109,21 @@ def _channels(
 
 
 def _declared_channels(clip: Clip, translations: FloatArray, joint: int) -> tuple[str, ...]:
-    """Return the channels of a joint, with all positions where it moves along other axes."""
-    default = tuple(f"{axis}rotation" for axis in DEFAULT_ORDER)
-    if joint == 0:
-        default = ("Xposition", "Yposition", "Zposition", *default)
-    declared = clip.skeleton.channels[joint] if clip.skeleton.channels else default
+    """Return the channels of a joint: three rotations, and all positions where it moves."""
+    positions = tuple(f"{axis}position" for axis in "XYZ")
+    declared = clip.skeleton.channels[joint] if clip.skeleton.channels else ()
+    turns = [name[0] for name in declared if name.endswith("rotation")]
+    kept = [*turns, *(axis for axis in DEFAULT_ORDER if axis not in turns)]
+    missing = [f"{axis}rotation" for axis in kept[len(turns) :]]
+    if len(kept) != 3:  # an axis twice
+        declared, missing = tuple(c for c in declared if c in positions), list(_DEFAULT)
     axes = "".join(name[0] for name in declared if name.endswith("position"))
     moved = np.abs(translations[:, joint] - clip.skeleton.offsets[joint]).max(axis=0) > _CLOSE
-    if any(moved["XYZ".index(axis)] and axis not in axes for axis in "XYZ"):
-        declared = ("Xposition", "Yposition", "Zposition", *_rotation_names(declared))
-    return declared
+    if joint == 0 and not clip.skeleton.channels:
+        moved[:] = True
+    if any(moved["XYZ".index(axis)] and axis not in axes for axis in "XYZ") and len(axes) < 3:
+        declared = (*positions, *(name for name in declared if name.endswith("rotation")))
+    return (*declared, *missing)
 
 
 def _smooth(angles: FloatArray) -> FloatArray:
@@ -146,22 +147,6 @@ def _half_turn(degrees: FloatArray) -> FloatArray:
     return (degrees + 180.0) % 360.0 - 180.0
 
 
-def _rotation_names(channels: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the rotation channels."""
-    return tuple(name for name in channels if name.endswith("rotation"))
-
-
-def _angles(rotations: FloatArray, order: str) -> FloatArray | None:
-    """Angles (frames, n), degrees, about the axes of ``order``; None if these cannot do."""
-    if len(set(order)) != len(order):
-        return None
-    full = order + "".join(axis for axis in DEFAULT_ORDER if axis not in order)
-    angles = rotation.to_euler(rotations, full)[..., : len(order)]
-    represented = rotation.from_euler(angles, order) if order else rotation.IDENTITY
-    cosine = np.abs(np.sum(represented * rotations, axis=-1))
-    return angles if np.all(cosine > 1.0 - _CLOSE**2) else None
-
-
 def _hierarchy(
     clip: Clip,
     order: list[tuple[int, int]],
@@ -177,7 +162,10 @@ def _hierarchy(
     for place, (joint, depth) in enumerate(order):
         tab, names = "\t" * depth, chosen[joint][0]
         lines += [f"{tab}{'JOINT' if depth else 'ROOT'} {clip.skeleton.names[joint]}", f"{tab}{{"]
-        lines.append(f"{tab}\tOFFSET {_numbers(clip.skeleton.offsets[joint], clip.unit, decimals)}")
+        start = clip.skeleton.offsets[joint]
+        if not depth and {"Xposition", "Yposition", "Zposition"} <= set(names):
+            start = 0.0 * start
+        lines.append(f"{tab}\tOFFSET {_numbers(start, clip.unit, decimals)}")
         lines.append(f"{tab}\tCHANNELS {' '.join([str(len(names)), *names])}")
         for offset in ends.get(joint, [] if joint in parents else [(0.0, 0.0, 0.0)]):
             text = _numbers(np.array(offset), clip.unit, decimals)

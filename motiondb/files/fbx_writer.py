@@ -2,26 +2,31 @@
 
 The format is not public, and Blender's exporter is the one that is free and well kept. Blender runs
 in a process of its own. The pose without rotations becomes the pose of the bones; every bone points
-along its Y axis, as Blender's do. The unit is the centimetre, y is up.
+along its Y axis, as Blender's do. The unit is the centimetre, y is up, and the first frame is at
+0 s. Blender cuts names at 63 bytes and numbers equal ones; this is noted.
 """
 
 from __future__ import annotations
 
 import importlib.util
 import json
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from motiondb.errors import CaptureError
 from motiondb.files.bvh_writer import write_atomically, write_bvh
 from motiondb.files.safe_files import open_file
+from motiondb.files.text import quoted
 from motiondb.records import Clip
 
 UNIT = 0.01  # Metres: what Blender writes
+_NAME_BYTES = 63  # Of a bone's name in Blender
 _SECONDS = 600.0  # More than an hour of motion takes
 _SCRIPT = Path(__file__).with_name("blender_fbx.py")
 
@@ -47,8 +52,8 @@ def check_blender(path: object) -> None:
         )
 
 
-def write_fbx(clip: Clip, path: Path | str) -> None:
-    """Write a clip with y up as FBX; the file is written whole or not at all (CaptureError)."""
+def write_fbx(clip: Clip, path: Path | str) -> tuple[str, ...]:
+    """Write a clip with y up as FBX, whole or not at all (CaptureError); note changed names."""
     path = Path(path)
     check_blender(path)
     names = clip.skeleton.names
@@ -71,8 +76,37 @@ def write_fbx(clip: Clip, path: Path | str) -> None:
         except (OSError, subprocess.TimeoutExpired) as error:
             raise CaptureError(path, f"expected Blender to write FBX, found: {error}.") from None
         if not fbx.is_file():
-            lines = (done.stderr + done.stdout).decode("utf-8", "replace").strip().splitlines()
-            reason = next((line for line in reversed(lines) if "Error" in line), "no file")
-            raise CaptureError(path, f"expected Blender to write FBX, found: {reason[:200]}.")
+            reason = _reason((done.stderr + done.stdout).decode("utf-8", "replace"))
+            raise CaptureError(path, f"expected Blender to write FBX, found: {reason}.")
         with open_file(fbx) as file:
             write_atomically(path, file.read())
+    return _name_notes(names)
+
+
+def _reason(output: str) -> str:
+    r"""Return the line of Blender's output that says why it failed.
+
+    >>> _reason("RuntimeError: Error: Python: Traceback (most recent call last):\n  File a\n"
+    ...     "ValueError: no such bone\n\nLocation: x.py:3\n")
+    'ValueError: no such bone'
+    """
+    lines = [line.strip() for line in output.splitlines() if "Traceback" not in line]
+    said = [line for line in lines if re.match(r"(Error|[\w.]*(Error|Exception)):", line)]
+    return (said or [line for line in lines if line] or ["no file and no reason"])[-1][:200]
+
+
+def _name_notes(names: Sequence[str]) -> tuple[str, ...]:
+    """Note the names that Blender changes.
+
+    >>> _name_notes(["hips", "arm", "arm"])[0][-27:]
+    " equal ones numbered: 'arm'"
+    """
+    cut = [name.encode()[:_NAME_BYTES].decode(errors="ignore") for name in names]
+    changed = [n for at, (n, c) in enumerate(zip(names, cut)) if n != c or c in cut[:at]]
+    if not changed:
+        return ()
+    shown = ", ".join(quoted(name) for name in dict.fromkeys(changed[:5]))
+    return (
+        f"Blender gave other names to {len(changed)} joints, since names are cut at "
+        f"{_NAME_BYTES} bytes and equal ones numbered: {shown}",
+    )

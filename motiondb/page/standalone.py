@@ -103,9 +103,14 @@ class StandalonePage:
         example: str,
         start: float | None = None,
         end: float | None = None,
+        motion: Motion | None = None,
     ) -> StandalonePage:
-        """Return the page of an answer to an example: a file or a capture, or a part of it."""
-        shown = _packed(example, EXAMPLE, db.motion(example, start, end), start or 0.0)
+        """Return the page of an answer to an example: a file or a capture, or a part of it.
+
+        `motion`: the example, where it was read already.
+        """
+        part = db.motion(example if motion is None else motion, start, end)
+        shown = _packed(example, EXAMPLE, part, start or 0.0)
         motions = {**_matched(db, answer.matches), EXAMPLE: shown}
         reply = like_reply(db, answer, EXAMPLE, start, end)
         return StandalonePage("like", f"like {example}", _name(db), reply, motions)

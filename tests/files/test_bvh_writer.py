@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -101,7 +102,7 @@ def test_text_by_hand(tmp_path: Path) -> None:
         "\tJOINT Leg\n"
         "\t{\n"
         "\t\tOFFSET 0.000000 -45.000000 0.000000\n"
-        "\t\tCHANNELS 1 Xrotation\n"
+        "\t\tCHANNELS 3 Xrotation Zrotation Yrotation\n"
         "\t\tEnd Site\n"
         "\t\t{\n"
         "\t\t\tOFFSET 0.000000 -40.000000 0.000000\n"
@@ -111,7 +112,7 @@ def test_text_by_hand(tmp_path: Path) -> None:
         "MOTION\n"
         "Frames: 1\n"
         "Frame Time: 0.03333333333\n"
-        "90.000000 0.000000 0.000000 0.000000 -30.000000\n"
+        "90.000000 0.000000 0.000000 0.000000 -30.000000 0.000000 0.000000\n"
     )
     assert [path.name for path in tmp_path.iterdir()] == ["a.bvh"]
 
@@ -128,9 +129,19 @@ def test_channels_grow_where_they_cannot_say_the_motion() -> None:
     again = read_bvh(to_bvh(clip).encode(), "x.bvh", ReadOptions(unit=0.01))
     assert again.skeleton.channels == (
         ("Xposition", "Yposition", "Zposition", "Zrotation", "Yrotation", "Xrotation"),
-        ("Zrotation", "Yrotation", "Xrotation"),
+        ("Xrotation", "Zrotation", "Yrotation"),
     )
     np.testing.assert_allclose(by_name(again), by_name(clip), atol=1e-7)
+
+
+def test_programs_that_add_and_that_replace_read_the_same() -> None:
+    clip = random_clip(3, 4, 2, False)
+    moved = replace(clip.skeleton, offsets=clip.skeleton.offsets + 1.0, channels=())
+    text = to_bvh(replace(clip, skeleton=moved))
+    assert text.splitlines()[3].split() == ["OFFSET", *["0." + "0" * 6] * 3]
+    again = read_bvh(text.encode(), "x.bvh", ReadOptions(unit=clip.unit))
+    np.testing.assert_allclose(again.root_positions, clip.root_positions, atol=1e-6)
+    assert all(len(c) - ("Xposition" in c) * 3 == 3 for c in again.skeleton.channels)
 
 
 def test_gimbal_lock_comes_back() -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import importlib.util
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -146,9 +147,7 @@ def changed(clip: Clip, asked: MotionChanges) -> Changed:
     said: list[str] = []
     first = 0
     if asked.loop or asked.in_place or asked.mirror:
-        turned = changes.upright(clip, asked.joint_map)
-        said += ["turned from z up to y up"] if turned is not clip else []
-        clip = turned
+        clip, said = _upright(clip, asked)
     if asked.mirror:
         changes.check_pairs(clip)
         clip = changes.mirrored(clip)
@@ -171,6 +170,13 @@ def changed(clip: Clip, asked: MotionChanges) -> Changed:
     if asked.unit is not None:
         clip = replace(clip, unit=asked.unit)
     return Changed(clip, tuple(said), first)
+
+
+def _upright(clip: Clip, asked: MotionChanges) -> tuple[Clip, list[str]]:
+    """Turn a clip so that y is up, and say from what."""
+    turned = changes.upright(clip, asked.joint_map)
+    up = clip.up or retarget.up_axis(clip, asked.joint_map)
+    return turned, [f"turned from {up} up to y up"] if turned is not clip else []
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,15 +250,18 @@ def unit_in(path: Path, clip: Clip) -> str:
 def write_changed(clip: Clip, path: Path, asked: MotionChanges, owner: str = "") -> Changed:
     """Write a clip with changes; a file that has a place for it says whose it is."""
     check_changes(asked, path)
+    said: list[str] = []
+    if path.suffix.lower() != ".bvh":  # BVH has the axes of the file, the others have y up
+        with suppress(SkeletonError):  # joints that are not known have no up
+            clip, said = _upright(clip, asked)
     done = changed(clip, asked)
-    return replace(done, said=(*done.said, *_write(done.clip, path, asked, owner)))
+    return replace(done, said=(*said, *done.said, *_write(done.clip, path, asked, owner)))
 
 
 def _write(clip: Clip, path: Path, asked: MotionChanges, owner: str) -> tuple[str, ...]:
     """Write a clip in the format that the ending names; return what is missing in the file."""
     if path.suffix.lower() not in ARRAY_ENDINGS:
-        write_clip(clip, path, owner)
-        return ()
+        return write_clip(clip, path, owner)
     try:
         write_arrays(clip, path, _contacts(clip, asked))
     except SkeletonError as error:

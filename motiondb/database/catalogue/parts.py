@@ -104,8 +104,11 @@ def check_motion_file(path: Path, others: Sequence[str] = ()) -> None:
         check_usd(path)
 
 
-def write_clip(clip: Clip, path: Path, owner: str = "") -> Path:
-    """Write a clip in the format that the ending says; `owner` where that has a place for it."""
+def write_clip(clip: Clip, path: Path, owner: str = "") -> tuple[str, ...]:
+    """Write a clip in the format that the ending says; return what the file has otherwise.
+
+    `owner`: written where the format has a place for it.
+    """
     check_motion_file(path)
     ending = path.suffix.lower()
     if ending == ".bvh":
@@ -113,14 +116,14 @@ def write_clip(clip: Clip, path: Path, owner: str = "") -> Path:
     elif ending == ".fbx":
         from motiondb.files.fbx_writer import write_fbx
 
-        write_fbx(clip, path)
+        return write_fbx(clip, path)
     elif ending.startswith(".usd"):
         from motiondb.files.usd_writer import write_usd
 
         write_usd(clip, path)
     else:
         write_gltf(clip, path, owner)
-    return path
+    return ()
 
 
 def write_bytes(path: Path, data: bytes) -> Path:

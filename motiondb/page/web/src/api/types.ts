@@ -40,6 +40,9 @@ export interface AddBody {
   words?: string | null;
   unit?: string | null;
   fps?: number | null;
+  up?: string;
+  mirror_world?: boolean;
+  swap_sides?: boolean;
   keep_implausible?: boolean;
   skip_bad_frames?: boolean;
 }
