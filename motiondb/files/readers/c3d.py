@@ -2,9 +2,9 @@
 
 What is kept: the frame rate, the joint centres computed from the markers, the bone lengths
 (medians). What is lost: the markers themselves, analog channels, forces, and the rotation of bones
-about their own axis. ``marker_gaps`` says how gaps are filled; a joint whose markers are lost for
-longer is estimated for these frames where it can be spared (spine, chest, head, wrists, toes), and a
-file that lacks more is refused, naming the markers.
+about their own axis. ``marker_gaps`` says how gaps are filled. A joint that can be spared (spine,
+chest, head, wrists, toes) is estimated where its markers are lost for longer; a file that lacks
+others is refused, naming the markers.
 
 Up is the axis that ``POINT:Y_SCREEN`` names, else the one that the motion shows. A unit that makes
 the body more than twice too large or too small is corrected, with a note.
@@ -27,6 +27,7 @@ These are plain regressions: good to 1 to 4 cm, enough to recognise a motion, no
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
@@ -48,7 +49,7 @@ from motiondb.files.readers.marker_gaps import (
 )
 from motiondb.files.text import quoted
 from motiondb.files.units import UNITS
-from motiondb.records import Clip, FloatArray, Skeleton
+from motiondb.records import LARGEST, Clip, FloatArray, Skeleton
 
 Markers = Mapping[str, FloatArray]  # Marker name -> array (frames, 3), metres, NaN where lost
 
@@ -178,9 +179,12 @@ def _orthogonal(vector: FloatArray, direction: FloatArray) -> FloatArray:
 
 
 _UNIT_NAMES = MappingProxyType(
-    {"millimet": "mm", "centimet": "cm", "met": "m", "inch": "inch", "in": "inch"}
-)  # Beginnings of names, which some programs cut after four letters
+    {"mill": "mm", "cent": "cm", "mete": "m", "metr": "m", "inch": "inch", "in": "inch", "": "mm"}
+)  # First four letters of names, after which some programs cut
 _LEG = 0.9  # Metres from LASI over the knee to the ankle of an adult, marker to marker
+_DOUBTFUL = 2.2
+"""A body larger or smaller than usual by this ratio is not believed to be in the unit that the file
+names: the units in use differ by more."""
 
 
 def read_c3d(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip:
@@ -189,20 +193,20 @@ def read_c3d(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip
     check_clip_size(file.n_frames, len(body.JOINTS), len(data), path, options.limits)
     tracks = _named(file, path, options.swap_sides)
     rate = check_rate(file.fps, path) if options.fps is None else options.fps
-    missing = missing_markers(set(tracks))
-    if missing:
-        present = ", ".join(sorted(tracks)) or "none of the set"
+    filled, gap_notes = fill_gaps(tracks, rate, REQUIRED)
+    if missing := missing_markers(set(filled)):
+        present = ", ".join(sorted(filled)) or "none of the set"
+        never = ", ".join(sorted(set(tracks) - set(filled)))
         raise CaptureError(
             path,
             f"expected the markers of Plug-in Gait, found none named {'; '.join(missing)} "
-            f"(of the set there are: {present}). Rename the markers, or export the solved skeleton "
-            "as BVH.",
+            f"(of the set there are: {present}{never and '; never seen: '}{never}). Rename the "
+            "markers, or export the solved skeleton as BVH.",
         )
-    tracks, gap_notes = fill_gaps(tracks, rate)
-    tracks, bad_notes = _good_frames(tracks, rate, path, options.skip_bad_frames)
+    tracks, bad_notes = _good_frames(filled, rate, path, options.skip_bad_frames)
     unit, unit_notes = options.unit, ()
     if unit is None:
-        unit, unit_notes = world.checked_unit(_unit(file.unit, path), _leg_size(tracks), _LEG)
+        unit, unit_notes = _checked_unit(_unit(file.unit, path), tracks)
     markers = {name: track * unit for name, track in tracks.items()}
     points = joint_centres(markers)
     up, up_notes = _up(file, points, rate, options.up)
@@ -250,14 +254,9 @@ def _good_frames(
     tracks: dict[str, FloatArray], fps: float, path: object, skip_bad: bool
 ) -> tuple[dict[str, FloatArray], tuple[str, ...]]:
     """Refuse tracks that lack needed markers for long, or leave out these frames, with a note."""
-    n_frames = len(next(iter(tracks.values()), ()))
-    never = np.full((n_frames, 3), np.nan)
-    needed = {name: tracks.get(name, never) for name in REQUIRED}
-    has_back = "SACR" in tracks or {"LPSI", "RPSI"} <= set(tracks)
-    backs = [name for name in ("LPSI", "RPSI", "SACR") if name in tracks] or ["SACR"]
-    back = _back(tracks) if has_back else never
-    neck = _mean({"LASI": never, **tracks}, "C7", "CLAV")
-    needed |= {" and ".join(backs): back, "C7 and CLAV": neck}
+    backs = [name for name in ("LPSI", "RPSI", "SACR") if name in tracks]
+    needed = {name: tracks[name] for name in REQUIRED}
+    needed |= {" and ".join(backs): _back(tracks), "C7 and CLAV": _mean(tracks, "C7", "CLAV")}
     lost = {name: longest_gap(track) / fps for name, track in needed.items()}
     lost = {name: seconds for name, seconds in lost.items() if seconds > 0}
     if not lost:
@@ -266,17 +265,18 @@ def _good_frames(
     if skip_bad and good.any():
         note = f"Left out {int((~good).sum())} frames with lost markers."
         return {name: track[good] for name, track in tracks.items()}, (note,)
+    gaps = gaps_of(list(lost), lost)
     raise CaptureError(
         path,
-        f"expected no gap above {LONGEST_GAP:g} s, found lost markers: {gaps_of(list(lost), lost)}. "
-        "Fill the gaps before the export, or pass --skip-bad-frames to leave those frames out.",
+        f"expected no gap above {LONGEST_GAP:g} s, found lost markers: {gaps}. Fill the gaps "
+        "before the export, or pass --skip-bad-frames to leave those frames out.",
     )
 
 
 def _unit(name: str, path: object) -> float:
     """Return the metres per unit of a C3D unit name."""
-    short = name.strip().lower() or "mm"
-    known = next((unit for full, unit in _UNIT_NAMES.items() if short.startswith(full)), short)
+    short = name.strip().lower()
+    known = _UNIT_NAMES.get(short[:4], short)
     if known not in UNITS:
         raise CaptureError(
             path, f"expected POINT:UNITS mm, cm, m or inch, found {quoted(name)}. Give --unit."
@@ -284,14 +284,22 @@ def _unit(name: str, path: object) -> float:
     return UNITS[known]
 
 
-def _leg_size(tracks: Markers) -> float:
-    """Return the way from the pelvis over the knee to the ankle, the median over both sides."""
+def _checked_unit(stated: float, tracks: Markers) -> tuple[float, tuple[str, ...]]:
+    """Return the unit that a file states, or the one in which its markers are on a person."""
     ways = [
         np.linalg.norm(tracks[f"{side}{a}"] - tracks[f"{side}{b}"], axis=1)
         for side in "LR"
         for a, b in (("ASI", "KNE"), ("KNE", "ANK"))
     ]
-    return float(np.median(np.sum(ways, axis=0)) / 2.0)
+    ratio = float(np.median(np.sum(ways, axis=0))) / 2.0 * stated / _LEG
+    if not 1 / LARGEST < ratio < LARGEST or 1 / _DOUBTFUL < ratio < _DOUBTFUL:
+        return stated, ()
+    units = (UNITS[name] for name in ("mm", "cm", "m", "inch"))
+    unit = min(units, key=lambda unit: abs(math.log(ratio * unit / stated)))
+    return unit, (
+        f"POINT:UNITS says that the unit is {stated:.4g} m; the body would be {ratio:.2g} times "
+        f"the usual size, so {unit:.4g} m is taken. Give the unit if it is wrong.",
+    )
 
 
 def _up(file: C3DFile, points: FloatArray, fps: float, asked: str) -> tuple[str, tuple[str, ...]]:

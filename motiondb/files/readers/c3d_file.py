@@ -43,7 +43,7 @@ class C3DFile:
     labels: tuple[str, ...]  # Name of each point, as written; "" for those without
     fps: float  # 0.0 where the file has no rate
     unit: str  # POINT:UNITS, "" for none
-    up: str  # The axis that POINT:Y_SCREEN names: one of "x", "y", "z", "-x", "-y", "-z"; "" for none
+    up: str  # The axis that POINT:Y_SCREEN names, such as "z" or "-y"; "" for none
     n_frames: int
     notes: tuple[str, ...]
     _frames: NDArray[np.uint8]  # (frames, bytes of a frame)
@@ -85,14 +85,14 @@ def read_c3d_file(data: bytes, path: object, skip_bad: bool = False) -> C3DFile:
             break
         labels += said.texts(f"POINT:LABELS{number}")
     labels = (labels + [""] * layout.n_points)[: layout.n_points]
-    scale = 0.0 if layout.is_float else said.number("POINT:SCALE") or said.header_floats[0] or 1.0
+    scale, scale_notes = (0.0, ()) if layout.is_float else _scale(said)
     file = C3DFile(
         labels=tuple(labels),
         fps=said.rate,
         unit="".join(said.texts("POINT:UNITS")[:1]),
         up=_up(said),
         n_frames=n_frames,
-        notes=notes,
+        notes=notes + scale_notes,
         _frames=frames,
         _machine=said.machine,
         _scale=scale,
@@ -166,7 +166,7 @@ class _Said:
             "TRIAL:ACTUAL_END_FIELD": last - first + 1 if last else 0,
             "POINT:LONG_FRAMES": self.count("POINT:LONG_FRAMES"),
             "POINT:FRAMES": self.count("POINT:FRAMES"),
-            "the header": words[4] - words[3] + 1 if words[4] < _FULL else 0,
+            "the header": words[4] - words[3] + 1 if 0 < words[4] < _FULL else 0,
         }
         return {name: count for name, count in counts.items() if count > 0 and count != _FULL}
 
@@ -252,7 +252,7 @@ def _layouts(said: _Said) -> Iterator[_Layout]:
         del scales[0]
     rate = said.number("ANALOG:RATE") / said.rate if said.rate else 0.0
     channels = said.count("ANALOG:USED")
-    analog = (words[2], channels * words[9], channels * round(rate) if rate < _FULL else 0)
+    analog = (words[2], channels * words[9], channels * round(rate) if 0 < rate < _FULL else 0)
     points = (said.count("POINT:USED"), words[1])
     for n_points, start, n_analog, is_float in itertools.product(
         dict.fromkeys(points),
@@ -342,15 +342,27 @@ def _cut_short(
     )
 
 
+def _scale(said: _Said) -> tuple[float, tuple[str, ...]]:
+    """Return the file units per integer, and a note if header and parameters differ.
+
+    Motion Analysis wrote files in which the header is right: a person of 1.6 m, not of 0.6 m.
+    """
+    both = [abs(said.header_floats[0]), abs(said.number("POINT:SCALE"))]
+    likely = [scale for scale in both if 1.0 / LARGEST < scale < LARGEST and scale != 1.0] or [1.0]
+    if likely[-1] / 1.01 < likely[0] < likely[-1] * 1.01:
+        return likely[0], ()
+    return likely[0], (
+        f"The scale of the header ({likely[0]:.4g}) was taken; POINT:SCALE says {likely[1]:.4g}.",
+    )
+
+
 def _without_phantoms(file: C3DFile, said: _Said, layout: _Layout) -> C3DFile:
     """Leave out frames at the end in which no point was seen.
 
-    Only those behind TRIAL:ACTUAL_END_FIELD, or, where no count says how many frames there are,
-    those that may be the filling of the last block.
+    Only those that not every place counts, as readers make that read up to the end of a file, or,
+    where none does, those that may be the filling of the last block.
     """
-    counts = said.frame_counts()
-    last = counts.get("TRIAL:ACTUAL_END_FIELD", file.n_frames)
-    last = last if counts else file.n_frames - BLOCK // layout.frame - 1
+    last = min(said.frame_counts().values(), default=file.n_frames - BLOCK // layout.frame - 1)
     beyond = replace(file, _frames=file._frames[max(last, 1) :])
     if not 0 < len(beyond._frames) < file.n_frames:
         return file
@@ -398,7 +410,8 @@ def _floats(data: bytes, machine: int) -> FloatArray:
     (array([1.]), array([1.]))
     """
     if machine != _DEC:
-        return _words(data, machine, "f4").astype(float)
+        with np.errstate(invalid="ignore"):  # a signalling NaN
+            return _words(data, machine, "f4").astype(float)
     words = _words(data[: len(data) // 4 * 4], machine, "u2").astype(np.int64)
     bits = words[::2] << 16 | words[1::2]
     exponents = bits >> 23 & 255

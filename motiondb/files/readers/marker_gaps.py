@@ -1,21 +1,19 @@
-"""Gaps of markers: what is filled, what is estimated, and what is refused.
+"""Gaps of markers: what is filled, and what is left to be estimated or refused.
 
 Markers on one rigid part of the body (pelvis, trunk, head, wrist) stand in for each other: a lost
 one keeps its place among three of the others, or its distance to one, both of which change in
-proportion to time from one end of the gap to the other. Gaps of up to half a second are else filled
-along a straight line. What is still lost then is told by NaN; the joints estimate it where it can be
-spared, and a file that lacks more is refused, naming the markers.
+proportion to time from one end of the gap to the other. Else gaps of up to half a second are filled
+along a straight line. What is lost for longer stays NaN.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
 from motiondb.body import rotation
-from motiondb.errors import CaptureError
 from motiondb.records import BoolArray, FloatArray
 
 LONGEST_GAP = 0.5
@@ -23,26 +21,29 @@ LONGEST_GAP = 0.5
 out and back, which a straight line would hide."""
 _PELVIS = ("LASI", "RASI", "LPSI", "RPSI", "SACR")
 _PARTS = (
-    _PELVIS,
-    ("C7", "CLAV", "STRN", "T10"),
-    ("LFHD", "RFHD", "LBHD", "RBHD"),
-    ("LWRA", "LWRB"),
-    ("RWRA", "RWRB"),
-)
+    (_PELVIS, ()),
+    (("C7", "CLAV", "STRN", "T10"), ("LSHO", "RSHO")),
+    (("LFHD", "RFHD", "LBHD", "RBHD"), ()),
+    (("LWRA", "LWRB"), ()),
+    (("RWRA", "RWRB"), ()),
+)  # The markers of each part, and others that nearly keep their places on it
 _FLAT = 0.1  # Sine of the angle between three markers below which they are no frame
 
 
 def fill_gaps(
-    markers: Mapping[str, FloatArray], fps: float
+    markers: Mapping[str, FloatArray], fps: float, needed: Collection[str]
 ) -> tuple[dict[str, FloatArray], tuple[str, ...]]:
-    """Fill gaps of tracks (frames, 3); leave out markers that were never seen; also notes."""
+    """Fill gaps of tracks (frames, 3) and leave out markers that were never seen; also notes.
+
+    `needed`: names of those that cannot be estimated.
+    """
     raw = {name: track for name, track in markers.items() if seen(track).any()}
     filled = {name: _from_part(name, raw) for name in raw}
     tracks = {name: straight(track, LONGEST_GAP * fps) for name, track in filled.items()}
     long = {name: longest_gap(track) / fps for name, track in raw.items()}
     long = {name: seconds for name, seconds in long.items() if seconds > LONGEST_GAP}
     pelvis = [name for name in long if name in _PELVIS and seen(filled[name]).all()]
-    spared = [name for name in long if name not in pelvis]
+    spared = [name for name in long if name not in (*pelvis, *needed)]
     notes = []
     if never := sorted(set(markers) - set(raw)):
         notes.append(f"Never seen, taken as absent: {', '.join(never)}.")
@@ -110,10 +111,10 @@ def _gaps(track: FloatArray) -> list[tuple[int, int]]:
 def _from_part(name: str, raw: Mapping[str, FloatArray]) -> FloatArray:
     """Fill a marker's gaps from those on the same part of the body: by threes, else by ones."""
     track = raw[name].copy()
-    for part in _PARTS:
-        others = [raw[other] for other in part if other in raw and other != name]
+    for part, beside in _PARTS:
         if name not in part or seen(track).all():
             continue
+        others = [raw[other] for other in (*part, *beside) if other in raw and other != name]
         for three in itertools.combinations(others, 3):
             _carry(track, raw[name], three[0], _axes(*three))
         for other in others if part is not _PELVIS else ():
