@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 
 import numpy as np
 import pytest
@@ -182,12 +183,8 @@ def test_what_only_looks_like_rotations_is_refused(poses: np.ndarray, found: str
 
 @pytest.mark.parametrize("shape", [(30, 63), (30, 75), (30, 90), (30, 21, 3), (30, 22, 2), (30,)])
 def test_other_widths_are_refused(shape: tuple[int, ...]) -> None:
-    with pytest.raises(CaptureError) as caught:
+    with pytest.raises(CaptureError, match=re.escape(f"found shape {shape}")):
         read_amass(npz(poses=np.zeros(shape), trans=np.zeros((30, 3)), fps=30), "a.npz")
-    assert str(caught.value) == (
-        "a.npz: expected poses with 3, 4, 6 or 9 numbers for each of 22, 23, 24, 52, 53, 55 "
-        f"joints, found shape {shape}. Export the poses of the SMPL body as axis-angle."
-    )
 
 
 def test_matrices_column_by_column() -> None:
@@ -201,13 +198,9 @@ def test_matrices_column_by_column() -> None:
 
 
 def test_a_missing_array_names_those_that_are_there() -> None:
-    with pytest.raises(CaptureError) as caught:
+    with pytest.raises(CaptureError, match=r"an array 'poses', found 'betas', 'fps', 'thetas'\."):
         read_amass(npz(betas=np.zeros(10), thetas=np.zeros((4, 72)), fps=30), "a.npz")
-    assert str(caught.value) == (
-        "a.npz: expected an array 'poses', found 'betas', 'fps', 'thetas'. "
-        "Is this a motion of AMASS?"
-    )
-    with pytest.raises(CaptureError, match=r"expected an array 'trans', found 'fps', 'poses'"):
+    with pytest.raises(CaptureError, match=r"an array 'trans', found 'fps', 'poses'\."):
         read_amass(npz(poses=np.zeros((4, 72)), fps=30), "a.npz")
 
 
