@@ -204,9 +204,7 @@ def read_c3d(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip
             "markers, or export the solved skeleton as BVH.",
         )
     tracks, bad_notes = _good_frames(filled, rate, path, options.skip_bad_frames)
-    unit, unit_notes = options.unit, ()
-    if unit is None:
-        unit, unit_notes = _checked_unit(_unit(file.unit, path), tracks)
+    unit, unit_notes = _find_unit(file.unit, tracks, path, options.unit)
     markers = {name: track * unit for name, track in tracks.items()}
     points = joint_centres(markers)
     up, up_notes = _up(file, points, rate, options.up)
@@ -284,8 +282,13 @@ def _unit(name: str, path: object) -> float:
     return UNITS[known]
 
 
-def _checked_unit(stated: float, tracks: Markers) -> tuple[float, tuple[str, ...]]:
-    """Return the unit that a file states, or the one in which its markers are on a person."""
+def _find_unit(
+    name: str, tracks: Markers, path: object, asked: float | None
+) -> tuple[float, tuple[str, ...]]:
+    """Return the unit asked for, or a file's, or the one in which its markers are on a person."""
+    if asked is not None:
+        return asked, ()
+    stated = _unit(name, path)
     ways = [
         np.linalg.norm(tracks[f"{side}{a}"] - tracks[f"{side}{b}"], axis=1)
         for side in "LR"
