@@ -139,7 +139,7 @@ def read_amass(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Cl
 
 def _with_y_up(clip: Clip, asked: str) -> Clip:
     """Turn the world so that y is up."""
-    up, notes = asked, ()
+    up, notes = asked, clip.notes
     if not asked:
         positions, _ = kinematics.clip_positions(clip)
         points = np.full((clip.n_frames, len(body.JOINTS), 3), np.nan)
@@ -147,9 +147,10 @@ def _with_y_up(clip: Clip, asked: str) -> Clip:
             if joint >= 0:
                 points[:, body.INDEX[role]] = positions[:, joint]
         found = world.find_up(points, clip.fps, usual="z")
-        up, notes = (found.up, found.notes) if found.is_sure else ("z", ())
+        up = found.up if found.is_sure else "z"
+        notes += found.notes if found.is_sure else ()
         if up != found.up == "y":  # the axis of SMPL's rest pose, and of other data sets
-            notes = ("z is taken for up, as in AMASS; it may be y. Give the axis (--up) if so.",)
+            notes += ("z is taken for up, as in AMASS; it may be y. Give the axis (--up) if so.",)
     turn = np.broadcast_to(world.to_y_up(up), (clip.n_frames, 4))
     rotations = clip.local_rotations.copy()
     rotations[:, 0] = rotation.multiply(turn, rotations[:, 0])
@@ -157,7 +158,7 @@ def _with_y_up(clip: Clip, asked: str) -> Clip:
         clip,
         local_rotations=rotations,
         root_positions=rotation.rotate(turn, clip.root_positions),
-        notes=clip.notes + notes,
+        notes=notes,
         up="y",
     )
 
