@@ -32,7 +32,7 @@ BLOCK = 512
 _INTEL, _DEC, _MIPS = 84, 85, 86  # Byte 4 of the parameters
 _TEXT, _FLOAT = -1, 4  # Types of parameters; 1 and 2 are integers of so many bytes
 _FULL = 65535  # The largest count of a word; programs write it for "more", or for "unknown"
-_SAMPLE = 50  # Frames that are looked at to see whether numbers are floats
+_SAMPLE = 100_000  # Bytes that are looked at to see whether numbers are floats
 _SMALL = 1e-6  # Floats below are bytes of something else: a marker is never a nanometre from 0
 
 
@@ -310,7 +310,8 @@ def _is_sane(said: _Said, layout: _Layout) -> bool:
     """Say whether the first places of a layout can be floats; integers can be anything."""
     if not layout.is_float:
         return True
-    size = min(_SAMPLE, _room(said, layout) // layout.frame) * layout.frame
+    n_frames = min(_room(said, layout), max(_SAMPLE, layout.frame)) // layout.frame
+    size = n_frames * layout.frame
     sample = _floats(said.data[layout.start : layout.start + size], said.machine)
     places = sample.reshape(-1, layout.frame // 4)[:, : 4 * layout.n_points]
     with np.errstate(invalid="ignore"):
