@@ -48,6 +48,13 @@ def add(
             help="Frames per second, in place of the rates in the files.",
         ),
     ] = None,
+    up: options.Up = "",
+    mirror_world: Annotated[
+        bool, typer.Option("--mirror-world", help="The axes of the files are left-handed.")
+    ] = False,
+    swap_sides: Annotated[
+        bool, typer.Option("--swap-sides", help="The names of left and right are exchanged.")
+    ] = False,
     joint_map: Annotated[
         Path | None,
         typer.Option("--joint-map", help="A file of lines `role = joint` for unknown joint names."),
@@ -106,6 +113,9 @@ def add(
     settings = motiondb.AddSettings(
         unit=motiondb.unit_from_name(unit) if unit else None,
         fps=fps,
+        up=motiondb.check_up(up, "--up"),
+        mirror_world=mirror_world,
+        swap_sides=swap_sides,
         skip_bad_frames=skip_bad_frames,
         joint_map=motiondb.read_joint_map(joint_map) if joint_map else {},
         jobs=jobs,

@@ -47,6 +47,14 @@ SaveAs = Annotated[
 Prefix = Annotated[
     str, typer.Option("--prefix", help="Put this before every new name, such as studio2/.")
 ]
+Up = Annotated[
+    str,
+    typer.Option(
+        "--up",
+        metavar="AXIS",
+        help="The axis that points up: x, y, z, -x, -y or -z; else what the file says or shows.",
+    ),
+]
 MOST_SECONDS = 1e7  # Largest time that is accepted, seconds: some months, longer than any take
 
 

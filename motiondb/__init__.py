@@ -66,7 +66,7 @@ if TYPE_CHECKING:
     )
     from motiondb.fetch import CMU_TERMS, CMU_URL, FetchLimits, FetchSettings, fetch_cmu
     from motiondb.files.formats import read_capture
-    from motiondb.files.limits import ReadLimits
+    from motiondb.files.limits import ReadLimits, check_up
     from motiondb.files.own_files import check_overwriting, protect_others
     from motiondb.files.rigs import JointProposal, propose_joints
     from motiondb.files.safe_files import read_user_text
@@ -183,6 +183,7 @@ __all__ = [
     "check_file",
     "check_motion_file",
     "check_overwriting",
+    "check_up",
     "compact",
     "fetch_cmu",
     "forward_kinematics",
@@ -224,7 +225,7 @@ _PLACES = {
     "motiondb.database.tables": "Tables",
     "motiondb.database.grammars.grammar_facts": "grammar_row",
     "motiondb.files.formats": "read_capture",
-    "motiondb.files.limits": "ReadLimits",
+    "motiondb.files.limits": "ReadLimits check_up",
     "motiondb.files.units": "unit_from_name",
     "motiondb.files.rigs": "JointProposal propose_joints",
     "motiondb.files.safe_files": "read_user_text",

@@ -87,7 +87,7 @@ class Clip:
     local_rotations: FloatArray
     """array (frames, joints, 4): unit quaternions w, x, y, z, relative to the parent."""
     root_positions: FloatArray
-    """array (frames, 3): metres, world frame, y up."""
+    """array (frames, 3): metres, world frame of the file."""
     joint_positions: FloatArray | None = None
     """array (frames, joints, 3) or None: where a file moves joints below the root: the translation
     of each joint in its parent's frame, metres, in place of ``offsets`` (the root's row repeats
@@ -96,6 +96,9 @@ class Clip:
     """One of "bvh", "amc", "deepmimic", "amass", "c3d" or "fbx"."""
     unit: float = 1.0
     """Metres per length unit of the file."""
+    up: str = ""
+    """The axis that points up in the arrays: "x", "y", "z", "-x", "-y" or "-z"; "" where neither
+    the file nor its reader says it."""
     notes: tuple[str, ...] = ()
     """Sentences about unusual contents of the file and how the reader handled them."""
 

@@ -13,7 +13,8 @@ from scipy.ndimage import gaussian_filter1d
 
 from motiondb.body import kinematics, rotation
 from motiondb.body.joint_names import joint_map, mirror_joints
-from motiondb.body.retarget import is_z_up
+from motiondb.body.retarget import up_axis
+from motiondb.body.world import to_y_up
 from motiondb.errors import SkeletonError
 from motiondb.records import Clip, FloatArray, IntArray, Skeleton
 
@@ -87,13 +88,14 @@ def _turn_of(roots: FloatArray) -> FloatArray:
 
 
 def upright(clip: Clip, user_map: Mapping[str, str] | None = None) -> Clip:
-    """Turn a clip whose world has z up to one with y up."""
-    if not is_z_up(clip, user_map):
+    """Turn a clip whose world has another axis up to one with y up."""
+    up = up_axis(clip, user_map)
+    if up == "y":
         return clip
-    turn = rotation.from_euler([-90.0], "X")
+    turn = to_y_up(up)
     local = clip.local_rotations.copy()
     local[:, 0] = rotation.multiply(turn, local[:, 0])
-    clip = replace(clip, local_rotations=local)
+    clip = replace(clip, local_rotations=local, up="y")
     return moved_root(clip, rotation.rotate(turn, clip.root_positions))
 
 

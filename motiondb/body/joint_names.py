@@ -3,9 +3,11 @@
 A *convention* names, for every role (a joint of :mod:`motiondb.body.body`), the joint that has
 this role in the skeletons of some program; ``end:NAME`` means the end site of NAME. Names are
 compared without namespace, prefix, case and separators, so that ``mixamorig:LeftUpLeg``,
-``Neo_LeftUpLeg`` and ``LeftUpLeg`` are equal. The convention with the most required roles is taken,
-then the one with the most roles, then the first. :func:`joint_map` refuses a skeleton without hips,
-knees, ankles, shoulders, elbows and a neck, and lists its joints.
+``Neo_LeftUpLeg`` and ``LeftUpLeg`` are equal; so are names with a first or last word, or a number,
+that nearly all joints share (``Actor01_``, ``_jnt``, ``.001``). The convention with the most
+required roles is taken, then the one with the most roles, then the first; roles that it does not
+find are taken from the others, where the joint hangs where it should. :func:`joint_map` refuses a
+skeleton without hips, knees, ankles, shoulders, elbows and a neck, and lists its joints.
 
 Where a spine has more joints than the canonical one, the joints nearest to a quarter and to half of
 the way from the pelvis to the neck are taken. Skeletons of Vicon Shogun have the names of
@@ -15,12 +17,14 @@ MotionBuilder.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
 
 from motiondb.body import body
+from motiondb.body.kinematics import is_below
 from motiondb.errors import SkeletonError, suggestion
 from motiondb.records import IntArray, Skeleton
 
@@ -45,6 +49,10 @@ _PREFIX = re.compile(
     r"^(mixamorig\d*|character\d*_|neo_|cc_base_|bip\d+|joint_|m_avg_|f_avg_|def[-_]|org[-_])"
 )
 _SEPARATORS = re.compile(r"[\s_.\-]")
+_FIRST_WORD = re.compile(r"^[A-Za-z]*[0-9]*(?:[\s_.\-]+|(?<=[a-z0-9])(?=[A-Z]))")
+_LAST_WORD = re.compile(r"[\s_.\-][A-Za-z0-9]+$")
+_NUMBER_AFTER = re.compile(r"[\s_.\-]?[0-9]+$")
+_MOST = 0.8  # Share of the joints that have a word in common which names none: a root may lack it
 _MAX_LISTED = 40  # Joints that a message lists: those of a body without fingers
 
 
@@ -165,20 +173,17 @@ def _on_other_side(name: str) -> list[str]:
 
 def joint_map(skeleton: Skeleton, user_map: Mapping[str, str] | None = None) -> dict[str, int]:
     """Find the joint of every role; `user_map` (role -> name or ``end:NAME``) goes before."""
-    numbers: dict[str, int] = {}
-    for number, name in enumerate(skeleton.names):
-        numbers.setdefault(normalised(name), number)
-    for number, (joint, _) in enumerate(skeleton.end_sites):
-        numbers.setdefault("end:" + normalised(skeleton.names[joint]), -1 - number)
-    maps = {
-        name: {role: numbers[joint] for role, joint in roles.items() if joint in numbers}
-        for name, roles in CONVENTIONS.items()
-    }
-    best = max(
-        maps, key=lambda name: (sum(role in maps[name] for role in REQUIRED), len(maps[name]))
-    )
-    chosen = maps[best] | _read_user_map(user_map or {}, numbers, skeleton)
-    missing = [role for role in REQUIRED if role not in chosen]
+    numbers = _numbers([normalised(name) for name in skeleton.names], skeleton)
+    best, chosen = _best_convention(numbers)
+    if any(role not in chosen for role in REQUIRED):
+        other, found = _best_convention(_numbers(_without_shared(skeleton.names), skeleton))
+        if _worth(found) > _worth(chosen):
+            best, chosen = other, found
+            numbers = _numbers(_without_shared(skeleton.names), skeleton) | numbers
+    roles = {role: _of_equals(role, joints) for role, joints in chosen.items()}
+    _fill(roles, numbers, skeleton)
+    roles |= _read_user_map(user_map or {}, skeleton)
+    missing = [role for role in REQUIRED if role not in roles]
     if missing:
         names = ", ".join(name[:_MAX_LISTED] for name in skeleton.names[:_MAX_LISTED])
         names += ", ..." if len(skeleton.names) > _MAX_LISTED else ""
@@ -187,7 +192,135 @@ def joint_map(skeleton: Skeleton, user_map: Mapping[str, str] | None = None) -> 
             f"(nearest convention: {best}). Name them in a joint map, lines of `role = joint`; "
             "motiondb joints proposes one."
         )
-    return chosen
+    return roles
+
+
+def is_person(skeleton: Skeleton) -> bool:
+    """Say whether the joints of a person are found by their names."""
+    try:
+        joint_map(skeleton)
+    except SkeletonError:
+        return False
+    return True
+
+
+Numbers = dict[str, list[int]]  # Normalised name -> the joints that have it (-1 - n: end site n)
+
+
+def _numbers(names: Sequence[str], skeleton: Skeleton) -> Numbers:
+    """Return the joints and end sites of every name."""
+    numbers: Numbers = {}
+    for number, name in enumerate(names):
+        numbers.setdefault(name, []).append(number)
+    for number, (joint, _) in enumerate(skeleton.end_sites):
+        numbers.setdefault("end:" + names[joint], []).append(-1 - number)
+    return numbers
+
+
+def _best_convention(numbers: Numbers) -> tuple[str, dict[str, list[int]]]:
+    """Return the convention that fits best, and the joints of each of its roles."""
+    maps = {
+        name: {role: numbers[joint] for role, joint in roles.items() if joint in numbers}
+        for name, roles in CONVENTIONS.items()
+    }
+    best = max(maps, key=lambda name: _worth(maps[name]))
+    return best, maps[best]
+
+
+def _worth(found: Mapping[str, object]) -> tuple[int, int]:
+    """Return by what conventions are compared: required roles, then all."""
+    return sum(role in found for role in REQUIRED), len(found)
+
+
+def _without_shared(names: Sequence[str]) -> list[str]:
+    """Return normalised names without a first or last word, or number, that most joints share.
+
+    >>> _without_shared(["Ana_Hips_jnt", "Ana_LeftLeg_jnt", "Ana_Neck_jnt"])
+    ['hips', 'leftleg', 'neck']
+    >>> _without_shared(["Hips_01", "LeftLeg_02", "Neck_03"])
+    ['hips', 'leftleg', 'neck']
+    """
+    left = [name.rsplit(":", 1)[-1] for name in names]
+    for pattern in (_FIRST_WORD, _LAST_WORD, _NUMBER_AFTER, _FIRST_WORD, _LAST_WORD):
+        words = [found[0] if (found := pattern.search(name)) else "" for name in left]
+        word, count = Counter(words).most_common(1)[0]
+        if pattern is _NUMBER_AFTER:
+            word, count = "", sum(map(bool, words))
+        if count < _MOST * len(left) or (pattern is not _NUMBER_AFTER and not word):
+            continue
+        shared = [bool(w) and word in ("", w) for w in words]
+        left = [pattern.sub("", n, count=1) if s else n for n, s in zip(left, shared)]
+    return [normalised(name) for name in left]
+
+
+def _of_equals(role: str, joints: Sequence[int]) -> int:
+    """Of joints with one name the last for a role near the trunk, whose upper joint may share it.
+
+    A collar is called like the arm, a hip like the thigh; but a toe like the foot above it.
+    """
+    return joints[-1 if role.rpartition("_")[2] in ("shoulder", "hip", "neck", "chest") else 0]
+
+
+def same_names(skeleton: Skeleton, roles: Mapping[str, int]) -> tuple[str, ...]:
+    """Note joints of one name of which one has a role."""
+    alike: dict[str, list[int]] = {}
+    for number, name in enumerate(skeleton.names):
+        alike.setdefault(normalised(name), []).append(number)
+    notes = []
+    for role, joint in roles.items():
+        others = alike[normalised(skeleton.names[joint])] if joint >= 0 else []
+        if len(others) > 1:
+            names = " and ".join(dict.fromkeys(skeleton.names[other] for other in others))
+            which = f"number {others.index(joint) + 1} in the file"
+            notes.append(
+                f"{len(others)} joints are called {names}; {which} is taken for {role}. Give them "
+                "different names if this is wrong."
+            )
+    return tuple(notes)
+
+
+_ABOVE = MappingProxyType({"toe": "ankle", "wrist": "elbow", "head": "neck"})
+
+
+def _fill(roles: dict[str, int], numbers: Numbers, skeleton: Skeleton) -> None:
+    """Add roles that the convention lacks: ends from other conventions, the trunk from its chain.
+
+    The joints of the trunk are those nearest to a quarter and to half of the way from the hips to
+    the neck, whatever their names.
+    """
+    if any(role not in roles for role in REQUIRED):
+        return
+    for role in (*(f"{s}_{end}" for s in "lr" for end in ("toe", "wrist")), "head"):
+        side, _, end = role.rpartition("_")
+        above = roles[f"{side}_{_ABOVE[end]}" if side else _ABOVE[end]]
+        for names in CONVENTIONS.values():
+            for joint in numbers.get(names.get(role, ""), []):
+                free = joint not in roles.values() and role not in roles
+                if free and joint >= 0 and is_below(skeleton.parents, joint, above):
+                    roles[role] = joint
+    if {"spine", "chest"} & roles.keys():
+        return
+    chain = _trunk(skeleton, roles)
+    shares = np.cumsum(np.linalg.norm(skeleton.offsets[[*chain, roles["neck"]]], axis=1))
+    if not chain or not shares[-1] > 0.0:
+        return
+    shares = shares[:-1] / shares[-1]
+    spine, chest = (int(np.abs(shares - share).argmin()) for share in (0.25, 0.5))
+    if spine == chest:
+        roles["spine" if shares[spine] < 0.375 else "chest"] = chain[spine]
+    else:
+        roles |= {"spine": chain[spine], "chest": chain[chest]}
+
+
+def _trunk(skeleton: Skeleton, roles: Mapping[str, int]) -> list[int]:
+    """Return the joints between the joint that carries both legs and the neck, from below."""
+    parents = skeleton.parents
+    chain = []
+    joint = int(parents[roles["neck"]]) if roles["neck"] >= 0 else -1
+    while joint >= 0 and not all(is_below(parents, roles[f"{s}_hip"], joint) for s in "lr"):
+        chain.append(joint)
+        joint = int(parents[joint])
+    return chain[::-1] if joint >= 0 else []
 
 
 _LIMBS = {
@@ -234,10 +367,10 @@ def crossed_names(skeleton: Skeleton, roles: Mapping[str, int]) -> tuple[str, ..
     return ()
 
 
-def _read_user_map(
-    user_map: Mapping[str, str], numbers: Mapping[str, int], skeleton: Skeleton
-) -> dict[str, int]:
-    """Return role -> joint number of the user's map; ``numbers`` by normalised names."""
+def _read_user_map(user_map: Mapping[str, str], skeleton: Skeleton) -> dict[str, int]:
+    """Return role -> joint number of the user's map: names as written, else normalised ones."""
+    numbers = _numbers([normalised(name) for name in skeleton.names], skeleton)
+    exact = _numbers(skeleton.names, skeleton)
     chosen: dict[str, int] = {}
     for role, name in user_map.items():
         if role not in body.INDEX:
@@ -247,11 +380,12 @@ def _read_user_map(
             )
         end = name.startswith("end:")
         key = ("end:" if end else "") + normalised(name.removeprefix("end:"))
-        if key not in numbers:
+        found = exact.get(name) or numbers.get(key)
+        if not found:
             ends = [f"end:{skeleton.names[joint]}" for joint, _ in skeleton.end_sites]
             raise SkeletonError(
                 f"joint map: expected a joint of the skeleton for {role}, found {name!r}."
                 + suggestion(name, ends if end else skeleton.names)
             )
-        chosen[role] = numbers[key]
+        chosen[role] = _of_equals(role, found)
     return chosen

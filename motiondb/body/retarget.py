@@ -16,8 +16,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from motiondb.body import body, cleaning, kinematics, rotation
-from motiondb.body.joint_names import crossed_names, joint_map
+from motiondb.body import body, cleaning, kinematics, rotation, world
+from motiondb.body.joint_names import crossed_names, joint_map, same_names
 from motiondb.errors import ImplausibleError, SkeletonError
 from motiondb.records import MOTION_FPS, Clip, FloatArray, Motion, Skeleton
 
@@ -31,9 +31,6 @@ on noise."""
 _FOLDED = 0.5
 """Cosine of 60 degrees: an end site that turns away from its bone by more is not believed. A fist
 or a bowed head stays within it."""
-_Z_UP = 3.0
-"""How many times longer the trunk must be along z than along y for z to point up: the body is then
-within 18 degrees of z for most of the time, which no motion in a world with y up does."""
 _SPINE_SHARE, _HEAD_SHARE = 0.24, 0.4
 """Places of a missing spine joint (from pelvis to neck) and head (beyond the neck along the trunk):
 close to the canonical body."""
@@ -52,17 +49,28 @@ def to_motion(
     clip: Clip, user_map: Mapping[str, str] | None = None, keep_implausible: bool = True
 ) -> Motion:
     """Turn a clip into a motion on the canonical body at 30 frames a second."""
+    return solved(clip, user_map, keep_implausible)[0]
+
+
+def solved(
+    clip: Clip, user_map: Mapping[str, str] | None = None, keep_implausible: bool = True
+) -> tuple[Motion, world.Found]:
+    """Turn a clip into a motion as :func:`to_motion`, and say which axis was taken for up."""
     roles = joint_map(clip.skeleton, user_map)
-    keypoints = _keypoints(clip, roles)
+    keypoints, found = _keypoints(clip, roles)
+    leg_length = legs_of(keypoints)
     if not keep_implausible:
-        reason = cleaning.implausible(keypoints, clip.fps, legs_of(keypoints))
+        reason = cleaning.implausible(keypoints, clip.fps, leg_length)
         if reason:
             raise ImplausibleError(
                 f"motion: expected the motion of a person, found {reason}. Check the frame rate "
                 "(--fps) and the unit (--unit), or pass --keep-implausible."
             )
+    notes = crossed_names(clip.skeleton, roles) + same_names(clip.skeleton, roles) + found.notes
+    notes += world.side_notes(keypoints, {"l_toe", "r_toe"} <= roles.keys())
+    notes += world.travel_notes(keypoints, clip.fps, leg_length) + world.angle_notes(clip)
     motion = motion_from_positions(keypoints, clip.fps)
-    return replace(motion, notes=crossed_names(clip.skeleton, roles) + motion.notes)
+    return replace(motion, notes=notes + motion.notes), found
 
 
 def motion_from_positions(keypoints: FloatArray, fps: float) -> Motion:
@@ -236,22 +244,38 @@ def legs_of(points: FloatArray) -> float:
 
 
 def clip_keypoints(clip: Clip, user_map: Mapping[str, str] | None = None) -> FloatArray:
-    """Places (frames, 21, 3) of the canonical joints; those that a clip lacks are estimated."""
-    return _keypoints(clip, joint_map(clip.skeleton, user_map))
+    """Places (frames, 21, 3) of the canonical joints, y up; those a clip lacks are estimated."""
+    return _keypoints(clip, joint_map(clip.skeleton, user_map))[0]
 
 
-def _keypoints(clip: Clip, roles: Mapping[str, int]) -> FloatArray:
-    """Positions (frames, 21, 3) of the canonical joints of a clip whose roles are found."""
+def _keypoints(clip: Clip, roles: Mapping[str, int]) -> tuple[FloatArray, world.Found]:
+    """Positions (frames, 21, 3) of the canonical joints of a clip whose roles are found, y up."""
     points, rotations = _measured(clip, roles)
-    if _is_z_up(points):
-        points = points[..., [0, 2, 1]] * np.array([1.0, 1.0, -1.0])
-        rotations = rotation.multiply(rotation.from_euler([-90.0], "X"), rotations)
-    return _fill_missing(points, roles, rotations)
+    found = _find_up(clip, roles, points)
+    if found.up != "y":
+        turn = world.to_y_up(found.up)
+        points = rotation.rotate(turn, points)
+        rotations = rotation.multiply(turn, rotations)
+    return _fill_missing(points, roles, rotations), found
 
 
-def is_z_up(clip: Clip, user_map: Mapping[str, str] | None = None) -> bool:
-    """Say whether z points up in the world of a clip."""
-    return _is_z_up(_measured(clip, joint_map(clip.skeleton, user_map))[0])
+def up_axis(clip: Clip, user_map: Mapping[str, str] | None = None) -> str:
+    """Return the axis that is up in the world of a clip."""
+    roles = joint_map(clip.skeleton, user_map)
+    return clip.up or _find_up(clip, roles, _measured(clip, roles)[0]).up
+
+
+def _find_up(clip: Clip, roles: Mapping[str, int], points: FloatArray) -> world.Found:
+    """Find the axis that is up from joints (frames, 21, 3), and from the rest pose."""
+    n_joints = len(clip.skeleton.names)
+    rest = replace(
+        clip,
+        local_rotations=np.tile(rotation.IDENTITY, (1, n_joints, 1)),
+        root_positions=np.zeros((1, 3)),
+        joint_positions=None,
+    )
+    stands = world.rest_up(_measured(rest, roles)[0][0])
+    return world.find_up(points, clip.fps, stated=clip.up, rest=stands)
 
 
 def _measured(clip: Clip, roles: Mapping[str, int]) -> tuple[FloatArray, FloatArray]:
@@ -283,15 +307,6 @@ def _end_offset(skeleton: Skeleton, end: int) -> FloatArray:
     if foot or size < 1e-9 or offset @ straight > _FOLDED * size:
         return offset
     return straight * (np.linalg.norm(offset) / np.linalg.norm(straight))
-
-
-def _is_z_up(points: FloatArray) -> bool:
-    """Say whether z points up in the file's world: the way from feet to neck, in the median."""
-    trunk = points[:, _I["neck"]] - points[:, [_I["l_ankle"], _I["r_ankle"]]].mean(axis=1)
-    trunk = trunk[np.isfinite(trunk).all(axis=1)]
-    if len(trunk) == 0:
-        return False
-    return bool(np.median(trunk[:, 2]) > _Z_UP * np.abs(np.median(trunk[:, 1])))
 
 
 def _fill_missing(

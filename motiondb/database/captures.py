@@ -152,7 +152,9 @@ class Captures(Archive):
         elif isinstance(example, Clip):
             motion = to_motion(example)
         elif is_file(split_take(example)[0]):
-            motion = to_motion(read_capture(example))
+            clip = read_capture(example)
+            motion = to_motion(clip)
+            motion = replace(motion, notes=clip.notes + motion.notes)
         else:
             with self.session.reading():
                 info = store.load_capture(self.store, str(example), or_file=True)

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from motiondb.body.joint_names import mirror_joints
+from motiondb.body.world import as_asked
 from motiondb.errors import CaptureError
 from motiondb.files.folder import CAPTURE_ENDINGS, FORMATS, skeleton_path
 from motiondb.files.limits import (
@@ -53,8 +55,10 @@ def read_capture(
     skeleton: Path | str | None = None,
     fps: float | None = None,
     unit: float | None = None,
-    data: bytes | None = None,
     skip_bad_frames: bool = False,
+    up: str = "",
+    mirror_world: bool = False,
+    swap_sides: bool = False,
 ) -> Clip:
     """Read the clip in a capture file.
 
@@ -68,15 +72,19 @@ def read_capture(
         Frames per second, instead of the rate in the file.
     unit : float or None
         Metres per length unit; None: the unit in the file, or estimated from the size of the body.
-    data : bytes or None
-        Content of the file, if it is at hand.
     skip_bad_frames : bool
         Leave out bad frames instead of refusing the file.
+    up : str
+        The axis that points up: "x", "y", "z", "-x", "-y" or "-z"; "": as the file says.
+    mirror_world : bool
+        The axes of the file are left-handed: what it shows is a mirror image.
+    swap_sides : bool
+        The names of left and right are exchanged in the file.
 
     Returns
     -------
     Clip
-        Metres, seconds; world axes as in the file (see each reader).
+        Metres, seconds; world axes as in the file (see each reader), the axis up in ``up``.
 
     Raises
     ------
@@ -85,10 +93,18 @@ def read_capture(
     """
     path, take = split_take(path)
     kind = capture_format(path)
-    options = ReadOptions(fps, unit, skip_bad_frames, take=take)
+    options = ReadOptions(
+        fps,
+        unit,
+        skip_bad_frames,
+        take=take,
+        up=up,
+        mirror_world=mirror_world,
+        swap_sides=swap_sides,
+    )
     asf = skeleton_path(path, skeleton) if kind == "amc" else None
     return read_capture_bytes(
-        read_file(path, options) if data is None else data,
+        read_file(path, options),
         kind,
         path=path,
         skeleton=None if asf is None else AsfFile(read_file(asf, options), asf),
@@ -108,7 +124,7 @@ def read_capture_bytes(
     check_options(options, path)
     check_file_size(len(data), path, options.limits)
     with guarded(path):
-        clip = _read(data, kind, path, skeleton, options)
+        clip = _as_asked(_read(data, kind, path, skeleton, options), options)
         _check(clip, len(data), path, options)
     return clip
 
@@ -129,10 +145,18 @@ def read_takes_bytes(
     check_options(options, path)
     check_file_size(len(data), path, options.limits)
     with guarded(path):
-        clips = read_takes(data, path, options)
+        clips = {take: _as_asked(c, options) for take, c in read_takes(data, path, options).items()}
         for clip in clips.values():
             _check(clip, len(data), path, options)
     return clips if len(clips) > 1 else dict(zip(("",), clips.values()))
+
+
+def _as_asked(clip: Clip, options: ReadOptions) -> Clip:
+    """Return a clip in the world that the user names; a C3D is read so, from its markers."""
+    if clip.format == "c3d":
+        return clip
+    names = mirror_joints(clip.skeleton) if options.swap_sides else None
+    return as_asked(clip, options.up, options.mirror_world, names)
 
 
 def _check(clip: Clip, n_bytes: int, path: object, options: ReadOptions) -> None:

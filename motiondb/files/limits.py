@@ -18,6 +18,7 @@ from types import FrameType
 
 import numpy as np
 
+from motiondb.body.world import UPS
 from motiondb.errors import CaptureError, MotionDBError
 
 MIN_FPS, MAX_FPS = 1.0, 2000.0
@@ -79,6 +80,9 @@ class ReadOptions:
     limits: ReadLimits = field(default_factory=ReadLimits)  # What reading may cost
     within: Path | None = None  # Folder that links must not lead out of
     take: str = ""  # Which take of a file with several; "": the only one
+    up: str = ""  # Axis that points up, whatever the file says: x, y, z, -x, -y, -z
+    mirror_world: bool = False  # The axes of the file are left-handed
+    swap_sides: bool = False  # The names of left and right are exchanged
 
 
 AS_USUAL = ReadOptions()
@@ -87,6 +91,7 @@ AS_USUAL = ReadOptions()
 def check_options(options: ReadOptions, path: object) -> None:
     """Refuse a frame rate or a unit that no capture can have."""
     fps, unit = options.fps, options.unit
+    check_up(options.up, path)
     if fps is not None and not 0 < fps < float("inf"):
         raise CaptureError(path, f"expected a frame rate above 0, found {fps:g}. Give another.")
     if fps is not None and not MIN_FPS <= fps <= MAX_GIVEN_FPS:
@@ -101,6 +106,15 @@ def check_options(options: ReadOptions, path: object) -> None:
         )
 
 
+def check_up(up: str, where: object) -> str:
+    """Return an axis that may point up; CaptureError for another word."""
+    if up and up not in UPS:
+        raise CaptureError(
+            where, f"expected an axis that points up, one of {', '.join(UPS)}, found {up!r}."
+        )
+    return up
+
+
 def check_rate(fps: float, path: object, what: str = "a frame rate") -> float:
     """Return the frame rate of a file; CaptureError if no capture has it."""
     if not MIN_FPS <= fps <= MAX_FPS:
@@ -110,18 +124,6 @@ def check_rate(fps: float, path: object, what: str = "a frame rate") -> float:
             "Give the right frame rate with --fps.",
         )
     return fps
-
-
-def whole_rate(fps: float) -> float:
-    """Undo the rounding of frame times such as 0.0083333 s.
-
-    A rate within 0.01 % of a whole number becomes that number: frame times are written with five
-    digits or more, and 29.97 lies ten times as far from 30.
-
-    >>> whole_rate(1 / 0.0083333), round(whole_rate(1 / 0.0333667), 2)
-    (120.0, 29.97)
-    """
-    return float(round(fps)) if abs(fps - round(fps)) < 1e-4 * fps else fps
 
 
 def check_file_size(n_bytes: int, path: object, limits: ReadLimits) -> None:

@@ -2,8 +2,9 @@
 
 Words, one or more rows for each capture: ``file`` (path below the added folder, with or without its
 ending) and any of ``words``, ``start``, ``end`` (seconds: the row's words describe this part),
-``performer``, ``fps``, ``licence``, ``skeleton``; every further column is kept as a tag. The values
-of a sheet override those in the file's header.
+``performer``, ``fps``, ``up`` (the axis that points up: x, y, z, -x, -y, -z), ``licence``,
+``skeleton``; every further column is kept as a tag. The values of a sheet override those in the
+file's header.
 
 Events, one row for each instant: ``file``, ``event`` (what happens: foot_strike, catch, release,
 contact, ...), ``frame`` (of the canonical motion, 30 per second) or ``time`` (seconds), and, where
@@ -21,6 +22,7 @@ from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 
 from motiondb.body import body
+from motiondb.body.world import UPS
 from motiondb.errors import SheetError, suggestion
 from motiondb.files.folder import CAPTURE_ENDINGS
 from motiondb.files.limits import MAX_GIVEN_FPS, MIN_FPS
@@ -28,7 +30,7 @@ from motiondb.files.safe_files import read_bounded
 from motiondb.files.text import MAX_FAULTS, cut, number, quoted
 from motiondb.records import MOTION_FPS, Caption, Event
 
-KNOWN = ("file", "words", "start", "end", "performer", "fps", "licence", "skeleton")
+KNOWN = ("file", "words", "start", "end", "performer", "fps", "up", "licence", "skeleton")
 _WORD_COLUMNS = ", ".join(KNOWN)
 _WORD_SYNONYMS = MappingProxyType(
     {
@@ -63,6 +65,8 @@ class SheetEntry:
     tags: dict[str, str] = field(default_factory=dict)  # Performer, licence and all further columns
     fps: float | None = None  # Frames per second, instead of the rate in the file
     skeleton: str | None = None  # The ASF file of an AMC
+    up: str | None = None  # The axis that points up
+    lines: tuple[int, ...] = ()  # Of each caption
 
 
 @dataclass(frozen=True)
@@ -80,10 +84,44 @@ class Sheet:
         of_file = self.entries.get(name.rpartition("#")[0])
         return None if of_file is None else replace(of_file, captions=())
 
+    def within(self, name: str, duration: float, problems: list[str]) -> tuple[Caption, ...]:
+        """Return the captions that lie within a capture (seconds); others become problems."""
+        entry = self.find(name)
+        kept = []
+        for caption, line in zip(entry.captions, entry.lines) if entry else ():
+            if is_within(caption, duration):
+                kept.append(caption)
+            else:
+                problems.append(
+                    f"{self.path}:{line}: expected words about a part of {name}, which ends at "
+                    f"{duration:.4g} s, found {spoken_part(caption)}. Times are seconds; the words "
+                    "were left out."
+                )
+        return tuple(kept)
+
     def unknown(self, names: Iterable[str]) -> list[str]:
         """Return a sentence for every entry whose file is not among the captures."""
         files = {name: (entry.line, entry.file) for name, entry in self.entries.items()}
         return unknown_files(self.path, files, names, "a capture of the added folder")
+
+
+_ROUNDED = 0.25  # Seconds by which the end of a caption may be beyond that of its capture
+
+
+def is_within(caption: Caption, duration: float) -> bool:
+    """Say whether a caption is about a part of a capture of this duration, seconds."""
+    late = caption.start is not None and caption.start >= duration
+    return not late and (caption.end is None or caption.end <= duration + _ROUNDED)
+
+
+def spoken_part(caption: Caption) -> str:
+    """Return words and the part that they are about, as a message shows them.
+
+    >>> spoken_part(Caption("walk", None, 120.0))
+    "'walk' to 120 s"
+    """
+    start = "" if caption.start is None else f" from {caption.start:g} s"
+    return quoted(caption.words) + start + ("" if caption.end is None else f" to {caption.end:g} s")
 
 
 def unknown_files(
@@ -284,14 +322,18 @@ def _entry(cells: dict[str, str], line: int) -> SheetEntry:
     tags = {
         c: v
         for c, v in cells.items()
-        if v and c and c not in ("file", "words", "start", "end", "fps", "skeleton")
+        if v and c and c not in ("file", "words", "start", "end", "fps", "skeleton", "up")
     }
-    return SheetEntry(file, line, captions, tags, fps, cells.get("skeleton") or None)
+    up = cells.get("up") or None
+    if up and up not in UPS:
+        raise ValueError(f"expected an axis up, one of {', '.join(UPS)}, found {quoted(up)}.")
+    skeleton = cells.get("skeleton") or None
+    return SheetEntry(file, line, captions, tags, fps, skeleton, up, (line,) * len(captions))
 
 
 def _merged(first: SheetEntry, second: SheetEntry) -> SheetEntry:
     """Merge two rows of one file: captions add up, tags are joined, all else must agree."""
-    for what in ("fps", "skeleton"):
+    for what in ("fps", "skeleton", "up"):
         a, b = getattr(first, what), getattr(second, what)
         if a is not None and b is not None and a != b:
             raise ValueError(
@@ -316,6 +358,8 @@ def _merged(first: SheetEntry, second: SheetEntry) -> SheetEntry:
         tags,
         first.fps if first.fps is not None else second.fps,
         first.skeleton or second.skeleton,
+        first.up or second.up,
+        first.lines + second.lines,
     )
 
 

@@ -124,6 +124,9 @@ class Workshop:
         settings = AddSettings(
             unit=unit_from_name(unit) if unit else None,
             fps=parameters["fps"],
+            up=parameters["up"],
+            mirror_world=parameters["mirror_world"],
+            swap_sides=parameters["swap_sides"],
             skip_bad_frames=parameters["skip_bad_frames"],
             keep_implausible=parameters["keep_implausible"],
             within=Path(within) if within else None,

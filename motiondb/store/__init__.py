@@ -58,6 +58,7 @@ from motiondb.store.catalogue.runs import (
     copy_run,
     finish_run,
     load_runs,
+    note_in_run,
     running,
     save_runs,
     start_run,

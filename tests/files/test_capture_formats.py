@@ -77,7 +77,7 @@ def test_bytes_and_file_give_the_same(tmp_path: Path) -> None:
     data = (tmp_path / "a.bvh").read_bytes()
     clips = [
         read_capture(tmp_path / "a.bvh"),
-        read_capture(str(tmp_path / "a.bvh"), data=data),
+        read_capture(str(tmp_path / "a.bvh")),
         read_capture_bytes(data, "bvh"),
     ]
     for clip in clips:

@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motiondb.body import body
+from motiondb.body.world import UNITS, find_unit
 from motiondb.errors import CaptureError
-from motiondb.files.units import UNITS, find_unit, unit_from_name
+from motiondb.files.units import unit_from_name
 from motiondb.records import Skeleton
 
 

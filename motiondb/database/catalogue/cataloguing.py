@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from motiondb import store
 from motiondb.answers.changes import AddReport
+from motiondb.body import world
 from motiondb.database.catalogue import copy_search
 from motiondb.database.catalogue.file_reading import (
     AddSettings,
@@ -72,7 +73,16 @@ def add_captures(
     ]
     store.check_writable(opened)
     readings = read_all(jobs, settings.jobs, workers)
-    adding = _Adding(opened, folders, sheets, settings, workers or HERE, readings, len(jobs), tell)
+    adding = _Adding(
+        opened,
+        folders,
+        sheets,
+        settings,
+        workers or HERE,
+        readings,
+        {j.name: j for j in jobs},
+        tell,
+    )
     report = AddReport((), (), tuple(problems), (), (), 0.0)
     while True:
         # No name here holds a batch, so that it is gone before the next one is read
@@ -119,14 +129,18 @@ class _Adding:
     settings: AddSettings
     workers: Workers
     readings: Iterator[Readings]
-    n_files: int
+    jobs: Mapping[str, FileToRead]  # By the name of the file's capture
     tell: Progress
     n_read: int = 0
     run_id: int | None = None  # The run of all batches, begun with the first new capture
+    scores: dict[str, list[tuple[float, ...]]] = field(default_factory=dict)
+    """Of the axes up, by digest of the skeleton."""
+    worlds: dict[str, str] = field(default_factory=dict)  # Axis up, by digest of the capture
     takes: list[tuple[str, ...]] = field(default_factory=list)  # Names, of files with several
 
     def __post_init__(self) -> None:
         """Note no file yet."""
+        self.n_files = len(self.jobs)
         self.left = store.NotSaved(self.folders)
 
     def read(self) -> list[Readings]:
@@ -140,7 +154,42 @@ class _Adding:
                 self.tell("reading captures", self.n_read, self.n_files)
                 if n_bytes > BATCH_BYTES:
                     break
+            return self._in_one_world(batch)
+
+    def _in_one_world(self, batch: list[Readings]) -> list[Readings]:
+        """Read again the captures that disagree with others of their skeleton on what is up."""
+        for each in (reading for readings in batch for reading in readings):
+            if each.found is not None and each.skeleton:
+                self.scores.setdefault(each.skeleton, []).append(each.found.scores)
+        for place, readings in enumerate(batch):
+            for of_file in readings:
+                if of_file.found is None or len(self.scores.get(of_file.skeleton, ())) < 2:
+                    continue
+                up, is_sure = world.pooled(self.scores[of_file.skeleton])
+                own = world.up_notes(of_file.found)
+                if up == of_file.found.up and not (is_sure and own):
+                    continue
+                batch[place] = self._read_with(up, readings, own)
+                break
         return batch
+
+    def _read_with(self, up: str, readings: Readings, own: tuple[str, ...]) -> Readings:
+        """Read a file again with another axis up; `own` are the notes on its own axis."""
+        name = readings[0].name
+        job = self.jobs.get(name) or self.jobs[name.rpartition("#")[0]]
+        told: tuple[str, ...] = (world.AS_OTHERS.format(up=up),)
+        if readings[0].found is not None and readings[0].found.up == up:
+            again, told = readings, () if up == readings[0].found.usual else told
+        else:
+            again = next(iter(read_all([replace(job, settings=replace(job.settings, up=up))], 1)))
+        return tuple(
+            replace(
+                each,
+                notes=(*(note for note in each.notes if note not in own), *told),
+                found=replace(each.found, up=up) if each.found else None,
+            )
+            for each in again
+        )
 
     def save(self, batch: Sequence[Readings]) -> AddReport:
         """Save what is new in a batch, in one transaction; gives the report of it."""
@@ -172,6 +221,7 @@ class _Adding:
             if chosen.new:
                 if self.run_id is None:
                     self.run_id = _start_run(opened, self.folders, sheets, settings)
+                self._note_worlds(chosen.new)
                 part = _save(opened, sheets, settings, chosen, part, self.run_id)
                 found, made = copy_search.find_relations(
                     opened, set(part.added), outlines, self.workers
@@ -182,6 +232,18 @@ class _Adding:
                 store.save_not_saved(opened, self.left)
         copy_search.load_outlines(opened, made)  # so that the next ``add`` has them
         return part
+
+    def _note_worlds(self, readings: Sequence[ReadFile]) -> None:
+        """Note in the run which axis was up in captures for which it says no or another one."""
+        assert self.run_id is not None
+        before = len(self.worlds)
+        for each in readings:
+            entry = self.sheets.entry(each.name)
+            up = entry.up if entry and entry.up else each.found.up if each.found else ""
+            if each.source is not None and up not in (self.settings.up or world.UPS[0], ""):
+                self.worlds[each.source.sha256] = up
+        if len(self.worlds) > before:
+            store.note_in_run(self.opened, self.run_id, worlds=self.worlds)
 
 
 def _joined(first: AddReport, second: AddReport) -> AddReport:
@@ -199,6 +261,9 @@ def _start_run(
         "sheet": sheets.words.path if sheets.words else None,
         "events": sheets.events.path if sheets.events else None,
         "unit": settings.unit,
+        "up": settings.up,
+        "mirror_world": settings.mirror_world,
+        "swap_sides": settings.swap_sides,
         "skip_bad_frames": settings.skip_bad_frames,
         "joint_map": dict(settings.joint_map),
         "keep_implausible": settings.keep_implausible,
@@ -226,7 +291,8 @@ def _save(
     touched = [info.capture_id for info in replaced.values()]
     with updating.counted(opened, run_id, touched) as change:
         for reading in chosen.new:
-            info, captions = _info(reading, sheets.entry(reading.name), run_id, notes)
+            info = _info(reading, sheets.entry(reading.name), run_id)
+            captions = sheets.words.within(info.name, info.duration, faults) if sheets.words else ()
             assert reading.motion is not None
             assert reading.source is not None
             kept = _Kept.of(opened, replaced[info.name]) if info.name in replaced else _Kept()
@@ -394,12 +460,8 @@ def _tags(entry: SheetEntry | None) -> dict[str, str]:
     return dict(entry.tags) if entry else {}
 
 
-def _info(
-    reading: ReadFile, entry: SheetEntry | None, run_id: int, notes: list[str]
-) -> tuple[CaptureInfo, tuple[Caption, ...]]:
-    duration = reading.n_frames / reading.fps
-    captions = captions_within(reading.name, entry.captions if entry else (), duration, notes)
-    info = CaptureInfo(
+def _info(reading: ReadFile, entry: SheetEntry | None, run_id: int) -> CaptureInfo:
+    return CaptureInfo(
         capture_id=0,
         name=reading.name,
         sha256="",
@@ -407,7 +469,7 @@ def _info(
         kind="captured",
         fps=reading.fps,
         n_frames=reading.n_frames,
-        duration=duration,
+        duration=reading.n_frames / reading.fps,
         motion_frames=0,
         leg_length=0.0,
         path=reading.path,
@@ -415,7 +477,6 @@ def _info(
         tags=_tags(entry),
         notes=reading.notes,
     )
-    return info, captions
 
 
 def check_name_free(opened: store.Store, name: str) -> None:

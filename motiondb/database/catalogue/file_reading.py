@@ -7,6 +7,7 @@ sentence too, and the others are read.
 
 from __future__ import annotations
 
+import hashlib
 import os
 import pickle
 import signal
@@ -26,6 +27,7 @@ import numpy as np
 
 from motiondb.answers.plain import extended
 from motiondb.body import retarget
+from motiondb.body.world import Found
 from motiondb.errors import CaptureError, MotionDBError
 from motiondb.files.folder import named_skeleton, skeleton_path
 from motiondb.files.formats import capture_format, read_capture_bytes, read_file, read_takes_bytes
@@ -36,7 +38,7 @@ from motiondb.files.readers.amc import AsfFile
 from motiondb.files.safe_files import read_bounded_text
 from motiondb.files.sheets import SheetEntry
 from motiondb.files.text import quoted
-from motiondb.records import CaptureInfo, Clip, Motion
+from motiondb.records import CaptureInfo, Clip, Motion, Skeleton
 
 if TYPE_CHECKING:
     from joblib.externals.loky.backend.context import LokyContext
@@ -68,6 +70,13 @@ class AddSettings:
     body."""
     fps: float | None = None
     """Frames per second, instead of the rates in the files."""
+    up: str = ""
+    """The axis that points up in every file: "x", "y", "z", "-x", "-y" or "-z"; "": as each file
+    says, or found from its motion."""
+    mirror_world: bool = False
+    """The axes of the files are left-handed: what they show are mirror images."""
+    swap_sides: bool = False
+    """The names of left and right are exchanged in the files."""
     skip_bad_frames: bool = False
     """Leave out bad frames instead of refusing their file."""
     joint_map: Mapping[str, str] = field(default_factory=dict)
@@ -102,6 +111,8 @@ class ReadFile:
     fps: float = 0.0  # Frames per second of the file
     n_frames: int = 0  # Frames of the file
     notes: tuple[str, ...] = ()  # What is unusual in the file
+    skeleton: str = ""  # Digest of its joints where the axis up was found from the motion
+    found: Found | None = None  # This axis
     problem: str = ""  # Why the file cannot be saved; "" where it can
 
     @property
@@ -317,7 +328,8 @@ def _load(job: FileToRead) -> _Loaded | Readings:
     try:
         with guarded(path, job.seconds(_size(path))):
             fps = entry.fps if entry and entry.fps else settings.fps
-            options = extended(ReadOptions, settings, fps=fps)
+            up = entry.up if entry and entry.up else settings.up
+            options = extended(ReadOptions, settings, fps=fps, up=up)
             kind = capture_format(path)
             data = read_file(path, options)
             named = entry.skeleton if entry and path.suffix.lower() == ".amc" else None
@@ -376,12 +388,22 @@ def _solved(
     name: str, path: Path, clip: Clip, settings: AddSettings, pack: Callable[[], Source]
 ) -> ReadFile:
     """Solve the canonical body for a clip."""
-    motion = retarget.to_motion(clip, settings.joint_map, settings.keep_implausible)
+    motion, found = retarget.solved(clip, settings.joint_map, settings.keep_implausible)
     if not (np.isfinite(motion.root_positions).all() and np.isfinite(motion.local_rotations).all()):
         raise CaptureError(path, "expected finite positions, found none.")
     notes = clip.notes + motion.notes
     source = pack() if settings.originals else leave_out(pack())
-    return ReadFile(name, str(path), source, motion, clip.fps, clip.n_frames, notes)
+    skeleton = "" if clip.up else _digest(clip.skeleton)
+    return ReadFile(
+        name, str(path), source, motion, clip.fps, clip.n_frames, notes, skeleton, found
+    )
+
+
+def _digest(skeleton: Skeleton) -> str:
+    """Return a digest of the joints of a skeleton, their hierarchy and their places."""
+    places = np.round(skeleton.offsets[1:], 4) + 0.0  # a root may stand anywhere
+    content = repr((skeleton.names, skeleton.parents.tolist(), places.tolist()))
+    return hashlib.sha256(content.encode("utf-8", "surrogatepass")).hexdigest()
 
 
 def read_joint_map(path: Path) -> dict[str, str]:
@@ -415,7 +437,8 @@ def read_stored(
     info: CaptureInfo, source: Source, parameters: Mapping[str, object], fps: float | None
 ) -> Clip:
     """The clip of a stored file, read as it was when it was added, without limits."""
-    unit = parameters.get("unit")
+    unit, worlds = parameters.get("unit"), parameters.get("worlds")
+    up = worlds.get(info.sha256) if isinstance(worlds, Mapping) else None
     skeleton = None
     if source.skeleton_data is not None:
         skeleton = AsfFile(source.skeleton_data, source.skeleton_name or "")
@@ -423,6 +446,9 @@ def read_stored(
         fps=fps,
         unit=float(str(unit)) if unit else None,
         skip_bad_frames=bool(parameters.get("skip_bad_frames")),
+        up=str(up or parameters.get("up") or ""),
+        mirror_world=bool(parameters.get("mirror_world")),
+        swap_sides=bool(parameters.get("swap_sides")),
         limits=NO_LIMITS,
         take=source.take,
     )

@@ -11,7 +11,15 @@ from motiondb import store
 from motiondb.answers.catalogue import SheetWritten
 from motiondb.database.learn import updating
 from motiondb.files.sheet_writer import write_sheet
-from motiondb.files.sheets import EventSheet, Sheet, SheetEntry, read_event_sheet, read_sheet
+from motiondb.files.sheets import (
+    EventSheet,
+    Sheet,
+    SheetEntry,
+    is_within,
+    read_event_sheet,
+    read_sheet,
+    spoken_part,
+)
 from motiondb.records import Caption, CaptureInfo
 
 
@@ -88,17 +96,14 @@ def _not_changed(path: object, what: str, count: int) -> list[str]:
 def captions_within(
     name: str, captions: Sequence[Caption], duration: float, notes: list[str]
 ) -> tuple[Caption, ...]:
-    """Captions that begin before a capture's end (seconds); a note for every other one."""
-    kept = []
-    for caption in captions:
-        if caption.start is not None and caption.start >= duration:
-            notes.append(
-                f"{name}: words {caption.words!r} start at {caption.start:g} s, after the "
-                f"capture's end at {duration:g} s, and were left out"
-            )
-            continue
-        kept.append(caption)
-    return tuple(kept)
+    """Captions within a capture that replaces another one (seconds); a note for the others."""
+    notes += [
+        f"{name}: the words {spoken_part(caption)} were left out: the new file ends at "
+        f"{duration:.4g} s"
+        for caption in captions
+        if not is_within(caption, duration)
+    ]
+    return tuple(caption for caption in captions if is_within(caption, duration))
 
 
 @dataclass(frozen=True)
@@ -106,7 +111,7 @@ class ImportReport:
     """The result of an import of words.
 
     captures : how many have the sheet's words and tags now. problems : a sentence per row without a
-    capture. notes : what of the sheet was left out, and why.
+    capture, or about a part beyond its end. notes : what of the sheet was left out, and why.
     """
 
     captures: int
@@ -131,22 +136,23 @@ class EventReport:
 def import_words(opened: store.Store, path: str | Path) -> ImportReport:
     """Replace words and tags by those of a sheet; captures for which it has no words keep theirs.
 
-    Words that begin after a capture's end are left out. Frame rates and skeletons decide how a file
-    is read, so they do nothing for captures that are there.
+    Words about a part that is not within the capture are a problem. Frame rates, axes and skeletons
+    decide how a file is read, so they do nothing for captures that are there.
     """
     sheet = read_sheet(path)
     with store.transaction(opened):
         infos = _captures_by_name(opened)
         named = [(infos[name], entry) for name, entry in sheet.entries.items() if name in infos]
         notes = [*sheet.notes, *_read_already(sheet, infos)]
+        problems = sheet.unknown(infos)
         numbers = [info.capture_id for info, _ in named]
         with updating.changing(opened, "words", {"sheet": str(path)}, numbers):
             for info, entry in named:
-                captions = captions_within(info.name, entry.captions, info.duration, notes)
+                captions = sheet.within(info.name, info.duration, problems)
                 if captions:
                     store.save_captions(opened, info.capture_id, captions)
                 store.save_tags(opened, info.capture_id, {**info.tags, **entry.tags})
-    return ImportReport(len(named), tuple(sheet.unknown(infos)), tuple(notes))
+    return ImportReport(len(named), tuple(problems), tuple(notes))
 
 
 def _captures_by_name(opened: store.Store) -> dict[str, CaptureInfo]:
@@ -168,7 +174,7 @@ def export_words(opened: store.Store, path: str | Path, where: str) -> SheetWrit
 def _read_already(sheet: Sheet, infos: Mapping[str, CaptureInfo]) -> list[str]:
     """A note if a sheet says how to read captures that were already added."""
     notes = []
-    for what in ("fps", "skeleton"):
+    for what in ("fps", "skeleton", "up"):
         count = sum(
             getattr(entry, what) is not None
             for name, entry in sheet.entries.items()

@@ -1,9 +1,9 @@
 """Reader of AMC (Acclaim motion capture): the motion of an ASF body.
 
 A frame is its number on a line, then a line a bone: the bone's name and its degrees of freedom in
-the order of the ASF. The format has no frame rate: 120 frames a second, as at CMU, unless given.
-It has no number of frames either: an incomplete last frame, as in CMU's 07_12, is left out with a
-note; any other fault refuses the file.
+the order of the ASF. A line ``:SAMPLES-PER-SECOND`` of the header names the frame rate; without it
+it is 120, as at CMU. The format has no number of frames: an incomplete last frame, as in CMU's
+07_12, is left out with a note; any other fault refuses the file.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 from motiondb.body import rotation
 from motiondb.errors import CaptureError, suggestion
-from motiondb.files.limits import AS_USUAL, ReadOptions, check_clip_size
+from motiondb.files.limits import AS_USUAL, ReadOptions, check_clip_size, check_rate
 from motiondb.files.readers.asf import AcclaimBody, Bone, axis_rotation, read_asf
 from motiondb.files.text import (
     CUT_SHORT,
@@ -33,6 +33,7 @@ from motiondb.files.text import (
 from motiondb.records import Clip, FloatArray
 
 DEFAULT_FPS = 120.0  # The rate of the CMU database, from which most AMC files come
+_RATE = re.compile(r"(?im)^\s*:?(?:SAMPLES-PER-SECOND|FRAMES?-PER-SECOND|FPS)[\s:]+(\S+)")
 _FRAME_NUMBER = re.compile(rb"(?m)^[ \t]*[0-9]+[ \t\r]*$")
 _MORE_LINES = 400
 """Lines of the first frame that are compared beyond one for each bone, so that the faults of a
@@ -52,7 +53,7 @@ class AsfFile(NamedTuple):
 def read_amc(
     data: bytes, path: object, asf: AsfFile | None, options: ReadOptions = AS_USUAL
 ) -> Clip:
-    """Read the clip in the bytes of an AMC file and of its ASF; 120 frames a second."""
+    """Read the clip in the bytes of an AMC file and of its ASF."""
     if asf is None:
         raise CaptureError(
             path, "expected the ASF file of its body, found none. Put it beside the AMC."
@@ -63,7 +64,16 @@ def read_amc(
     first = _FRAME_NUMBER.search(data)
     if first is None:
         raise CaptureError(path, "expected at least 1 frame, found 0. Is this an AMC file?")
-    header = decode(data[: first.start()]).upper()
+    head = decode(data[: first.start()])
+    header = head.upper()
+    rate = _RATE.search(head)
+    stated = None if rate is None else number(rate[1])
+    if rate is not None and not options.fps:
+        if stated is None:
+            at = head.count("\n", 0, rate.start(1)) + 1
+            fault = f"expected a frame rate, found {quoted(rate[1])}. Give --fps."
+            raise CaptureError(path, [(at, fault)])
+        check_rate(stated, path, "SAMPLES-PER-SECOND")
     degrees = ":RADIANS" not in header and (":DEGREES" in header or body.degrees)
     line = line_number(data, first.start())
     block = data[first.start() :]
@@ -71,7 +81,7 @@ def read_amc(
     table, notes = _read_table(block, line, layout, path, options.skip_bad_frames)
     check_clip_size(len(table), len(body.bones), n_bytes, path, options.limits)
     clip = _to_clip(body, layout, table, degrees)
-    return replace(clip, fps=options.fps or DEFAULT_FPS, notes=body.notes + notes)
+    return replace(clip, fps=options.fps or stated or DEFAULT_FPS, notes=body.notes + notes)
 
 
 def _read_table(

@@ -17,9 +17,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from motiondb.body import rotation
+from motiondb.body.world import UNITS, find_unit
 from motiondb.errors import CaptureError
 from motiondb.files.text import Faults, clean_bytes, decode, number, quoted, shorten
-from motiondb.files.units import UNITS, find_unit, scaled
+from motiondb.files.units import scaled
 from motiondb.records import FloatArray, Skeleton
 
 CMU_LENGTH = 0.45  # ``length 0.45`` in the units means inches divided by 0.45

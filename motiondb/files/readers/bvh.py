@@ -2,7 +2,9 @@
 
 What is kept: names, hierarchy, offsets, end sites, channel order, every frame. What is normalised:
 Euler angles become quaternions, lengths become metres (``Clip.unit`` remembers the file's unit),
-a frame time within 0.01 % of a whole number of frames a second becomes that number.
+a frame time becomes the usual rate that is written so (:func:`motiondb.body.world.find_rate`).
+What a file has beside a body is left out with a note: scale channels of 1, a second root that is no
+person, one more number in each frame.
 
 Convention: channels are applied in the order in which they are listed, the first outermost, so that
 "Zrotation Xrotation Yrotation" means R = Rz Rx Ry. Position channels of a joint take the place of
@@ -19,20 +21,16 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from types import MappingProxyType
 
 import numpy as np
 
 from motiondb.body import rotation
+from motiondb.body.joint_names import REQUIRED, is_person
+from motiondb.body.world import find_rate, find_unit
 from motiondb.errors import CaptureError
-from motiondb.files.limits import (
-    AS_USUAL,
-    MAX_FPS,
-    MIN_FPS,
-    ReadOptions,
-    check_clip_size,
-    whole_rate,
-)
+from motiondb.files.limits import AS_USUAL, MAX_FPS, MIN_FPS, ReadOptions, check_clip_size
 from motiondb.files.text import (
     Faults,
     clean_bytes,
@@ -44,17 +42,22 @@ from motiondb.files.text import (
     shorten,
     whole_number,
 )
-from motiondb.files.units import find_unit, scaled
+from motiondb.files.units import scaled
 from motiondb.records import Clip, FloatArray, Skeleton
 
 CHANNELS = MappingProxyType(
-    {f"{a}{kind}".lower(): f"{a}{kind}" for kind in ("position", "rotation") for a in "XYZ"}
-)  # Lower-case spelling -> BVH spelling of the six channels
+    {
+        f"{a}{kind}".lower(): f"{a}{kind}"
+        for kind in ("position", "rotation", "scale")
+        for a in "XYZ"
+    }
+)  # Lower-case spelling -> usual spelling; BVH has no scales, but some programs write them
 _KEYWORDS = frozenset({"hierarchy", "root", "joint", "end", "offset", "channels", "{", "}"})
 
 MAX_HEADER = 10_000_000
 """Bytes of the HIERARCHY part that are read. A joint takes about 150 bytes, so that this is room
 for more joints than any limit allows."""
+_SCALE_WITHIN = 1e-3  # Difference of a scale channel from 1 that is rounding
 _COUNT_LINE = re.compile(rb"[\s]*(frames|frame[ \t]*time)[ \t]*:?[ \t]*([^\s]*)[^\n]*\n?", re.I)
 
 Tokens = list[tuple[int, str]]  # (line number, word) in the order of the text
@@ -80,7 +83,6 @@ class _State:
     nodes: list[_Node] = field(default_factory=list)
     stack: list[int] = field(default_factory=list)  # Nodes whose braces are open, innermost last
     announced: int | None = None  # A node whose opening brace has not come yet
-    has_root: bool = False  # Whether a joint without parent was read
     faults: Faults = field(default_factory=list)  # Structural faults with their lines
 
     def fault(self, line: int | None, sentence: str) -> None:
@@ -153,16 +155,8 @@ def _read_node(state: _State, tokens: Tokens, place: int) -> int:
     if not name:
         state.fault(line, f"expected a name after {token}, found none.")
     parent = state.stack[-1] if state.stack else -1
-    if parent < 0 and state.has_root:
-        first = state.nodes[0]
-        state.fault(
-            line,
-            f"expected one ROOT, found a second, {quoted(name)}, after {quoted(first.name)} "
-            f"of line {first.line}. Export one performer a file.",
-        )
     if parent >= 0 and state.nodes[parent].is_end:
         state.fault(line, f"expected no joint inside an End Site, found {quoted(name)}.")
-    state.has_root |= parent < 0 and not is_end
     state.nodes.append(_Node(name, parent, line, is_end))
     if state.announced is not None:
         state.fault(line, "expected '{' before the next joint, found none.")
@@ -264,39 +258,117 @@ def read_bvh(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip
     if motion is None:
         faults.append((None, "expected a line MOTION, found none. The file may be cut short."))
         raise CaptureError(path, shorten(faults))
-    n_frames, file_fps, block_start = _read_counts(data, motion.end(), options.fps, faults)
+    notes: list[str] = []
+    counts = _read_counts(data, motion.end(), options.fps, faults, notes)
+    n_frames, file_fps, block_start = counts
     if skeleton is None:
         raise CaptureError(path, shorten(faults))
     width = sum(map(len, skeleton.channels))
     if width == 0:
         faults.append((None, "expected channels in the HIERARCHY, found none: nothing moves."))
         raise CaptureError(path, shorten(faults))
-    table, frame_faults = read_number_block(
-        data[block_start:],
-        line_number(data, block_start),
-        width,
-        _expected_values(skeleton),
-        options.skip_bad_frames,
-    )
-    notes: list[str] = []
+    bounds = _person(skeleton, path, notes)
+    block, expected = data[block_start:], _expected_values(skeleton)
+    first_line = line_number(data, block_start)
+    skip = options.skip_bad_frames
+    table, frame_faults = read_number_block(block, first_line, width, expected, skip)
+    if frame_faults and not len(table):
+        more, more_faults = read_number_block(block, first_line, width + 1, expected, False)
+        side = _spare_column(more) if not more_faults else ""
+        if side:
+            table, frame_faults = more[:, 1:] if side == "first" else more[:, :-1], []
+            notes.append(f"Every frame has one number more; the {side} ones are left out.")
     n_present = len(table) + len(frame_faults)
     if options.skip_bad_frames and frame_faults and len(table):
         first = frame_faults[0][0]
         notes.append(f"Left out {len(frame_faults)} bad frames; the first is on line {first}.")
     else:
         faults += shorten(frame_faults)
-    faults += _check_frame_count(n_frames, n_present, options.skip_bad_frames, notes)
+    is_cut = not data.endswith(b"\n")
+    faults += _check_frame_count(n_frames, n_present, skip, is_cut, notes)
     if faults:
         raise CaptureError(path, faults)
     check_clip_size(len(table), len(skeleton.names), n_bytes, path, options.limits)
+    skeleton, table = _body_alone(skeleton, bounds, table, path, notes)
     clip = _to_clip(skeleton, table, file_fps)
     return _in_metres(replace(clip, notes=tuple(notes)), options.unit)
 
 
+def _spare_column(table: FloatArray) -> str:
+    """Say which column holds no channel: the "first" if it counts frames, the "last" if it stays.
+
+    >>> _spare_column(np.array([[1.0, 5.0], [2.0, 6.0]])), _spare_column(np.array([[7.0, 5.0]]))
+    ('first', '')
+    """
+    if len(table) > 1 and (np.diff(table[:, 0]) == 1.0).all() and table[0, 0] in (0.0, 1.0):
+        return "first"
+    return "last" if len(table) > 1 and np.ptp(table[:, -1]) == 0.0 else ""
+
+
+def _person(skeleton: Skeleton, path: object, notes: list[str]) -> tuple[int, int]:
+    """Return the first joint of the person's root and the first behind; note other roots."""
+    bounds = [*np.flatnonzero(skeleton.parents < 0).tolist(), len(skeleton.names)]
+    trees = list(pairwise(bounds))
+    if len(trees) == 1:
+        return trees[0]
+    chosen = [tree for tree in trees if is_person(_tree(skeleton, *tree))]
+    if not chosen:  # the joints have other names: the largest tree, beside props
+        largest = max(trees, key=lambda tree: tree[1] - tree[0])
+        others = (end - first for first, end in trees if (first, end) != largest)
+        chosen = [largest] if max(others) < len(REQUIRED) else []
+    if len(chosen) != 1:
+        names = " and ".join(quoted(skeleton.names[first]) for first, _ in (chosen or trees)[:3])
+        raise CaptureError(
+            path,
+            f"expected one ROOT that is a person, found {len(chosen or trees)}: {names}. "
+            "Export one performer a file.",
+        )
+    names = ", ".join(
+        quoted(skeleton.names[first]) for first, end in trees if first != chosen[0][0]
+    )
+    notes.append(f"Left out what hangs from other roots, which is no person: {names}.")
+    return chosen[0]
+
+
+def _body_alone(
+    skeleton: Skeleton, bounds: tuple[int, int], table: FloatArray, path: object, notes: list[str]
+) -> tuple[Skeleton, FloatArray]:
+    """Leave out other roots with their channels, and scales of 1; add notes."""
+    first, end = bounds
+    body = _tree(skeleton, first, end)
+    joints = np.repeat(np.arange(len(skeleton.names)), [len(c) for c in skeleton.channels])
+    is_scale = np.array([c.endswith("scale") for names in skeleton.channels for c in names])
+    inside = (joints >= first) & (joints < end)
+    if not is_scale.any():
+        return body, table[:, inside]
+    scales = table[:, inside & is_scale]
+    if np.abs(scales - 1.0).max(initial=0.0) > _SCALE_WITHIN:
+        worst = scales.ravel()[np.abs(scales - 1.0).argmax()]
+        raise CaptureError(
+            path,
+            f"expected scale channels of 1, found {worst:g}. BVH has no scales: export the motion "
+            "without them.",
+        )
+    notes.append("Left out the scale channels: all are 1.")
+    kept = tuple(tuple(c for c in names if not c.endswith("scale")) for names in body.channels)
+    return replace(body, channels=kept), table[:, inside & ~is_scale]
+
+
+def _tree(skeleton: Skeleton, first: int, end: int) -> Skeleton:
+    """Return the joints from a root to the next one as a skeleton."""
+    return Skeleton(
+        skeleton.names[first:end],
+        np.maximum(skeleton.parents[first:end] - first, -1),
+        skeleton.offsets[first:end],
+        tuple((j - first, place) for j, place in skeleton.end_sites if first <= j < end),
+        skeleton.channels[first:end],
+    )
+
+
 def _read_counts(
-    data: bytes, start: int, fps: float | None, faults: Faults
+    data: bytes, start: int, fps: float | None, faults: Faults, notes: list[str]
 ) -> tuple[int | None, float, int]:
-    """Read the lines ``Frames:`` and ``Frame Time:``; add faults."""
+    """Read the lines ``Frames:`` and ``Frame Time:``; add faults and notes."""
     lines: dict[bytes, tuple[int, str]] = {}
     while match := _COUNT_LINE.match(data, start):
         kind = b"frames" if match.group(1).lower() == b"frames" else b"time"
@@ -313,15 +385,17 @@ def _read_counts(
         faults.append((line, "expected a line 'Frames: N', found none."))
     else:
         at, text = lines[b"frames"]
-        n_frames = whole_number(text)
+        n_frames = whole_number(re.sub(r"\.0*$", "", text))
         if n_frames is None:
             faults.append((at, f"expected a number of frames, found {quoted(text)}."))
     if fps is None:
-        fps = _read_frame_time(lines.get(b"time"), line, faults)
+        fps = _read_frame_time(lines.get(b"time"), line, faults, notes)
     return n_frames, fps, start
 
 
-def _read_frame_time(written: tuple[int, str] | None, line: int, faults: Faults) -> float:
+def _read_frame_time(
+    written: tuple[int, str] | None, line: int, faults: Faults, notes: list[str]
+) -> float:
     """Return the frames per second of a frame time (line, text); 0 if there is a fault."""
     if written is None:
         faults.append((line, "expected a line 'Frame Time: seconds', found none. Give --fps."))
@@ -338,7 +412,9 @@ def _read_frame_time(written: tuple[int, str] | None, line: int, faults: Faults)
             )
         )
         return 0.0
-    return whole_rate(1 / seconds)
+    fps, found = find_rate(seconds, text)
+    notes += found
+    return fps
 
 
 def _expected_values(skeleton: Skeleton) -> str:
@@ -354,14 +430,18 @@ def _expected_values(skeleton: Skeleton) -> str:
 
 
 def _check_frame_count(
-    n_frames: int | None, n_present: int, skip_bad: bool, notes: list[str]
+    n_frames: int | None, n_present: int, skip_bad: bool, is_cut: bool, notes: list[str]
 ) -> Faults:
-    """Compare the header's number of frames with the file's; with ``skip_bad`` only note it."""
+    """Compare the header's number of frames with the file's; a note where nothing is lost.
+
+    More frames than the header says are all there; one less, at the end of a line, is a header
+    that counts from 0 or from 1.
+    """
     if n_present == 0:
         return [(None, "expected at least 1 frame, found 0. Export the motion again.")]
     if n_frames is None or n_frames == n_present:
         return []
-    if skip_bad:
+    if skip_bad or n_present > n_frames or (n_present == n_frames - 1 and not is_cut):
         notes.append(f"The header says {n_frames} frames; the file holds {n_present}.")
         return []
     return [

@@ -18,16 +18,10 @@ from types import MappingProxyType
 import numpy as np
 
 from motiondb.body import rotation
+from motiondb.body.world import find_rate
 from motiondb.errors import CaptureError
 from motiondb.files.json_text import JSONError, parse_json
-from motiondb.files.limits import (
-    AS_USUAL,
-    MAX_FPS,
-    MIN_FPS,
-    ReadOptions,
-    check_clip_size,
-    whole_rate,
-)
+from motiondb.files.limits import AS_USUAL, MAX_FPS, MIN_FPS, ReadOptions, check_clip_size
 from motiondb.files.text import MAX_DIGITS, Faults, clean_bytes, decode, shorten
 from motiondb.records import Clip, FloatArray, Skeleton
 
@@ -175,7 +169,7 @@ def _fps(durations: FloatArray, path: object) -> tuple[float, tuple[str, ...]]:
         )
     uneven = float(np.ptp(good)) > _UNEVEN / fps
     notes = ("The durations of frames differ; their median is taken.",) if uneven else ()
-    return whole_rate(fps), notes
+    return find_rate(seconds)[0], notes
 
 
 def _rotations(table: FloatArray) -> FloatArray:

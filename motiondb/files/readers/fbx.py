@@ -94,6 +94,7 @@ def _clip(read: Mapping[str, Any], number: int) -> Clip:
         moved if moved.size else None,
         "fbx",
         unit,
+        "y",  # ufbx has turned the world by the axes that the file states
         tuple(map(str, notes)),
     )
 

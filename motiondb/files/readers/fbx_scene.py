@@ -31,6 +31,14 @@ class Node:
     is_null: bool  # A locator or a group without an object
 
 
+@dataclass(frozen=True)
+class Keys:
+    """When a take has keys."""
+
+    rate: float  # Keys a second of the longest curve if they are even, else 0
+    span: tuple[float, float] | None  # First and last key, seconds; None where motion goes on
+
+
 class Scene:
     """An open file; it keeps every object of ufbx that others are reached from."""
 
@@ -74,21 +82,42 @@ class Scene:
             mesh is None and light is None and camera is None and parent is not None,
         )
 
-    def key_rate(self) -> float:
-        """Return the keys a second of the longest evenly keyed curve; 0 without one."""
-        curves = self._scene.anim_curves
-        self._kept.append(curves)
+    def keys(self, take: int) -> Keys:
+        """Return when a take has keys."""
+        curves = self._curves(take)
         longest: FloatArray = np.zeros(0)
-        for _, curve in zip(range(_MOST_CURVES), curves):
-            keys = curve.keyframes
-            self._kept += [curve, keys]
-            if len(keys) > max(2, len(longest)):
+        spans: list[tuple[float, float]] = []
+        is_held = True
+        for number, curve in enumerate(curves):
+            keys, before, after = curve.keyframes, curve.pre_extrapolation, curve.post_extrapolation
+            self._kept += [keys, before, after]
+            if len(keys) < 2:
+                continue
+            spans.append((float(curve.min_time), float(curve.max_time)))
+            is_held &= before.mode.value == 0 == after.mode.value
+            if number < _MOST_CURVES and len(keys) > max(2, len(longest)):
                 longest = np.array([key.time for key in keys])
+        if not spans:
+            return Keys(0.0, None)
         steps = np.diff(longest)
-        if len(steps) < 2 or not steps.min(initial=0.0) > 0.0:
-            return 0.0
-        step = float(np.median(steps))
-        return 1.0 / step if float(np.ptp(steps)) <= 2.0 * _EVEN * step else 0.0
+        step = float(np.median(steps)) if len(steps) else 0.0
+        even = len(steps) > 1 and steps.min() > 0.0 and np.ptp(steps) <= 2.0 * _EVEN * step
+        first, last = min(a for a, _ in spans), max(b for _, b in spans)
+        return Keys(1.0 / step if even else 0.0, (first, last) if is_held else None)
+
+    def _curves(self, take: int) -> list[Any]:
+        """Return the curves of a take."""
+        found = []
+        layers = self._stacks[take].layers
+        self._kept.append(layers)
+        for layer in layers:
+            values = layer.anim_values
+            self._kept += [layer, values]
+            for value in values:
+                curves = list(value.curves)
+                self._kept += [value, *curves]
+                found += [curve for curve in curves if curve is not None]
+        return found
 
     def transforms(
         self, take: int, number: int, times: FloatArray

@@ -16,13 +16,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.body import rotation
-from motiondb.body.joint_names import joint_map
+from motiondb.body.joint_names import is_person
 from motiondb.body.kinematics import to_local
-from motiondb.errors import CaptureError, SkeletonError, suggestion
-from motiondb.files.limits import MIN_FPS, ReadOptions, check_clip_size, check_rate, whole_rate
-from motiondb.files.readers.fbx_scene import Node, Scene, plain
+from motiondb.body.world import TYPICAL_LEG, body_size, checked_unit, find_rate, find_unit
+from motiondb.errors import CaptureError, suggestion
+from motiondb.files.limits import MIN_FPS, ReadOptions, check_clip_size, check_rate
+from motiondb.files.readers.fbx_scene import Keys, Node, Scene, plain
 from motiondb.files.text import quoted
-from motiondb.files.units import TYPICAL_LEG, body_size, find_unit, scaled
+from motiondb.files.units import scaled
 from motiondb.records import Clip, FloatArray, Skeleton
 
 _STAYS = 1e-5
@@ -30,11 +31,7 @@ _STAYS = 1e-5
 numbers of a file, far below the millimetre."""
 _STILL = 1e-6  # Metres, and differences of quaternions, below which nothing moves in a take
 _DENSER = 1.2  # How much denser than the frames of the scene keys must be to be believed
-_DOUBTFUL_UNIT = 2.2
-"""A body larger or smaller than typical by this ratio is not believed to be in the unit that the
-file names: the units in use differ by more."""
-_FACTORS = (1e-4, 1e-3, 1e-2, 0.0254, 0.1, 0.3048, 1.0, 2.54, 10.0, 39.37, 100.0, 1e3, 1e4)
-"""By how much a file's unit may be wrong: other lengths than it says, or scaled once too often."""
+_BESIDE = 0.05  # Frames by which a key may miss a frame of the take
 _ENDS = re.compile(r"(end|nub|endsite|tip)$")
 _SMALL = 1e-9  # Determinants of scales below which a matrix has no directions
 _NO_TAKE = "expected a take with animation"
@@ -59,6 +56,8 @@ class FbxFile:
         self._path, self._options, self._n_bytes = path, options, len(data)
         self._scene = Scene(data, path)
         self._bodies = _find_bodies(self._scene, path)
+        self._keys = {take: self._scene.keys(take) for take in range(len(self._scene.takes))}
+        self._keys[-1] = Keys(0.0, None)
         self._fps = options.fps or (MIN_FPS if is_pose else self._rate())
         self._found = {"": (-1, self._largest())} if is_pose else self._find_takes()
         self.labels = tuple(self._found)
@@ -85,9 +84,9 @@ class FbxFile:
 
     def _rate(self) -> float:
         """Return the frames per second of the scene, or of its keys where these are denser."""
-        keys, fps = self._scene.key_rate(), self._scene.fps
+        keys, fps = max(keys.rate for keys in self._keys.values()), self._scene.fps
         fps = keys if keys > _DENSER * fps else fps
-        return whole_rate(check_rate(fps, self._path))
+        return find_rate(1.0 / check_rate(fps, self._path))[0]
 
     def _find_takes(self) -> dict[str, tuple[int, _Body]]:
         """Return take and skeleton by label, of those in which joints move."""
@@ -130,7 +129,11 @@ class FbxFile:
         count = math.floor(seconds * self._fps + 1e-3) + 1
         n_joints = max(len(body.joints) for body in self._bodies)
         check_clip_size(count, n_joints, self._n_bytes, self._path, self._options.limits)
-        return begin + np.arange(count) / self._fps
+        span, frames = self._keys[take].span, np.arange(count)
+        if span is not None:  # the frames of the take within its keys: the others stand still
+            near = (begin + frames / self._fps - np.array(span)[:, None]) * self._fps
+            frames = frames[(near[0] > _BESIDE - 1.0) & (near[1] < 1.0 - _BESIDE)]
+        return begin + frames / self._fps
 
     def _moves(self, take: int, body: _Body) -> bool:
         """Say whether any joint of a skeleton moves in a take, at 20 of its frames."""
@@ -166,6 +169,7 @@ class FbxFile:
             tuple(ends),
         )
         unit, notes = self._unit(skeleton, offsets)
+        notes += self._time_notes(take, len(places))
         offsets = offsets * unit
         moved = np.abs(offsets[:, 1:] - unit * rest[1:]).max(initial=0.0) > _STAYS
         return Clip(
@@ -178,6 +182,23 @@ class FbxFile:
             unit=unit,
             notes=notes,
         )
+
+    def _time_notes(self, take: int, n_frames: int) -> tuple[str, ...]:
+        """Say what of a take was left out, and whose rate was taken."""
+        if take < 0:
+            return ()
+        notes = []
+        _, begin, end = self._scene.takes[take]
+        still = math.floor((end - begin) * self._fps + 1e-3) + 1 - n_frames
+        if still > 0:
+            notes.append(f"Left out {still} still frames before the first key and after the last.")
+        keys, fps = self._keys[take].rate, self._scene.fps
+        if not self._options.fps and keys > _DENSER * fps:
+            notes.append(
+                f"The scene has {fps:.6g} frames a second and the take {keys:.6g} keys a second: "
+                f"{self._fps:.6g} is taken."
+            )
+        return tuple(notes)
 
     def _above(self, node: int, joints: dict[int, int]) -> int:
         """Return the joint from which a node hangs, -1 for none."""
@@ -207,15 +228,7 @@ class FbxFile:
         lengths = np.linalg.norm(np.median(offsets, axis=0), axis=-1)
         size, typical = body_size(skeleton, lengths)
         if typical == TYPICAL_LEG and 0 < unit < 1e6:
-            ratio = size * unit / typical
-            if 1 / _DOUBTFUL_UNIT < ratio < _DOUBTFUL_UNIT:
-                return unit, ()
-            factor = min(_FACTORS, key=lambda factor: abs(math.log(ratio * factor)))
-            return unit * factor, (
-                f"The file says that its unit is {unit:.4g} m; the body would be {ratio:.2g} "
-                f"times the usual size, so {unit * factor:.4g} m is taken. Give the unit if it is "
-                "wrong.",
-            )
+            return checked_unit(unit, size, typical)
         return (unit, ()) if 0 < unit < 1e6 else find_unit(skeleton)
 
 
@@ -358,8 +371,4 @@ def _is_person(nodes: Sequence[Node], body: _Body) -> bool:
     ends = tuple(
         (number[p], (0.0, 0.0, 0.0)) for e in body.ends if (p := nodes[e].parent) in number
     )
-    try:
-        joint_map(Skeleton(names, np.zeros(len(names), dtype=int), np.zeros((len(names), 3)), ends))
-    except SkeletonError:
-        return False
-    return True
+    return is_person(Skeleton(names, np.full(len(names), -1), np.zeros((len(names), 3)), ends))

@@ -16,6 +16,7 @@ from starlette.responses import StreamingResponse
 
 from motiondb.answers.plain import to_json
 from motiondb.database.learn.start import NONE, shipped_names
+from motiondb.files.limits import check_up
 from motiondb.files.units import unit_from_name
 from motiondb.page.errors import ERRORS, PageError
 from motiondb.page.jobs import Job, JobReply
@@ -60,6 +61,9 @@ class AddBody(Body):
     words: Text | None = None
     unit: Annotated[str, Field(max_length=20)] | None = None
     fps: Annotated[float, Field(ge=1.0, le=100_000.0, allow_inf_nan=False)] | None = None
+    up: Annotated[str, Field(max_length=2)] = ""
+    mirror_world: bool = False
+    swap_sides: bool = False
     keep_implausible: bool = False
     skip_bad_frames: bool = False
 
@@ -82,9 +86,10 @@ def router(page: Page) -> APIRouter:
         page.check_writable()
         if body.unit:
             unit_from_name(body.unit)
+        check_up(body.up, "up")
         folder, words, within = _places(page, body)
         places = {"folder": folder, "words": words, "within": within}
-        parameters = body.model_dump(include={"unit", "fps", "keep_implausible", "skip_bad_frames"})
+        parameters = body.model_dump(exclude={"upload", "folder", "words"})
         parameters |= {name: str(place) if place else None for name, place in places.items()}
         return page.jobs.start("add", "add captures", parameters).reply()
 

@@ -27,6 +27,17 @@ def start_run(
     return number
 
 
+def note_in_run(store: Store, run_id: int, **values: object) -> None:
+    """Add parameters of a run that were found while it went on."""
+    with transaction(store) as connection:
+        text = connection.value("SELECT parameters FROM run WHERE run_id = ?", [run_id])
+        parameters = json.loads(str(text)) | values
+        connection.execute(
+            "UPDATE run SET parameters = ? WHERE run_id = ?",
+            [json.dumps(parameters, default=str, sort_keys=True), run_id],
+        )
+
+
 def finish_run(store: Store, run_id: int) -> None:
     """Record the end of a run; a second call for the same run changes nothing."""
     with transaction(store) as connection:

@@ -64,8 +64,8 @@ BROKEN_BVH = {
         f"w.bvh:21: {NINE}, found 4. {SKIP}",
     ),
     "cut between frames": (
-        BVH.replace("0 92 0 0 30 0 0 0 40\n", ""),
-        f"w.bvh: expected 3 frames as the header says, found 2. {FEW}",
+        BVH.replace("0 92 0 0 30 0 0 0 40\n", "").replace("Frames: 3", "Frames: 4"),
+        f"w.bvh: expected 4 frames as the header says, found 2. {FEW}",
     ),
     "cut in an early frame": (
         BVH.split(" 10 0 0 20")[0],
@@ -112,9 +112,12 @@ BROKEN_BVH = {
     "two performers": (
         BVH.replace(
             "MOTION",
-            "ROOT Ben\n{\nOFFSET 0 0 0\nCHANNELS 3 Xrotation Yrotation Zrotation\n}\nMOTION",
+            "ROOT Ben\n{\nOFFSET 0 0 0\nCHANNELS 3 Xrotation Yrotation Zrotation\n"
+            + "JOINT a\n{\nOFFSET 0 1 0\n" * 12
+            + "}\n" * 13
+            + "MOTION",
         ),
-        "w.bvh:16: expected one ROOT, found a second, 'Ben', after 'Hips' of line 2. "
+        "w.bvh: expected one ROOT that is a person, found 2: 'Hips' and 'Ben'. "
         "Export one performer a file.",
     ),
     "an open brace": (
@@ -136,9 +139,9 @@ BROKEN_BVH = {
     ),
     "several faults at once": (
         BVH.replace("CHANNELS 3", "CHANNELS 4")
-        .replace("Yposition", "Yscale")
+        .replace("Yposition", "Yshear")
         .replace("0.0333333", "0"),
-        "w.bvh:5: expected channels such as Xposition or Zrotation, found 'Yscale'.\n"
+        "w.bvh:5: expected channels such as Xposition or Zrotation, found 'Yshear'.\n"
         "w.bvh:9: expected 4 channel names, found 3 names.\n"
         f"w.bvh:18: expected a frame time from 0.0005 to 1 s, found 0. {RATE}",
     ),

@@ -1,0 +1,454 @@
+"""What a file does not say, or says wrongly: the axis that is up, sides, units, frame rates.
+
+A file's word holds, then the convention of its format. What neither says is found from the motion
+over the whole take, and told in a note; whoever adds the file can overrule it.
+
+**Up** is one of six axes. Each gets a score from what gravity does: the body's lowest points along
+the axis stand still, at one height (``_STANDS``); that height is near 0, where the floor mostly
+lies (``_FLOOR``); the body is upright along it for most of the take (``_POSTURE``), and in its rest
+pose (``_REST``); it is the usual one of the format (``_USUAL``). A posture alone decides nothing: a
+person may lie, sit or stand on the hands.
+
+**Sides** are known without their names: toes point ahead, and knees bend ahead. Where both say that
+left is right, the names of the sides are exchanged, or the file's axes are left-handed.
+
+**Units** in use differ by a factor of 2.2 or more, so the size of the body tells them apart: legs
+between 0.56 m and 1.23 m (1.15 m to 2.5 m of height) are read rightly. A small child in centimetres
+may be mistaken for a person in inches. Where root and bones have different units, the feet slide.
+
+**Rates** are found from frame times of few digits: 0.033 s is what 30 frames a second round to.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+
+from motiondb.body import body, rotation
+from motiondb.body.joint_names import joint_map
+from motiondb.errors import SkeletonError
+from motiondb.records import Clip, FloatArray, IntArray, Skeleton
+
+_I = body.INDEX
+UPS = ("y", "z", "x", "-y", "-z", "-x")
+"""The axes that may point up."""
+_TURNS: Mapping[str, tuple[str, float]] = MappingProxyType(
+    {"y": ("X", 0.0), "z": ("X", -90.0), "x": ("Z", 90.0)}
+    | {"-y": ("X", 180.0), "-z": ("X", 90.0), "-x": ("Z", -90.0)}
+)  # The axis and the degrees of the turn after which y is up
+_STANDS, _FLOOR, _POSTURE, _REST, _USUAL = 2.0, 1.0, 1.0, 0.8, 0.5
+"""Weights of the evidence, chosen before they were tried. Tried on 540 real captures turned into
+five worlds: where the rest pose is turned with them none is wrong, where it is not, 6 of 720; each
+of the six is noted."""
+_SURE = 0.8  # Difference of the best two scores above which the best one is not doubted
+_FLOOR_WITHIN = 0.06  # Metres from 0 of a floor at 0: real feet reach .07
+_OFF_FLOOR, _ON_FLOOR = 0.25, 0.2
+"""Metres from 0: an axis with its lowest points beyond the first is doubted if another one, along
+which the body stands as still, has them within the second."""
+_STILL, _NEAR, _LEVEL = 0.3, 0.1, 0.15
+"""A point that carries the body moves slower than this (m/s), is this near to the lowest point of
+its frame, which is this near to the take's ground (metres)."""
+_SAMPLES = 3000  # Frames that are looked at: more change no score
+_UPRIGHT = 0.9  # Cosine with an axis above which a rest pose stands along it
+_AHEAD, _BEND = -0.3, -0.01
+"""Medians below which toes point backwards (cosine) and knees bend backwards (shares of the leg).
+Of 540 real captures toes are at -.11 (feet of converted files that point anywhere) to .99, knees
+above 0."""
+_CROSSED = -0.02
+"""Metres by which a left knee, shoulder or elbow is right of the other in the median where names
+are exchanged: in real captures they are at least .09 m left."""
+_TOE_HEIGHT = 0.02  # Metres of the toe joint over the ground in a flat stance
+_STEP, _ALIKE, _SLIDES = 0.5, 0.9, (0.9, 4.0)
+"""Metres a second that feet on the ground move past the hips while a body steps; correlation of
+this with the travel; and ratios of both outside which their units differ. Of 540 real captures
+those with such a correlation have ratios of 1.0 (walks) to 2.9 (runs and jumps)."""
+_RADIANS, _TRAVELS = 3.2, 0.3
+"""Degrees that no joint exceeds where angles in radians are read as degrees (a half turn is 3.14),
+and metres that the root travels then."""
+
+INCH = 0.0254  # Metres
+UNITS: Mapping[str, float] = MappingProxyType(
+    {"m": 1.0, "cmu": INCH / 0.45, "inch": INCH, "cm": 0.01, "mm": 0.001}
+)  # Metres per unit. "cmu" is the CMU database's own scale: inches divided by 0.45
+TYPICAL_LEG = 0.83
+"""Hip to ankle of an adult, metres: half of a height of 1.70 m, less the height of the ankle."""
+TYPICAL_CHAIN = 1.15
+"""Longest chain of bones from the root (to a hand or a foot) of an adult, metres."""
+DOUBTFUL = 1.6
+"""A body larger or smaller than typical by this ratio is noted. Legs of 0.52 m to 1.33 m pass: this
+covers adults and children from about six years."""
+_DOUBTFUL_UNIT = 2.2
+"""A body larger or smaller than typical by this ratio is not believed to be in the unit that its
+file names: the units in use differ by more."""
+_FACTORS = (1e-4, 1e-3, 1e-2, INCH, 0.1, 0.3048, 1.0, 2.54, 10.0, 39.37, 100.0, 1e3, 1e4)
+"""By how much a file's unit may be wrong: other lengths than it says, or scaled once too often."""
+
+_RATES = (24.0, 25.0, 30.0, 50.0, 60.0, 90.0, 100.0, 120.0, 200.0, 240.0)
+"""Frames a second that cameras, games and optical systems have."""
+_OTHER_RATES = (
+    *(fps * 1000.0 / 1001.0 for fps in (24, 30, 60, 120, 240)),
+    *(48.0, 72.0, 75.0, 80.0, 125.0, 144.0, 150.0, 180.0),
+    *(250.0, 300.0, 360.0, 400.0, 480.0, 500.0, 1000.0),
+)
+"""Less usual ones; those of television are a thousandth below the whole number."""
+_FEW_DIGITS = 5e-5
+"""A written time that is within this share of a rate's says which rate it is: frame times are
+written with five digits or more, and 29.97 lies ten times as far from 30."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """The axis that is up, and how it was found."""
+
+    up: str  # One of ``UPS``
+    is_sure: bool
+    scores: tuple[float, ...]  # Of every axis of ``UPS``
+    usual: str = "y"  # The axis of the format
+    rest: str = ""  # The axis along which the rest pose stands
+    notes: tuple[str, ...] = ()
+
+
+def to_y_up(up: str) -> FloatArray:
+    """Return the rotation that turns a world in which an axis is up into one with y up.
+
+    >>> rotation.rotate(to_y_up("z"), np.array([1.0, 2.0, 3.0])).round(9).tolist()
+    [1.0, 3.0, -2.0]
+    """
+    axis, degrees = _TURNS[up]
+    return rotation.from_euler([degrees], axis)
+
+
+def find_up(
+    points: FloatArray, fps: float, *, stated: str = "", usual: str = "y", rest: str = ""
+) -> Found:
+    """Find the axis that is up for joints (frames, 21, 3), metres, NaN where they are missing.
+
+    `stated`: the axis that a file or a person names: it holds, and a contradiction is noted.
+    `usual`: the axis that the format has where it says nothing. `rest`: the axis along which the
+    rest pose stands, "" for none.
+    """
+    held, lows = _held(points, fps)
+    upright = _axis_values(_direction(points))
+    scores = tuple(
+        _STANDS * held[up]
+        + _FLOOR * math.exp(-0.5 * min(abs(lows[up]) / _FLOOR_WITHIN, 9.0) ** 2)
+        + _POSTURE * max(upright[up], 0.0)
+        + _REST * (rest == up)
+        + _USUAL * ((stated or usual) == up)
+        for up in UPS
+    )
+    best, second = sorted(UPS, key=lambda up: -scores[UPS.index(up)])[:2]
+    is_sure = scores[UPS.index(best)] - scores[UPS.index(second)] >= _SURE
+    if abs(lows[best]) > _OFF_FLOOR:
+        is_sure &= all(abs(lows[up]) > _ON_FLOOR or held[up] < held[best] - 0.05 for up in UPS)
+    if stated:
+        doubt = f"{stated} is stated to be up; the body moves as if {best} were. "
+        notes = (doubt + _ADVICE,) if is_sure and best != stated else ()
+        return Found(stated, True, scores, stated, rest, notes)
+    found = Found(best, is_sure, scores, usual, rest)
+    return replace(found, notes=up_notes(found))
+
+
+_ADVICE = "Give the axis (--up) if this is wrong."
+
+
+AS_OTHERS = "{up} is taken for up, as in other captures of this skeleton. " + _ADVICE
+
+
+def up_notes(found: Found) -> tuple[str, ...]:
+    """Say which axis was taken for up where this was a guess."""
+    if found.is_sure and found.up == found.usual:
+        return ()
+    if not found.is_sure:
+        why = "the motion does not show for certain which axis is up"
+    elif found.rest == found.up:
+        why = "the skeleton's rest pose and the body stand along it"
+    else:
+        why = "what carries the body is lowest along it"
+    return (f"{found.up} is taken for up: {why}. {_ADVICE}",)
+
+
+def pooled(scores: Sequence[Sequence[float]]) -> tuple[str, bool]:
+    """Return the axis that is up for captures of one skeleton, and whether this is sure."""
+    together = np.mean(scores, axis=0)
+    second, best = np.sort(together)[-2:]
+    return UPS[int(together.argmax())], bool(best - second >= _SURE)
+
+
+def rest_up(points: FloatArray) -> str:
+    """Return the axis along which a rest pose (21, 3) stands; "" for one that does not stand."""
+    hips, ankles = (points[[_I[f"l_{j}"], _I[f"r_{j}"]]].mean(axis=0) for j in ("hip", "ankle"))
+    legs, trunk = hips - ankles, points[_I["neck"]] - hips
+    size = np.linalg.norm(legs) * np.linalg.norm(trunk)
+    if not size > 0.0 or legs @ trunk < 0.5 * size:  # collapsed, or lying folded
+        return ""
+    values = _axis_values((legs + trunk) / np.linalg.norm(legs + trunk))
+    best = max(values, key=lambda up: values[up])
+    return best if values[best] > _UPRIGHT else ""
+
+
+def _axis_values(way: FloatArray) -> dict[str, float]:
+    """Return what a vector (3,) has along each axis of ``UPS``."""
+    x, y, z = np.nan_to_num(way).tolist()
+    return dict(zip(UPS, (y, z, x, -y, -z, -x)))
+
+
+def _direction(points: FloatArray) -> FloatArray:
+    """Return the median direction (3,) from the feet to the neck."""
+    way = points[:, _I["neck"]] - points[:, [_I["l_ankle"], _I["r_ankle"]]].mean(axis=1)
+    known = np.isfinite(way).all(axis=1)
+    return np.median(rotation.normalize(way[known]), axis=0) if known.any() else np.zeros(3)
+
+
+def _held(points: FloatArray, fps: float) -> tuple[dict[str, float], dict[str, float]]:
+    """For each axis the share of frames in which still points carry the body, and its ground."""
+    known = np.isfinite(points).all(axis=2)
+    points = points[:, known.mean(axis=0) > 0.5]  # roles that the skeleton lacks are all NaN
+    points = points[np.isfinite(points).all(axis=(1, 2))]
+    if points.size == 0:
+        return dict.fromkeys(UPS, 0.0), dict.fromkeys(UPS, 0.0)
+    lag = min(max(1, round(fps / 15.0)), len(points) - 1)
+    first = np.arange(0, len(points) - lag, max(1, lag, len(points) // _SAMPLES))
+    if lag == 0:
+        first = np.zeros(1, dtype=np.int64)
+    speed = np.linalg.norm(points[first + lag] - points[first], axis=-1) * fps / max(lag, 1)
+    places = (points[first] + points[first + lag]) / 2.0
+    shares, lows = {}, {}
+    for up in UPS:
+        heights = places[..., "xyz".index(up[-1])] * (-1.0 if up[0] == "-" else 1.0)
+        low = heights.min(axis=1)
+        ground = float(np.percentile(low, 5))
+        carries = (heights < low[:, None] + _NEAR) & (speed < _STILL)
+        shares[up] = float(np.mean(carries.any(axis=1) & (low < ground + _LEVEL)))
+        lows[up] = ground
+    return shares, lows
+
+
+def as_asked(
+    clip: Clip, up: str, mirror_world: bool, swap_names: Sequence[int] | IntArray | None
+) -> Clip:
+    """Return a clip with an axis up, from a left-handed world, or with other joints' names."""
+    skeleton = clip.skeleton
+    if swap_names is not None:
+        names = tuple(skeleton.names[other] for other in swap_names)
+        skeleton = replace(skeleton, names=names)
+    clip = replace(clip, skeleton=skeleton, up=up or clip.up)
+    if not mirror_world:
+        return clip
+    axis = 2 if clip.up[-1:] == "x" else 0  # any axis along the ground
+    flip = np.where(np.arange(3) == axis, -1.0, 1.0)
+    moved = clip.joint_positions
+    ends = tuple((j, tuple((flip * place).tolist())) for j, place in skeleton.end_sites)
+    return replace(
+        clip,
+        skeleton=replace(skeleton, offsets=skeleton.offsets * flip, end_sites=ends),
+        local_rotations=clip.local_rotations * np.array([1.0, *-flip]),
+        root_positions=clip.root_positions * flip,
+        joint_positions=None if moved is None else moved * flip,
+    )
+
+
+def side_notes(points: FloatArray, has_toes: bool) -> tuple[str, ...]:
+    """Note sides whose names contradict the body; joints (frames, 21, 3), y up."""
+    left = points[:, _I["l_hip"]] - points[:, _I["r_hip"]]
+    left = rotation.normalize(left)
+    for part in ("knee", "shoulder", "elbow"):
+        across = points[:, _I[f"l_{part}"]] - points[:, _I[f"r_{part}"]]
+        if _median(across, left) < _CROSSED:
+            return (
+                f"The left {part} is right of the right one for most of the take: the names of "
+                f"the {part}s, or of the hips, look exchanged. Name them with --joint-map, or give "
+                "--swap-sides.",
+            )
+    toes, knees = [], []
+    for side in "lr":
+        hip, knee, ankle, toe = (
+            points[:, _I[f"{side}_{part}"]] for part in ("hip", "knee", "ankle", "toe")
+        )
+        leg = hip - ankle
+        size = np.linalg.norm(leg, axis=-1, keepdims=True)
+        toes.append(_median(rotation.normalize(toe - ankle), _ahead(left, knee - ankle)))
+        knees.append(_median((knee - (hip + ankle) / 2.0) / size, _ahead(left, leg)))
+    if max(knees) > _BEND or (has_toes and max(toes) > _AHEAD):
+        return ()
+    return (
+        "Knees bend backwards, and toes point backwards, for the sides that the joints name. It "
+        "looks as if the axes were left-handed (--mirror-world), since no side differs from the "
+        "others; exchanged names of left and right (--swap-sides) would look the same.",
+    )
+
+
+def _ahead(left: FloatArray, up: FloatArray) -> FloatArray:
+    """Return unit vectors (frames, 3) ahead of a body that has these on its left and above."""
+    return rotation.normalize(np.cross(left, up))
+
+
+def _median(values: FloatArray, along: FloatArray) -> float:
+    """Return the median of vectors (frames, 3) along unit vectors; 0 where none is known."""
+    products = np.sum(values * along, axis=-1)
+    products = products[np.isfinite(products)]
+    return float(np.median(products)) if len(products) else 0.0
+
+
+def travel_notes(points: FloatArray, fps: float, leg_length: float) -> tuple[str, ...]:
+    """Note feet that slide as if the root had another unit; joints (frames, 21, 3), y up, metres.
+
+    While a foot stands, it moves past the hips as fast as these move ahead: compared second by
+    second, since one foot or the other stands for most of a walk.
+    """
+    lag = max(1, round(fps / 15.0))
+    points = points[np.isfinite(points).all(axis=(1, 2))] * (body.LEG_LENGTH / leg_length)
+    if len(points) <= lag:
+        return ()
+    hips = points[:, 0]
+    feet = points[:, [_I["l_ankle"], _I["r_ankle"]]]
+    toes = points[:, [_I["l_toe"], _I["r_toe"]], 1]
+    heights = np.minimum(feet[..., 1] - body.ANKLE_HEIGHT, toes - _TOE_HEIGHT)
+
+    def step(places: FloatArray) -> FloatArray:
+        return (places[lag:] - places[:-lag])[..., [0, 2]] * fps / lag
+
+    past, travel = -step(feet - hips[:, None]), step(hips)
+    level = np.maximum(heights[lag:], heights[:-lag])
+    past = past[np.arange(len(past)), level.argmin(axis=1)]
+    stands = level.min(axis=1) < np.percentile(heights.min(axis=1), 5) + _NEAR
+    seconds = np.array_split(np.flatnonzero(stands), max(1, round(stands.sum() / fps)))
+    pairs = np.array([[travel[s].mean(axis=0), past[s].mean(axis=0)] for s in seconds if len(s)])
+    pairs = pairs.reshape(-1, 2, 2)
+    pairs = pairs[np.linalg.norm(pairs[:, 1], axis=1) > _STEP]
+    if len(pairs) <= len(seconds) / 2:  # it does not walk for most of the take
+        return ()
+    own, both, steps = np.einsum("wad,wbd->ab", pairs, pairs)[[0, 0, 1], [0, 1, 1]].tolist()
+    ratio, like = both / steps, both / math.sqrt(own * steps + 1e-30)
+    if like < _ALIKE or _SLIDES[0] < ratio < _SLIDES[1]:
+        return ()
+    return (
+        f"The root travels {ratio:.2g} times as far as the feet step: they slide. The root may "
+        "have another unit than the bones. Export the capture again with one unit.",
+    )
+
+
+def angle_notes(clip: Clip) -> tuple[str, ...]:
+    """Note a clip that travels while no joint turns: its angles may be in radians."""
+    cosines = np.abs(clip.local_rotations[..., 0]).min(initial=1.0)
+    turned = math.degrees(2.0 * math.acos(min(float(cosines), 1.0)))
+    travel = np.ptp(clip.root_positions, axis=0).max(initial=0.0)
+    if not 0.0 < turned < _RADIANS or travel < _TRAVELS:
+        return ()
+    return (
+        f"No joint turns by more than {turned:.2g} degrees while the root travels {travel:.2g} m: "
+        "the angles may be in radians. Export them in degrees.",
+    )
+
+
+def find_unit(
+    skeleton: Skeleton, joint_positions: FloatArray | None = None
+) -> tuple[float, tuple[str, ...]]:
+    """Estimate the length unit of a skeleton from the size of its body, with notes."""
+    offsets = skeleton.offsets
+    if joint_positions is not None:
+        offsets = np.median(joint_positions[:: max(1, len(joint_positions) // 100)], axis=0)
+    size, typical = body_size(skeleton, np.linalg.norm(offsets, axis=-1))
+    if not 1e-9 < size < 1e9:
+        return 1.0, ("The skeleton has no size; its unit is taken to be the metre.",)
+    unit = min(UNITS.values(), key=lambda metres: abs(math.log(size * metres / typical)))
+    ratio = size * unit / typical
+    if not 1 / DOUBTFUL < ratio < DOUBTFUL:
+        return unit, (
+            f"The length unit is a guess ({unit:.4g} m): the body would be {ratio:.2g} times "
+            "the usual size. Give the unit if it matters.",
+        )
+    return unit, ()
+
+
+def checked_unit(unit: float, size: float, typical: float) -> tuple[float, tuple[str, ...]]:
+    """Return the unit that a file names, or one that makes a body of this size a person's.
+
+    `size`: of the body, in file units; `typical`: of an adult, metres.
+    """
+    ratio = size * unit / typical
+    if not 0.0 < ratio < math.inf or 1 / _DOUBTFUL_UNIT < ratio < _DOUBTFUL_UNIT:
+        return unit, ()
+    unit_taken = unit * min(_FACTORS, key=lambda factor: abs(math.log(ratio * factor)))
+    return unit_taken, (
+        f"The file says that its unit is {unit:.4g} m; the body would be {ratio:.2g} times the "
+        f"usual size, so {unit_taken:.4g} m is taken. Give the unit if it is wrong.",
+    )
+
+
+def body_size(skeleton: Skeleton, lengths: FloatArray) -> tuple[float, float]:
+    """Return the size of the body in file units, and the same size of an adult in metres."""
+    try:
+        roles = joint_map(skeleton)
+    except SkeletonError:
+        roles = {}
+    legs = []
+    for side in "lr" if roles else "":
+        leg = _path_length(skeleton, lengths, roles[f"{side}_ankle"], roles[f"{side}_hip"])
+        if leg > 0:
+            legs.append(leg)
+    if legs:
+        return float(np.mean(legs)), TYPICAL_LEG
+    chains = _chain_lengths(skeleton, lengths)
+    ends = [chains[joint] + math.hypot(*offset) for joint, offset in skeleton.end_sites]
+    return max([*chains, *ends]), TYPICAL_CHAIN
+
+
+def _chain_lengths(skeleton: Skeleton, lengths: FloatArray) -> list[float]:
+    """Length of the bones from the root to every joint; parents come before children."""
+    chains: list[float] = []
+    for parent, length in zip(skeleton.parents.tolist(), lengths.tolist()):
+        chains.append(chains[parent] + length if parent >= 0 else 0.0)
+    return chains
+
+
+def _path_length(skeleton: Skeleton, lengths: FloatArray, joint: int, above: int) -> float:
+    """Return the length of the bones from joint ``above`` to a joint; 0 if it is not above."""
+    total = 0.0
+    while joint != above:
+        parent = int(skeleton.parents[joint]) if joint >= 0 else -1
+        if parent < 0:
+            return 0.0
+        total += float(lengths[joint])
+        joint = parent
+    return total
+
+
+def find_rate(seconds: float, written: str = "") -> tuple[float, tuple[str, ...]]:
+    """Find the frames per second that were written as a frame time, with notes.
+
+    The most usual rate is taken that rounds to (or is cut to) the digits that are written, else a
+    whole number, else what is written. `written`: the text of the time; "": all digits hold.
+
+    >>> find_rate(0.0083333, "0.0083333")[0], find_rate(0.033, "0.033")[0]
+    (120.0, 30.0)
+    >>> round(find_rate(0.0333667)[0], 3)
+    29.97
+    >>> find_rate(0.008, "0.008")[1][0][:61]
+    'The frame time 0.008 fits 120 and 125 frames a second; 120 is'
+    """
+    mantissa, _, exponent = written.lower().partition("e")
+    step = 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2])) if written else 0.0
+    slack = max(step * 0.500001, _FEW_DIGITS * seconds)
+    whole = float(round(1.0 / seconds))
+
+    def fitting(rates: Sequence[float]) -> list[float]:
+        over = {fps: 1.0 / fps - seconds for fps in rates if fps}
+        near = [f for f, o in over.items() if abs(o) <= slack or 0 <= o < step * 0.999999]
+        return sorted(near, key=lambda fps: abs(over[fps]))
+
+    usual = fitting(_RATES) or fitting(_OTHER_RATES) or fitting([whole])
+    if not usual:
+        return 1.0 / seconds, ()
+    exact = [whole] if abs(whole * seconds - 1.0) < 1e-9 else []
+    *others, last = (f"{fps:g}" for fps in sorted({*usual, *exact}))
+    if not others or slack > step:  # written with five digits or more
+        return usual[0], ()
+    return usual[0], (
+        f"The frame time {written} fits {', '.join(others)} and {last} frames a second; "
+        f"{usual[0]:g} is taken. Give the right one (--fps) if this is wrong.",
+    )
