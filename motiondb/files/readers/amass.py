@@ -6,7 +6,7 @@ by ``smpl_scaling`` where there is one; a frame rate. ``smpl_rotations`` tells r
 quaternions, matrices and 6D apart. Only the 22 joints of the body are read: fingers, jaw and eyes,
 ``betas`` and ``gender`` are skipped, and every performer gets the mean body below. The world of
 AMASS has z up, which a posture cannot contradict; another axis is up where the motion shows it over
-the whole take. The world is turned so that y is up.
+the whole take. The world is turned so that y is up; where the user names the axis, it stays.
 
 Sizes and types of the arrays are checked before any array is unpacked, because a few kilobytes of
 compressed zeros can unpack to gigabytes.
@@ -134,23 +134,20 @@ def read_amass(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Cl
         unit=unit,
         notes=notes + rotation_notes,
     )
-    return _with_y_up(clip, options.up)
+    return replace(clip, up=options.up) if options.up else _with_y_up(clip)
 
 
-def _with_y_up(clip: Clip, asked: str) -> Clip:
-    """Turn the world so that y is up."""
-    up, notes = asked, clip.notes
-    if not asked:
-        positions, _ = kinematics.clip_positions(clip)
-        points = np.full((clip.n_frames, len(body.JOINTS), 3), np.nan)
-        for role, joint in joint_map(clip.skeleton).items():
-            if joint >= 0:
-                points[:, body.INDEX[role]] = positions[:, joint]
-        found = world.find_up(points, clip.fps, usual="z")
-        up = found.up if found.is_sure else "z"
-        notes += found.notes if found.is_sure else ()
-        if up != found.up == "y":  # the axis of SMPL's rest pose, and of other data sets
-            notes += ("z is taken for up, as in AMASS; it may be y. Give the axis (--up) if so.",)
+def _with_y_up(clip: Clip) -> Clip:
+    """Turn the world of the data, in which z is up unless the motion shows otherwise."""
+    positions, _ = kinematics.clip_positions(clip)
+    points = np.full((clip.n_frames, len(body.JOINTS), 3), np.nan)
+    for role, joint in joint_map(clip.skeleton).items():
+        if joint >= 0:
+            points[:, body.INDEX[role]] = positions[:, joint]
+    found = world.find_up(points, clip.fps, usual="z")
+    up, notes = (found.up, found.notes) if found.is_sure else ("z", ())
+    if up != found.up == "y":  # the axis of SMPL's rest pose, and of other data sets
+        notes = ("z is taken for up, as in AMASS; it may be y. Give the axis (--up) if so.",)
     turn = np.broadcast_to(world.to_y_up(up), (clip.n_frames, 4))
     rotations = clip.local_rotations.copy()
     rotations[:, 0] = rotation.multiply(turn, rotations[:, 0])
@@ -158,7 +155,7 @@ def _with_y_up(clip: Clip, asked: str) -> Clip:
         clip,
         local_rotations=rotations,
         root_positions=rotation.rotate(turn, clip.root_positions),
-        notes=notes,
+        notes=clip.notes + notes,
         up="y",
     )
 

@@ -313,16 +313,18 @@ def _up(file: C3DFile, points: FloatArray, fps: float, asked: str) -> tuple[str,
     """
     if asked:
         return asked, ()
-    found = world.find_up(points, fps, stated=file.up, usual="z")
+    if not file.up:
+        found = world.find_up(points, fps, usual="z")
+        return found.up, found.notes
     other = file.up.lstrip("-")
     if file.up != other:
-        shown = world.find_up(points, fps, usual=file.up)
-        if shown.is_sure and shown.up == other:
+        found = world.find_up(points, fps, usual=file.up)
+        if found.is_sure and found.up == other:
             return other, (
                 f"POINT:Y_SCREEN says that {file.up} is up, but the body stands along {other}, "
                 "which is taken. Give the axis (--up) if this is wrong.",
             )
-    return found.up, found.notes
+    return file.up, ()
 
 
 def _skeleton(points: FloatArray) -> Skeleton:

@@ -217,7 +217,9 @@ def test_a_posture_does_not_turn_the_world(heading: float, face: str) -> None:
     positions, _ = kinematics.clip_positions(clip)
     assert np.abs(positions[:, 15, 1] - positions[:, 0, 1]).max() < 0.1
     assert (clip.up, clip.notes) == ("y", ())
-    asked = read_amass(npz(poses=poses, trans=np.zeros((60, 3)), fps=30), "a", ReadOptions(up="y"))
+    data = npz(poses=poses, trans=np.zeros((60, 3)), fps=30)
+    asked = read_amass(data, "a.npz", ReadOptions(up="y"))
+    assert asked.up == "y"
     np.testing.assert_allclose(asked.local_rotations[:, 0], rotation.exp(poses[:, :3]), atol=1e-9)
 
 
