@@ -301,9 +301,12 @@ def _count(counts: Mapping[str, int], n_bytes: int, frame: int) -> tuple[int, in
     if not counts:
         return room, room
     wrapped = [count + (room - count) // 65536 * 65536 for count in counts.values()]
-    fits = [n for n in (*counts.values(), *wrapped) if 0 <= n_bytes - n * frame < BLOCK]
+    stated, whole = (
+        [n for n in numbers if 0 <= n_bytes - n * frame < BLOCK]
+        for numbers in (counts.values(), wrapped)
+    )
     holds = [n for n in counts.values() if n <= room]
-    return next(iter(fits), 0), next(iter(holds), 0)
+    return max(stated or whole, default=0), next(iter(holds), 0)
 
 
 def _is_sane(said: _Said, layout: _Layout) -> bool:

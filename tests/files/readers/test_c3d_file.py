@@ -101,6 +101,7 @@ def test_what_follows_the_end_of_the_trial_is_cut() -> None:
         ({"POINT:FRAMES": -1}, {}),
         ({"POINT:FRAMES": 41}, {}),
         ({"POINT:FRAMES": 0}, {}),
+        ({"TRIAL:ACTUAL_START_FIELD": [1, 0], "TRIAL:ACTUAL_END_FIELD": [38, 0]}, {}),
         ({}, {4: 1001, 5: 2800}),  # the frames of the take from which these were cut
         ({}, {4: 0, 5: 0}),
         ({"TRIAL:ACTUAL_START_FIELD": [1, 0], "TRIAL:ACTUAL_END_FIELD": [900, 0]}, {}),
