@@ -109,17 +109,6 @@ BROKEN_BVH = {
         BVH.replace("Frames: 3", "Frames: many"),
         "w.bvh:17: expected a number of frames, found 'many'.",
     ),
-    "two performers": (
-        BVH.replace(
-            "MOTION",
-            "ROOT Ben\n{\nOFFSET 0 0 0\nCHANNELS 3 Xrotation Yrotation Zrotation\n"
-            + "JOINT a\n{\nOFFSET 0 1 0\n" * 12
-            + "}\n" * 13
-            + "MOTION",
-        ),
-        "w.bvh: expected one ROOT that is a person, found 2: 'Hips' and 'Ben'. "
-        "Export one performer a file.",
-    ),
     "an open brace": (
         BVH.replace("  }\n}\nMOTION", "}\nMOTION"),
         "w.bvh:14: expected '}' for 'Hips' of line 2, found the end.",
