@@ -58,6 +58,7 @@ ALIASES = MappingProxyType(
 )  # Other names -> the names used here
 REQUIRED = ("LASI", "RASI", "LKNE", "RKNE", "LANK", "RANK", "LSHO", "RSHO", "LELB", "RELB")
 """Markers that every joint set needs; the back of the pelvis and the neck are needed as well."""
+_NEEDED = (*REQUIRED, "LPSI", "RPSI", "SACR", "C7", "CLAV")  # For joints that are not estimated
 _FURTHER = "LPSI RPSI SACR LTOE RTOE LHEE RHEE LWRA LWRB RWRA RWRB C7 CLAV STRN T10"
 _HEAD = ("LFHD", "RFHD", "LBHD", "RBHD")
 USED = (*REQUIRED, *_FURTHER.split(), *_HEAD)
@@ -193,7 +194,7 @@ def read_c3d(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip
     check_clip_size(file.n_frames, len(body.JOINTS), len(data), path, options.limits)
     tracks = _named(file, path, options.swap_sides)
     rate = check_rate(file.fps, path) if options.fps is None else options.fps
-    filled, gap_notes = fill_gaps(tracks, rate, REQUIRED)
+    filled, gap_notes = fill_gaps(tracks, rate, _NEEDED)
     if missing := missing_markers(set(filled)):
         present = ", ".join(sorted(filled)) or "none of the set"
         never = ", ".join(sorted(set(tracks) - set(filled)))

@@ -1,9 +1,9 @@
 """Gaps of markers: what is filled, and what is left to be estimated or refused.
 
-Markers on one rigid part of the body (pelvis, trunk, head, wrist) stand in for each other: a lost
+Markers on one part of the body (pelvis, trunk, head, wrist, foot) stand in for each other: a lost
 one keeps its place among three of the others, or its distance to one, both of which change in
-proportion to time from one end of the gap to the other. Else gaps of up to half a second are filled
-along a straight line. What is lost for longer stays NaN.
+proportion to time from one end of the gap to the other. Else gaps of up to half a second of the
+markers that cannot be spared are filled along a straight line. What is still lost stays NaN.
 """
 
 from __future__ import annotations
@@ -19,14 +19,17 @@ from motiondb.records import BoolArray, FloatArray
 LONGEST_GAP = 0.5
 """Longest gap of a marker that is filled along a line, seconds. Over half a second a limb can swing
 out and back, which a straight line would hide."""
-_PELVIS = ("LASI", "RASI", "LPSI", "RPSI", "SACR")
 _PARTS = (
-    (_PELVIS, ()),
-    (("C7", "CLAV", "STRN", "T10"), ("LSHO", "RSHO")),
-    (("LFHD", "RFHD", "LBHD", "RBHD"), ()),
-    (("LWRA", "LWRB"), ()),
-    (("RWRA", "RWRB"), ()),
-)  # The markers of each part, and others that nearly keep their places on it
+    (("LASI", "RASI", "LPSI", "RPSI", "SACR"), (), False),
+    (("C7", "CLAV", "STRN", "T10"), ("LSHO", "RSHO"), True),
+    (("LFHD", "RFHD", "LBHD", "RBHD"), (), True),
+    (("LWRA", "LWRB"), (), True),
+    (("RWRA", "RWRB"), (), True),
+    (("LANK", "LHEE", "LTOE"), ("LKNE",), False),
+    (("RANK", "RHEE", "RTOE"), ("RKNE",), False),
+)
+"""The markers of each part; others that nearly keep their places on it; whether one of them is
+enough to tell where another is."""
 _FLAT = 0.1  # Sine of the angle between three markers below which they are no frame
 
 
@@ -39,16 +42,19 @@ def fill_gaps(
     """
     raw = {name: track for name, track in markers.items() if seen(track).any()}
     filled = {name: _from_part(name, raw) for name in raw}
-    tracks = {name: straight(track, LONGEST_GAP * fps) for name, track in filled.items()}
+    tracks = {
+        name: straight(track, LONGEST_GAP * fps) if name in needed else track
+        for name, track in filled.items()
+    }
     long = {name: longest_gap(track) / fps for name, track in raw.items()}
     long = {name: seconds for name, seconds in long.items() if seconds > LONGEST_GAP}
-    pelvis = [name for name in long if name in _PELVIS and seen(filled[name]).all()]
-    spared = [name for name in long if name not in (*pelvis, *needed)]
+    by_others = [name for name in long if name in needed and seen(filled[name]).all()]
+    spared = [name for name in long if name not in needed]
     notes = []
     if never := sorted(set(markers) - set(raw)):
         notes.append(f"Never seen, taken as absent: {', '.join(never)}.")
     for names, how in (
-        (pelvis, "filled from the other markers of the pelvis"),
+        (by_others, "filled from the markers beside them"),
         (spared, "estimated there from the rest of the body"),
     ):
         if names:
@@ -111,13 +117,13 @@ def _gaps(track: FloatArray) -> list[tuple[int, int]]:
 def _from_part(name: str, raw: Mapping[str, FloatArray]) -> FloatArray:
     """Fill a marker's gaps from those on the same part of the body: by threes, else by ones."""
     track = raw[name].copy()
-    for part, beside in _PARTS:
+    for part, beside, is_one_enough in _PARTS:
         if name not in part or seen(track).all():
             continue
         others = [raw[other] for other in (*part, *beside) if other in raw and other != name]
         for three in itertools.combinations(others, 3):
             _carry(track, raw[name], three[0], _axes(*three))
-        for other in others if part is not _PELVIS else ():
+        for other in others if is_one_enough else ():
             _carry(track, raw[name], other, np.broadcast_to(np.eye(3), (len(track), 3, 3)))
     return track
 

@@ -176,6 +176,28 @@ def test_a_lost_marker_freezes_nothing(
         )
 
 
+@pytest.mark.parametrize("name", ["LANK", "LTOE"])
+@pytest.mark.parametrize("frames", [slice(40, 80), slice(40, 170)])
+def test_a_marker_of_a_foot_that_swings(name: str, frames: slice) -> None:
+    """The shank swings about the knee by 50 degrees, the foot by 30 more."""
+    markers, time = tracks(240), np.arange(240) / 100.0
+    markers["LHEE"] = markers["LANK"] + np.array([-0.05, -0.04, -0.06])
+    for centre, names, size in (("LKNE", "LANK LHEE LTOE", 0.45), ("LANK", "LHEE LTOE", 0.25)):
+        swing = rotation.from_axis_angle((1.0, 0.0, 0.0), size * (1.0 - np.cos(6.0 * time)))
+        for moved in names.split():
+            way = markers[moved] - markers[centre]
+            markers[moved] = markers[centre] + rotation.rotate(swing, way)
+    whole, _ = joints(write(markers))
+    markers[name][frames] = 0.0
+    found, notes = joints(write(markers))
+    assert np.linalg.norm(found - whole, axis=-1).max() < 0.05
+    assert any(name in note for note in notes) == (frames.stop > 100)
+    del markers["LHEE"]
+    if name == "LANK" and frames.stop > 100:
+        with pytest.raises(CaptureError, match=r"lost markers: LANK \(1.3 s\)\."):
+            read_c3d(write(markers), "a.c3d")
+
+
 @pytest.mark.parametrize(
     "names", ["CLAV", "C7 T10", "LTOE RTOE", "LWRA RWRA", "LWRA LWRB", "LFHD RFHD LBHD RBHD"]
 )
