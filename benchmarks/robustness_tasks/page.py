@@ -42,7 +42,7 @@ UNKNOWN = """## Limits
   after the file that they are reading.
 * **Power failures.** The kills end processes, not the computer. Data that the disk had not yet
   written are not tested.
-* **The system's temporary folder** is not examined after kills. Reading of C3D files uses it, as
+* **The system's temporary folder** is not examined after kills. Reading of FBX files uses it, as
   does `rescue` of a database with a damaged log."""
 
 

@@ -25,8 +25,8 @@ from motiondb.files.readers.amc import AsfFile
 from robustness_tasks.odd_texts import text_case
 
 SHARE_CAPTURES, SHARE_C3D, SHARE_WRITING = 0.5, 0.01, 0.03
-"""Shares of the cases that are captures and sheets, C3D files (each starts a process), and cases
-that write to a copy of the database; the rest are texts."""
+"""Shares of the cases that are captures and sheets, C3D files, and cases that write to a copy of
+the database; the rest are texts."""
 _ROLES = {"pelvis": "Hips", "l_hip": "LeftUpLeg", "l_knee": "LeftLeg", "chest": "Spine2"}
 
 

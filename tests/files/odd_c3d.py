@@ -1,8 +1,4 @@
-"""C3D files written by hand from a seed, whole and damaged.
-
-Layout (https://www.c3d.org/HTML/): blocks of 512 bytes; a header, parameters in named groups, then
-for each frame and marker three coordinates and a residual, here as little-endian floats.
-"""
+"""C3D files of a person in T-pose, whole, and damaged from a seed."""
 
 from __future__ import annotations
 
@@ -11,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
+from c3d_writer import BLOCK, c3d_bytes
 
-BLOCK = 512
 _SIDES = {
     "ASI": (12, 100, 10), "PSI": (5, 100, -10), "KNE": (15, 50, 0), "ANK": (14, 8, 0),
     "TOE": (10, 3, 14), "SHO": (18, 150, 0), "ELB": (45, 145, 0), "WRA": (70, 145, 3),
@@ -32,14 +28,7 @@ def whole_c3d(n_frames: int = 12, labels: Sequence[str] = tuple(MARKERS)) -> byt
     """Write a person who slides ahead by 1 cm a frame at 100 frames a second, millimetres, z up."""
     places = 10.0 * np.array(list(MARKERS.values()))[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
     ahead = np.arange(n_frames)[:, None, None] * [0.0, -10.0, 0.0]
-    points = np.zeros((n_frames, len(places), 4), "<f4")
-    points[..., :3] = places + ahead
-    parameters = _parameters(n_frames, labels)
-    first_data = 2 + len(parameters) // BLOCK
-    parameters = parameters.replace(b"\xad\xde", struct.pack("<h", first_data))
-    head = struct.pack("<BBhhHHhfhhf", 2, 0x50, len(places), 0, 1, n_frames, 10, -1.0,
-                       first_data, 0, 100.0)  # fmt: skip
-    return head.ljust(BLOCK, b"\0") + parameters + _filled(points.tobytes())
+    return c3d_bytes(places + ahead, labels)
 
 
 def damaged_c3d(rng: np.random.Generator) -> bytes:
@@ -73,42 +62,3 @@ def _labels(rng: np.random.Generator) -> tuple[str, ...]:
         names[int(rng.integers(len(names)))] = str(rng.choice(odd))
     prefix = str(rng.choice(["", "Anna:"]))
     return tuple(prefix + name for name in names)
-
-
-def _parameters(n_frames: int, labels: Sequence[str]) -> bytes:
-    """Write the groups POINT and ANALOG; the first block of the data is left as 0xDEAD."""
-    n_points, longest = len(labels), max(max(map(len, labels)), 1)
-    text = b"".join(label.encode("latin-1").ljust(longest) for label in labels)
-    point = [
-        _parameter(1, "USED", 2, (), struct.pack("<h", n_points)),
-        _parameter(1, "SCALE", 4, (), struct.pack("<f", -1.0)),
-        _parameter(1, "RATE", 4, (), struct.pack("<f", 100.0)),
-        _parameter(1, "DATA_START", 2, (), b"\xad\xde"),
-        _parameter(1, "FRAMES", 2, (), struct.pack("<H", n_frames)),
-        _parameter(1, "LABELS", -1, (longest, n_points), text),
-        _parameter(1, "UNITS", -1, (2, 1), b"mm"),
-    ]
-    analog = [
-        _parameter(2, "USED", 2, (), struct.pack("<h", 0)),
-        _parameter(2, "GEN_SCALE", 4, (), struct.pack("<f", 1.0)),
-        _parameter(2, "RATE", 4, (), struct.pack("<f", 0.0)),
-    ]
-    body = b"".join([_group(1, "POINT"), *point, _group(2, "ANALOG"), *analog])
-    n_blocks = -(-(len(body) + 5) // BLOCK)
-    return _filled(struct.pack("<BBBB", 1, 0x50, n_blocks, 84) + body)
-
-
-def _group(number: int, name: str) -> bytes:
-    return struct.pack("<bb", len(name), -number) + name.encode() + struct.pack("<hB", 3, 0)
-
-
-def _parameter(group: int, name: str, kind: int, sizes: tuple[int, ...], data: bytes) -> bytes:
-    """Write a parameter: name, offset of the next, type (-1 text, 2 int, 4 float), sizes, data."""
-    head = struct.pack("<bb", len(name), group) + name.encode()
-    offset = 2 + 2 + len(sizes) + len(data) + 1
-    return head + struct.pack("<hbB", offset, kind, len(sizes)) + bytes(sizes) + data + b"\0"
-
-
-def _filled(data: bytes) -> bytes:
-    """Fill up the last block with zeros."""
-    return data + bytes(-len(data) % BLOCK)

@@ -241,4 +241,4 @@ MAKERS = MappingProxyType(
         "noise": noise,
     }
 )
-"""Kind of case -> its maker. C3D is apart (:func:`odd_c3d`): each case starts a process."""
+"""Kind of case -> its maker. C3D is apart (:func:`odd_c3d`)."""

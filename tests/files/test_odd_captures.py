@@ -62,7 +62,7 @@ def test_changed_npz_files_are_read_and_refused(tmp_path: Path) -> None:
     assert 30 <= n_read <= 90  # the cases are fixed by their seeds
     refused = " ".join(messages)
     for reason in (
-        "expected an array 'poses'", "found NaN or infinity", "expected poses of shape",
+        "expected an array 'poses'", "found NaN or infinity", "expected poses with 3, 4,",
         "expected trans of shape", "expected mocap_framerate from", "expected an npz file",
     ):  # fmt: skip
         assert reason in refused, reason
@@ -70,14 +70,13 @@ def test_changed_npz_files_are_read_and_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("seed", range(4))
 def test_odd_c3d_files_are_refused(seed: int) -> None:
-    pytest.importorskip("ezc3d")
     _, data, _ = strange_c3d(np.random.default_rng(seed))
     with pytest.raises(CaptureError):
         read_capture_bytes(data, "c3d", path="odd.c3d", options=ReadOptions(limits=ReadLimits(20)))
 
 
 def test_damaged_c3d_files_are_read_or_refused(tmp_path: Path) -> None:
-    pytest.importorskip("ezc3d")
-    answers = [read_file(*odd_c3d(np.random.default_rng(seed)), tmp_path) for seed in range(8)]
-    assert answers.count("") >= 1
-    assert len(set(answers)) >= 3
+    answers = [read_file(*odd_c3d(np.random.default_rng(seed)), tmp_path) for seed in range(60)]
+    assert not any(UNEXPECTED in answer for answer in answers)
+    assert 10 <= answers.count("") <= 50
+    assert len(set(answers)) >= 5

@@ -1,10 +1,12 @@
-"""Reader of AMASS and other SMPL-style npz files: axis-angle poses of the SMPL body.
+"""Reader of AMASS and other SMPL-style npz files.
 
-Arrays: ``poses`` (frames, 66 or more), three numbers a joint, radians; or ``root_orient``
-(frames, 3) and ``pose_body`` (frames, 63); ``trans`` (frames, 3), metres; a frame rate. Only the 22
-joints of the body are read: fingers, jaw and eyes, ``betas`` and ``gender`` are skipped, and
-every performer gets the mean body below. The world of AMASS has z up; it is turned so that y is
-up. A file whose bodies are already upright along y is not changed.
+Arrays: ``poses`` (or ``smpl_poses``, ``pose``, ``fullpose``), or ``root_orient`` and ``pose_body``
+(or ``global_orient`` and ``body_pose``); ``trans`` (or ``transl``, ``smpl_trans``), metres, divided
+by ``smpl_scaling`` where there is one; a frame rate. ``smpl_rotations`` tells rotation vectors,
+quaternions, matrices and 6D apart. Only the 22 joints of the body are read: fingers, jaw and eyes,
+``betas`` and ``gender`` are skipped, and every performer gets the mean body below. The world of
+AMASS has z up, which a posture cannot contradict; another axis is up where the motion shows it over
+the whole take. The world is turned so that y is up; where the user names the axis, it stays.
 
 Sizes and types of the arrays are checked before any array is unpacked, because a few kilobytes of
 compressed zeros can unpack to gigabytes.
@@ -17,18 +19,23 @@ made symmetric: proportions of an average adult, not data of the model.
 from __future__ import annotations
 
 import io
+import itertools
 import math
 import warnings
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from motiondb.body import rotation
+from motiondb.body import body, kinematics, rotation, world
+from motiondb.body.joint_names import joint_map
 from motiondb.errors import CaptureError
 from motiondb.files.limits import AS_USUAL, ReadOptions, check_clip_size, check_rate
-from motiondb.records import Clip, FloatArray, Skeleton
+from motiondb.files.readers.smpl_rotations import joint_numbers, to_rotations
+from motiondb.files.text import quoted
+from motiondb.records import BoolArray, Clip, Skeleton
 
 _TABLE = (
     # joint, parent, rest position (metres; y up, facing +z, left +x, origin as in SMPL)
@@ -68,11 +75,10 @@ _UNPACKED, _RATIO = 256_000_000, 20
 """Bytes to which the arrays of a file may unpack, or this multiple of the file's size if that is
 more. An hour of poses at 60 frames a second takes 270 MB, and compressed motion has at least a
 third of its size; compressed zeros have a thousandth."""
-_UPRIGHT = 0.7
-"""Median cosine between the body's axis and the world's y above which the world has y up: the body
-stands within 45 degrees of y for most of the time."""
-_Y_UP = rotation.from_axis_angle((1.0, 0.0, 0.0), -np.pi / 2)
-"""Turns a world with z up into one with y up."""
+_POSES = ("poses", "smpl_poses", "pose", "fullpose")
+_PARTS = (("root_orient", "global_orient"), ("pose_body", "body_pose"))
+_TRANS = ("trans", "transl", "smpl_trans")
+_SCALE = "smpl_scaling"
 
 
 def skeleton(unit: float = 1.0) -> Skeleton:
@@ -93,45 +99,71 @@ def skeleton(unit: float = 1.0) -> Skeleton:
 
 def read_amass(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip:
     """Read the clip in the bytes of an npz file."""
-    arrays = _load(data, path)
-    poses, trans = _poses(arrays, path), _array(arrays, "trans", path)
-    if trans.shape != (len(poses), 3):
+    arrays, names = _load(data, path)
+    found = [name for name in _POSES if name in arrays][:1]
+    found = found or [next((n for n in part if n in arrays), part[0]) for part in _PARTS]
+    if len(found) == 2 and not set(found) <= set(arrays):
+        found = [_POSES[0]]
+    poses = [_array(arrays, name, names, path) for name in found]
+    trans_name = next((name for name in _TRANS if name in arrays), _TRANS[0])
+    trans = _array(arrays, trans_name, names, path)
+    trans = trans.reshape([size for size in trans.shape[:-1] if size != 1] + [trans.shape[-1]])
+    joints = [joint_numbers(array, name, path) for array, name in zip(poses, found)]
+    n_frames = len(joints[0])
+    if trans.ndim == 1:
+        trans = trans[None]
+    if trans.shape != (n_frames, 3) or len(joints[-1]) != n_frames:
         raise CaptureError(
             path,
-            f"expected trans of shape ({poses.shape[0]}, 3) as poses has {poses.shape[0]} frames, "
+            f"expected {trans_name} of shape ({n_frames}, 3) as {found[0]} has {n_frames} frames, "
             f"found {trans.shape}. Export the file again.",
         )
-    check_clip_size(len(poses), N_JOINTS, len(data), path, options.limits)
-    fps = options.fps or _frame_rate(arrays, path)
+    check_clip_size(n_frames, N_JOINTS, len(data), path, options.limits)
+    fps = options.fps or _frame_rate(arrays, names, path)
+    scale = float(np.ravel(_array(arrays, _SCALE, names, path))[0]) if _SCALE in arrays else 1.0
     arrays.clear()  # they hold more than the joints of the body, and are large
-    poses, trans, notes = _good_frames(
-        poses.astype(float), trans.astype(float), path, options.skip_bad_frames
-    )
+    good, notes = _good_frames([*joints, trans], path, options.skip_bad_frames)
+    rotations, rotation_notes = to_rotations([part[good] for part in joints], N_JOINTS, path)
     unit = 1.0 if options.unit is None else options.unit
-    rotations = rotation.exp(poses.reshape(len(poses), N_JOINTS, 3))
-    roots = (trans + np.array(_TABLE[0][2])) * unit
-    if _is_z_up(rotations[:, 0]):
-        rotations[:, 0] = rotation.multiply(
-            np.broadcast_to(_Y_UP, (len(poses), 4)), rotations[:, 0]
-        )
-        roots = rotation.rotate(np.broadcast_to(_Y_UP, (len(poses), 4)), roots)
-    else:
-        notes += ("The bodies stand along y: the world is taken to have y up.",)
-    return Clip(
+    clip = Clip(
         skeleton=skeleton(unit),
         fps=fps,
         local_rotations=rotation.normalize(rotations),
-        root_positions=roots,
+        root_positions=(trans[good].astype(float) / scale + np.array(_TABLE[0][2])) * unit,
         format="amass",
         unit=unit,
-        notes=notes,
+        notes=notes + rotation_notes,
+    )
+    return replace(clip, up=options.up) if options.up else _with_y_up(clip)
+
+
+def _with_y_up(clip: Clip) -> Clip:
+    """Turn the world of the data, in which z is up unless the motion shows otherwise."""
+    positions, _ = kinematics.clip_positions(clip)
+    points = np.full((clip.n_frames, len(body.JOINTS), 3), np.nan)
+    for role, joint in joint_map(clip.skeleton).items():
+        if joint >= 0:
+            points[:, body.INDEX[role]] = positions[:, joint]
+    found = world.find_up(points, clip.fps, usual="z")
+    up, notes = (found.up, found.notes) if found.is_sure else ("z", ())
+    if up != found.up == "y":  # the axis of SMPL's rest pose, and of other data sets
+        notes = ("z is taken for up, as in AMASS; it may be y. Give the axis (--up) if so.",)
+    turn = np.broadcast_to(world.to_y_up(up), (clip.n_frames, 4))
+    rotations = clip.local_rotations.copy()
+    rotations[:, 0] = rotation.multiply(turn, rotations[:, 0])
+    return replace(
+        clip,
+        local_rotations=rotations,
+        root_positions=rotation.rotate(turn, clip.root_positions),
+        notes=clip.notes + notes,
+        up="y",
     )
 
 
-def _load(data: bytes, path: object) -> dict[str, NDArray[np.generic]]:
-    """Return the arrays that can be read without running code from the file."""
-    wanted = {f"{name}.npy": name for name in ("poses", "trans", "root_orient", "pose_body")}
-    wanted |= {f"{name}.npy": name for name in _RATES}
+def _load(data: bytes, path: object) -> tuple[dict[str, NDArray[np.generic]], tuple[str, ...]]:
+    """Return the arrays that can be read without running code from the file, and all names."""
+    names = (*_POSES, *itertools.chain(*_PARTS), *_TRANS, _SCALE, *_RATES)
+    wanted = {f"{name}.npy": name for name in names}
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as file:
             members = [info for info in file.infolist() if info.filename in wanted]
@@ -143,7 +175,8 @@ def _load(data: bytes, path: object) -> dict[str, NDArray[np.generic]]:
                     f"MB, found {unpacked / 1e6:.4g} MB packed into {len(data) / 1e6:.4g} MB. "
                     "Save the motion again, without other data.",
                 )
-            return {wanted[info.filename]: _read_array(file, info) for info in members}
+            present = tuple(name.removesuffix(".npy") for name in file.namelist())
+            return {wanted[info.filename]: _read_array(file, info) for info in members}, present
     except CaptureError:
         raise
     except Exception as error:  # zipfile and NumPy raise some sixteen kinds for other files
@@ -170,45 +203,30 @@ def _read_array(file: zipfile.ZipFile, info: zipfile.ZipInfo) -> NDArray[np.gene
         return np.asarray(npy.read_array(member, allow_pickle=False))
 
 
-def _array(arrays: dict[str, NDArray[np.generic]], name: str, path: object) -> NDArray[np.generic]:
-    """Return an array of real numbers by its name."""
+def _array(
+    arrays: dict[str, NDArray[np.generic]], name: str, names: tuple[str, ...], path: object
+) -> NDArray[np.generic]:
+    """Return an array of real numbers by its name; `names`: of all arrays, for the message."""
     if name not in arrays:
-        present = ", ".join(sorted(arrays)) or "none of the known"
+        present = ", ".join(quoted(other) for other in sorted(names)[:20]) or "none"
         raise CaptureError(
             path, f"expected an array {name!r}, found {present}. Is this a motion of AMASS?"
         )
     if arrays[name].dtype.kind not in "iuf":
         raise CaptureError(path, f"expected numbers in {name!r}, found other values.")
-    return arrays[name]
-
-
-def _poses(arrays: dict[str, NDArray[np.generic]], path: object) -> NDArray[np.generic]:
-    """Return the axis-angle poses (frames, 66) of the body, radians, in the file's type."""
-    if "poses" not in arrays and {"root_orient", "pose_body"} <= set(arrays):
-        parts = [_array(arrays, name, path) for name in ("root_orient", "pose_body")]
-        if all(part.ndim == 2 for part in parts) and len(parts[0]) == len(parts[1]):
-            arrays["poses"] = np.concatenate(parts, axis=1)
-    poses = _array(arrays, "poses", path)
-    if poses.ndim == 3 and poses.shape[2] == 3:
-        poses = poses.reshape(len(poses), -1)
-    if poses.ndim != 2 or poses.shape[1] < 3 * N_JOINTS:
-        raise CaptureError(
-            path,
-            f"expected poses of shape (frames, {3 * N_JOINTS} or more), found {poses.shape}. "
-            "Export the poses of the SMPL body as axis-angle.",
-        )
-    return poses[:, : 3 * N_JOINTS]
+    return np.atleast_1d(arrays[name])
 
 
 def _good_frames(
-    poses: FloatArray, trans: FloatArray, path: object, skip_bad: bool
-) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
-    """Return poses and translations of the finite frames, and a note where some are left out."""
-    if len(poses) == 0:
+    parts: list[NDArray[np.generic]], path: object, skip_bad: bool
+) -> tuple[BoolArray, tuple[str, ...]]:
+    """Say which frames are finite in all parts, and note it where some are left out."""
+    n_frames = len(parts[0])
+    if n_frames == 0:
         raise CaptureError(path, "expected at least 1 frame, found 0. Export the motion again.")
-    good = np.isfinite(poses).all(axis=1) & np.isfinite(trans).all(axis=1)
+    good = np.all([np.isfinite(part.reshape(n_frames, -1)).all(axis=1) for part in parts], axis=0)
     if good.all():
-        return poses, trans, ()
+        return good, ()
     count, first = int((~good).sum()), int(np.argmin(good))
     if not skip_bad or not good.any():
         raise CaptureError(
@@ -216,14 +234,16 @@ def _good_frames(
             f"expected finite numbers, found NaN or infinity in {count} frames, the first is "
             f"{first}. Export it again, or pass --skip-bad-frames to leave them out.",
         )
-    return poses[good], trans[good], (f"Left out {count} bad frames; the first is {first}.",)
+    return good, (f"Left out {count} bad frames; the first is {first}.",)
 
 
-def _frame_rate(arrays: dict[str, NDArray[np.generic]], path: object) -> float:
+def _frame_rate(
+    arrays: dict[str, NDArray[np.generic]], names: tuple[str, ...], path: object
+) -> float:
     """Return the frame rate under any of its usual names."""
     for name in _RATES:
         if name in arrays:
-            values = _array(arrays, name, path)
+            values = _array(arrays, name, names, path)
             if values.size != 1:
                 raise CaptureError(
                     path,
@@ -234,12 +254,3 @@ def _frame_rate(arrays: dict[str, NDArray[np.generic]], path: object) -> float:
     raise CaptureError(
         path, "expected a frame rate (mocap_framerate or fps), found none. Give it with --fps."
     )
-
-
-def _is_z_up(root_rotations: FloatArray) -> bool:
-    """Return whether the bodies' up axis is closer to the world's z axis than to y."""
-    up = rotation.rotate(
-        root_rotations, np.broadcast_to([0.0, 1.0, 0.0], root_rotations[:, 1:].shape)
-    )
-    y, z = np.median(up[:, 1]), np.median(up[:, 2])
-    return not (y > _UPRIGHT and y > z)

@@ -1,9 +1,13 @@
-"""Reader of C3D: marker positions, read by ezc3d (the extra ``c3d``), as a clip of joints.
+"""Reader of C3D: marker positions as a clip of joints.
 
 What is kept: the frame rate, the joint centres computed from the markers, the bone lengths
 (medians). What is lost: the markers themselves, analog channels, forces, and the rotation of bones
-about their own axis. Gaps of up to half a second are filled along a straight line; a file with
-longer ones is refused, naming the markers. The up axis is the one along which the body stands.
+about their own axis. ``marker_gaps`` says how gaps are filled. A joint that can be spared (spine,
+chest, head, wrists, toes) is estimated where its markers are lost for longer; a file that lacks
+others is refused, naming the markers.
+
+Up is the axis that ``POINT:Y_SCREEN`` names, else the one that the motion shows. A unit that makes
+the body more than twice too large or too small is corrected, with a note.
 
 The markers are Vicon's Plug-in Gait (LASI RASI, LPSI RPSI or SACR, LKNE LANK LTOE LHEE, LSHO LELB
 LWRA LWRB, C7 CLAV STRN T10, LFHD RFHD LBHD RBHD); the CMU database's names of the pelvis (LFWT RFWT
@@ -19,36 +23,42 @@ orthogonal).
 - neck: between C7 and CLAV; chest: between T10 and STRN; head: middle of the head's markers.
 
 These are plain regressions: good to 1 to 4 cm, enough to recognise a motion, not for clinical use.
-
-A damaged file can make ezc3d loop for ever, fill the memory or end its process. So it runs in
-a child process with limits, and lets the other captures of a folder be read.
 """
 
 from __future__ import annotations
 
-import importlib.util
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
 
-from motiondb.body import body, rotation
+from motiondb.body import body, rotation, world
 from motiondb.body.retarget import solve_rotations
 from motiondb.errors import CaptureError
-from motiondb.files.limits import AS_USUAL, ReadLimits, ReadOptions, check_clip_size, check_rate
-from motiondb.files.readers.child_process import end_child_with_parent, read_in_child
+from motiondb.files.limits import AS_USUAL, ReadOptions, check_clip_size, check_rate
+from motiondb.files.readers.c3d_file import C3DFile, read_c3d_file
+from motiondb.files.readers.marker_gaps import (
+    LONGEST_GAP,
+    bridge,
+    fill_gaps,
+    gaps_of,
+    longest_gap,
+    seen,
+)
 from motiondb.files.text import quoted
 from motiondb.files.units import UNITS
-from motiondb.records import Clip, FloatArray, Skeleton
+from motiondb.records import LARGEST, Clip, FloatArray, Skeleton
 
-Markers = Mapping[str, FloatArray]  # Marker name -> array (frames, 3), metres, y up
+Markers = Mapping[str, FloatArray]  # Marker name -> array (frames, 3), metres, NaN where lost
 
 ALIASES = MappingProxyType(
     {"LFWT": "LASI", "RFWT": "RASI", "LBWT": "LPSI", "RBWT": "RPSI", "SACRUM": "SACR", "CV7": "C7"}
 )  # Other names -> the names used here
 REQUIRED = ("LASI", "RASI", "LKNE", "RKNE", "LANK", "RANK", "LSHO", "RSHO", "LELB", "RELB")
 """Markers that every joint set needs; the back of the pelvis and the neck are needed as well."""
+_NEEDED = (*REQUIRED, "LPSI", "RPSI", "SACR", "C7", "CLAV")  # For joints that are not estimated
 _FURTHER = "LPSI RPSI SACR LTOE RTOE LHEE RHEE LWRA LWRB RWRA RWRB C7 CLAV STRN T10"
 _HEAD = ("LFHD", "RFHD", "LBHD", "RBHD")
 USED = (*REQUIRED, *_FURTHER.split(), *_HEAD)
@@ -90,30 +100,33 @@ def joint_centres(markers: Markers) -> FloatArray:
         hip = front + width * (0.36 * sign * left - 0.19 * ahead - 0.30 * up)
         points[f"{side}_hip"] = hip
         points |= _leg(markers, side, sign * left, hip)
-    points["pelvis"] = (points["l_hip"] + points["r_hip"]) / 2.0
-    points["neck"] = _mean(markers, "C7", "CLAV")
+    pelvis = points["pelvis"] = (points["l_hip"] + points["r_hip"]) / 2.0
+    neck = points["neck"] = _mean(markers, "C7", "CLAV")
+    chest = pelvis + _CHEST_SHARE * (neck - pelvis)
     if {"T10", "STRN"} <= set(markers):
-        points["chest"] = _mean(markers, "T10", "STRN")
-    else:
-        points["chest"] = points["pelvis"] + _CHEST_SHARE * (points["neck"] - points["pelvis"])
-    points["spine"] = points["pelvis"] + _SPINE_SHARE * (points["chest"] - points["pelvis"])
-    trunk = points["neck"] - points["chest"]
-    heads = [name for name in _HEAD if name in markers]
-    beyond = points["neck"] + _HEAD_SHARE * trunk
-    points["head"] = _mean(markers, *heads) if heads else beyond
+        chest = bridge((markers["T10"] + markers["STRN"]) / 2.0, chest)
+    points["chest"] = chest
+    points["spine"] = pelvis + _SPINE_SHARE * (chest - pelvis)
+    points["head"] = bridge(_mean(markers, *_HEAD), neck + _HEAD_SHARE * (neck - chest))
     for side in "lr":
-        points |= _arm(markers, side, rotation.normalize(trunk), points["neck"])
+        points |= _arm(markers, side, rotation.normalize(neck - chest), neck)
     return np.stack([points[name] for name in body.JOINTS], axis=1)
 
 
 def _pelvis_axes(markers: Markers) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return the axes left, up and ahead (frames, 3), and the middle of the front markers."""
-    front = _mean(markers, "LASI", "RASI")
-    both = {"LPSI", "RPSI"} <= set(markers)
-    back = _mean(markers, "LPSI", "RPSI") if both else markers["SACR"]
+    front, back = _mean(markers, "LASI", "RASI"), _back(markers)
     left = rotation.normalize(markers["LASI"] - markers["RASI"])
     up = rotation.normalize(np.cross(front - back, left))
     return left, up, np.cross(left, up), front
+
+
+def _back(markers: Markers) -> FloatArray:
+    """Return the middle of the back of the pelvis (frames, 3), NaN where it is lost."""
+    if not {"LPSI", "RPSI"} <= set(markers):
+        return markers["SACR"]
+    middle = (markers["LPSI"] + markers["RPSI"]) / 2.0
+    return bridge(middle, markers["SACR"]) if "SACR" in markers else middle
 
 
 def _leg(
@@ -124,14 +137,13 @@ def _leg(
     knee_marker, ankle_marker = markers[f"{letter}KNE"], markers[f"{letter}ANK"]
     knee = knee_marker - _KNEE * _orthogonal(outward, knee_marker - hip)
     ankle = ankle_marker - _ANKLE * _orthogonal(outward, ankle_marker - knee_marker)
-    toe = markers.get(f"{letter}TOE")
-    if toe is None:
-        heel = markers.get(f"{letter}HEE")
-        shin = rotation.normalize(ankle - knee)
-        ahead = rotation.normalize(np.cross(shin, outward) * (1.0 if side == "l" else -1.0))
-        if heel is not None:
-            ahead = rotation.normalize(_orthogonal(ankle - heel, shin))
-        toe = ankle + _TOE_AHEAD * ahead + _TOE_DOWN * shin
+    shin = rotation.normalize(ankle - knee)
+    ahead = rotation.normalize(np.cross(shin, outward) * (1.0 if side == "l" else -1.0))
+    if (heel := markers.get(f"{letter}HEE")) is not None:
+        ahead = rotation.normalize(bridge(_orthogonal(ankle - heel, shin), ahead))
+    toe = ankle + _TOE_AHEAD * ahead + _TOE_DOWN * shin
+    if (marker := markers.get(f"{letter}TOE")) is not None:
+        toe = bridge(marker, toe)
     return {f"{side}_knee": knee, f"{side}_ankle": ankle, f"{side}_toe": toe}
 
 
@@ -142,8 +154,8 @@ def _arm(
     letter = side.upper()
     shoulder = markers[f"{letter}SHO"] - _SHOULDER * trunk_up
     elbow = markers[f"{letter}ELB"]
-    wrists = [name for name in (f"{letter}WRA", f"{letter}WRB") if name in markers]
-    wrist = _mean(markers, *wrists) if wrists else elbow + _FOREARM_SHARE * (elbow - shoulder)
+    wrist = _mean(markers, f"{letter}WRA", f"{letter}WRB")
+    wrist = bridge(wrist, elbow + _FOREARM_SHARE * (elbow - shoulder))
     collar = neck + _COLLAR_SHARE * (shoulder - neck)
     return {
         f"{side}_collar": collar,
@@ -154,9 +166,11 @@ def _arm(
 
 
 def _mean(markers: Markers, *names: str) -> FloatArray:
-    """Return the mean (frames, 3) of those of the named markers that are present."""
-    present = [markers[name] for name in names if name in markers]
-    return np.asarray(np.mean(present, axis=0))
+    """Return the mean (frames, 3) of those of the named markers that are seen, NaN for none."""
+    tracks = np.stack([markers.get(name, np.full_like(markers["LASI"], np.nan)) for name in names])
+    known = ~np.isnan(tracks)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.where(known, tracks, 0.0).sum(axis=0) / known.sum(axis=0))
 
 
 def _orthogonal(vector: FloatArray, direction: FloatArray) -> FloatArray:
@@ -165,121 +179,103 @@ def _orthogonal(vector: FloatArray, direction: FloatArray) -> FloatArray:
     return rotation.normalize(vector - np.sum(vector * along, axis=-1, keepdims=True) * along)
 
 
-CPU_SECONDS = 5.0
-"""Processor time of the child for a file of 10 MB, in proportion for larger ones. ezc3d reads 13 MB
-in 0.4 s; a damaged file that makes it loop takes all of the time."""
-LONGEST_GAP = 0.5
-"""Longest gap of a marker that is filled, seconds. Over half a second a limb can swing out and
-back, which a straight line would hide."""
 _UNIT_NAMES = MappingProxyType(
-    {"millimeters": "mm", "meters": "m", "centimeters": "cm", "inches": "inch", "in": "inch"}
-)
+    {"mill": "mm", "cent": "cm", "mete": "m", "metr": "m", "inch": "inch", "in": "inch", "": "mm"}
+)  # First four letters of names, after which some programs cut
+_LEG = 0.9  # Metres from LASI over the knee to the ankle of an adult, marker to marker
+_DOUBTFUL = 2.2
+"""A body larger or smaller than usual by this ratio is not believed to be in the unit that the file
+names: the units in use differ by more."""
 
 
 def read_c3d(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip:
     """Read the clip in the bytes of a C3D file; bad frames are those that lack a needed marker."""
-    recording = read_points(data, path, options.limits)
-    tracks = _named(recording.labels, recording.points, path)
-    rate = check_rate(recording.fps, path) if options.fps is None else options.fps
-    scale = _unit(recording.unit, path) if options.unit is None else options.unit
-    missing = missing_markers(set(tracks))
-    if missing:
-        present = ", ".join(sorted(tracks)) or "none of the set"
+    file = read_c3d_file(data, path, options.skip_bad_frames)
+    check_clip_size(file.n_frames, len(body.JOINTS), len(data), path, options.limits)
+    tracks = _named(file, path, options.swap_sides)
+    rate = check_rate(file.fps, path) if options.fps is None else options.fps
+    filled, gap_notes = fill_gaps(tracks, rate, _NEEDED)
+    if missing := missing_markers(set(filled)):
+        present = ", ".join(sorted(filled)) or "none of the set"
+        never = ", ".join(sorted(set(tracks) - set(filled)))
         raise CaptureError(
             path,
             f"expected the markers of Plug-in Gait, found none named {'; '.join(missing)} "
-            f"(of the set there are: {present}). Rename the markers, or export the solved skeleton "
-            "as BVH.",
+            f"(of the set there are: {present}{never and '; never seen: '}{never}). Rename the "
+            "markers, or export the solved skeleton as BVH.",
         )
-    n_frames = recording.points.shape[1]
-    check_clip_size(n_frames, len(body.JOINTS), len(data), path, options.limits)
-    markers, notes = _fill(tracks, rate, path, options.skip_bad_frames)
-    points = joint_centres(_y_up({name: track * scale for name, track in markers.items()}))
+    tracks, bad_notes = _good_frames(filled, rate, path, options.skip_bad_frames)
+    unit, unit_notes = _find_unit(file.unit, tracks, path, options.unit)
+    markers = {name: track * unit for name, track in tracks.items()}
+    points = joint_centres(markers)
+    up, up_notes = _up(file, points, rate, options.up)
+    turn = np.broadcast_to(world.to_y_up(up), (len(points), 4))
+    if options.mirror_world:
+        mirrored = [-1.0, 1.0, 1.0]
+        turned = {name: rotation.rotate(turn, track) for name, track in markers.items()}
+        points = joint_centres({name: track * mirrored for name, track in turned.items()})
+    else:
+        points = rotation.rotate(turn[:, None], points)
     return Clip(
         skeleton=_skeleton(points),
         fps=rate,
         local_rotations=solve_rotations(points),
         root_positions=points[:, 0],
         format="c3d",
-        unit=scale,
-        notes=notes,
+        unit=unit,
+        notes=file.notes + gap_notes + bad_notes + unit_notes + up_notes,
+        up="y",
     )
 
 
-def _named(labels: tuple[str, ...], points: FloatArray, path: object) -> dict[str, FloatArray]:
+def _named(file: C3DFile, path: object, swap_sides: bool) -> dict[str, FloatArray]:
     """Tracks (frames, 3) of the used markers by name, of the subject that has most of them."""
-    subjects: dict[str, dict[str, FloatArray]] = {}
-    for label, track in zip(labels, points):
-        subject, _, name = label.strip().rpartition(":")
+    subjects: dict[str, dict[str, int]] = {}
+    for number, label in enumerate(file.labels):
+        subject, _, name = label.rpartition(":")
         name = ALIASES.get(name.upper(), name.upper())
         if name in USED:
-            subjects.setdefault(subject, {}).setdefault(name, track)
-    whole = [subject for subject, tracks in subjects.items() if {"LASI", "RASI"} <= set(tracks)]
+            if swap_sides:
+                name = {"L": "R", "R": "L"}.get(name[0], name[0]) + name[1:]
+            subjects.setdefault(subject, {}).setdefault(name, number)
+    whole = [subject for subject, found in subjects.items() if {"LASI", "RASI"} <= set(found)]
     if len(whole) > 1:
         raise CaptureError(
             path,
             f"expected one performer, found {len(whole)}: {', '.join(sorted(whole))}. "
             "Export one performer a file.",
         )
-    best = max(subjects.values(), key=len, default={})
-    return subjects[whole[0]] if whole else best
+    best = subjects[whole[0]] if whole else max(subjects.values(), key=len, default={})
+    return {name: file.track(number) for name, number in best.items()}
 
 
-def _fill(
-    markers: dict[str, FloatArray], fps: float, path: object, skip_bad: bool
+def _good_frames(
+    tracks: dict[str, FloatArray], fps: float, path: object, skip_bad: bool
 ) -> tuple[dict[str, FloatArray], tuple[str, ...]]:
-    """Tracks without gaps, and notes; what is not needed is dropped where lost for long."""
-    filled, notes, lost = {}, [], {}
-    for name, track in markers.items():
-        straight, longest = _interpolate(track, LONGEST_GAP * fps)
-        if np.isnan(straight).any():
-            lost[name] = (straight, longest / fps)
-        else:
-            filled[name] = straight
-    if lost and (missing := missing_markers(set(filled))):
-        needed = {name for name in lost if name in REQUIRED or any(name in m for m in missing)}
-        if skip_bad:
-            filled |= {name: lost[name][0] for name in needed}
-            good = ~np.isnan(np.stack(list(filled.values()))).any(axis=(0, 2))
-            if good.any():
-                notes.append(f"Left out {int((~good).sum())} frames with lost markers.")
-                return {name: track[good] for name, track in filled.items()}, tuple(notes)
-        gaps = ", ".join(f"{name} ({lost[name][1]:.1f} s)" for name in sorted(needed))
-        raise CaptureError(
-            path,
-            f"expected no gap above {LONGEST_GAP:g} s, found lost markers: {gaps}. Fill the gaps "
-            "before the export, or pass --skip-bad-frames to leave those frames out.",
-        )
-    if lost:
-        notes.append(f"Left out markers that are lost for long: {', '.join(sorted(lost))}.")
-    return filled, tuple(notes)
-
-
-def _interpolate(track: FloatArray, longest: float) -> tuple[FloatArray, int]:
-    """Fill the gaps of a track (frames, 3) along straight lines; also the longest gap.
-
-    >>> track = np.array([[0.0, 0, 0], [np.nan] * 3, [2.0, 0, 0]])
-    >>> _interpolate(track, 1)[0][1], _interpolate(track, 0.5)[1]
-    (array([1., 0., 0.]), 1)
-    """
-    seen = ~np.isnan(track[:, 0] + track[:, 1] + track[:, 2])
-    if seen.all() or not seen.any():
-        return np.where(seen[:, None], track, np.nan), 0 if seen.all() else len(track)
-    frames, known = np.arange(len(track)), np.flatnonzero(seen)
-    straight = np.stack(
-        [np.interp(frames, known, track[known, axis]) for axis in range(3)], axis=-1
+    """Refuse tracks that lack needed markers for long, or leave out these frames, with a note."""
+    backs = [name for name in ("LPSI", "RPSI", "SACR") if name in tracks]
+    needed = {name: tracks[name] for name in REQUIRED}
+    needed |= {" and ".join(backs): _back(tracks), "C7 and CLAV": _mean(tracks, "C7", "CLAV")}
+    lost = {name: longest_gap(track) / fps for name, track in needed.items()}
+    lost = {name: seconds for name, seconds in lost.items() if seconds > 0}
+    if not lost:
+        return tracks, ()
+    good = np.all([seen(track) for track in needed.values()], axis=0)
+    if skip_bad and good.any():
+        note = f"Left out {int((~good).sum())} frames with lost markers."
+        return {name: track[good] for name, track in tracks.items()}, (note,)
+    gaps = gaps_of(list(lost), lost)
+    raise CaptureError(
+        path,
+        f"expected no gap above {LONGEST_GAP:g} s, found lost markers: {gaps}. Fill the gaps "
+        "before the export, or pass --skip-bad-frames to leave those frames out.",
     )
-    edges = np.flatnonzero(np.diff(np.concatenate([[1], seen.astype(int), [1]])))
-    gaps = edges.reshape(-1, 2)
-    for start, end in gaps.tolist():
-        if end - start > longest:
-            straight[start:end] = np.nan
-    return straight, int(np.diff(gaps, axis=1).max())
 
 
 def _unit(name: str, path: object) -> float:
     """Return the metres per unit of a C3D unit name."""
-    known = _UNIT_NAMES.get(name.strip().lower(), name.strip().lower()) or "mm"
+    short = name.strip().lower()
+    known = _UNIT_NAMES.get(short[:4], short)
     if known not in UNITS:
         raise CaptureError(
             path, f"expected POINT:UNITS mm, cm, m or inch, found {quoted(name)}. Give --unit."
@@ -287,17 +283,49 @@ def _unit(name: str, path: object) -> float:
     return UNITS[known]
 
 
-def _y_up(markers: dict[str, FloatArray]) -> dict[str, FloatArray]:
-    """Turn the world so that the axis along which the body stands (feet to shoulders) is y."""
-    tops = np.mean([markers["LSHO"], markers["RSHO"]], axis=0)
-    feet = np.mean([markers["LANK"], markers["RANK"]], axis=0)
-    up = int(np.argmax(np.abs(np.median(tops - feet, axis=0))))
-    axes, signs = {
-        0: ([1, 0, 2], [-1.0, 1.0, 1.0]),
-        1: ([0, 1, 2], [1.0, 1.0, 1.0]),
-        2: ([0, 2, 1], [1.0, 1.0, -1.0]),
-    }[up]
-    return {name: track[:, axes] * np.array(signs) for name, track in markers.items()}
+def _find_unit(
+    name: str, tracks: Markers, path: object, asked: float | None
+) -> tuple[float, tuple[str, ...]]:
+    """Return the unit asked for, or a file's, or the one in which its markers are on a person."""
+    if asked is not None:
+        return asked, ()
+    stated = _unit(name, path)
+    ways = [
+        np.linalg.norm(tracks[f"{side}{a}"] - tracks[f"{side}{b}"], axis=1)
+        for side in "LR"
+        for a, b in (("ASI", "KNE"), ("KNE", "ANK"))
+    ]
+    ratio = float(np.median(np.sum(ways, axis=0))) / 2.0 * stated / _LEG
+    if not 1 / LARGEST < ratio < LARGEST or 1 / _DOUBTFUL < ratio < _DOUBTFUL:
+        return stated, ()
+    units = (UNITS[name] for name in ("mm", "cm", "m", "inch"))
+    unit = min(units, key=lambda unit: abs(math.log(ratio * unit / stated)))
+    return unit, (
+        f"POINT:UNITS says that the unit is {stated:.4g} m; the body would be {ratio:.2g} times "
+        f"the usual size, so {unit:.4g} m is taken. Give the unit if it is wrong.",
+    )
+
+
+def _up(file: C3DFile, points: FloatArray, fps: float, asked: str) -> tuple[str, tuple[str, ...]]:
+    """Return the axis that is up, and notes.
+
+    A file whose Y_SCREEN has the wrong sign, as Qualisys writes it, is told by a body that stands
+    the other way.
+    """
+    if asked:
+        return asked, ()
+    if not file.up:
+        found = world.find_up(points, fps, usual="z")
+        return found.up, found.notes
+    other = file.up.lstrip("-")
+    if file.up != other:
+        found = world.find_up(points, fps, usual=file.up)
+        if found.is_sure and found.up == other:
+            return other, (
+                f"POINT:Y_SCREEN says that {file.up} is up, but the body stands along {other}, "
+                "which is taken. Give the axis (--up) if this is wrong.",
+            )
+    return file.up, ()
 
 
 def _skeleton(points: FloatArray) -> Skeleton:
@@ -310,78 +338,3 @@ def _skeleton(points: FloatArray) -> Skeleton:
     collars = [body.INDEX["l_collar"], body.INDEX["r_collar"]]
     ratio[collars] = ratio[body.INDEX["neck"]]
     return replace(standard, offsets=body.OFFSETS * ratio[:, None])
-
-
-@dataclass(frozen=True, eq=False)
-class Recording:
-    """Marker tracks as a file has them."""
-
-    labels: tuple[str, ...]  # Name of each marker, as written
-    points: FloatArray  # (markers, frames, 3): file axes and units; NaN where a marker was not seen
-    fps: float
-    unit: str  # Name of the length unit, such as "mm"
-
-
-def read_points(data: bytes, path: object, limits: ReadLimits) -> Recording:
-    """Read the markers in the bytes of a C3D file."""
-    if importlib.util.find_spec("ezc3d") is None:
-        raise CaptureError(
-            path,
-            "expected the package ezc3d to read C3D, found none. pip install motiondb[c3d]",
-        )
-    _check_size(data, path)
-    module = "motiondb.files.readers.c3d"
-    read = read_in_child(module, data, limits, CPU_SECONDS)
-    if read is None or not {"labels", "points", "fps", "unit"} <= read.keys():
-        raise CaptureError(path, "expected a whole C3D file, found a damaged one. Export it again.")
-    recording = Recording(
-        tuple(read["labels"].tolist()), read["points"], float(read["fps"]), str(read["unit"])
-    )
-    if recording.points.ndim != 3 or recording.points.shape[1] == 0:
-        raise CaptureError(path, "expected at least 1 frame, found 0. Export the motion again.")
-    return recording
-
-
-def _check_size(data: bytes, path: object) -> None:
-    """Refuse bytes that are not a C3D file, or are shorter than their header says.
-
-    The header holds 16-bit words: word 2 is the number of points, word 3 the number of analog
-    values in a frame, words 4 and 5 the first and the last frame, word 9 the block (of 512 bytes)
-    where the data begin. Words 7 and 8 are the scale, which is negative when the data are floats.
-    Byte 4 of the parameters names the byte order.
-    """
-    if data[1:2] != b"\x50" or len(data) < 512:
-        raise CaptureError(path, "expected a C3D file, found something else. Export it again.")
-    processor = data[(data[0] - 1) * 512 :][3:4] if data[0] else b""
-    order = ">" if processor == b"\x56" else "<"
-    words = np.frombuffer(data[:20], f"{order}u2").astype(int)
-    high = data[15] if order == "<" else data[12]
-    frame = (4 * words[1] + words[2]) * (4 if high >= 128 else 2)
-    expected = (words[8] - 1) * 512 + (words[4] - words[3] + 1) * frame
-    if len(data) < expected:
-        raise CaptureError(
-            path,
-            f"expected {expected} bytes as the header says, found {len(data)}. "
-            "The file is cut short: export it again.",
-        )
-
-
-def convert(source: str, target: str) -> None:
-    """Read a C3D file with ezc3d and write its markers as npz: the work of the child process."""
-    import ezc3d
-
-    content = ezc3d.c3d(source)
-    parameters = content["parameters"]["POINT"]
-    points = np.asarray(content["data"]["points"], dtype=float)[:3]
-    units = parameters["UNITS"]["value"] if "UNITS" in parameters else ["mm"]
-    np.savez(
-        target,
-        labels=np.array([str(label) for label in parameters["LABELS"]["value"]], dtype=str),
-        points=np.moveaxis(points, 0, -1),
-        fps=float(parameters["RATE"]["value"][0]),
-        unit=str(units[0]) if len(units) else "mm",
-    )
-
-
-if __name__ == "__main__":
-    convert(*end_child_with_parent()[:2])

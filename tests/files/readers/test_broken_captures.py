@@ -86,11 +86,11 @@ BROKEN_AMASS = {
     ),
     "no poses": (
         _npz(trans=TRANS, fps=30),
-        "a.npz: expected an array 'poses', found fps, trans. Is this a motion of AMASS?",
+        "a.npz: expected an array 'poses', found 'fps', 'trans'. Is this a motion of AMASS?",
     ),
     "another npz": (
         _npz(weights=TRANS),
-        "a.npz: expected an array 'poses', found none of the known. Is this a motion of AMASS?",
+        "a.npz: expected an array 'poses', found 'weights'. Is this a motion of AMASS?",
     ),
     "no frame rate": (
         _npz(poses=POSES, trans=TRANS),
@@ -102,8 +102,8 @@ BROKEN_AMASS = {
     ),
     "too few joints": (
         _npz(poses=POSES[:, :60], trans=TRANS, fps=30),
-        "a.npz: expected poses of shape (frames, 66 or more), found (4, 60). "
-        "Export the poses of the SMPL body as axis-angle.",
+        "a.npz: expected poses with 3, 4, 6 or 9 numbers for each of 22, 23, 24, 52, 53, 55 "
+        "joints, found shape (4, 60). Export the poses of the SMPL body as axis-angle.",
     ),
     "unequal lengths": (
         _npz(poses=POSES, trans=TRANS[:3], fps=30),

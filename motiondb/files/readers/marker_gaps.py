@@ -1,0 +1,153 @@
+"""Gaps of markers: what is filled, and what is left to be estimated or refused.
+
+Markers on one part of the body (pelvis, trunk, head, wrist, foot) stand in for each other: a lost
+one keeps its place among three of the others, or its distance to one, both of which change in
+proportion to time from one end of the gap to the other. Else gaps of up to half a second of the
+markers that cannot be spared are filled along a straight line. What is still lost stays NaN.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Collection, Mapping, Sequence
+
+import numpy as np
+
+from motiondb.body import rotation
+from motiondb.records import BoolArray, FloatArray
+
+LONGEST_GAP = 0.5
+"""Longest gap of a marker that is filled along a line, seconds. Over half a second a limb can swing
+out and back, which a straight line would hide."""
+_PARTS = (
+    (("LASI", "RASI", "LPSI", "RPSI", "SACR"), (), False),
+    (("C7", "CLAV", "STRN", "T10"), ("LSHO", "RSHO"), True),
+    (("LFHD", "RFHD", "LBHD", "RBHD"), (), True),
+    (("LWRA", "LWRB"), (), True),
+    (("RWRA", "RWRB"), (), True),
+    (("LANK", "LHEE", "LTOE"), ("LKNE",), False),
+    (("RANK", "RHEE", "RTOE"), ("RKNE",), False),
+)
+"""The markers of each part; others that nearly keep their places on it; whether one of them is
+enough to tell where another is."""
+_FLAT = 0.1  # Sine of the angle between three markers below which they are no frame
+
+
+def fill_gaps(
+    markers: Mapping[str, FloatArray], fps: float, needed: Collection[str]
+) -> tuple[dict[str, FloatArray], tuple[str, ...]]:
+    """Fill gaps of tracks (frames, 3) and leave out markers that were never seen; also notes.
+
+    `needed`: names of those that cannot be estimated.
+    """
+    raw = {name: track for name, track in markers.items() if seen(track).any()}
+    filled = {name: _from_part(name, raw) for name in raw}
+    tracks = {
+        name: straight(track, LONGEST_GAP * fps) if name in needed else track
+        for name, track in filled.items()
+    }
+    long = {name: longest_gap(track) / fps for name, track in raw.items()}
+    long = {name: seconds for name, seconds in long.items() if seconds > LONGEST_GAP}
+    by_others = [name for name in long if name in needed and seen(filled[name]).all()]
+    spared = [name for name in long if name not in needed]
+    notes = []
+    if never := sorted(set(markers) - set(raw)):
+        notes.append(f"Never seen, taken as absent: {', '.join(never)}.")
+    for names, how in (
+        (by_others, "filled from the markers beside them"),
+        (spared, "estimated there from the rest of the body"),
+    ):
+        if names:
+            notes.append(f"Lost for long and {how}: {gaps_of(names, long)}.")
+    return tracks, tuple(notes)
+
+
+def bridge(track: FloatArray, estimate: FloatArray) -> FloatArray:
+    """Fill a track (frames, 3) by an estimate, moved so that it meets the track at every gap.
+
+    >>> track, estimate = np.full((3, 3), np.nan), np.ones((3, 3))
+    >>> track[0] = 2.0
+    >>> bridge(track, estimate)[:, 0]
+    array([2., 2., 2.])
+    """
+    if not seen(track).any():
+        return estimate
+    return np.where(np.isnan(track), estimate + straight(track - estimate, np.inf), track)
+
+
+def straight(track: FloatArray, longest: float) -> FloatArray:
+    """Fill the gaps of a track (frames, 3) up to so many frames along straight lines.
+
+    >>> track = np.array([[0.0, 0, 0], [np.nan] * 3, [2.0, 0, 0]])
+    >>> straight(track, 1)[1], straight(track, 0.5)[1]
+    (array([1., 0., 0.]), array([nan, nan, nan]))
+    """
+    known = np.flatnonzero(seen(track))
+    if len(known) in (0, len(track)):
+        return track
+    frames = np.arange(len(track))
+    lines = np.stack([np.interp(frames, known, track[known, axis]) for axis in range(3)], axis=-1)
+    for start, end in _gaps(track):
+        if end - start > longest:
+            lines[start:end] = np.nan
+    return lines
+
+
+def longest_gap(track: FloatArray) -> int:
+    """Return the frames of the longest gap of a track."""
+    return max((end - start for start, end in _gaps(track)), default=0)
+
+
+def gaps_of(names: Sequence[str], seconds: Mapping[str, float]) -> str:
+    """Write names of markers with the seconds that they are lost for."""
+    return ", ".join(f"{name} ({seconds[name]:.1f} s)" for name in sorted(names))
+
+
+def seen(track: FloatArray) -> BoolArray:
+    """Say for which frames a track has places."""
+    return np.asarray(~np.isnan(track).any(axis=1))
+
+
+def _gaps(track: FloatArray) -> list[tuple[int, int]]:
+    """Return the half-open intervals of frames in which a track has no places."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[1], seen(track).astype(int), [1]])))
+    return [(int(start), int(end)) for start, end in edges.reshape(-1, 2)]
+
+
+def _from_part(name: str, raw: Mapping[str, FloatArray]) -> FloatArray:
+    """Fill a marker's gaps from those on the same part of the body: by threes, else by ones."""
+    track = raw[name].copy()
+    for part, beside, is_one_enough in _PARTS:
+        if name not in part or seen(track).all():
+            continue
+        others = [raw[other] for other in (*part, *beside) if other in raw and other != name]
+        for three in itertools.combinations(others, 3):
+            _carry(track, raw[name], three[0], _axes(*three))
+        for other in others if is_one_enough else ():
+            _carry(track, raw[name], other, np.broadcast_to(np.eye(3), (len(track), 3, 3)))
+    return track
+
+
+def _carry(
+    track: FloatArray, measured: FloatArray, origin: FloatArray, axes: FloatArray | None
+) -> None:
+    """Fill the gaps of a track by its place in axes (frames, 3, 3) at an origin, in proportion."""
+    if axes is None:
+        return
+    place = np.einsum("fik,fi->fk", axes, measured - origin)
+    if not seen(place).any():
+        return
+    carried = origin + np.einsum("fik,fk->fi", axes, straight(place, np.inf))
+    gap = ~seen(track)
+    track[gap] = carried[gap]
+
+
+def _axes(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray | None:
+    """Return the axes (frames, 3, 3), as columns, of three points; None if they lie on a line."""
+    first = rotation.normalize(b - a)
+    normal = np.cross(first, rotation.normalize(c - a))
+    sizes = np.linalg.norm(normal, axis=1)
+    if not np.nanmedian(np.append(sizes, 0.0 if np.isnan(sizes).all() else np.nan)) > _FLAT:
+        return None
+    normal = rotation.normalize(normal)
+    return np.stack([first, np.cross(normal, first), normal], axis=-1)
