@@ -49,7 +49,7 @@ _PREFIX = re.compile(
     r"^(mixamorig\d*|character\d*_|neo_|cc_base_|bip\d+|joint_|m_avg_|f_avg_|def[-_]|org[-_])"
 )
 _SEPARATORS = re.compile(r"[\s_.\-]")
-_FIRST_WORD = re.compile(r"^[A-Za-z]*[0-9]*(?:[\s_.\-]+|(?<=[a-z0-9])(?=[A-Z]))")
+_FIRST_WORD = re.compile(r"^[A-Za-z]*?[0-9]*(?:[\s_.\-]+|(?<=[a-z0-9])(?=[A-Z]))")
 _LAST_WORD = re.compile(r"[\s_.\-][A-Za-z0-9]+$")
 _NUMBER_AFTER = re.compile(r"[\s_.\-]?[0-9]+$")
 _MOST = 0.8  # Share of the joints that have a word in common which names none: a root may lack it

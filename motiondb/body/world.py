@@ -84,8 +84,9 @@ covers adults and children from about six years."""
 _DOUBTFUL_UNIT = 2.2
 """A body larger or smaller than typical by this ratio is not believed to be in the unit that its
 file names: the units in use differ by more."""
-_FACTORS = (1e-4, 1e-3, 1e-2, INCH, 0.1, 0.3048, 1.0, 2.54, 10.0, 39.37, 100.0, 1e3, 1e4)
-"""By how much a file's unit may be wrong: other lengths than it says, or scaled once too often."""
+_MEANT = (0.001, 0.01, INCH, 0.3048, 1.0)  # Metres of the units that a file may mean
+_SCALED = (1e-4, 1e-3, 1e-2, 0.1, 10.0, 100.0, 1e3, 1e4)
+"""Factors by which lengths may be scaled once too often or too seldom."""
 
 _RATES = (24.0, 25.0, 30.0, 50.0, 60.0, 90.0, 100.0, 120.0, 200.0, 240.0)
 """Frames a second that cameras, games and optical systems have."""
@@ -371,12 +372,13 @@ def checked_unit(unit: float, size: float, typical: float) -> tuple[float, tuple
     `size`: of the body, in file units; `typical`: of an adult, metres.
     """
     ratio = size * unit / typical
-    if not 0.0 < ratio < math.inf or 1 / _DOUBTFUL_UNIT < ratio < _DOUBTFUL_UNIT:
+    if not 1e-9 < ratio < 1e9 or 1 / _DOUBTFUL_UNIT < ratio < _DOUBTFUL_UNIT:
         return unit, ()
-    unit_taken = unit * min(_FACTORS, key=lambda factor: abs(math.log(ratio * factor)))
-    return unit_taken, (
+    likely = (*_MEANT, *(unit * factor for factor in _SCALED))
+    meant = min(likely, key=lambda metres: abs(math.log(size * metres / typical)))
+    return meant, (
         f"The file says that its unit is {unit:.4g} m; the body would be {ratio:.2g} times the "
-        f"usual size, so {unit_taken:.4g} m is taken. Give the unit if it is wrong.",
+        f"usual size, so {meant:.4g} m is taken. Give the unit if it is wrong.",
     )
 
 

@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 
 from motiondb.body import body
-from motiondb.body.joint_names import CONVENTIONS, REQUIRED, crossed_names, joint_map, normalised
+from motiondb.body.joint_names import (
+    CONVENTIONS,
+    REQUIRED,
+    crossed_names,
+    joint_map,
+    normalised,
+    same_names,
+)
 from motiondb.errors import SkeletonError
 from motiondb.records import Skeleton
 
@@ -205,3 +212,95 @@ def test_another_root_contradicts_nothing() -> None:
 def test_joints_without_connections_contradict_nothing() -> None:
     made = skeleton(SPELLINGS["CMU BVH"])
     assert crossed_names(made, joint_map(made)) == ()
+
+
+MIXAMO = [name.removeprefix("mixamorig:") for name in SPELLINGS["Mixamo / MotionBuilder"].split()]
+DECORATED = {
+    "a word before": [f"Actor01_{name}" for name in MIXAMO],
+    "a name before": [f"Ana_{name}" for name in MIXAMO],
+    "a word before without mark": [f"robot{name}" for name in MIXAMO],
+    "before all but the root": ["Reference", *(f"Robot_{name}" for name in MIXAMO)],
+    "a word after": [f"{name}_jnt" for name in MIXAMO],
+    "a number after": [f"{name}.001" for name in MIXAMO],
+    "other numbers after": [f"{name}_{n:02}" for n, name in enumerate(MIXAMO)],
+    "both": [f"a_{name}_x" for name in MIXAMO],
+}
+
+
+@pytest.mark.parametrize("how", DECORATED)
+def test_what_all_names_share_is_no_part_of_them(how: str) -> None:
+    names = DECORATED[how]
+    extra = len(names) - len(MIXAMO)
+    skeleton = Skeleton(tuple(names), np.arange(len(names)) - 1, np.zeros((len(names), 3)))
+    plain = Skeleton(tuple(MIXAMO), np.arange(len(MIXAMO)) - 1, np.zeros((len(MIXAMO), 3)))
+    wanted = {role: joint + extra for role, joint in joint_map(plain).items()}
+    assert joint_map(skeleton) == wanted
+
+
+def chain(**renamed: str) -> Skeleton:
+    """The canonical body with Mixamo's names, and collars; some are renamed."""
+    standard = body.standard_skeleton()
+    names = dict(
+        zip(
+            body.JOINTS,
+            [
+                "Hips",
+                "LeftUpLeg",
+                "LeftLeg",
+                "LeftFoot",
+                "LeftToeBase",
+                "RightUpLeg",
+                "RightLeg",
+                "RightFoot",
+                "RightToeBase",
+                "Spine",
+                "Spine1",
+                "Neck",
+                "Head",
+                "LeftShoulder",
+                "LeftArm",
+                "LeftForeArm",
+                "LeftHand",
+                "RightShoulder",
+                "RightArm",
+                "RightForeArm",
+                "RightHand",
+            ],
+            strict=True,
+        )
+    )
+    return Skeleton(
+        tuple((names | renamed)[joint] for joint in body.JOINTS),
+        body.PARENTS,
+        standard.offsets,
+        standard.end_sites,
+    )
+
+
+@pytest.mark.parametrize(
+    ("joint", "name", "role"),
+    [
+        ("l_collar", "LeftArm", "l_shoulder"),
+        ("r_collar", "right_arm", "r_shoulder"),
+        ("l_toe", "LeftFoot", "l_ankle"),
+        ("chest", "Neck", "neck"),
+    ],
+)
+def test_of_two_joints_with_one_name_the_right_one_is_taken_and_told(
+    joint: str, name: str, role: str
+) -> None:
+    skeleton = chain(**{joint: name})
+    roles = joint_map(skeleton)
+    assert roles[role] == body.INDEX[role]
+    (note,) = same_names(skeleton, roles)
+    assert note.startswith("2 joints are called ")
+    assert role in note
+
+
+def test_ends_and_the_trunk_are_found_under_names_of_other_programs() -> None:
+    skeleton = chain(l_toe="l_ball", spine="Waist", chest="Ribs", head="Skull", l_wrist="hand_l")
+    roles = joint_map(skeleton)
+    found = ["spine", "chest", "l_wrist", "r_toe"]
+    assert [roles[role] for role in found] == [body.INDEX[role] for role in found]
+    assert "l_toe" not in roles  # "l_ball" is no name of any convention
+    assert joint_map(chain(l_toe="ball_l"))["l_toe"] == body.INDEX["l_toe"]

@@ -52,3 +52,29 @@ def test_the_map_lists_what_is_missing() -> None:
     assert "#   joint7\n" in text
     lines = [line for line in text.splitlines() if line and not line.startswith("#")]
     assert lines == ["l_wrist = HandLeft"]
+
+
+LETTERS = {
+    "one letter": ("UArm FArm Hand", "ULeg LLeg Foot"),
+    "long": ("UpArm LowArm Wrist", "Thigh Shin Foot"),
+    "anatomy": ("Humerus Radius Hand", "Femur Tibia Foot"),
+}
+
+
+@pytest.mark.parametrize("style", LETTERS)
+def test_both_sides_get_the_same_words(style: str) -> None:
+    arm, leg = (words.split() for words in LETTERS[style])
+    names = list(body.JOINTS)
+    for side in "lr":
+        for parts, words in (
+            (("shoulder", "elbow", "wrist"), arm),
+            (("hip", "knee", "ankle"), leg),
+        ):
+            for part, word in zip(parts, words, strict=True):
+                names[body.INDEX[f"{side}_{part}"]] = side.upper() + word
+        names[body.INDEX[f"{side}_collar"]] = f"{side.upper()}Shoulder"
+    proposed = propose_map(replace(body.standard_skeleton(), names=tuple(names)))
+    for side in "lr":
+        for part in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle"):
+            role = f"{side}_{part}"
+            assert proposed[role] == names[body.INDEX[role]]

@@ -21,6 +21,11 @@ FILES = {
                   "export": {"primary_bone_axis": "X", "secondary_bone_axis": "-Y",
                              "apply_scale_options": "FBX_SCALE_UNITS", "add_leaf_bones": False,
                              "bake_anim_simplify_factor": 0.001}},  # which drops still curves
+    # keys at twice the rate of the scene, whose range is longer than they are
+    "dense": {"captures": ["ana/jump_1"], "fps": 15, "range": (1, 20),
+              "export": {"bake_anim_step": 0.5, "bake_anim_simplify_factor": 1.0,
+                         "bake_anim_force_startend_keying": False,
+                         "bake_anim_use_nla_strips": False, "bake_anim_use_all_actions": False}},
     "still": {"captures": ["ana/bow_1"], "still": True, "export": {}},
 }  # fmt: skip
 """File -> how it is made."""
@@ -80,6 +85,9 @@ def _write_all(jobs: list[dict]) -> None:
             first.location, first.rotation_euler = (1.0, 2.0, 0.0), (0.0, 0.0, 0.5)
         if job.get("still"):
             first.animation_data_clear()
+        scene = bpy.context.scene
+        scene.render.fps = job.get("fps", scene.render.fps)
+        scene.frame_start, scene.frame_end = job.get("range", (scene.frame_start, scene.frame_end))
         bpy.ops.export_scene.fbx(
             filepath=job["target"],
             object_types={"ARMATURE"},

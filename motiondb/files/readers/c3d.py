@@ -27,7 +27,6 @@ These are plain regressions: good to 1 to 4 cm, enough to recognise a motion, no
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
@@ -49,7 +48,7 @@ from motiondb.files.readers.marker_gaps import (
 )
 from motiondb.files.text import quoted
 from motiondb.files.units import UNITS
-from motiondb.records import LARGEST, Clip, FloatArray, Skeleton
+from motiondb.records import Clip, FloatArray, Skeleton
 
 Markers = Mapping[str, FloatArray]  # Marker name -> array (frames, 3), metres, NaN where lost
 
@@ -183,9 +182,6 @@ _UNIT_NAMES = MappingProxyType(
     {"mill": "mm", "cent": "cm", "mete": "m", "metr": "m", "inch": "inch", "in": "inch", "": "mm"}
 )  # First four letters of names, after which some programs cut
 _LEG = 0.9  # Metres from LASI over the knee to the ankle of an adult, marker to marker
-_DOUBTFUL = 2.2
-"""A body larger or smaller than usual by this ratio is not believed to be in the unit that the file
-names: the units in use differ by more."""
 
 
 def read_c3d(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip:
@@ -295,15 +291,7 @@ def _find_unit(
         for side in "LR"
         for a, b in (("ASI", "KNE"), ("KNE", "ANK"))
     ]
-    ratio = float(np.median(np.sum(ways, axis=0))) / 2.0 * stated / _LEG
-    if not 1 / LARGEST < ratio < LARGEST or 1 / _DOUBTFUL < ratio < _DOUBTFUL:
-        return stated, ()
-    units = (UNITS[name] for name in ("mm", "cm", "m", "inch"))
-    unit = min(units, key=lambda unit: abs(math.log(ratio * unit / stated)))
-    return unit, (
-        f"POINT:UNITS says that the unit is {stated:.4g} m; the body would be {ratio:.2g} times "
-        f"the usual size, so {unit:.4g} m is taken. Give the unit if it is wrong.",
-    )
+    return world.checked_unit(stated, float(np.median(np.sum(ways, axis=0))) / 2.0, _LEG)
 
 
 def _up(file: C3DFile, points: FloatArray, fps: float, asked: str) -> tuple[str, tuple[str, ...]]:

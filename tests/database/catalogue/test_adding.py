@@ -14,13 +14,14 @@ import numpy as np
 import pytest
 
 import motiondb
-from motiondb.body import body, retarget
+from motiondb.body import body, changes, retarget, rotation, world
 from motiondb.database.catalogue import cataloguing
 from motiondb.database.catalogue.file_reading import AddSettings, Readings, read_joint_map
 from motiondb.database.catalogue.sheets import ImportReport
 from motiondb.errors import MotionDBError, QueryError
+from motiondb.files.bvh_writer import write_bvh
 from motiondb.files.formats import read_capture
-from motiondb.records import Motion
+from motiondb.records import Clip, Motion
 
 
 def mirrored(motion: Motion) -> Motion:
@@ -322,3 +323,106 @@ def test_files_may_be_left_out(tmp_path: Path, some: Path) -> None:
     assert (len(report.captures), report.mended, report.lost) == (4, (), ())
     with motiondb.open(tmp_path / "rescued.duckdb") as rescued:
         assert len(rescued.add(some).known) == 4
+
+
+def in_world(clip: Clip, up: str) -> Clip:
+    """The same capture written in a world in which another axis is up."""
+    back = rotation.conjugate(world.to_y_up(up))
+    local = clip.local_rotations.copy()
+    local[:, 0] = rotation.multiply(back, local[:, 0])
+    root = rotation.rotate(back, clip.root_positions)
+    return replace(clip, local_rotations=local, root_positions=root)
+
+
+def lying(clip: Clip) -> Clip:
+    """The first frame of a capture, tipped onto its back and held for a second."""
+    still = changes.part(clip, 0, 1)
+    local = np.repeat(still.local_rotations, 30, axis=0)
+    local[:, 0] = rotation.multiply(rotation.from_euler([-90.0], "X"), local[:, 0])
+    root = np.repeat([[0.0, 0.1, 0.0]], 30, axis=0)
+    return replace(clip, local_rotations=local, root_positions=root, joint_positions=None)
+
+
+def heights(db: motiondb.MotionDB, name: str) -> float:
+    """How far the neck is above the hips, in the median, metres."""
+    places = db.motion(name).joint_positions()
+    return float(np.median(places[:, body.INDEX["neck"], 1] - places[:, 0, 1]))
+
+
+def test_one_skeleton_is_read_in_one_world(tmp_path: Path, some: Path) -> None:
+    walk = read_capture(some / "ana" / "jump_1.bvh")
+    folder = tmp_path / "takes"
+    folder.mkdir()
+    write_bvh(in_world(lying(walk), "z"), folder / "lies.bvh")
+    with motiondb.open(tmp_path / "alone.duckdb") as db:
+        (note,) = db.add(folder) and db.captures()[0].notes
+        assert "does not show for certain" in note
+    for number in range(2):
+        write_bvh(in_world(walk, "z"), folder / f"walk{number}.bvh")
+        walk = replace(walk, root_positions=walk.root_positions + np.array([0.1, 0.0, 0.0]))
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(folder)
+        assert abs(heights(db, "lies")) < 0.1
+        assert heights(db, "walk0") > 0.3
+        notes = {info.name: info.notes for info in db.captures()}
+        assert notes["lies"] == (world.AS_OTHERS.format(up="z"),)
+        # an export needs no evidence: the run says what was up
+        db.export("lies", tmp_path / "lies.glb")
+        assert db.clip("lies").up == "z"
+        (run,) = db.runs()
+        assert set(run["parameters"]["worlds"].values()) == {"z"}
+
+
+def test_an_axis_is_given_for_all_or_in_the_sheet(tmp_path: Path, some: Path) -> None:
+    folder = tmp_path / "takes"
+    folder.mkdir()
+    lies = lying(read_capture(some / "ana" / "bow_1.bvh"))
+    write_bvh(in_world(lies, "z"), folder / "z.bvh")
+    write_bvh(in_world(lies, "-x"), folder / "x.bvh")
+    sheet = tmp_path / "s.tsv"
+    sheet.write_text("file\twords\tup\nx\tlies\t-x\nz\tlies\t\n")
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(folder, sheet, AddSettings(up="z"))
+        assert [abs(heights(db, name)) < 0.1 for name in "xz"] == [True, True]
+        assert [db.clip(name).up for name in "xz"] == ["-x", "z"]
+        assert "up" not in db.captures()[0].tags
+    sheet.write_text("file\twords\tup\nx\tlies\tw\n")
+    with (
+        motiondb.open(tmp_path / "n.duckdb") as db,
+        pytest.raises(MotionDBError, match="2: expected an axis up, one of y, z, x, -y, -z, -x"),
+    ):
+        db.add(folder, sheet)
+
+
+def test_mirrored_worlds_and_exchanged_sides_are_mended(tmp_path: Path, some: Path) -> None:
+    clip = read_capture(some / "ana" / "jump_1.bvh")
+    (tmp_path / "a").mkdir()
+    write_bvh(world.as_asked(clip, "", True, None), tmp_path / "a" / "left.bvh")
+    settings = AddSettings(mirror_world=True)
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(tmp_path / "a", settings=settings)
+        np.testing.assert_allclose(
+            db.motion("left").joint_positions(),
+            retarget.to_motion(clip).joint_positions(),
+            atol=1e-4,
+        )
+        np.testing.assert_allclose(
+            db.clip("left").world_positions(), clip.world_positions(), atol=1e-6
+        )
+    with motiondb.open(tmp_path / "n.duckdb") as db:
+        db.add(tmp_path / "a")
+        assert any("--mirror-world" in note for note in db.captures()[0].notes)
+
+
+def test_captions_beyond_the_end_are_problems_with_their_line(tmp_path: Path, some: Path) -> None:
+    sheet = tmp_path / "s.tsv"
+    sheet.write_text(
+        "file\twords\tstart\tend\nana/bow_1\tframes as seconds\t0\t81\nana/bow_1\trounded\t0\t2.8\n"
+    )
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        report = db.add(some, words=sheet)
+        assert report.problems == (
+            f"{sheet}:2: expected words about a part of ana/bow_1, which ends at 2.7 s, found "
+            "'frames as seconds' from 0 s to 81 s. Times are seconds; the words were left out.",
+        )
+        assert [c.words for c in db.captions("ana/bow_1")] == ["rounded"]

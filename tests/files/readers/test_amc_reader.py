@@ -216,3 +216,34 @@ def test_no_skeleton_and_too_many(tmp_path: Path) -> None:
     with pytest.raises(CaptureError, match=r"found a\.asf, b\.asf\. Put the ASF"):
         read_capture(tmp_path / "16_01.amc")
     assert skeleton_path("a.bvh") is None
+
+
+@pytest.mark.parametrize(
+    ("line", "fps"),
+    [
+        (":SAMPLES-PER-SECOND 60", 60.0),
+        (":samples-per-second 59.94", 59.94),
+        ("  :Samples-Per-Second\t250", 250.0),
+    ],
+)
+def test_the_rate_of_the_header(line: str, fps: float) -> None:
+    amc = AMC.replace(":DEGREES", f"{line}\n:DEGREES")
+    assert read(amc).fps == fps
+    assert read(amc, fps=30.0).fps == 30.0
+
+
+@pytest.mark.parametrize(
+    ("rate", "found"),
+    [
+        ("fast", "16_01.amc:3: expected a frame rate, found 'fast'. Give --fps."),
+        (
+            "9999",
+            "16_01.amc: expected SAMPLES-PER-SECOND from 1 to 2000, found 9999. "
+            "Give the right frame rate with --fps.",
+        ),
+    ],
+)
+def test_a_rate_that_is_none_is_refused(rate: str, found: str) -> None:
+    with pytest.raises(CaptureError) as caught:
+        read(AMC.replace(":DEGREES", f":SAMPLES-PER-SECOND {rate}\n:DEGREES"))
+    assert str(caught.value) == found

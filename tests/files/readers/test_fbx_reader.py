@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import importlib.util
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import fbx_by_blender
@@ -13,7 +14,7 @@ import pytest
 
 from motiondb.body import kinematics, retarget
 from motiondb.errors import CaptureError
-from motiondb.files.formats import read_capture, split_take
+from motiondb.files.formats import read_capture, read_capture_bytes, split_take
 from motiondb.files.limits import NO_LIMITS, ReadLimits, ReadOptions
 from motiondb.files.readers import fbx
 from motiondb.files.readers.fbx_takes import FbxFile
@@ -161,3 +162,25 @@ def test_blender_writes_what_the_tests_read(tmp_path: Path) -> None:
     new = FbxFile((tmp_path / "mixamo.fbx").read_bytes(), "new.fbx", ReadOptions()).clip("jump_1")
     assert distance(new, from_bvh("jump_1", tmp_path)) > 1.0  # moved, as the test above measures
     assert distance(new, opened("mixamo").clip("jump_1")) < 1e-6
+
+
+def test_keys_say_the_rate_and_the_length(tmp_path: Path) -> None:
+    clip = read_capture_bytes(data("dense"), "fbx", path="dense.fbx")
+    assert (clip.fps, clip.n_frames) == (30.0, 17)
+    assert clip.notes == (
+        "Left out 22 still frames before the first key and after the last.",
+        "The scene has 15 frames a second and the take 30 keys a second: 30 is taken.",
+    )
+    every = distance(replace_frames(clip, slice(None, None, 2)), from_bvh("jump_1", tmp_path))
+    assert every < 1e-2  # Blender leaves keys out that change little
+    assert read_capture_bytes(data("dense"), "fbx", options=ReadOptions(fps=15.0)).n_frames == 9
+
+
+def replace_frames(clip: Clip, chosen: slice) -> Clip:
+    moved = clip.joint_positions
+    return replace(
+        clip,
+        local_rotations=clip.local_rotations[chosen],
+        root_positions=clip.root_positions[chosen],
+        joint_positions=None if moved is None else moved[chosen],
+    )

@@ -1,0 +1,191 @@
+"""Axes, sides, units and rates that a file does not say, or says wrongly."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from postures import FPS, POSTURES, in_world, positions, rotations, walk
+
+from motiondb.body import body, retarget, rotation, world
+from motiondb.records import Clip
+
+HEADINGS = [0, 45, 90, 135, 180, 225, 270, 315]
+PLACES = [(0.0, 0.0), (0.7, -1.3)]
+
+
+@pytest.mark.parametrize("name", POSTURES)
+def test_a_y_up_world_is_read_so_in_every_posture(name: str) -> None:
+    for heading in HEADINGS:
+        for place in PLACES:
+            found = world.find_up(positions(name, heading, place), FPS, rest="y")
+            assert (found.up, found.notes) == ("y", ()), (heading, place)
+
+
+@pytest.mark.parametrize("up", world.UPS[1:])
+@pytest.mark.parametrize("name", POSTURES)
+def test_another_axis_is_found_with_the_rest_pose_or_told(name: str, up: str) -> None:
+    for heading in HEADINGS:
+        for place in PLACES:
+            points = in_world(positions(name, heading, place), up)
+            with_rest = world.find_up(points, FPS, rest=up)
+            assert (with_rest.up, len(with_rest.notes)) == (up, 1), (heading, place)
+            without = world.find_up(points, FPS, rest="y")
+            # away from the origin the lowest point along another axis may be at 0 by chance
+            if place == PLACES[0] and name not in ("handstand", "side", "face down", "floor"):
+                assert without.notes, (heading, place)
+
+
+def test_what_stands_on_the_head_in_two_worlds_is_one_motion() -> None:
+    """A handstand with -y up has the points of a standing person with y up: nobody can tell."""
+    points = in_world(positions("handstand"), "-y")
+    assert world.find_up(points, FPS, rest="y").up == "y"
+    assert world.find_up(points, FPS, stated="-y").up == "-y"
+
+
+def test_a_walk_shows_every_axis() -> None:
+    for up in world.UPS:
+        for stated in ("", up):
+            found = world.find_up(in_world(walk(), up), FPS, stated=stated, rest="y")
+            assert (found.up, found.is_sure) == (up, True)
+    found = world.find_up(in_world(walk(), "z"), FPS, stated="y")
+    assert found.up == "y"
+    assert found.notes == (
+        "y is stated to be up; the body moves as if z were. Give the axis (--up) if this is wrong.",
+    )
+
+
+def test_captures_of_a_skeleton_decide_together() -> None:
+    points = in_world(positions("back", 90.0, PLACES[1]), "z")
+    lies = world.find_up(points, FPS, rest="y")
+    walks = world.find_up(in_world(walk(), "z"), FPS, rest="y")
+    assert not lies.is_sure
+    assert world.pooled([lies.scores, walks.scores, walks.scores]) == ("z", True)
+
+
+@pytest.mark.parametrize("up", world.UPS)
+def test_a_turn_brings_its_axis_up(up: str) -> None:
+    turned = rotation.rotate(world.to_y_up(up), in_world(walk(), up))
+    np.testing.assert_allclose(turned[..., 1], walk()[..., 1], atol=1e-9)
+    flat = rotation.rotate(rotation.from_euler([30.0], "Y"), walk())
+    assert np.linalg.det(rotation.to_matrix(world.to_y_up(up))) == pytest.approx(1.0)
+    assert flat.shape == turned.shape
+
+
+def test_the_axis_along_which_a_rest_pose_stands() -> None:
+    rest, _ = retarget.motion_positions(
+        retarget.motion_from_positions(np.repeat(positions("stand")[:1], 2, axis=0), FPS)
+    )
+    assert [world.rest_up(in_world(rest[0], up)) for up in world.UPS] == list(world.UPS)
+    collapsed = np.cumsum(np.ones((21, 3)) * [0.1, 0.0, 0.0], axis=0)
+    assert world.rest_up(collapsed) == ""
+    assert world.rest_up(np.zeros((21, 3))) == ""
+
+
+def a_clip(name: str = "chair", points: np.ndarray | None = None) -> Clip:
+    """A clip on the canonical body."""
+    turns = rotations(name)
+    root = positions(name)[:, 0] if points is None else points
+    return Clip(body.standard_skeleton(), FPS, turns, root)
+
+
+def walking_clip() -> Clip:
+    return retarget.to_clip(retarget.motion_from_positions(walk(), FPS))
+
+
+def test_a_mirror_image_and_exchanged_names_are_told_and_mended() -> None:
+    clip = walking_clip()
+    assert retarget.to_motion(clip).notes == ()
+    partners = body.MIRROR
+    for flipped in (
+        world.as_asked(clip, "", True, None),
+        world.as_asked(clip, "", False, partners),
+    ):
+        (note,) = retarget.to_motion(flipped).notes
+        assert "--mirror-world" in note
+        assert "--swap-sides" in note
+    back = world.as_asked(world.as_asked(clip, "", True, None), "", True, None)
+    np.testing.assert_allclose(back.world_positions(), clip.world_positions(), atol=1e-12)
+    mended = world.as_asked(world.as_asked(clip, "", False, partners), "", False, partners)
+    assert mended.joint_names == clip.joint_names
+    mirrored = world.as_asked(clip, "", True, None).world_positions()
+    np.testing.assert_allclose(mirrored, clip.world_positions() * [-1.0, 1.0, 1.0], atol=1e-9)
+
+
+def test_a_world_is_mirrored_along_the_ground() -> None:
+    clip = walking_clip()
+    mirrored = world.as_asked(clip, "x", True, None)
+    np.testing.assert_allclose(
+        mirrored.world_positions(), clip.world_positions() * [1.0, 1.0, -1.0], atol=1e-9
+    )
+    assert mirrored.up == "x"
+
+
+@pytest.mark.parametrize("part", ["knee", "shoulder", "elbow"])
+def test_one_exchanged_pair_is_named(part: str) -> None:
+    points = walk()
+    left, right = body.INDEX[f"l_{part}"], body.INDEX[f"r_{part}"]
+    points[:, [left, right]] = points[:, [right, left]]
+    (note,) = world.side_notes(points, True)
+    assert f"The left {part} is right of the right one" in note
+
+
+def test_feet_that_slide_are_told() -> None:
+    points = walk()
+    leg = retarget.legs_of(points)
+    assert world.travel_notes(points, FPS, leg) == ()
+    for factor in (0.01, 0.1, 0.3937, 0.5):
+        slow = points.copy()
+        slow[..., 2] -= (1.0 - factor) * points[:, :1, 2]
+        (note,) = world.travel_notes(slow, FPS, leg)
+        assert note.startswith(f"The root travels {factor:.1g}"[:24])
+    in_place = points.copy()
+    in_place[..., 2] = positions("stand")[:1, :, 2]
+    assert world.travel_notes(in_place, FPS, leg) == ()
+
+
+def test_radians_read_as_degrees_are_told() -> None:
+    turns = rotations("chair")
+    radians = rotation.exp(rotation.log(turns) * np.pi / 180.0)
+    root = np.linspace([0.0, 0.9, 0.0], [0.0, 0.9, 1.0], len(turns))
+    (note,) = world.angle_notes(replace(a_clip(), local_rotations=radians, root_positions=root))
+    assert note.startswith("No joint turns by more than ")
+    assert world.angle_notes(replace(a_clip(), root_positions=root)) == ()
+    assert world.angle_notes(replace(a_clip(), local_rotations=radians)) == ()  # it only stands
+
+
+@pytest.mark.parametrize("said", [0.001, 0.01, 0.0254, 1.0])
+@pytest.mark.parametrize("meant", [0.001, 0.01, 0.0254, 1.0])
+def test_a_unit_that_makes_no_person_is_corrected(said: float, meant: float) -> None:
+    unit, notes = world.checked_unit(said, 0.9 / meant, 0.85)
+    assert (unit, bool(notes)) == (meant, said != meant)
+
+
+RATES = [
+    ("0.0083333", 120.0, False), ("0.0083", 120.0, False), (".0167", 60.0, False),
+    ("0.0166", 60.0, False), ("0.016", 60.0, False), ("0.033", 30.0, False),
+    ("0.0333", 30.0, False), ("0.042", 24.0, False), ("0.0416", 24.0, False),
+    ("0.011", 90.0, False), ("0.0042", 240.0, False), ("3.33e-2", 30.0, False),
+    ("0.0333667", 30000 / 1001, False), ("0.008342", 120000 / 1001, False),
+    ("0.0417083", 24000 / 1001, False), ("0.0069", 144.0, False), ("0.005", 200.0, False),
+    ("0.0625", 16.0, False), ("0.010000", 100.0, False), ("0.020000", 50.0, False),
+    ("0.008", 120.0, True), ("0.004", 240.0, True), ("0.02", 50.0, True), ("0.04", 25.0, True),
+    ("0.01", 100.0, True),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("written", "fps", "is_told"), RATES)
+def test_the_rate_that_a_frame_time_means(written: str, fps: float, is_told: bool) -> None:
+    found, notes = world.find_rate(float(written), written)
+    assert found == pytest.approx(fps, rel=1e-9)
+    assert bool(notes) == is_told
+
+
+def test_whole_rates_come_back_from_every_number_of_digits() -> None:
+    for fps in (24, 25, 30, 50, 60, 90, 100, 120, 240, 17, 85, 333):
+        assert world.find_rate(1.0 / fps)[0] == fps
+        for digits in range(6, 12):
+            assert (
+                world.find_rate(float(f"{1 / fps:.{digits}f}"), f"{1 / fps:.{digits}f}")[0] == fps
+            )
