@@ -314,7 +314,8 @@ def _opened(
         printing.note(db.log_note)
         yield db
         printing.note(db.damage_note)
-    printing.note(db.log_note)
+    for sentence in (*db.file_notes, db.log_note):
+        printing.note(sentence)
 
 
 class Group(typer.core.TyperGroup):

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from motiondb.errors import StoreError
-from motiondb.files.safe_files import delete_all, draft_of
+from motiondb.files.safe_files import free_draft
 from motiondb.records import Float32Array
 from motiondb.store.catalogue.parquet_files import (
     KINDS,
@@ -160,16 +160,14 @@ def _move_out(store: Store, kind: str, batch: _Batch, where: str) -> None:
 @contextmanager
 def _draft_beside(store: Store) -> Iterator[Path]:
     """The name of a draft beside the database; one that a kill leaves goes at the next opening."""
-    draft = draft_of(store.path)
     try:
-        yield draft
+        with free_draft(store.path) as draft:
+            yield draft
     except OSError as error:
         raise StoreError(
             f"{store.path}: expected room for a draft beside it, found: {error.strerror or error}. "
             "What was moved before stays moved. Make room and run the command again."
         ) from error
-    finally:
-        delete_all(draft)
 
 
 def _put(file: ParquetFile, draft: Path) -> None:
@@ -362,7 +360,7 @@ def _fetch(store: Store, file: ParquetFile, draft: Path) -> str:
     """Copy a file to this machine; its digest."""
     counted, pieces = hashlib.sha256(), read_pieces(open_place(file.place), file.name)
     hint = advice(store, file)
-    with draft.open("wb") as written:
+    with draft.open("xb") as written:
         while True:
             with told(file.path, hint):  # errors of the place; the draft's are others
                 piece = next(pieces, b"")

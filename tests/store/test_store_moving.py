@@ -13,6 +13,7 @@ import pytest
 
 from motiondb import store
 from motiondb.errors import QueryError, StoreError
+from motiondb.files import safe_files
 from motiondb.store import moving
 from motiondb.store.catalogue import parquet_files, places
 from motiondb.store.connection import migrations
@@ -282,11 +283,41 @@ def test_a_link_to_the_place_is_the_place(filled: store.Store, tmp_path: Path) -
     assert parquet_files.untold_files(filled) == []
 
 
+def test_a_link_in_the_place_of_a_moved_file_is_neither_read_nor_written(
+    filled: store.Store, tmp_path: Path
+) -> None:
+    store.move_motions(filled, str(tmp_path / "out"))
+    first = parquet_files.load_parquet_files(filled)[0]
+    victim, there = tmp_path / "victim", tmp_path / "out" / first.name
+    there.rename(victim)
+    there.symlink_to(victim)
+    before = victim.read_bytes()
+    for target in (str(tmp_path / "else"), moving.IN_DATABASE, str(tmp_path / "out")):
+        with pytest.raises(StoreError, match="a link in the place of a file that motiondb made"):
+            store.move_motions(filled, target) or store.load_motion(filled, 1)
+    there.unlink()
+    victim.rename(there)
+    (tmp_path / "new").mkdir()
+    (tmp_path / "new" / first.name).symlink_to(victim)
+    with pytest.raises(StoreError, match="a link in the place of a file"):
+        store.move_motions(filled, str(tmp_path / "new"))
+    assert not victim.exists()
+    assert there.read_bytes() == before
+
+
+def test_a_draft_is_not_written_through_a_link(filled: store.Store, tmp_path: Path) -> None:
+    victim, draft = tmp_path / "victim", safe_files.draft_of(filled.path)
+    victim.touch()
+    draft.symlink_to(victim)
+    assert store.move_motions(filled, str(tmp_path / "out")) == len(N_FRAMES)
+    assert victim.read_bytes() == b""
+
+
 def test_no_room_for_a_draft_is_not_blamed_on_the_place(
     filled: store.Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     store.move_motions(filled, str(tmp_path / "out"))
-    monkeypatch.setattr(moving, "draft_of", lambda _path: tmp_path / "none" / "draft")
+    monkeypatch.setattr(safe_files, "draft_of", lambda _path: tmp_path / "none" / "draft")
     with pytest.raises(StoreError, match=r"motions.duckdb: expected room for a draft beside it"):
         store.move_motions(filled, moving.IN_DATABASE)
 

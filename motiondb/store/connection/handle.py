@@ -111,6 +111,7 @@ class Store:
         self._process = os.getpid()
         _refuse_forked(path)
         self.lacked_log = False
+        self.notes: list[str] = []  # What was done, or met, beside what was asked
         self._root: duckdb.DuckDBPyConnection | None = connect(read_only, None)
         self._held = HeldFile.hold(path)
         _OPENED.add(self)
@@ -135,6 +136,11 @@ class Store:
         if not self._is_closed:
             return log_mark.missing_sentence(self.path) if self.lacked_log else ""
         return log_mark.left_sentence(self.path) if log_of(self.path).exists() else ""
+
+    def tell(self, sentence: str) -> None:
+        """Note what the user should know, once."""
+        if sentence not in self.notes:
+            self.notes.append(sentence)
 
     def mark_log(self) -> None:
         """See to it, before a change, that the file says that there is a log beside it.

@@ -13,6 +13,7 @@ that says ``open`` and has neither beside it was moved or copied without its log
 
 from __future__ import annotations
 
+import os
 from contextlib import suppress
 from pathlib import Path
 
@@ -52,8 +53,9 @@ def set_mark(root: duckdb.DuckDBPyConnection, path: Path) -> bool:
 
 def stand_in(path: Path) -> None:
     """Let an empty file stand for the log: before each commit, at which DuckDB may delete it."""
+    flags = os.O_WRONLY | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
     with suppress(OSError):  # a full disk, which the next statements tell
-        beside(path, MARKING).touch()
+        os.close(os.open(beside(path, MARKING), flags, 0o666))
 
 
 def keep_log(root: duckdb.DuckDBPyConnection, path: Path) -> None:

@@ -25,6 +25,7 @@ import duckdb
 from motiondb.errors import HeldError, StoreError
 from motiondb.files.safe_files import (
     COPY,
+    LOGS,
     beside,
     check_file_name,
     count_names,
@@ -127,6 +128,7 @@ def _bring_up_to_date(path: Path, wait: float, version: int) -> None:
         ) from error
 
 
+SPILLED = ".tmp"  # Ending of the folder of rows that DuckDB has no memory for
 MOST_GROUPS = 64  # Row groups of a table that grows with every change, before they join; by hand
 
 
@@ -176,7 +178,7 @@ def _sweep_copies(path: Path) -> None:
 
 def _sweep_spilled(path: Path) -> None:
     """Delete what killed processes left of the rows that DuckDB had no memory for."""
-    folder = path.with_name(f"{path.name}.tmp")
+    folder = path.with_name(path.name + SPILLED)
     for left in folder.glob("duckdb_temp_*"):
         owner = re.match(r"duckdb_temp_(\d+)_", left.name)
         if owner is not None and not is_running(int(owner[1])):
@@ -192,11 +194,13 @@ def connect(path: Path, read_only: bool, wait: float = 0.0) -> duckdb.DuckDBPyCo
         raise StoreError(
             f"{path}: expected a database of motiondb, found {actual}. Name another file with --db."
         )
-    if log_of(path).is_symlink():  # DuckDB would delete the link, and leave what it stands for
-        raise StoreError(
-            f"{path}: expected its log {log_of(path).name} as a file, found a link. Put the file "
-            "that it stands for in its place."
-        )
+    for ending in (*LOGS, SPILLED):  # DuckDB would write through a link, or delete it
+        if (found := path.with_name(path.name + ending)).is_symlink():
+            what = "its log {} as a file" if ending in LOGS else "{} as a folder of DuckDB's own"
+            raise StoreError(
+                f"{path}: expected {what.format(found.name)}, found a link. Put what it stands "
+                "for in its place."
+            )
     deadline, pause = time.monotonic() + wait, _FIRST_PAUSE
     with ExitStack() as waiting:
         while True:
