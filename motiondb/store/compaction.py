@@ -29,10 +29,12 @@ from motiondb.store.catalogue.parquet_files import (
     untold_files,
 )
 from motiondb.store.catalogue.trash import empty_trash
+from motiondb.store.connection import log_mark
 from motiondb.store.connection.faults import first_sentence, is_damage
 from motiondb.store.connection.handle import Store, limit_memory
 from motiondb.store.connection.opening import is_lock, open_store
 from motiondb.store.connection.statements import Connection
+from motiondb.store.connection.transactions import transaction
 from motiondb.store.moving import Progress, find_place, move_motions
 
 
@@ -112,6 +114,9 @@ def compact(
 def _prepare(store: Store, place: str | None, progress: Progress | None) -> tuple[int, list[str]]:
     """Empty the trash and move motions; how many captures, and the Parquet files not needed now."""
     empty_trash(store)
+    if store.loss_note:
+        with transaction(store) as connection:
+            connection.execute(log_mark.FORGET_LOSS)
     for kind in KINDS:
         forget_unused(store, kind)
     moved = move_motions(store, place, progress) if place else 0
@@ -179,7 +184,8 @@ def backup(store: Store, path: Path, check: Callable[[Path], Sequence[str]]) -> 
                 f"{path}: expected room for a copy, found too little. Nothing was written; look "
                 "at the disk."
             )
-        faults = check(draft)
+        known = store.loss_note.replace(str(store.path), str(draft))  # the copy says so, too
+        faults = [fault for fault in check(draft) if fault != known]
         if faults:
             told = "\n".join(faults).replace(str(draft), str(path))
             raise StoreError(

@@ -104,7 +104,7 @@ def opened_damaged(path: str | Path, *, wait: float = 0.0) -> Iterator[tuple[Sto
             raise
     else:
         with store:
-            yield store, []
+            yield store, [store.loss_note] if store.loss_note else []
         return
     with tempfile.TemporaryDirectory() as folder, connected(shutil.copy(path, folder)) as store:
         yield store, [f"{log}: could not be read; the latest changes are lost."]

@@ -137,6 +137,11 @@ class Store:
             return log_mark.missing_sentence(self.path) if self.lacked_log else ""
         return log_mark.left_sentence(self.path) if log_of(self.path).exists() else ""
 
+    @property
+    def loss_note(self) -> str:
+        """That saved changes are missing with the log, or were lost with it; or ""."""
+        return self.log_note if self.lacked_log else log_mark.lost_sentence(self.connection)
+
     def tell(self, sentence: str) -> None:
         """Note what the user should know, once."""
         if sentence not in self.notes:
@@ -155,7 +160,9 @@ class Store:
                 try:
                     left = deadline - time.monotonic()
                     self._turn.wait_for(lambda: self._users <= bool(self.local.depth), left)
-                    self._is_marked = log_mark.set_mark(self._open_root(), self.path)
+                    self._is_marked = log_mark.set_mark(
+                        self._open_root(), self.path, self.lacked_log
+                    )
                 finally:
                     self._is_swapping = False
                     self._turn.notify_all()
