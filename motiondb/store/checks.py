@@ -295,6 +295,8 @@ def _cut_short(store: Store) -> list[str]:
         "SELECT block_size, total_blocks, used_blocks FROM pragma_database_size() "
         "WHERE database_name = current_database()"
     ).fetchall()
+    if not size:  # a copy in memory of an older file
+        return []
     found = store.path.stat().st_size
     begun = math.ceil((found - _HEADERS) / size)
     expected = _HEADERS + size * max(used, min(begun, total))

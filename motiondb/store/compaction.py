@@ -35,7 +35,7 @@ from motiondb.store.connection.handle import Store, limit_memory
 from motiondb.store.connection.opening import is_lock, open_store
 from motiondb.store.connection.statements import Connection
 from motiondb.store.connection.transactions import transaction
-from motiondb.store.moving import Progress, find_place, move_motions
+from motiondb.store.moving import Progress, check_place, find_place, move_motions
 
 
 @dataclass(frozen=True)
@@ -46,6 +46,7 @@ class Compacted:
     after: int
     moved: int  # Captures whose motions and originals, or scores, were moved
     unused: tuple[str, ...]  # Parquet files that this database no longer relies on
+    notes: tuple[str, ...]  # What else was done to the file
 
 
 def compact(
@@ -72,6 +73,7 @@ def compact(
             raise StoreError(store.log_note)
         before = path.stat().st_size
         moved, unused = _prepare(store, place, progress)
+        notes = tuple(store.notes)
     identity = _identity(path)
     with open_store(path, read_only=True, wait=wait) as store:
         if log_of(path).exists():
@@ -108,11 +110,13 @@ def compact(
         finally:
             delete_all(new, log_of(new))
     _forget_told(path, unused, wait)
-    return Compacted(before, path.stat().st_size, moved, tuple(unused))
+    return Compacted(before, path.stat().st_size, moved, tuple(unused), notes)
 
 
 def _prepare(store: Store, place: str | None, progress: Progress | None) -> tuple[int, list[str]]:
     """Empty the trash and move motions; how many captures, and the Parquet files not needed now."""
+    if place is not None:
+        check_place(store, place)
     empty_trash(store)
     if store.loss_note:
         with transaction(store) as connection:
@@ -173,7 +177,7 @@ def backup(store: Store, path: Path, check: Callable[[Path], Sequence[str]]) -> 
         )
     if store.lacked_log:  # the copy would not say so
         raise StoreError(store.log_note)
-    with output_file(path, StoreError) as draft:
+    with output_file(path, StoreError) as draft, store.may_make(draft):
         attach(store, draft, "backup_file")
         try:
             copy_tables(store, "backup_file")

@@ -31,13 +31,22 @@ from motiondb.store.catalogue.parquet_files import (
     ParquetFile,
     Part,
     advice,
+    end_note,
     forget,
     is_whole,
     load_captures_in,
     load_parquet_files,
     note_unused,
 )
-from motiondb.store.catalogue.places import digest_of, open_place, place_name, read_pieces, told
+from motiondb.store.catalogue.places import (
+    PlaceError,
+    digest_of,
+    find_file,
+    open_place,
+    place_name,
+    read_pieces,
+    told,
+)
 from motiondb.store.catalogue.runs import finish_run, start_run
 from motiondb.store.connection.faults import DamagedFileError
 from motiondb.store.connection.handle import Store, bounded_memory
@@ -89,11 +98,17 @@ def move_motions(store: Store, to: str, progress: Progress | None = None) -> int
     if not files and (place == IN_DATABASE or not any(_batches(store))):
         return 0
     run_id = start_run(store, "move", {"to": place})
-    moved, lost = set[int](), dict[int, str]()
+    moved, lost, missing = set[int](), dict[int, str](), list[str]()
     for done, file in enumerate(files):
         tell("moving motions", done, len(files))
-        with bounded_memory(store, file.n_bytes):
-            numbers, damaged = _move_file(store, file, place)
+        try:
+            with bounded_memory(store, file.n_bytes):
+                numbers, damaged = _move_file(store, file, place)
+        except PlaceError as error:
+            if not isinstance(error.__cause__, FileNotFoundError):
+                raise
+            missing.append(str(error))
+            continue
         moved |= numbers
         lost |= damaged
     batches = [] if place == IN_DATABASE else list(_batches(store))
@@ -106,6 +121,9 @@ def move_motions(store: Store, to: str, progress: Progress | None = None) -> int
     tell("moving motions", total, total)
     finish_run(store, run_id)
     moved -= lost.keys()
+    if missing:
+        there = f"The other files ({len(files) - len(missing)}) are where they should be."
+        raise PlaceError("\n".join([*missing, there]))
     if lost:
         names = ", ".join(lost.values())
         raise DamagedFileError(
@@ -115,6 +133,14 @@ def move_motions(store: Store, to: str, progress: Progress | None = None) -> int
             "place, or remove these captures; scores are made anew by motiondb learn."
         )
     return len(moved)
+
+
+def check_place(store: Store, place: str) -> None:
+    """PlaceError if a file that the database relies on is missing in the place to move to."""
+    for file in load_parquet_files(store):
+        if file.place == place:
+            with told(file.path, advice(store, file)):
+                find_file(place, file.name)
 
 
 def _batches(store: Store) -> Iterator[tuple[str, _Batch]]:
@@ -143,7 +169,11 @@ def _batches(store: Store) -> Iterator[tuple[str, _Batch]]:
 def _move_out(store: Store, kind: str, batch: _Batch, where: str) -> None:
     """Move values of some captures into a new Parquet file, in one transaction."""
     name = f"{kind}-{uuid.uuid4().hex}.parquet"
-    with _draft_beside(store) as draft, transaction(store) as connection:
+    with (
+        _noted(store, where, name),
+        _draft_beside(store) as draft,
+        transaction(store) as connection,
+    ):
         _write_parquet(store, kind, batch, draft)
         number = int(connection.value("SELECT coalesce(max(file_id), 0) + 1 FROM parquet_file"))
         with (
@@ -155,6 +185,23 @@ def _move_out(store: Store, kind: str, batch: _Batch, where: str) -> None:
                 _note_parts(store, table, batch, file, whole)
         connection.execute("INSERT INTO parquet_file VALUES (?, ?, ?, ?, ?)", [*astuple(file)])
         _put(file, draft)
+
+
+@contextmanager
+def _noted(store: Store, place: str, name: str) -> Iterator[None]:
+    """Note a file before it is written: if a kill leaves it, it is told as one not needed."""
+    path = f"{place}/{name}"
+    note_unused(store, path)
+    try:
+        yield
+    except BaseException:
+        with suppress(Exception):  # the first error is the cause
+            try:
+                find_file(place, name)
+            except FileNotFoundError:
+                end_note(store, path)
+        raise
+    end_note(store, path)
 
 
 @contextmanager

@@ -29,7 +29,7 @@ def check(path: Path, prefix: str, wait: float) -> None:
     check_file_name(path)
     if not path.exists():
         raise StoreError(f"{path}: expected another database, found no such file. Name another.")
-    with store.open_store(path, read_only=True, wait=wait) as other:
+    with store.open_store(path, read_only=True, wait=wait, is_others=True) as other:
         _refuse_lacking(other)
 
 
@@ -43,7 +43,7 @@ def merge(
         raise QueryError(f"{path}: expected another database, found this one. Name another.")
     outlines = copy_search.load_outlines(opened)
     with (
-        store.open_store(path, read_only=True, wait=wait) as other,
+        store.open_store(path, read_only=True, wait=wait, is_others=True) as other,
         store.reading(other),
         store.transaction(opened),
     ):

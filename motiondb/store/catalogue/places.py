@@ -158,6 +158,15 @@ def _without_keys(text: str) -> str:
 @lru_cache(maxsize=16)
 def open_place(name: str) -> Place:
     """The place of a name that :func:`place_name` returned; StoreError if nothing can read it."""
+    try:  # another program may have written it into the database
+        is_kept = place_name(name) == name if "://" in name else Path(name).is_absolute()
+    except QueryError as error:
+        raise PlaceError(str(error)) from error
+    if not is_kept:
+        raise PlaceError(
+            f"{_without_keys(name)}: expected {_EXPECTED}, as motiondb writes it, found another "
+            "form. The database was changed by another program: restore a copy."
+        )
     if "://" not in name:
         return _Folder(Path(name))
     try:

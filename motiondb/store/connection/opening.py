@@ -14,7 +14,9 @@ import os
 import re
 import socket
 import subprocess
+import tempfile
 import time
+from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
@@ -62,9 +64,18 @@ _LONGEST_COMMAND = 120  # Letters of a command that are shown: one or two lines 
 
 
 def open_store(
-    path: str | Path, *, read_only: bool = False, create: bool = True, wait: float = 0.0
+    path: str | Path,
+    *,
+    read_only: bool = False,
+    create: bool = True,
+    wait: float = 0.0,
+    is_others: bool = False,
 ) -> Store:
-    """Open the database file at ``path``; one of an earlier version is brought up to date."""
+    """Open the database file at ``path``; one of an earlier version is brought up to date.
+
+    `is_others`: Whether the file is only read whatever its version: what it holds is then brought
+    up to date in memory.
+    """
     path = Path(path)
     check_file_name(path)
     path = link_target(path)  # so that there is one log, and one draft, by whatever name
@@ -82,11 +93,18 @@ def open_store(
             f"{path}: expected a database with one name, found a file with {names} (hard links), "
             "each of which would have a log of its own. Copy the file, or remove the other names."
         )
-    return Store(path, partial(_connect_current, path, wait), read_only)
+    notes: list[str] = []
+    connected = partial(_connect_current, path, wait, is_others, notes)
+    return checked(Store(path, connected, read_only, notes))
 
 
 def _connect_current(
-    path: Path, usual_wait: float, read_only: bool, wait: float | None
+    path: Path,
+    usual_wait: float,
+    is_others: bool,
+    notes: list[str],
+    read_only: bool,
+    wait: float | None,
 ) -> duckdb.DuckDBPyConnection:
     """A connection to a database that has the schema of today."""
     wait = usual_wait if wait is None else wait
@@ -96,9 +114,17 @@ def _connect_current(
         if version < migrations.newest_version():
             if read_only:
                 connection.close()
-                _bring_up_to_date(path, wait, version)
-                return _connect_current(path, usual_wait, True, wait)
+                if is_others:
+                    return _in_memory(path, version)
+                _bring_up_to_date(path, wait, notes, version)
+                return _connect_current(path, usual_wait, is_others, notes, True, wait)
             migrations.migrate(connection, version)
+            notes.append(
+                f"{path}: brought up to date from schema {version} to "
+                f"{migrations.newest_version()}; earlier versions of motiondb cannot read it now"
+            )
+        if is_others:
+            return connection
         sweep_drafts(path.parent, re.escape(draft_stem(path)))
         if not read_only:
             _limit_joining(connection, path)
@@ -114,10 +140,30 @@ def _connect_current(
     return connection
 
 
-def _bring_up_to_date(path: Path, wait: float, version: int) -> None:
+def _in_memory(path: Path, version: int) -> duckdb.DuckDBPyConnection:
+    """A connection to a copy in memory of an older file, brought up to date."""
+    connection = duckdb.connect(":memory:", config=_CONFIG)
+    try:
+        connection.execute(f"SET temp_directory = '{_quoted(tempfile.gettempdir())}'")
+        connection.execute(f"ATTACH '{_quoted(plain_name(path))}' AS older (READ_ONLY)")
+        connection.execute("COPY FROM DATABASE older TO memory")
+        connection.execute("DETACH older")
+        migrations.migrate(connection, version)
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def _quoted(text: str) -> str:
+    """A text as it stands between quotes in SQL."""
+    return text.replace("'", "''")
+
+
+def _bring_up_to_date(path: Path, wait: float, notes: list[str], version: int) -> None:
     """Migrate a file that was opened for reading."""
     try:
-        _connect_current(path, wait, False, wait).close()
+        _connect_current(path, wait, False, notes, False, wait).close()
     except StoreError as error:
         if not any(reason in str(error.__cause__) for reason in _NO_WRITING):
             raise
@@ -205,7 +251,8 @@ def connect(path: Path, read_only: bool, wait: float = 0.0) -> duckdb.DuckDBPyCo
     with ExitStack() as waiting:
         while True:
             try:
-                return duckdb.connect(plain_name(path), read_only=read_only, config=_CONFIG)
+                connection = duckdb.connect(plain_name(path), read_only=read_only, config=_CONFIG)
+                break
             except duckdb.Error as error:
                 left = deadline - time.monotonic()
                 is_other_mode = "different configuration" in str(error)
@@ -217,6 +264,41 @@ def connect(path: Path, read_only: bool, wait: float = 0.0) -> duckdb.DuckDBPyCo
                 waiting.enter_context(announced(path))
             time.sleep(min(pause, left))
             pause = min(2.0 * pause, _LONGEST_PAUSE)
+    try:
+        _refuse_programs(path, connection.execute(_PROGRAMS).fetchall())
+    except duckdb.Error as error:
+        connection.close()
+        raise StoreError(_unreadable(path, error)) from error
+    except StoreError:
+        connection.close()
+        raise
+    return connection
+
+
+_PROGRAMS = (
+    "SELECT 'view', view_name FROM duckdb_views() WHERE NOT internal AND NOT temporary UNION ALL "
+    "SELECT 'trigger', trigger_name FROM duckdb_triggers() WHERE NOT temporary"
+)  # Looked for at every connection, 1 ms
+_MACROS = "SELECT 'macro', function_name FROM duckdb_functions() WHERE NOT internal"  # 20 ms
+
+
+def _refuse_programs(path: Path, found: Sequence[tuple[str, str]]) -> None:
+    """Refuse a file that holds more than tables: a view in a table's place may show other files."""
+    for kind, name in found[:1]:
+        raise StoreError(
+            f"{path}: expected tables alone, found the {kind} {name!r}, which another program made:"
+            " it could show other files, or change them. Restore a copy."
+        )
+
+
+def checked(store: Store) -> Store:
+    """The same store; it is closed and refused if its file holds macros."""
+    try:
+        _refuse_programs(store.path, store.connection.execute(_MACROS).fetchall())
+    except StoreError:
+        store.close()
+        raise
+    return store
 
 
 def _unreadable(path: Path, error: duckdb.Error, wait: float = 0.0) -> str:
