@@ -314,6 +314,29 @@ def sweep_drafts(folder: Path, stem: str) -> None:
     delete_all(*(folder / name for name in ended_drafts(names, stem)))
 
 
+def sweep_databases(folder: Path) -> None:
+    """Delete drafts of databases of any name whose process has ended; a copy has a new name.
+
+    A process of another machine that shares the folder holds a lock on its draft.
+    """
+    names = [left.name for left in folder.glob(".*.part")]
+    for draft in (folder / name for name in ended_drafts(names, ".+")):
+        if not draft.is_symlink() and is_duckdb(draft) and not _is_locked(draft):
+            delete_all(draft, log_of(draft), beside(draft, MARKING))
+
+
+def _is_locked(path: Path) -> bool:
+    """Whether another process holds a lock on a file, or may."""
+    try:
+        import fcntl
+
+        with path.open("r+b") as file:
+            fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except (ImportError, OSError):
+        return True
+    return False
+
+
 def ended_drafts(names: Iterable[str], stem: str) -> list[str]:
     """Those of some names that :func:`sweep_drafts` deletes."""
     draft = re.compile(rf"\.+(?:{stem})(?:\.(\d+)\.\d+\.part)+(?:\.wal|\.marking)?")

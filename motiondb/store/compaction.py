@@ -21,6 +21,7 @@ from motiondb.files.safe_files import (
     log_of,
     output_file,
     plain_name,
+    sweep_databases,
 )
 from motiondb.store.catalogue.parquet_files import (
     KINDS,
@@ -177,6 +178,7 @@ def backup(store: Store, path: Path, check: Callable[[Path], Sequence[str]]) -> 
         )
     if store.lacked_log:  # the copy would not say so
         raise StoreError(store.log_note)
+    sweep_databases(path.absolute().parent)
     with output_file(path, StoreError) as draft, store.may_make(draft):
         attach(store, draft, "backup_file")
         try:

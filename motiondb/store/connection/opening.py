@@ -322,6 +322,12 @@ def _unreadable(path: Path, error: duckdb.Error, wait: float = 0.0) -> str:
         return (
             f"{path}: expected a database of motiondb, found {actual}. Name another file with --db."
         )
+    if "WAL does not match" in text or "This WAL was created" in text:
+        return (
+            f"{path}: expected its log {log_of(path).name} to fit it, found one of another database"
+            " or of a former state of this one. Move the log to another folder, where its own "
+            "database can find it, and open the file again."
+        )
     rescue = (
         f"if it is damaged, save what is readable (motiondb rescue {path} -o NEW.duckdb) or "
         if is_damage(error)

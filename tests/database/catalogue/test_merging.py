@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import subprocess
+import sys
 import threading
 from pathlib import Path
 
 import pytest
+from holding import holding
 
 import motiondb
 from motiondb import Caption, MotionDBError, QueryError, StoreError, store
@@ -146,3 +150,27 @@ def test_names_of_another_database_that_cannot_be_names_are_told(
     for problem, name, fault in zip(problems, odd, found):
         assert problem.startswith(f"{name!r}: expected a name for the capture, found ")
         assert f"{fault}. Choose another name" in problem
+
+
+def test_what_a_killed_copy_left_goes_with_the_next_of_any_name(tmp_path: Path, some: Path) -> None:
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(some / "ana")
+        left, *others = (
+            tmp_path / f".{name}.{process}.7.part"
+            for name, process in (
+                ("monday.duckdb", ended.pid),
+                ("monday.txt", ended.pid),
+                ("tuesday.duckdb", os.getpid()),
+                ("wednesday.duckdb", ended.pid),
+            )
+        )
+        for draft in (left, others[1], others[2]):
+            store.open_store(draft).close()
+        others[0].write_text("no database")
+        left.with_name(f"{left.name}.wal").touch()
+        with holding(others[2]):  # as a process of another machine
+            db.backup(tmp_path / "copy.duckdb")
+    found = {path.name for path in tmp_path.iterdir() if ".part" in path.name}
+    assert found == {path.name for path in others}

@@ -315,3 +315,21 @@ def test_a_reader_that_waits_for_the_change_is_not_waited_for_without_end(
         writer.join()
     assert not beside(database.path, MARKING).exists()
     assert store.load_synonyms(database) == {"jog": "run"}
+
+
+@pytest.mark.parametrize("is_former", [True, False])
+def test_a_log_that_does_not_fit_is_told_so(tmp_path: Path, is_former: bool) -> None:
+    path, other = tmp_path / "m.duckdb", tmp_path / "other.duckdb"
+    for file in (path, other):
+        kill_after_a_change(file)
+    log = opening.log_of(path if is_former else other).read_bytes()
+    store.open_store(path).close()  # brings the log in
+    opening.log_of(path).write_bytes(log)
+    for read_only in (True, False):
+        with pytest.raises(StoreError) as error:
+            store.open_store(path, read_only=read_only)
+        assert str(error.value) == (
+            f"{path}: expected its log m.duckdb.wal to fit it, found one of another database or of "
+            "a former state of this one. Move the log to another folder, where its own database "
+            "can find it, and open the file again."
+        )
