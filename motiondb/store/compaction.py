@@ -153,6 +153,11 @@ def attach(store: Store, new: Path, alias: str) -> None:
                 f"{store.path}: expected no other process that compacts it, found one at work. "
                 "Nothing was changed; wait until it has ended."
             ) from error
+        if isinstance(cause, duckdb.PermissionException):  # it has shut DuckDB for both
+            raise StoreError(
+                f"{store.path}: expected no other part of this program that reads it while it is "
+                "copied, found one. Close that first."
+            ) from error
         raise StoreError(_no_room(store.path, cause or error)) from error
 
 

@@ -37,6 +37,7 @@ from motiondb.store.catalogue.parquet_files import (
     load_captures_in,
     load_parquet_files,
     note_unused,
+    untold_files,
 )
 from motiondb.store.catalogue.places import (
     PlaceError,
@@ -332,14 +333,15 @@ def _move_file(store: Store, file: ParquetFile, where: str) -> tuple[set[int], d
     Of a damaged file, what can be read comes into the database, from where it can be moved.
     """
     new = replace(file, place=where)
-    is_there = where != IN_DATABASE and _is_copy(new)
+    is_there = where != IN_DATABASE and _is_copy(store, new)
     if not is_there:
         with _draft_beside(store) as draft:
             digest = _fetch(store, file, draft)
             if where == IN_DATABASE or digest != file.sha256:
                 numbers, damaged = _bring_back(store, file, draft)
                 return (numbers if where == IN_DATABASE else set()), damaged
-            _put(new, draft)
+            with _noted(store, new.place, new.name):
+                _put(new, draft)
     with transaction(store) as connection:
         connection.execute(
             "UPDATE parquet_file SET place = ? WHERE file_id = ?", [where, file.file_id]
@@ -417,12 +419,18 @@ def _fetch(store: Store, file: ParquetFile, draft: Path) -> str:
             written.write(piece)
 
 
-def _is_copy(file: ParquetFile) -> bool:
-    """Whether a file stands at its place already; one of other content is refused."""
+def _is_copy(store: Store, file: ParquetFile) -> bool:
+    """Whether a file stands at its place already; one of other content is refused.
+
+    What a killed move left there half written is deleted.
+    """
     with told(file.path, _ROOM):
         try:
             found = digest_of(open_place(file.place), file.name)
         except FileNotFoundError:
+            return False
+        if found != file.sha256 and file.path in untold_files(store):
+            open_place(file.place).delete(file.name)
             return False
     if found != file.sha256:
         raise StoreError(

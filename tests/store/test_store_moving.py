@@ -539,6 +539,27 @@ def test_what_a_kill_left_in_a_place_is_told_by_the_next_move(
         assert store.check_store(opened) == []
 
 
+def test_what_a_killed_copy_between_places_left_is_written_anew(
+    filled: store.Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store.move_motions(filled, str(tmp_path / "out"))
+    before, there = content(filled), tmp_path / "there"
+    there.mkdir()
+
+    def half(file: parquet_files.ParquetFile, _draft: Path) -> None:
+        (there / file.name).write_bytes(b"half")  # as at a URL
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(moving, "_put", half)
+        with pytest.raises(KeyboardInterrupt):
+            store.move_motions(filled, str(there))
+    store.move_motions(filled, str(there))
+    assert {file.place for file in store.load_parquet_files(filled)} == {str(there)}
+    assert content(filled) == before
+    assert store.check_store(filled, sources=True) == []
+
+
 @pytest.mark.parametrize(
     ("column", "value", "told"),
     [

@@ -369,3 +369,14 @@ def test_one_who_reads_reaches_no_other_file(database: store.Store, tmp_path: Pa
             copy = tmp_path / "it's a copy.duckdb"
             store.backup(opened, copy, lambda _: [])  # it may write this file alone
             copy.unlink()
+
+
+def test_two_readers_in_one_program_do_not_copy(database: store.Store, tmp_path: Path) -> None:
+    database.close()
+    with (
+        store.open_store(database.path, read_only=True) as one,
+        store.open_store(database.path, read_only=True),
+        pytest.raises(StoreError, match="expected no other part of this program that reads it"),
+    ):
+        store.backup(one, tmp_path / "copy.duckdb", lambda _: [])
+    assert not (tmp_path / "copy.duckdb").exists()
