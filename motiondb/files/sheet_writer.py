@@ -53,13 +53,13 @@ def write_sheet(
 def plain_cell(cell: str) -> str:
     """Put an apostrophe before a cell that a spreadsheet would take for a formula.
 
+    >>> plain_cell("=1+1"), plain_cell("-0.5"), plain_cell("walk")
+    ("'=1+1", '-0.5', 'walk')
+
     Parameters
     ----------
     cell : str
         The cell of a table that no program reads back.
-
-    >>> plain_cell("=1+1"), plain_cell("-0.5"), plain_cell("walk")
-    ("'=1+1", '-0.5', 'walk')
     """
     if not cell.startswith(_FORMULA) or cell == "-":  # which stands for what is not known
         return cell

@@ -112,6 +112,7 @@ def _connect_current(
     try:
         version = migrations.schema_version(connection, str(path))
         if version < migrations.newest_version():
+            _refuse_programs(path, connection.execute(_MACROS).fetchall())  # a migration calls them
             if read_only:
                 connection.close()
                 if is_others:
