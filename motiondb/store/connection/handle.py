@@ -115,7 +115,7 @@ class Store:
         self.notes = [] if notes is None else notes  # What was done or met beside what was asked
         self._writable = [beside(path, COPY)]  # What one who reads may make nevertheless
         self._root: duckdb.DuckDBPyConnection | None = connect(read_only, None)
-        self._shut(self._root, read_only)
+        self._shut(self._root)
         self._held = HeldFile.hold(path)
         _OPENED.add(self)
         self.lacked_log = log_mark.is_log_missing(self.connection)
@@ -208,23 +208,29 @@ class Store:
     @contextmanager
     def may_make(self, file: Path) -> Iterator[None]:
         """Let DuckDB make another database while the block runs, also for one who only reads."""
-        if not self.read_only:
+        if not (self.read_only or self._is_lent):
             yield
             return
         self._writable.append(file)
-        self.take_back_later()
+        self._open_anew()
         try:
             yield
         finally:
             self._writable.remove(file)
-            self.take_back_later()
+            self._open_anew()
 
-    def _shut(self, root: duckdb.DuckDBPyConnection, read_only: bool) -> None:
+    def _open_anew(self) -> None:
+        """Open the file anew at the next use."""
+        with self.write_lock:
+            self._swap_root(self._is_lent)
+
+    def _shut(self, root: duckdb.DuckDBPyConnection) -> None:
         """Keep DuckDB from all other files where it only reads this one.
 
         Motions and originals that lie elsewhere are not read by DuckDB.
         """
-        if not read_only:
+        mode = root.execute("SELECT current_setting('access_mode')").fetchall()
+        if mode != [("read_only",)]:  # also one that shares the file with a store that writes
             return
         names = [str(Path.cwd() / file).partition("?") for file in self._writable]
         # what follows a question mark stays the end: DuckDB takes it for that of a URL
@@ -341,7 +347,7 @@ class Store:
         if self._root is None:
             is_lent = self._is_lent and not self._is_writing
             self._root = self._reopen(self.read_only or is_lent, wait)
-            self._shut(self._root, self.read_only or is_lent)
+            self._shut(self._root)
             self._held = HeldFile.hold(self.path)
         return self._root
 

@@ -149,6 +149,7 @@ def _in_memory(path: Path, version: int) -> duckdb.DuckDBPyConnection:
         connection.execute(f"ATTACH '{_quoted(plain_name(path))}' AS older (READ_ONLY)")
         connection.execute("COPY FROM DATABASE older TO memory")
         connection.execute("DETACH older")
+        connection.execute("SET enable_external_access = false")
         migrations.migrate(connection, version)
     except BaseException:
         connection.close()

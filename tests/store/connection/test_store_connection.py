@@ -361,6 +361,10 @@ def test_one_who_reads_reaches_no_other_file(database: store.Store, tmp_path: Pa
     database.lend()
     with pytest.raises(StoreError, match="file system operations are disabled"):
         database.connection.value(query)
+    store.backup(database, tmp_path / "lent.duckdb", lambda _: [])
+    with store.open_store(database.path) as writing:  # two of one program share the file
+        assert database.connection.value(query) == "secret"
+        assert writing.connection.value(query) == "secret"
     database.close()
     with store.open_store(database.path, read_only=True) as opened:
         for _ in range(2):
