@@ -116,6 +116,8 @@ def compact(
     """
     with printing.progress(shared) if motions_to is not None else nullcontext() as tell:
         done = motiondb.compact(shared.db, shared.wait, motions_to, tell)
+    for sentence in done.notes:
+        printing.note(sentence)
     if printing.as_json(shared, done):
         return
     if motions_to is not None:

@@ -320,8 +320,12 @@ def _opened(
 ) -> Iterator[motiondb.MotionDB]:
     with motiondb.MotionDB(path, read_only=not writing, create=create, wait=wait) as db:
         printing.note(db.log_note)
-        yield db
-        printing.note(db.damage_note)
+        try:
+            yield db
+            printing.note(db.damage_note)
+        finally:
+            for sentence in db.file_notes:
+                printing.note(sentence)
     printing.note(db.log_note)
 
 

@@ -202,15 +202,15 @@ def as_json(shared: Shared | SharedOfClips, answer: object) -> bool:
 
 
 def say_tsv(cells: Sequence[str]) -> None:
-    """Print a row of TSV; control characters in cells are escapes."""
-    print("\t".join(visible(cell) for cell in cells), flush=True)
+    """Print a row of TSV; control characters in cells are escapes, formulas become text."""
+    print("\t".join(motiondb.plain_cell(visible(cell)) for cell in cells), flush=True)
 
 
 def print_csv(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    """Print CSV; control characters in cells are escapes."""
+    """Print CSV; control characters in cells are escapes, formulas become text."""
     writer = csv.writer(sys.stdout, lineterminator="\n")
     writer.writerow(columns)
-    writer.writerows([visible(str(cell)) for cell in row] for row in rows)
+    writer.writerows([motiondb.plain_cell(visible(str(cell))) for cell in row] for row in rows)
 
 
 _NUMBERS = (

@@ -70,7 +70,7 @@ if TYPE_CHECKING:
     from motiondb.files.own_files import check_overwriting, protect_others
     from motiondb.files.rigs import JointProposal, propose_joints
     from motiondb.files.safe_files import read_user_text
-    from motiondb.files.sheet_writer import write_table
+    from motiondb.files.sheet_writer import plain_cell, write_table
     from motiondb.files.units import unit_from_name
     from motiondb.generate.shown_actions import JudgedAction
     from motiondb.grammar.cfg.context_free import Tree
@@ -193,6 +193,7 @@ __all__ = [
     "listed_capture",
     "load_knowledge",
     "open",
+    "plain_cell",
     "propose_joints",
     "protect_others",
     "read_capture",
@@ -229,7 +230,7 @@ _PLACES = {
     "motiondb.files.units": "unit_from_name",
     "motiondb.files.rigs": "JointProposal propose_joints",
     "motiondb.files.safe_files": "read_user_text",
-    "motiondb.files.sheet_writer": "write_table",
+    "motiondb.files.sheet_writer": "plain_cell write_table",
     "motiondb.files.own_files": "check_overwriting protect_others",
     "motiondb.database": "MotionDB",
     "motiondb.database.questions": "Question",

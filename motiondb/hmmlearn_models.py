@@ -112,6 +112,19 @@ def _check(number: int, model: GaussianHMM, n_dims: int) -> None:
             "Fit all models in one feature space."
         )
     moves = np.asarray(model.transmat_)
+    faults = {
+        "numbers that are not finite": not all(
+            np.isfinite(part).all()
+            for part in (model.startprob_, moves, model.means_, model._covars_)
+        ),
+        "rows of transitions that do not sum to 1": (abs(moves.sum(axis=1) - 1.0) > 1e-6).any(),
+        "variances that are not above 0": (np.asarray(model._covars_) <= 0.0).any(),
+    }
+    if found := [fault for fault, is_there in faults.items() if is_there]:
+        raise MotionDBError(
+            f"{where}: expected a model that was fitted, found {', '.join(found)}. hmmlearn's "
+            "`fit` can end so where a state gets no frames: fit fewer states, or to more motion."
+        )
     others = moves - np.triu(np.tril(moves, 1))
     if model.startprob_[0] < 1.0 - _NEGLIGIBLE or np.abs(others).max() > _NEGLIGIBLE:
         raise MotionDBError(

@@ -433,7 +433,8 @@ class MotionSymbols:
         Raises
         ------
         MotionDBError
-            If a model is not left-to-right, or has other covariances.
+            If a model is not left-to-right, has other covariances, or numbers that are no
+            probabilities or not finite, as `fit` can leave them.
         """
         return cls(*hmmlearn_models.from_hmmlearn(models))
 

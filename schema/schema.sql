@@ -19,7 +19,7 @@
 -- (random marks, new with every change of the motions, of anything that can be learned from, or of
 -- the segments), log ('open' while
 -- changes stand in the log beside the file, else empty), unused_parquet_files (JSON list of paths that
--- are to be told, or missing).
+-- are to be told, or missing), lost_log (when the file was changed without its log, or missing).
 CREATE TABLE meta (
     key VARCHAR PRIMARY KEY,
     value VARCHAR NOT NULL

@@ -62,6 +62,7 @@ class Compacted:
     after: int
     moved: int  # Captures whose motions and original files, or scores, were moved
     unused: tuple[str, ...]  # Parquet files that this database no longer relies on
+    notes: tuple[str, ...] = ()  # What else was done to the file
 
 
 @dataclass(frozen=True)

@@ -99,7 +99,7 @@ def _answer(path: Path, wait: float, quick: bool) -> dict[str, object]:
     from motiondb import store
 
     try:
-        with store.open_store(path, read_only=True, wait=wait) as opened:
+        with store.open_store(path, read_only=True, wait=wait, is_others=True) as opened:
             if quick:
                 return {"error": None, "faults": store.check_quickly(opened)}
             from motiondb.database.checking import check

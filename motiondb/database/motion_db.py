@@ -103,6 +103,11 @@ class MotionDB(Captures):
         """
         return self.session.store.log_note
 
+    @property
+    def file_notes(self) -> tuple[str, ...]:
+        """What was done to the files of the database, or met there, beside what was asked."""
+        return tuple(self.store.notes)
+
     def release(self) -> None:
         """Close the file until the next use, so that other processes can write.
 

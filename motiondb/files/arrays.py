@@ -17,6 +17,7 @@ import numpy as np
 from motiondb.body.kinematics import clip_positions
 from motiondb.errors import MotionDBError
 from motiondb.files.safe_files import output_file
+from motiondb.files.sheet_writer import plain_cell
 from motiondb.records import BoolArray, Clip, FloatArray
 
 ARRAY_ENDINGS = (".npz", ".csv", ".parquet")
@@ -55,7 +56,7 @@ def write_arrays(clip: Clip, path: Path, contacts: BoolArray | None = None) -> N
         if ending == ".csv":
             text = io.StringIO(newline="")
             writer = csv.writer(text, lineterminator="\n")
-            writer.writerow(columns)
+            writer.writerow(map(plain_cell, columns))
             writer.writerows(zip(*(column.tolist() for column in columns.values())))
             data.write(text.getvalue().encode())
         else:

@@ -26,7 +26,7 @@ import re
 import stat
 import threading
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -69,8 +69,7 @@ def open_file(path: str | os.PathLike[str], within: Path | None = None) -> Binar
         if within is not None:
             check_inside(Path(path), within)
         _refuse_other_kinds(Path(path).stat().st_mode, True)  # opening a device may act on it
-        if _is_held(path):
-            raise OSError(errno.EBUSY, "the database that this program has open")
+        check_not_held(Path(path).stat())
         # a pipe that has taken the name meanwhile is not waited for
         flags |= getattr(os, "O_NONBLOCK", 0)
         if within is None:
@@ -153,10 +152,10 @@ class HeldFile:
             _HELD[self.key] -= 1
 
 
-def _is_held(path: str | os.PathLike[str]) -> bool:
-    """Whether this process holds a file as a database."""
-    status = Path(path).stat()
-    return _HELD[status.st_dev, status.st_ino] > 0
+def check_not_held(status: os.stat_result) -> None:
+    """Raise OSError for the status of a file that this process holds as a database."""
+    if _HELD[status.st_dev, status.st_ino] > 0:
+        raise OSError(errno.EBUSY, "the database that this program has open")
 
 
 def link_target(path: Path) -> Path:
@@ -230,32 +229,37 @@ check_replacing: ContextVar[Callable[[Path, Path], None]] = ContextVar(
 
 
 @contextmanager
-def whole_file(path: Path, *, is_cache: bool = False) -> Iterator[Path]:
+def whole_file(path: Path) -> Iterator[Path]:
     """Yield a draft that is renamed to ``path`` at the end, or removed after an error.
 
     Of a link the target is replaced. OSError if ``path`` may not be written (:func:`check_output`).
-
-    `is_cache`: Whether the database itself writes into its cache.
     """
     path = link_target(path)
-    if not is_cache:
-        check_output(path)
-        check_one_name(path)
+    check_output(path)
+    check_one_name(path)
     sweep_drafts(path.parent, re.escape(draft_stem(path)))
-    draft = draft_of(path)
-    try:
-        _delete_draft(draft)  # of an earlier process of the same number
+    with free_draft(path) as draft:
         yield draft
-        if not is_cache:
-            check_replacing.get()(path, draft)
+        check_replacing.get()(path, draft)
         draft.replace(path)
+
+
+@contextmanager
+def free_draft(path: Path) -> Iterator[Path]:
+    """Yield the name of a draft of a file, where nothing is, not even a link; it is deleted after.
+
+    The draft of a database may have a log, and the mark of one.
+    """
+    draft = draft_of(path)
+    files = draft, log_of(draft), beside(draft, MARKING)
+    delete_all(*files)  # of an earlier process of the same number
+    try:
+        for file in files:
+            if os.path.lexists(file):
+                raise PermissionError(errno.EPERM, f"{file.name}, which cannot be removed")
+        yield draft
     finally:
-        _delete_draft(draft)
-
-
-def _delete_draft(draft: Path) -> None:
-    """Delete a draft; that of a database may have a log, and the mark of one."""
-    delete_all(draft, log_of(draft), beside(draft, MARKING))
+        delete_all(*files)
 
 
 @contextmanager
@@ -281,12 +285,10 @@ def delete_all(*files: Path) -> None:
 def is_duckdb(path: Path) -> bool:
     """Return whether there is a database file of this name, going by what stands in it."""
     try:
-        if _is_held(path):
-            return True
         with open_file(path) as file:
             return file.read(12)[8:] == b"DUCK"
-    except (OSError, ValueError):
-        return False
+    except (OSError, ValueError) as error:
+        return getattr(error, "errno", None) == errno.EBUSY  # this program has it open
 
 
 def is_running(process: int) -> bool:
@@ -308,11 +310,38 @@ def sweep_drafts(folder: Path, stem: str) -> None:
     `stem`: Pattern of the names that were to be written. A draft may have a draft of its own,
     a log, and the mark of one.
     """
+    names = [left.name for left in folder.glob(".*.part*")]
+    delete_all(*(folder / name for name in ended_drafts(names, stem)))
+
+
+def sweep_databases(folder: Path) -> None:
+    """Delete drafts of databases of any name whose process has ended; a copy has a new name.
+
+    A process of another machine that shares the folder holds a lock on its draft.
+    """
+    names = [left.name for left in folder.glob(".*.part")]
+    for draft in (folder / name for name in ended_drafts(names, ".+")):
+        if not draft.is_symlink() and is_duckdb(draft) and not _is_locked(draft):
+            delete_all(draft, log_of(draft), beside(draft, MARKING))
+
+
+def _is_locked(path: Path) -> bool:
+    """Whether another process holds a lock on a file, or may."""
+    try:
+        import fcntl
+
+        with path.open("r+b") as file:
+            fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except (ImportError, OSError):
+        return True
+    return False
+
+
+def ended_drafts(names: Iterable[str], stem: str) -> list[str]:
+    """Those of some names that :func:`sweep_drafts` deletes."""
     draft = re.compile(rf"\.+(?:{stem})(?:\.(\d+)\.\d+\.part)+(?:\.wal|\.marking)?")
-    for left in folder.glob(".*.part*"):
-        owner = draft.fullmatch(left.name)
-        if owner is not None and not is_running(int(owner[1])):
-            delete_all(left)
+    owners = ((name, draft.fullmatch(name)) for name in names)
+    return [name for name, owner in owners if owner and not is_running(int(owner[1]))]
 
 
 def draft_of(path: Path) -> Path:

@@ -12,6 +12,7 @@ from motiondb.files.safe_files import output_file
 from motiondb.files.sheets import capture_name, tag_fault
 from motiondb.records import Caption
 
+_FORMULA = tuple("=+-@|\t\r\uff1d\uff0b\uff0d\uff20")  # The last four are wide letters
 FIRST_COLUMNS = ("file", "words", "start", "end", "performer", "licence")
 
 
@@ -25,9 +26,7 @@ def write_sheet(
     wrong = {key for key in keys if tag_fault(key) or (delimiter == "," and ";" in key)}
     notes += [f"the tag {key!r} is left out: a sheet has no such column" for key in sorted(wrong)]
     columns = [*FIRST_COLUMNS, *sorted(keys - wrong - set(FIRST_COLUMNS))]
-    text = io.StringIO(newline="")
-    writer = csv.DictWriter(text, columns, delimiter=delimiter, lineterminator="\n")
-    writer.writeheader()
+    lines = [dict(zip(columns, columns))]
     for name, captions, tags in rows:
         kept = {key: _cell(name, value, notes) for key, value in tags.items() if key in columns}
         spoken = [_words(name, caption, notes) for caption in captions]
@@ -36,14 +35,43 @@ def write_sheet(
             notes.append(f"{name}: captions that repeat another, or have no words, are left out")
         for row, (words, start, end) in enumerate(different or [("", "", "")]):
             told = {"file": _file(name), "words": words, "start": start, "end": end}
-            writer.writerow({**(kept if row == 0 else {}), **told})
+            lines.append({**(kept if row == 0 else {}), **told})
+    formulas = sum(plain_cell(cell) != cell for line in lines for cell in line.values())
+    if formulas:
+        notes.append(
+            f"{formulas} cell{'s begin' if formulas > 1 else ' begins'} like a formula: in a "
+            "spreadsheet, import the columns as text"
+        )
+    text = io.StringIO(newline="")
+    writer = csv.DictWriter(text, columns, delimiter=delimiter, lineterminator="\n")
+    writer.writerows(lines)
     with output_file(path) as draft:
         draft.write_bytes(text.getvalue().encode())
     return notes
 
 
+def plain_cell(cell: str) -> str:
+    """Put an apostrophe before a cell that a spreadsheet would take for a formula.
+
+    >>> plain_cell("=1+1"), plain_cell("-0.5"), plain_cell("walk")
+    ("'=1+1", '-0.5', 'walk')
+
+    Parameters
+    ----------
+    cell : str
+        The cell of a table that no program reads back.
+    """
+    if not cell.startswith(_FORMULA) or cell == "-":  # which stands for what is not known
+        return cell
+    try:
+        float(cell)
+    except ValueError:
+        return f"'{cell}"
+    return cell
+
+
 def write_table(path: str | Path, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    """Write a table: CSV for the ending .csv, else TSV.
+    """Write a table: CSV for the ending .csv, else TSV; formulas become text (`plain_cell`).
 
     Parameters
     ----------
@@ -62,8 +90,7 @@ def write_table(path: str | Path, columns: Sequence[str], rows: Iterable[Sequenc
     path, text = Path(path), io.StringIO(newline="")
     delimiter = "," if path.suffix.lower() == ".csv" else "\t"
     writer = csv.writer(text, delimiter=delimiter, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(rows)
+    writer.writerows([plain_cell(cell) for cell in row] for row in (columns, *rows))
     with output_file(path) as draft:
         draft.write_bytes(text.getvalue().encode())
 

@@ -48,8 +48,8 @@ class HeldDatabase:
 
     @property
     def log_note(self) -> str:
-        """That the file's log was missing when it was opened, or ""."""
-        return self._database.log_note
+        """That the file was brought up to date, or came without its log, when opened; or ""."""
+        return "\n".join(filter(None, (*self._database.file_notes, self._database.log_note)))
 
     @contextmanager
     def use(self) -> Iterator[MotionDB]:

@@ -63,7 +63,12 @@ from motiondb.store.catalogue.runs import (
     save_runs,
     start_run,
 )
-from motiondb.store.catalogue.sources import load_packed_source, load_source
+from motiondb.store.catalogue.sources import (
+    fill_in,
+    load_left_out,
+    load_packed_source,
+    load_source,
+)
 from motiondb.store.catalogue.trash import load_trash, restore_capture
 from motiondb.store.catalogue.where import (
     CAPTION,

@@ -134,6 +134,12 @@ _RULES = (
            WHERE n <> motion_frames OR d <> n OR high <> n - 1 OR source >= coalesce(k, 0)""",
     ),
 )
+_ORIGINALS = (
+    "expected the bytes of its file, which it was added with (motiondb add FILE fills them in)",
+    """SELECT name FROM capture JOIN run r USING (run_id) JOIN source USING (sha256)
+       WHERE r.kind = 'add' AND r.parameters LIKE '%"originals": true%'
+       AND octet_length(data) = 0 AND data_at IS NULL ORDER BY ALL""",
+)  # It reads the files
 _GRAMMAR_RULES = (
     (
         "expected segments that tile its takes",
@@ -265,7 +271,7 @@ def check_store(store: Store, *, sources: bool = False) -> list[str]:
         faults += _wrong_tables(store)
         if faults:  # the rules read these tables
             return faults
-        faults = _broken(store, _RULES) + _unresolved(store)
+        faults = _broken(store, (*_RULES, _ORIGINALS)) + _unresolved(store)
         bad_files, missing = _bad_parquet_files(store)
         faults += [*bad_files, *_foreign_rows(store), *_bad_poses(store, missing)]
         faults += _bad_scores(store, missing)
@@ -289,6 +295,8 @@ def _cut_short(store: Store) -> list[str]:
         "SELECT block_size, total_blocks, used_blocks FROM pragma_database_size() "
         "WHERE database_name = current_database()"
     ).fetchall()
+    if not size:  # a copy in memory of an older file
+        return []
     found = store.path.stat().st_size
     begun = math.ceil((found - _HEADERS) / size)
     expected = _HEADERS + size * max(used, min(begun, total))
@@ -402,8 +410,8 @@ def _foreign_rows(store: Store) -> list[str]:
 
 
 def _bad_meta(store: Store) -> list[str]:
-    """Keys that the table ``meta`` lacks, or whose values are no numbers where they must be."""
-    faults = []
+    """Keys that the table ``meta`` lacks or whose values are no numbers; lost changes."""
+    faults = [store.loss_note] if store.loss_note else []
     for key in ("schema", "next_capture_id", "revision", "motion_revision", "segment_revision"):
         try:
             value = read_meta(store, key)

@@ -21,6 +21,7 @@ from motiondb.files.safe_files import (
     log_of,
     output_file,
     plain_name,
+    sweep_databases,
 )
 from motiondb.store.catalogue.parquet_files import (
     KINDS,
@@ -29,11 +30,13 @@ from motiondb.store.catalogue.parquet_files import (
     untold_files,
 )
 from motiondb.store.catalogue.trash import empty_trash
+from motiondb.store.connection import log_mark
 from motiondb.store.connection.faults import first_sentence, is_damage
 from motiondb.store.connection.handle import Store, limit_memory
 from motiondb.store.connection.opening import is_lock, open_store
 from motiondb.store.connection.statements import Connection
-from motiondb.store.moving import Progress, find_place, move_motions
+from motiondb.store.connection.transactions import transaction
+from motiondb.store.moving import Progress, check_place, find_place, move_motions
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,7 @@ class Compacted:
     after: int
     moved: int  # Captures whose motions and originals, or scores, were moved
     unused: tuple[str, ...]  # Parquet files that this database no longer relies on
+    notes: tuple[str, ...]  # What else was done to the file
 
 
 def compact(
@@ -70,6 +74,7 @@ def compact(
             raise StoreError(store.log_note)
         before = path.stat().st_size
         moved, unused = _prepare(store, place, progress)
+        notes = tuple(store.notes)
     identity = _identity(path)
     with open_store(path, read_only=True, wait=wait) as store:
         if log_of(path).exists():
@@ -106,12 +111,17 @@ def compact(
         finally:
             delete_all(new, log_of(new))
     _forget_told(path, unused, wait)
-    return Compacted(before, path.stat().st_size, moved, tuple(unused))
+    return Compacted(before, path.stat().st_size, moved, tuple(unused), notes)
 
 
 def _prepare(store: Store, place: str | None, progress: Progress | None) -> tuple[int, list[str]]:
     """Empty the trash and move motions; how many captures, and the Parquet files not needed now."""
+    if place is not None:
+        check_place(store, place)
     empty_trash(store)
+    if store.loss_note:
+        with transaction(store) as connection:
+            connection.execute(log_mark.FORGET_LOSS)
     for kind in KINDS:
         forget_unused(store, kind)
     moved = move_motions(store, place, progress) if place else 0
@@ -143,6 +153,11 @@ def attach(store: Store, new: Path, alias: str) -> None:
                 f"{store.path}: expected no other process that compacts it, found one at work. "
                 "Nothing was changed; wait until it has ended."
             ) from error
+        if isinstance(cause, duckdb.PermissionException):  # it has shut DuckDB for both
+            raise StoreError(
+                f"{store.path}: expected no other part of this program that reads it while it is "
+                "copied, found one. Close that first."
+            ) from error
         raise StoreError(_no_room(store.path, cause or error)) from error
 
 
@@ -168,7 +183,8 @@ def backup(store: Store, path: Path, check: Callable[[Path], Sequence[str]]) -> 
         )
     if store.lacked_log:  # the copy would not say so
         raise StoreError(store.log_note)
-    with output_file(path, StoreError) as draft:
+    sweep_databases(path.absolute().parent)
+    with output_file(path, StoreError) as draft, store.may_make(draft):
         attach(store, draft, "backup_file")
         try:
             copy_tables(store, "backup_file")
@@ -179,7 +195,8 @@ def backup(store: Store, path: Path, check: Callable[[Path], Sequence[str]]) -> 
                 f"{path}: expected room for a copy, found too little. Nothing was written; look "
                 "at the disk."
             )
-        faults = check(draft)
+        known = store.loss_note.replace(str(store.path), str(draft))  # the copy says so, too
+        faults = [fault for fault in check(draft) if fault != known]
         if faults:
             told = "\n".join(faults).replace(str(draft), str(path))
             raise StoreError(

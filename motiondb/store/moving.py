@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from motiondb.errors import StoreError
-from motiondb.files.safe_files import delete_all, draft_of
+from motiondb.files.safe_files import free_draft
 from motiondb.records import Float32Array
 from motiondb.store.catalogue.parquet_files import (
     KINDS,
@@ -31,13 +31,23 @@ from motiondb.store.catalogue.parquet_files import (
     ParquetFile,
     Part,
     advice,
+    end_note,
     forget,
     is_whole,
     load_captures_in,
     load_parquet_files,
     note_unused,
+    untold_files,
 )
-from motiondb.store.catalogue.places import digest_of, open_place, place_name, read_pieces, told
+from motiondb.store.catalogue.places import (
+    PlaceError,
+    digest_of,
+    find_file,
+    open_place,
+    place_name,
+    read_pieces,
+    told,
+)
 from motiondb.store.catalogue.runs import finish_run, start_run
 from motiondb.store.connection.faults import DamagedFileError
 from motiondb.store.connection.handle import Store, bounded_memory
@@ -89,11 +99,17 @@ def move_motions(store: Store, to: str, progress: Progress | None = None) -> int
     if not files and (place == IN_DATABASE or not any(_batches(store))):
         return 0
     run_id = start_run(store, "move", {"to": place})
-    moved, lost = set[int](), dict[int, str]()
+    moved, lost, missing = set[int](), dict[int, str](), list[str]()
     for done, file in enumerate(files):
         tell("moving motions", done, len(files))
-        with bounded_memory(store, file.n_bytes):
-            numbers, damaged = _move_file(store, file, place)
+        try:
+            with bounded_memory(store, file.n_bytes):
+                numbers, damaged = _move_file(store, file, place)
+        except PlaceError as error:
+            if not isinstance(error.__cause__, FileNotFoundError):
+                raise
+            missing.append(str(error))
+            continue
         moved |= numbers
         lost |= damaged
     batches = [] if place == IN_DATABASE else list(_batches(store))
@@ -106,6 +122,9 @@ def move_motions(store: Store, to: str, progress: Progress | None = None) -> int
     tell("moving motions", total, total)
     finish_run(store, run_id)
     moved -= lost.keys()
+    if missing:
+        there = f"The other files ({len(files) - len(missing)}) are where they should be."
+        raise PlaceError("\n".join([*missing, there]))
     if lost:
         names = ", ".join(lost.values())
         raise DamagedFileError(
@@ -115,6 +134,14 @@ def move_motions(store: Store, to: str, progress: Progress | None = None) -> int
             "place, or remove these captures; scores are made anew by motiondb learn."
         )
     return len(moved)
+
+
+def check_place(store: Store, place: str) -> None:
+    """PlaceError if a file that the database relies on is missing in the place to move to."""
+    for file in load_parquet_files(store):
+        if file.place == place:
+            with told(file.path, advice(store, file)):
+                find_file(place, file.name)
 
 
 def _batches(store: Store) -> Iterator[tuple[str, _Batch]]:
@@ -143,7 +170,11 @@ def _batches(store: Store) -> Iterator[tuple[str, _Batch]]:
 def _move_out(store: Store, kind: str, batch: _Batch, where: str) -> None:
     """Move values of some captures into a new Parquet file, in one transaction."""
     name = f"{kind}-{uuid.uuid4().hex}.parquet"
-    with _draft_beside(store) as draft, transaction(store) as connection:
+    with (
+        _noted(store, where, name),
+        _draft_beside(store) as draft,
+        transaction(store) as connection,
+    ):
         _write_parquet(store, kind, batch, draft)
         number = int(connection.value("SELECT coalesce(max(file_id), 0) + 1 FROM parquet_file"))
         with (
@@ -158,18 +189,33 @@ def _move_out(store: Store, kind: str, batch: _Batch, where: str) -> None:
 
 
 @contextmanager
+def _noted(store: Store, place: str, name: str) -> Iterator[None]:
+    """Note a file before it is written: if a kill leaves it, it is told as one not needed."""
+    path = f"{place}/{name}"
+    note_unused(store, path)
+    try:
+        yield
+    except BaseException:
+        with suppress(Exception):  # the first error is the cause
+            try:
+                find_file(place, name)
+            except FileNotFoundError:
+                end_note(store, path)
+        raise
+    end_note(store, path)
+
+
+@contextmanager
 def _draft_beside(store: Store) -> Iterator[Path]:
     """The name of a draft beside the database; one that a kill leaves goes at the next opening."""
-    draft = draft_of(store.path)
     try:
-        yield draft
+        with free_draft(store.path) as draft:
+            yield draft
     except OSError as error:
         raise StoreError(
             f"{store.path}: expected room for a draft beside it, found: {error.strerror or error}. "
             "What was moved before stays moved. Make room and run the command again."
         ) from error
-    finally:
-        delete_all(draft)
 
 
 def _put(file: ParquetFile, draft: Path) -> None:
@@ -287,14 +333,15 @@ def _move_file(store: Store, file: ParquetFile, where: str) -> tuple[set[int], d
     Of a damaged file, what can be read comes into the database, from where it can be moved.
     """
     new = replace(file, place=where)
-    is_there = where != IN_DATABASE and _is_copy(new)
+    is_there = where != IN_DATABASE and _is_copy(store, new)
     if not is_there:
         with _draft_beside(store) as draft:
             digest = _fetch(store, file, draft)
             if where == IN_DATABASE or digest != file.sha256:
                 numbers, damaged = _bring_back(store, file, draft)
                 return (numbers if where == IN_DATABASE else set()), damaged
-            _put(new, draft)
+            with _noted(store, new.place, new.name):
+                _put(new, draft)
     with transaction(store) as connection:
         connection.execute(
             "UPDATE parquet_file SET place = ? WHERE file_id = ?", [where, file.file_id]
@@ -362,7 +409,7 @@ def _fetch(store: Store, file: ParquetFile, draft: Path) -> str:
     """Copy a file to this machine; its digest."""
     counted, pieces = hashlib.sha256(), read_pieces(open_place(file.place), file.name)
     hint = advice(store, file)
-    with draft.open("wb") as written:
+    with draft.open("xb") as written:
         while True:
             with told(file.path, hint):  # errors of the place; the draft's are others
                 piece = next(pieces, b"")
@@ -372,12 +419,18 @@ def _fetch(store: Store, file: ParquetFile, draft: Path) -> str:
             written.write(piece)
 
 
-def _is_copy(file: ParquetFile) -> bool:
-    """Whether a file stands at its place already; one of other content is refused."""
+def _is_copy(store: Store, file: ParquetFile) -> bool:
+    """Whether a file stands at its place already; one of other content is refused.
+
+    What a killed move left there half written is deleted.
+    """
     with told(file.path, _ROOM):
         try:
             found = digest_of(open_place(file.place), file.name)
         except FileNotFoundError:
+            return False
+        if found != file.sha256 and file.path in untold_files(store):
+            open_place(file.place).delete(file.name)
             return False
     if found != file.sha256:
         raise StoreError(

@@ -42,7 +42,7 @@ from motiondb.store.catalogue.sources import find_source, unpack_source
 from motiondb.store.catalogue.where import COLUMNS
 from motiondb.store.connection.faults import is_damage
 from motiondb.store.connection.handle import Store
-from motiondb.store.connection.opening import connect
+from motiondb.store.connection.opening import checked, connect
 from motiondb.store.connection.transactions import transaction
 from motiondb.store.grammars import (
     load_derivation,
@@ -90,7 +90,9 @@ def opened_damaged(path: str | Path, *, wait: float = 0.0) -> Iterator[tuple[Sto
 
     def connected(path: str | Path) -> Store:
         path = Path(path)
-        return Store(path, lambda _mode, _wait: connect(path, True, wait=wait), read_only=True)
+        return checked(
+            Store(path, lambda _mode, _wait: connect(path, True, wait=wait), read_only=True)
+        )
 
     path = link_target(Path(path))
     if not path.exists():
@@ -104,7 +106,7 @@ def opened_damaged(path: str | Path, *, wait: float = 0.0) -> Iterator[tuple[Sto
             raise
     else:
         with store:
-            yield store, []
+            yield store, [store.loss_note] if store.loss_note else []
         return
     with tempfile.TemporaryDirectory() as folder, connected(shutil.copy(path, folder)) as store:
         yield store, [f"{log}: could not be read; the latest changes are lost."]

@@ -333,3 +333,42 @@ def test_maps_of_places_are_those_of_what_is_there(
     with motiondb.open(few) as db:
         db.search("punch")
     assert fitted_places(few) == after
+
+
+def _asked(path: Path) -> tuple[object, ...]:
+    """Answers for which everything in the cache is needed, and the notes on files."""
+    with motiondb.open(path, read_only=True) as db:
+        found = db.search("jump").matches, db.like("ana/bow_1").matches, db.describe("ana/jump_1")
+        return repr(found), db.file_notes
+
+
+def test_the_cache_is_neither_read_nor_written_through_links(few: Path, tmp_path: Path) -> None:
+    expected, _ = _asked(few)
+    folder = few.with_name(f"{few.name}.cache")
+    victims = {file: tmp_path / f"victim-{file.name}" for file in folder.iterdir()}
+    for file, victim in victims.items():
+        file.rename(victim)  # what stands there would do, if it were read
+        file.symlink_to(victim)
+    before = {victim: (victim.stat().st_ino, victim.read_bytes()) for victim in victims.values()}
+    found, notes = _asked(few)
+    assert found == expected
+    removed = "expected a file that motiondb made, found a link. It was removed"
+    lists = {file for file in victims if file.suffix == ".json"}
+    assert lists <= {file for file in victims if f"{file}: {removed}" in "".join(notes)}
+    assert {v: (v.stat().st_ino, v.read_bytes()) for v in before} == before
+    assert {file.name for file in folder.iterdir() if not file.is_symlink()} == {
+        file.name for file in victims
+    }
+    assert _asked(few) == (expected, ())
+
+
+def test_a_cache_that_is_a_link_is_not_followed(few: Path, tmp_path: Path) -> None:
+    folder = few.with_name(f"{few.name}.cache")
+    expected, _ = _asked(few)
+    shutil.rmtree(folder)
+    (tmp_path / "elsewhere").mkdir()
+    folder.symlink_to(tmp_path / "elsewhere")
+    found, (note,) = _asked(few)
+    assert found == expected
+    assert "found a link, which is not followed" in note
+    assert not any((tmp_path / "elsewhere").iterdir())

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from motiondb.files.sheet_writer import write_sheet
+from motiondb.files.sheet_writer import write_sheet, write_table
 from motiondb.files.sheets import read_sheet, tag_fault
 from motiondb.records import Caption
 
@@ -37,7 +37,8 @@ def test_captions_and_tags_come_back(
     tmp_path: Path, ending: str, rows: dict[str, tuple[list[Caption], dict[str, str]]]
 ) -> None:
     sheet = tmp_path / f"words.{ending}"
-    assert write_sheet(sheet, [(name, *told) for name, told in rows.items()]) == []
+    notes = write_sheet(sheet, [(name, *told) for name, told in rows.items()])
+    assert [note for note in notes if "like a formula" not in note] == []
     read = read_sheet(sheet)
     assert read.notes == ()
     assert {n: (list(e.captions), e.tags) for n, e in read.entries.items()} == rows
@@ -54,3 +55,17 @@ def test_what_a_sheet_cannot_hold_is_told(tmp_path: Path) -> None:
     ]
     text = (tmp_path / "w.csv").read_text()
     assert text == "file,words,start,end,performer,licence\na,two lines,,,,\na,walk,,,,\n"
+
+
+def test_formulas_are_counted_where_they_are_read_back_and_become_text_elsewhere(
+    tmp_path: Path,
+) -> None:
+    cells = ["=HYPERLINK(1)", "+2a", "-cmd", "@x", "|calc", "-0.5", "+2", "walk -", "-"]
+    captions = [Caption(cell) for cell in cells]
+    (note,) = write_sheet(tmp_path / "w.tsv", [("a", captions, {"key": "=1"})])
+    assert note.startswith("6 cells begin like a formula: in a spreadsheet, import the columns as")
+    assert list(read_sheet(tmp_path / "w.tsv").entries["a"].captions) == captions
+    write_table(tmp_path / "t.tsv", ["=head", "b"], [cells])
+    head, row = ((tmp_path / "t.tsv").read_text()).splitlines()
+    assert head == "'=head\tb"
+    assert row.split("\t") == [f"'{cell}" for cell in cells[:5]] + cells[5:]

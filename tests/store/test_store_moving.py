@@ -13,6 +13,7 @@ import pytest
 
 from motiondb import store
 from motiondb.errors import QueryError, StoreError
+from motiondb.files import safe_files
 from motiondb.store import moving
 from motiondb.store.catalogue import parquet_files, places
 from motiondb.store.connection import migrations
@@ -282,11 +283,41 @@ def test_a_link_to_the_place_is_the_place(filled: store.Store, tmp_path: Path) -
     assert parquet_files.untold_files(filled) == []
 
 
+def test_a_link_in_the_place_of_a_moved_file_is_neither_read_nor_written(
+    filled: store.Store, tmp_path: Path
+) -> None:
+    store.move_motions(filled, str(tmp_path / "out"))
+    first = parquet_files.load_parquet_files(filled)[0]
+    victim, there = tmp_path / "victim", tmp_path / "out" / first.name
+    there.rename(victim)
+    there.symlink_to(victim)
+    before = victim.read_bytes()
+    for target in (str(tmp_path / "else"), moving.IN_DATABASE, str(tmp_path / "out")):
+        with pytest.raises(StoreError, match="a link in the place of a file that motiondb made"):
+            store.move_motions(filled, target) or store.load_motion(filled, 1)
+    there.unlink()
+    victim.rename(there)
+    (tmp_path / "new").mkdir()
+    (tmp_path / "new" / first.name).symlink_to(victim)
+    with pytest.raises(StoreError, match="a link in the place of a file"):
+        store.move_motions(filled, str(tmp_path / "new"))
+    assert not victim.exists()
+    assert there.read_bytes() == before
+
+
+def test_a_draft_is_not_written_through_a_link(filled: store.Store, tmp_path: Path) -> None:
+    victim, draft = tmp_path / "victim", safe_files.draft_of(filled.path)
+    victim.touch()
+    draft.symlink_to(victim)
+    assert store.move_motions(filled, str(tmp_path / "out")) == len(N_FRAMES)
+    assert victim.read_bytes() == b""
+
+
 def test_no_room_for_a_draft_is_not_blamed_on_the_place(
     filled: store.Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     store.move_motions(filled, str(tmp_path / "out"))
-    monkeypatch.setattr(moving, "draft_of", lambda _path: tmp_path / "none" / "draft")
+    monkeypatch.setattr(safe_files, "draft_of", lambda _path: tmp_path / "none" / "draft")
     with pytest.raises(StoreError, match=r"motions.duckdb: expected room for a draft beside it"):
         store.move_motions(filled, moving.IN_DATABASE)
 
@@ -442,3 +473,108 @@ def test_a_url_needs_its_package(filled: store.Store, monkeypatch: pytest.Monkey
     monkeypatch.setitem(sys.modules, "fsspec", None)
     with pytest.raises(StoreError, match=r"pip install 'motiondb\[cluster\]'"):
         store.move_motions(filled, "s3://not-opened-before/x")
+
+
+def test_files_that_were_moved_by_hand_in_part_are_found(
+    filled: store.Store, tmp_path: Path
+) -> None:
+    here, there = tmp_path / "here", tmp_path / "there"
+    store.move_motions(filled, str(here))
+    before = content(filled)
+    first, second, third = [Path(file.path) for file in store.load_parquet_files(filled)]
+    there.mkdir()
+    first.rename(there / first.name)
+    lost = second.rename(tmp_path / second.name)
+    with pytest.raises(StoreError) as error:
+        store.move_motions(filled, str(there))
+    told = f"{second}: expected a file or folder, found none. It holds motions and originals of "
+    assert str(error.value).startswith(told)
+    assert str(error.value).endswith("\nThe other files (2) are where they should be.")
+    lost.rename(second)
+    store.move_motions(filled, str(there))
+    assert {Path(file.path).parent for file in store.load_parquet_files(filled)} == {there}
+    assert content(filled) == before
+    assert third.exists()
+
+
+def test_a_folder_that_was_moved_away_is_not_made_anew(
+    filled: store.Store, samples: ModuleType, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    store.move_motions(filled, str(out))
+    store.remove_capture(filled, 1)
+    samples.add(filled, "new")
+    filled.close()
+    out.rename(tmp_path / "away")
+    with pytest.raises(StoreError, match="expected a file or folder, found none"):
+        store.compact(filled.path, motions_to=str(out))
+    assert not out.exists()
+    with store.open_store(filled.path) as opened:
+        assert [number for number, _ in store.load_trash(opened)] == [1]
+
+
+def test_what_a_kill_left_in_a_place_is_told_by_the_next_move(
+    filled: store.Store, moved_to: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Killed(BaseException):
+        pass
+
+    def half(file: parquet_files.ParquetFile, draft: Path) -> None:
+        place = places.open_place(file.place)
+        draft.write_bytes(draft.read_bytes()[:100])
+        place.write(file.name, draft)
+        raise Killed
+
+    with monkeypatch.context() as patch:
+        patch.setattr(moving, "_put", half)
+        with pytest.raises(Killed):
+            store.move_motions(filled, moved_to)
+    (left,) = parquet_files.untold_files(filled)
+    filled.close()
+    done = store.compact(filled.path, motions_to=moved_to)
+    assert done.unused == (left,)
+    assert store.compact(filled.path).unused == ()
+    with store.open_store(filled.path) as opened:
+        assert left not in {file.path for file in store.load_parquet_files(opened)}
+        assert store.check_store(opened) == []
+
+
+def test_what_a_killed_copy_between_places_left_is_written_anew(
+    filled: store.Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store.move_motions(filled, str(tmp_path / "out"))
+    before, there = content(filled), tmp_path / "there"
+    there.mkdir()
+
+    def half(file: parquet_files.ParquetFile, _draft: Path) -> None:
+        (there / file.name).write_bytes(b"half")  # as at a URL
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(moving, "_put", half)
+        with pytest.raises(KeyboardInterrupt):
+            store.move_motions(filled, str(there))
+    store.move_motions(filled, str(there))
+    assert {file.place for file in store.load_parquet_files(filled)} == {str(there)}
+    assert content(filled) == before
+    assert store.check_store(filled, sources=True) == []
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "told"),
+    [
+        ("name", "../../etc/passwd", "expected a name of a Parquet file as motiondb writes it"),
+        ("place", "simplecache::ftp://h/x", "expected a URL whose files stay, found one of memory"),
+        ("place", "s3://u:SECRET@h/x", "expected a URL without a user, a password or a query"),
+        ("place", "some/folder", "as motiondb writes it, found another form"),
+    ],
+)
+def test_a_place_that_another_program_wrote_is_not_opened(
+    filled: store.Store, tmp_path: Path, column: str, value: str, told: str
+) -> None:
+    store.move_motions(filled, str(tmp_path / "out"))
+    filled.connection.execute(f"UPDATE parquet_file SET {column} = ? WHERE file_id = 1", [value])
+    with pytest.raises(StoreError, match=told) as error:
+        store.load_motion(filled, 1)
+    assert "SECRET" not in str(error.value)
+    assert told in " ".join(store.check_store(filled))

@@ -200,6 +200,27 @@ def any_model(transitions: list[list[float]], covariance: str = "diag") -> Gauss
     return model
 
 
+@pytest.mark.parametrize(
+    ("part", "value", "told"),
+    [
+        ("startprob_", [np.nan, 0.0], "numbers that are not finite"),
+        ("transmat_", [[0.5, 0.5], [0.0, 0.0]], "rows of transitions that do not sum to 1"),
+        ("transmat_", [[0.5, 0.5], [np.nan, np.nan]], "numbers that are not finite"),
+        ("means_", [[0.0], [np.inf]], "numbers that are not finite"),
+        ("_covars_", [[1.0], [0.0]], "variances that are not above 0"),
+        ("_covars_", [[np.nan], [1.0]], "numbers that are not finite"),
+    ],
+)
+def test_what_a_fit_left_without_numbers_is_refused(part: str, value: object, told: str) -> None:
+    ahead, failed = (any_model([[0.5, 0.5], [0.0, 1.0]]) for _ in range(2))
+    setattr(failed, part, np.array(value))
+    with pytest.raises(MotionDBError) as error:
+        MotionSymbols.from_hmmlearn([ahead, failed])
+    assert str(error.value).startswith(
+        f"hmmlearn model 1: expected a model that was fitted, found {told}"
+    )
+
+
 def test_refusals_name_the_model() -> None:
     ahead = any_model([[0.5, 0.5], [0.0, 1.0]])
     wide = any_model([[0.5, 0.5], [0.0, 1.0]])

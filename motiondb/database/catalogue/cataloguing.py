@@ -204,7 +204,7 @@ class _Adding:
             part = _report_known(opened, sheets, chosen, faults)
             self.left.same.update(_renamed(readings, chosen))
             is_noted = not is_last or store.is_noted(opened, self.left)
-        if not chosen.new and is_noted:
+        if not (chosen.new or chosen.filled) and is_noted:
             return part
         with store.bounded_memory(opened, sum(reading.n_bytes for reading in readings)):
             return self._save_chosen(readings, faults, is_last)
@@ -218,11 +218,14 @@ class _Adding:
         with store.transaction(opened):
             chosen = _sort_readings(opened, readings, settings.replace)
             part = _report_known(opened, sheets, chosen, faults)
-            if chosen.new:
-                if self.run_id is None:
-                    self.run_id = _start_run(opened, self.folders, sheets, settings)
+            if chosen.new or chosen.filled:
+                run_id = self.run_id or _start_run(opened, self.folders, sheets, settings)
+                self.run_id = run_id
                 self._note_worlds(chosen.new)
-                part = _save(opened, sheets, settings, chosen, part, self.run_id)
+                for source in chosen.filled:
+                    store.fill_in(opened, source)
+                part = _save(opened, sheets, settings, chosen, part, run_id)
+            if chosen.new:
                 found, made = copy_search.find_relations(
                     opened, set(part.added), outlines, self.workers
                 )
@@ -356,6 +359,8 @@ class _Chosen:
     new: tuple[ReadFile, ...]
     known: tuple[tuple[str, str], ...]
     problems: tuple[str, ...]
+    filled: tuple[store.Source, ...]  # Files of known captures that were without their bytes
+    notes: tuple[str, ...]
 
 
 def _sort_readings(opened: store.Store, readings: Sequence[ReadFile], replacing: bool) -> _Chosen:
@@ -365,6 +370,9 @@ def _sort_readings(opened: store.Store, readings: Sequence[ReadFile], replacing:
     new: list[ReadFile] = []
     known: list[tuple[str, str]] = []
     problems: list[str] = []
+    given = {r.source.sha256: r.source for r in readings if r.source and r.source.data}
+    left_out = store.load_left_out(opened, sorted(given.keys() & digests.keys()))
+    notes = [f"{digests[d]}: its file, which was left out, is kept now" for d in sorted(left_out)]
     for reading in readings:
         if reading.source is None:
             continue
@@ -385,14 +393,15 @@ def _sort_readings(opened: store.Store, readings: Sequence[ReadFile], replacing:
         else:
             digests[reading.source.sha256] = reading.name
             new.append(reading)
-    return _Chosen(tuple(new), tuple(known), tuple(problems))
+    filled = tuple(given[digest] for digest in sorted(left_out))
+    return _Chosen(tuple(new), tuple(known), tuple(problems), filled, tuple(notes))
 
 
 def _report_known(
     opened: store.Store, sheets: Sheets, chosen: _Chosen, problems: Sequence[str]
 ) -> AddReport:
     """The report of an ``add`` that saves nothing."""
-    notes = sheet_notes(opened, sheets, chosen.known)
+    notes = [*chosen.notes, *sheet_notes(opened, sheets, chosen.known)]
     return AddReport((), chosen.known, (*problems, *chosen.problems), (), tuple(notes), 0.0)
 
 

@@ -29,8 +29,8 @@ def check(path: Path, prefix: str, wait: float) -> None:
     check_file_name(path)
     if not path.exists():
         raise StoreError(f"{path}: expected another database, found no such file. Name another.")
-    with store.open_store(path, read_only=True, wait=wait):
-        pass
+    with store.open_store(path, read_only=True, wait=wait, is_others=True) as other:
+        _refuse_lacking(other)
 
 
 def merge(
@@ -43,10 +43,11 @@ def merge(
         raise QueryError(f"{path}: expected another database, found this one. Name another.")
     outlines = copy_search.load_outlines(opened)
     with (
-        store.open_store(path, read_only=True, wait=wait) as other,
+        store.open_store(path, read_only=True, wait=wait, is_others=True) as other,
         store.reading(other),
         store.transaction(opened),
     ):
+        _refuse_lacking(other)
         run_id = store.start_run(opened, "merge", {"from": str(path), "prefix": prefix})
         merging = _Merging(opened, other, run_id, prefix)
         infos = store.load_captures(other)
@@ -73,6 +74,12 @@ def merge(
         )
 
 
+def _refuse_lacking(other: store.Store) -> None:
+    """Refuse a database that came without its log, which may yet be put beside it."""
+    if other.lacked_log:
+        raise StoreError(other.log_note)
+
+
 @dataclass
 class _Merging:
     """A merge under way."""
@@ -95,6 +102,8 @@ class _Merging:
         self.others = store.load_captions(self.other), store.load_events(self.other)
         self.runs = {run.run_id: run for run in store.load_runs(self.other)}
         self.copied: dict[int, int] = {}
+        common = sorted(self.here.keys() & store.load_digests(self.other).keys())
+        self.left_out = store.load_left_out(self.opened, common)
 
     @property
     def shared(self) -> list[int]:
@@ -118,10 +127,9 @@ class _Merging:
             return None
         try:
             store.check_new_name(name, "capture")
-        except QueryError:  # the prefix and the name are names, so that they are too long
+        except QueryError as error:
             self.problems.append(
-                f"{info.name}: expected a name that is short enough with the prefix, found one of "
-                f"{len(name.encode())} bytes. It was left out; shorten the prefix."
+                f"{error} It was left out; rename it in the other database, or shorten the prefix."
             )
             return None
         motion = store.load_motion(self.other, info.capture_id)
@@ -155,7 +163,17 @@ class _Merging:
             store.save_events(self.opened, here.capture_id, all_events)
         if tags != here.tags:
             store.save_tags(self.opened, here.capture_id, tags)
-        if all_captions != old_captions or all_events != set(old_events) or tags != here.tags:
+        is_filled = False
+        if info.sha256 in self.left_out:
+            source = store.load_packed_source(self.other, info.capture_id)
+            if is_filled := bool(source.data):
+                store.fill_in(self.opened, source)
+        if (
+            is_filled
+            or all_captions != old_captions
+            or all_events != set(old_events)
+            or tags != here.tags
+        ):
             self.changed.append(here.name)
 
     def _run(self, number: int) -> int:
@@ -187,4 +205,5 @@ def _left_out(other: store.Store) -> list[str]:
     told = [f"{what} ({count})" for what, count in counts.items() if count]
     told += ["what it learned"] if store.is_learned(other) else []
     told += ["the history of its captions"]
-    return [f"not taken over: {', '.join(told)}"]
+    lost = [other.loss_note] if other.loss_note else []
+    return [*lost, f"not taken over: {', '.join(told)}"]

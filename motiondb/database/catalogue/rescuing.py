@@ -15,7 +15,7 @@ from motiondb.body import retarget
 from motiondb.database.catalogue.file_reading import read_stored
 from motiondb.errors import MotionDBError, StoreError
 from motiondb.files.bvh_writer import to_bvh
-from motiondb.files.safe_files import check_file_name, log_of, output_file
+from motiondb.files.safe_files import check_file_name, log_of, output_file, sweep_databases
 from motiondb.records import MOTION_FPS, CaptureInfo, Motion, Run
 
 
@@ -63,6 +63,7 @@ def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> Rescue
             "Give another name with -o."
         )
     draft = output
+    sweep_databases(output.parent)
     with store.opened_damaged(path, wait=wait) as (damaged, lost):
         store.check_places(damaged)  # else captures that are whole would be called unreadable
         try:

@@ -7,7 +7,8 @@ and of what else the arrays follow from. Each file is written under a temporary 
 disk, and renamed.
 
 An array that does not match its list is rebuilt from the store, so the folder can be deleted or
-damaged at any time. If the folder cannot be written, the arrays stay in memory.
+damaged at any time. If the folder cannot be written, the arrays stay in memory. No link is
+followed, to the folder or in it (:mod:`motiondb.files.own_folder`).
 
 The file of rows that belong to captures grows at its end when captures are added: it gets a second
 name, that of the new list, and the former list still holds for the rows before.
@@ -25,19 +26,19 @@ import os
 import re
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
 from itertools import islice, pairwise
-from pathlib import Path
 from threading import Lock
 from types import MappingProxyType
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.files.json_text import parse_json
-from motiondb.files.safe_files import read_bounded, sweep_drafts, whole_file
+from motiondb.files.own_folder import OwnFolder, own_folder
+from motiondb.files.safe_files import MOST_TEXT
 from motiondb.records import FloatArray, IntArray, Motion
 from motiondb.store.catalogue.captures import load_motion
 from motiondb.store.catalogue.checked_rows import CheckedRows, page_checksum
@@ -60,11 +61,11 @@ _UNUSABLE = (OSError, ValueError, EOFError, KeyError, TypeError, AttributeError)
 
 def cache_bytes(store: Store) -> int:
     """Return the size of the folder with the cache, bytes; 0 if there is none."""
-    folder = store.path.with_name(f"{store.path.name}.cache")
     total = 0
-    for file in folder.glob("*"):
-        with suppress(OSError):  # another process may replace it
-            total += file.stat().st_size
+    with suppress(OSError), _cache(store) as folder:
+        for name in folder.names():
+            with suppress(OSError):  # another process may replace it
+                total += folder.status(name).st_size
     return total
 
 
@@ -93,12 +94,11 @@ def cached_arrays(
     """
     if store.in_transaction:
         return dict(build())  # the transaction may yet be rolled back
-    folder, stem = _place(store, kind, mark, of_motions)
-    try:
+    stem = _stem(store, kind, mark, of_motions)
+    with suppress(*_UNUSABLE), _cache(store) as folder:
         return _read_arrays(folder, stem)
-    except _UNUSABLE:
-        arrays = dict(build())
-    with suppress(*_UNUSABLE):
+    arrays = dict(build())
+    with suppress(*_UNUSABLE), _cache(store, make=True) as folder:
         _write_arrays(folder, kind, stem, arrays)
         return _read_arrays(folder, stem)
     return arrays
@@ -171,26 +171,26 @@ def _cached(
     ready: Mapping[int, Made],
 ) -> CaptureRows:
     """Rows of the captures that a query gives with what tells them apart (:func:`_marks`)."""
-    folder, stem = _place(store, kind, mark)
+    stem = _stem(store, kind, mark)
 
     def mended(number: int) -> NDArray[Any]:
-        with suppress(OSError):
-            (folder / f"{stem}.json").unlink()
+        with suppress(OSError), _cache(store) as folder:
+            folder.remove(f"{stem}.json")
         made = make([number])
         if number not in made:
             load_motion(store, number)  # tells the damage of the motion
         return made[number][0]
 
     if not store.in_transaction:
-        with suppress(*_UNUSABLE):
+        with suppress(*_UNUSABLE), _cache(store) as folder:
             held = _to_capture_rows(_read_arrays(folder, stem), mended)
             if _is_whole(store, captures, held.capture_ids, make):
                 return held
     marks = _marks(store, captures)
-    newest = _newest(folder, kind)
+    newest = _newest(store, kind)
     former = _rows_in(newest)
     if not store.in_transaction and marks:
-        with suppress(*_UNUSABLE):
+        with suppress(*_UNUSABLE), _cache(store, make=True) as folder:
             begun, new = _begin_with_former(folder, newest, stem, marks, make)
             _write_rows(folder, kind, stem, marks, _rows_of(new, former, make, ready), begun)
             return _to_capture_rows(_read_arrays(folder, stem), mended)
@@ -269,7 +269,7 @@ class _Former:
 
 def _former_rows(store: Store, kind: str) -> dict[int, _Former]:
     """Mark of a capture -> its rows in the newest cache that can be read."""
-    return _rows_in(_newest(_place(store, kind)[0], kind))
+    return _rows_in(_newest(store, kind))
 
 
 _Newest = tuple[str, Arrays] | None
@@ -287,19 +287,21 @@ def _rows_in(newest: _Newest) -> dict[int, _Former]:
     return dict(zip(arrays["marks"].tolist(), (_Former(*each) for each in facts)))
 
 
-def _newest(folder: Path, kind: str) -> _Newest:
+def _newest(store: Store, kind: str) -> _Newest:
     """The newest cache of rows that can be read."""
-    listed = [file for file in folder.glob(f"{kind}-*.json") if _ours(kind).fullmatch(file.name)]
-    for file in sorted(listed, key=_written, reverse=True):
-        with suppress(*_UNUSABLE):
-            return file.stem, _read_arrays(folder, file.stem)
+    with suppress(OSError), _cache(store) as folder:
+        ours = [name for name in folder.names() if _ours(kind).fullmatch(name)]
+        listed = [name.removesuffix(".json") for name in ours if name.endswith(".json")]
+        for stem in sorted(listed, key=lambda stem: _written(folder, stem), reverse=True):
+            with suppress(*_UNUSABLE):
+                return stem, _read_arrays(folder, stem)
     return None
 
 
-def _written(file: Path) -> float:
-    """When a file was last written; 0 if another process has deleted it meanwhile."""
+def _written(folder: OwnFolder, stem: str) -> float:
+    """When a list was last written; 0 if another process has deleted it meanwhile."""
     with suppress(OSError):
-        return file.stat().st_mtime
+        return folder.status(f"{stem}.json").st_mtime
     return 0.0
 
 
@@ -338,7 +340,7 @@ def _in_memory(
 
 
 def _begin_with_former(
-    folder: Path, newest: _Newest, stem: str, marks: Mapping[int, int], make: Make
+    folder: OwnFolder, newest: _Newest, stem: str, marks: Mapping[int, int], make: Make
 ) -> tuple[Mapping[str, NDArray[Any]], Mapping[int, int]]:
     """Arrays of the former cache, whose file gets the new name, and the captures behind them.
 
@@ -356,17 +358,17 @@ def _begin_with_former(
     same = known == [mark for mark in first.values() if mark in held]
     if not (same and known) or len(damaged) > _AT_ONCE or (damaged and make(damaged)):
         return _NONE, marks
-    name = folder / f"{stem}-rows.npy"
+    name = f"{stem}-rows.npy"
     with suppress(OSError):
-        os.link(folder / f"{former}-rows.npy", name)
-        if name.stat().st_nlink == 2:
+        folder.link(f"{former}-rows.npy", name)
+        if folder.status(name).st_nlink == 2:
             return arrays, dict(islice(marks.items(), last, None))
-        name.unlink()  # others write behind these rows, or keep the file as it is
+        folder.remove(name)  # others write behind these rows, or keep the file as it is
     return _NONE, marks
 
 
 def _write_rows(
-    folder: Path,
+    folder: OwnFolder,
     kind: str,
     stem: str,
     marks: Mapping[int, int],
@@ -377,14 +379,13 @@ def _write_rows(
 
     `begun`: Arrays of the captures whose rows are in the file already.
     """
-    folder.mkdir(exist_ok=True)
-    file_name = folder / f"{stem}-rows.npy"
+    name = f"{stem}-rows.npy"
     numbers, values, sums = (
-        begun[name].tolist() if begun else [] for name in ("capture_ids", "values", "sums")
+        begun[each].tolist() if begun else [] for each in ("capture_ids", "values", "sums")
     )
     bounds: list[int] = begun["bounds"].tolist() if begun else [0]
     shape, kind_of_rows = (0, 0), np.dtype(np.float32)
-    with _growing(file_name, begun["rows"]) if begun else _draft(file_name) as file:
+    with _growing(folder, name, begun["rows"]) if begun else folder.draft(name) as file:
         if begun:
             shape, kind_of_rows = begun["rows"].shape, begun["rows"].dtype
         for number, one in parts:
@@ -407,17 +408,15 @@ def _write_rows(
         "marks": np.array([marks[number] for number in numbers], dtype=np.int64),
         "sums": np.array(sums, dtype=np.uint64),
     }
-    written = {"rows": _mapped(file_name)}
+    written = {"rows": _mapped(folder, name)}
     _write_arrays(folder, kind, stem, arrays, written)
 
 
 @contextmanager
-def _growing(path: Path, rows: NDArray[Any]) -> Iterator[BinaryIO]:
+def _growing(folder: OwnFolder, name: str, rows: NDArray[Any]) -> Iterator[BinaryIO]:
     """Open a file behind the rows of a list; what is behind them belongs to no list."""
-    with path.open("r+b") as file:
-        np.lib.format.read_magic(file)
-        with _parsing:
-            np.lib.format.read_array_header_1_0(file)
+    with folder.open(name, os.O_RDWR) as file:
+        _read_head(file)
         file.seek(rows.nbytes, os.SEEK_CUR)
         yield file
         file.flush()
@@ -432,30 +431,34 @@ def _write_head(file: BinaryIO, shape: tuple[int, int], kind: np.dtype[Any]) -> 
 
 def is_cached(store: Store, kind: str) -> bool:
     """Whether the cache holds arrays of the current motions; they may yet prove to be damaged."""
-    folder, stem = _place(store, kind)
-    return (folder / f"{stem}.json").is_file()
+    name = f"{_stem(store, kind)}.json"
+    with suppress(OSError), _cache(store) as folder:
+        return name in folder.names()
+    return False
 
 
-def _place(store: Store, kind: str, mark: str = "", of_motions: bool = True) -> tuple[Path, str]:
-    """Folder of the cache, and how the names of the files of these arrays begin."""
-    folder = store.path.with_name(f"{store.path.name}.cache")
+def _cache(store: Store, *, make: bool = False) -> AbstractContextManager[OwnFolder]:
+    """Open the folder of the cache."""
+    return own_folder(store.path.with_name(f"{store.path.name}.cache"), store.tell, make=make)
+
+
+def _stem(store: Store, kind: str, mark: str = "", of_motions: bool = True) -> str:
+    """How the names of the files of these arrays begin."""
     revision = read_meta(store, "motion_revision") if of_motions else ""
     if mark:
         revision = hashlib.sha256(f"{revision} {mark}".encode()).hexdigest()[:32]
-    return folder, f"{kind}-{revision}"
+    return f"{kind}-{revision}"
 
 
-def _read_arrays(folder: Path, stem: str) -> Arrays:
+def _read_arrays(folder: OwnFolder, stem: str) -> Arrays:
     """Map all arrays of the list, and check that each matches its entry."""
-    listed = parse_json(read_bounded(folder / f"{stem}.json"))
+    with folder.open(f"{stem}.json") as file:
+        listed = parse_json(file.read(MOST_TEXT))  # what is longer is cut, and not whole
     if listed["version"] != _version() or listed["checksum"] != _list_checksum(listed["arrays"]):
         raise ValueError("the list is damaged")
     arrays: Arrays = {}
     for name, facts in listed["arrays"].items():
-        file = folder / f"{stem}-{name}.npy"
-        if not file.is_file():  # a pipe would be waited for
-            raise ValueError(f"the array {name} is no file")
-        array = _mapped(file)
+        array = _mapped(folder, f"{stem}-{name}.npy")
         if facts["checksum"] is None:
             array = array[: facts["shape"][0]]  # the rows behind are of captures that came later
         if _facts(array, facts["checksum"] is not None) != facts:
@@ -465,50 +468,53 @@ def _read_arrays(folder: Path, stem: str) -> Arrays:
     return arrays
 
 
-def _mapped(file: Path) -> NDArray[Any]:
+def _mapped(folder: OwnFolder, name: str) -> NDArray[Any]:
     """The array of a file, memory-mapped."""
+    with folder.open(name) as file:
+        shape, is_fortran, kind = _read_head(file)
+        if kind.hasobject:
+            raise ValueError(f"the array {name} holds no numbers")
+        order: Literal["F", "C"] = "F" if is_fortran else "C"
+        return np.memmap(file, kind, "r", file.tell(), shape, order)
+
+
+def _read_head(file: BinaryIO) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    """Read what stands before the values of an array."""
+    if np.lib.format.read_magic(file) != (1, 0):
+        raise ValueError("another format of arrays")
     with _parsing:
-        array: NDArray[Any] = np.load(file, mmap_mode="r", allow_pickle=False)
-    return array
+        return np.lib.format.read_array_header_1_0(file)
 
 
 def _write_arrays(
-    folder: Path, kind: str, stem: str, arrays: Arrays, written: Mapping[str, NDArray[Any]] = _NONE
+    folder: OwnFolder,
+    kind: str,
+    stem: str,
+    arrays: Arrays,
+    written: Mapping[str, NDArray[Any]] = _NONE,
 ) -> None:
     """Write the arrays, then their list; then delete the files of other revisions.
 
     `written`: Arrays whose files are there already; they have checksums of their own.
     """
-    folder.mkdir(exist_ok=True)
     for name, array in arrays.items():
-        with _draft(folder / f"{stem}-{name}.npy") as file:
+        with folder.draft(f"{stem}-{name}.npy") as file:
             np.save(file, array, allow_pickle=False)
     arrays = {**arrays, **written}
     facts = {name: _facts(array, name not in written) for name, array in arrays.items()}
     listed = {"version": _version(), "checksum": _list_checksum(facts), "arrays": facts}
-    with _draft(folder / f"{stem}.json") as file:
+    with folder.draft(f"{stem}.json") as file:
         file.write(json.dumps(listed).encode())
     current = {f"{stem}-{name}.npy" for name in arrays} | {f"{stem}.json"}
     ours = _ours(kind)
-    sweep_drafts(folder, ours.pattern)
-    for old in folder.glob(f"{kind}-*"):  # a user may keep files here, such as motions-2024.json
-        with suppress(OSError):
-            if ours.fullmatch(old.name) and old.name not in current:
-                old.unlink()
+    folder.sweep(ours.pattern)
+    names = set(folder.names()) - current  # a user may keep files here, such as motions-2024.json
+    folder.remove(*(name for name in names if ours.fullmatch(name)))
 
 
 def _ours(kind: str) -> re.Pattern[str]:
     """Names of files of the cache."""
     return re.compile(rf"{kind}-[0-9a-f]{{32}}(-[a-z_]+\.npy|\.json)")
-
-
-@contextmanager
-def _draft(path: Path) -> Iterator[BinaryIO]:
-    """Open a draft that is renamed to ``path`` once it is on the disk."""
-    with whole_file(path, is_cache=True) as draft, draft.open("wb") as file:
-        yield file
-        file.flush()
-        os.fsync(file.fileno())
 
 
 def _facts(array: NDArray[Any], checked: bool = True) -> dict[str, Any]:

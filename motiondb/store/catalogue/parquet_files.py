@@ -11,6 +11,7 @@ The files have names that are never used again, and are never changed.
 from __future__ import annotations
 
 import json
+import re
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -49,6 +50,14 @@ class ParquetFile:
     name: str  # Begins with what it holds
     n_bytes: int
     sha256: str
+
+    def __post_init__(self) -> None:
+        """Refuse a name that motiondb does not write, and that may lead elsewhere."""
+        if not re.fullmatch(rf"({'|'.join(KINDS)})-[0-9a-f]{{32}}\.parquet", self.name):
+            raise StoreError(
+                f"{self.name!r}: expected a name of a Parquet file as motiondb writes it, found "
+                "another. The database was changed by another program: restore a copy."
+            )
 
     @property
     def kind(self) -> str:
@@ -188,9 +197,18 @@ def forget(store: Store, file: ParquetFile) -> None:
 
 def note_unused(store: Store, path: str) -> None:
     """Keep the path of a file that is no longer relied on, until it has been told."""
-    paths = json.dumps([*untold_files(store), path])
+    _note(store, [*untold_files(store), path])
+
+
+def end_note(store: Store, path: str) -> None:
+    """Take a path out of those that wait to be told: it is relied on, or not there."""
+    _note(store, [each for each in untold_files(store) if each != path])
+
+
+def _note(store: Store, paths: list[str]) -> None:
     with transaction(store) as connection:
-        connection.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", [_UNTOLD, paths])
+        text = json.dumps(list(dict.fromkeys(paths)))
+        connection.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", [_UNTOLD, text])
 
 
 def untold_files(store: Store) -> list[str]:

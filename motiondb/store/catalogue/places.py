@@ -19,7 +19,8 @@ from typing import Any, BinaryIO, Protocol, cast
 from urllib.parse import urlsplit
 
 from motiondb.errors import QueryError, StoreError
-from motiondb.files.safe_files import open_file, whole_file
+from motiondb.files.own_folder import own_folder
+from motiondb.files.safe_files import check_output
 
 _AT_ONCE = 2**20  # Bytes
 _EXPECTED = "a folder or a URL that fsspec knows"
@@ -65,7 +66,8 @@ class _Folder:
             )
 
     def open(self, name: str) -> BinaryIO:
-        return open_file(self._path / name)
+        with own_folder(self._path, is_users=True) as folder:
+            return folder.open(name)
 
     def read(self, name: str, start: int, stop: int) -> bytes:
         with self.open(name) as file:
@@ -73,20 +75,15 @@ class _Folder:
             return file.read(stop - start)
 
     def write(self, name: str, file: Path) -> None:
-        self._path.mkdir(exist_ok=True)
-        with whole_file(self._path / name) as draft:
-            shutil.copyfile(file, draft)
-            with draft.open("rb+") as written:
-                os.fsync(written.fileno())
-        if os.name == "posix":  # the name, too, is on the disk before the database relies on it
-            folder = os.open(self._path, os.O_RDONLY)
-            try:
-                os.fsync(folder)
-            finally:
-                os.close(folder)
+        check_output(self._path, is_folder=True)
+        with own_folder(self._path, make=True, is_users=True) as folder:
+            with folder.draft(name) as written, file.open("rb") as read:
+                shutil.copyfileobj(read, written, _AT_ONCE)
+            folder.sync()  # the name, too, is on the disk before the database relies on it
 
     def delete(self, name: str) -> None:
-        (self._path / name).unlink()
+        with own_folder(self._path, is_users=True) as folder:
+            folder.remove(name)
 
 
 class _Remote:
@@ -161,6 +158,15 @@ def _without_keys(text: str) -> str:
 @lru_cache(maxsize=16)
 def open_place(name: str) -> Place:
     """The place of a name that :func:`place_name` returned; StoreError if nothing can read it."""
+    try:  # another program may have written it into the database
+        is_kept = place_name(name) == name if "://" in name else Path(name).is_absolute()
+    except QueryError as error:
+        raise PlaceError(str(error)) from error
+    if not is_kept:
+        raise PlaceError(
+            f"{_without_keys(name)}: expected {_EXPECTED}, as motiondb writes it, found another "
+            "form. The database was changed by another program: restore a copy."
+        )
     if "://" not in name:
         return _Folder(Path(name))
     try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,6 +11,9 @@ from motiondb.errors import QueryError, StoreError
 from motiondb.files.packed_files import Source, digest
 from motiondb.store.catalogue.parquet_files import load_part
 from motiondb.store.connection.handle import Store
+from motiondb.store.connection.transactions import transaction
+
+_AT_ONCE = 1000  # DuckDB finds so many rows by their index
 
 
 def load_source(store: Store, capture_id: int) -> Source:
@@ -18,8 +22,8 @@ def load_source(store: Store, capture_id: int) -> Source:
     if not source.data:
         raise QueryError(
             f"{source.file_name}: expected the file as it was added, found that it was left out "
-            "(--no-originals). Export the motion on the canonical body (--canonical), or remove "
-            "the capture and add its file again."
+            "(--no-originals). Export the motion on the canonical body (--canonical), or add its "
+            "file again."
         )
     return unpack_source(store.path, source)
 
@@ -31,6 +35,35 @@ def load_packed_source(store: Store, capture_id: int) -> Source:
     if source is None:
         raise QueryError(f"capture {capture_id}: expected a capture in {store.path}, found none.")
     return source
+
+
+def load_left_out(store: Store, digests: Sequence[str]) -> set[str]:
+    """Those of some digests whose files are without their bytes."""
+    found = set[str]()
+    for first in range(0, len(digests), _AT_ONCE):
+        some = digests[first : first + _AT_ONCE]
+        query = (
+            f"SELECT sha256 FROM source WHERE sha256 IN ({', '.join('?' * len(some))}) "
+            "AND octet_length(data) = 0 AND data_at IS NULL"
+        )
+        found |= set(store.connection.column(query, some))
+    return found
+
+
+def fill_in(store: Store, source: Source) -> None:
+    """Keep the bytes of a file that was left out."""
+    with transaction(store) as connection:
+        connection.execute(
+            "UPDATE source SET file_name = ?, skeleton_name = ?, data = ?, skeleton_data = ? "
+            "WHERE sha256 = ?",
+            [
+                source.file_name,
+                source.skeleton_name,
+                source.data,
+                source.skeleton_data,
+                source.sha256,
+            ],
+        )
 
 
 def find_source(store: Store, condition: str, value: object) -> Source | None:

@@ -35,7 +35,9 @@ _THERE = {
 }  # Table -> which of the rows can be restored: those of captures and grammars that are there
 _ONCE = "AND sha256 NOT IN (SELECT sha256 FROM trash.source)"
 _LAST = "AND (SELECT count(*) FROM trash.capture c WHERE c.sha256 = source.sha256) = 1"
-# The same content may be removed twice: its source is kept once, until the last of them is restored
+_LEFT_OUT = "octet_length(data) = 0 AND data_at IS NULL"
+# The same content may be removed twice: its source is kept once, until the last of them is
+# restored; one without its bytes makes place for any other
 
 
 def put_in_trash(store: Store, capture_id: int) -> None:
@@ -46,7 +48,12 @@ def put_in_trash(store: Store, capture_id: int) -> None:
         connection.execute(
             f"CREATE TABLE IF NOT EXISTS trash.{table} AS SELECT * FROM main.{table} LIMIT 0"
         )
-        rows = f"{rows.format(schema='main')} {_ONCE if table == 'source' else ''}"
+        rows = rows.format(schema="main")
+        if table == "source":
+            connection.execute(
+                f"DELETE FROM trash.source WHERE {rows} AND {_LEFT_OUT}", {"number": capture_id}
+            )
+            rows = f"{rows} {_ONCE}"
         connection.execute(
             f"INSERT INTO trash.{table} BY NAME SELECT * FROM main.{table} WHERE {rows}",
             {"number": capture_id},

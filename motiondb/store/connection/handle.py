@@ -27,7 +27,7 @@ from typing import ClassVar
 import duckdb
 
 from motiondb.errors import StoreError
-from motiondb.files.safe_files import HeldFile, log_of
+from motiondb.files.safe_files import COPY, LOGS, HeldFile, beside, log_of
 from motiondb.store.connection import log_mark
 from motiondb.store.connection.faults import OtherModeError, translate
 from motiondb.store.connection.statements import Connection
@@ -94,6 +94,7 @@ class Store:
         path: Path,
         connect: Callable[[bool, float | None], duckdb.DuckDBPyConnection],
         read_only: bool,
+        notes: list[str] | None = None,
     ) -> None:
         self.path = path
         self.read_only = read_only
@@ -111,7 +112,10 @@ class Store:
         self._process = os.getpid()
         _refuse_forked(path)
         self.lacked_log = False
+        self.notes = [] if notes is None else notes  # What was done or met beside what was asked
+        self._writable = [beside(path, COPY)]  # What one who reads may make nevertheless
         self._root: duckdb.DuckDBPyConnection | None = connect(read_only, None)
+        self._shut(self._root)
         self._held = HeldFile.hold(path)
         _OPENED.add(self)
         self.lacked_log = log_mark.is_log_missing(self.connection)
@@ -136,6 +140,16 @@ class Store:
             return log_mark.missing_sentence(self.path) if self.lacked_log else ""
         return log_mark.left_sentence(self.path) if log_of(self.path).exists() else ""
 
+    @property
+    def loss_note(self) -> str:
+        """That saved changes are missing with the log, or were lost with it; or ""."""
+        return self.log_note if self.lacked_log else log_mark.lost_sentence(self.connection)
+
+    def tell(self, sentence: str) -> None:
+        """Note what the user should know, once."""
+        if sentence not in self.notes:
+            self.notes.append(sentence)
+
     def mark_log(self) -> None:
         """See to it, before a change, that the file says that there is a log beside it.
 
@@ -149,7 +163,9 @@ class Store:
                 try:
                     left = deadline - time.monotonic()
                     self._turn.wait_for(lambda: self._users <= bool(self.local.depth), left)
-                    self._is_marked = log_mark.set_mark(self._open_root(), self.path)
+                    self._is_marked = log_mark.set_mark(
+                        self._open_root(), self.path, self.lacked_log
+                    )
                 finally:
                     self._is_swapping = False
                     self._turn.notify_all()
@@ -188,6 +204,41 @@ class Store:
                 with self._turn:
                     self._users -= 1
                     self._turn.notify_all()
+
+    @contextmanager
+    def may_make(self, file: Path) -> Iterator[None]:
+        """Let DuckDB make another database while the block runs, also for one who only reads."""
+        if not (self.read_only or self._is_lent):
+            yield
+            return
+        self._writable.append(file)
+        self._open_anew()
+        try:
+            yield
+        finally:
+            self._writable.remove(file)
+            self._open_anew()
+
+    def _open_anew(self) -> None:
+        """Open the file anew at the next use."""
+        with self.write_lock:
+            self._swap_root(self._is_lent)
+
+    def _shut(self, root: duckdb.DuckDBPyConnection) -> None:
+        """Keep DuckDB from all other files where it only reads this one.
+
+        Motions and originals that lie elsewhere are not read by DuckDB.
+        """
+        mode = root.execute("SELECT current_setting('access_mode')").fetchall()
+        if mode != [("read_only",)]:  # also one that shares the file with a store that writes
+            return
+        names = [str(Path.cwd() / file).partition("?") for file in self._writable]
+        # what follows a question mark stays the end: DuckDB takes it for that of a URL
+        files = [f"{a}{log}{mark}{b}" for a, mark, b in names for log in ("", *LOGS)]
+        listed = ", ".join("'" + file.replace("'", "''") + "'" for file in files)
+        with suppress(duckdb.InvalidInputException):  # another store of this process has shut it
+            root.execute(f"SET allowed_paths = [{listed}]")
+            root.execute("SET enable_external_access = false")
 
     def lend(self) -> None:
         """Close the file once no block needs it; a question meanwhile opens it for reading."""
@@ -296,6 +347,7 @@ class Store:
         if self._root is None:
             is_lent = self._is_lent and not self._is_writing
             self._root = self._reopen(self.read_only or is_lent, wait)
+            self._shut(self._root)
             self._held = HeldFile.hold(self.path)
         return self._root
 

@@ -9,10 +9,15 @@ DuckDB's own deletes it, so the mark is then written anew, with another value, s
 change to the same one. Between a checkpoint and the log that follows, an empty file
 ``.PATH.marking`` stands for the log, so that a kill at that moment is not taken for a loss. A file
 that says ``open`` and has neither beside it was moved or copied without its log.
+
+A change of such a file gives up what the log holds: the log then no longer fits. The row
+``lost_log`` says when that was, until the file is compacted.
 """
 
 from __future__ import annotations
 
+import os
+import time
 from contextlib import suppress
 from pathlib import Path
 
@@ -27,11 +32,15 @@ _OPEN = (
     "UPDATE meta SET value = CASE value WHEN 'open' THEN 'still open' ELSE 'open' END "
     "WHERE key = 'log'"
 )
+_LOST = "INSERT OR IGNORE INTO meta VALUES ('lost_log', ?)"
+FORGET_LOSS = "DELETE FROM meta WHERE key = 'lost_log'"
 _CLOSED = "UPDATE meta SET value = '' WHERE key = 'log' AND value <> ''"
 
 
-def set_mark(root: duckdb.DuckDBPyConnection, path: Path) -> bool:
+def set_mark(root: duckdb.DuckDBPyConnection, path: Path, lacked_log: bool) -> bool:
     """Set the mark before the first change; False if others read or write, and nothing is marked.
+
+    `lacked_log`: Whether the file came without its log, which is given up now.
 
     DuckDB makes no checkpoint while a transaction of another connection has begun, which an answer
     that was not fetched to its end also keeps open.
@@ -39,6 +48,8 @@ def set_mark(root: duckdb.DuckDBPyConnection, path: Path) -> bool:
     stand_in(path)
     try:
         root.execute(_OPEN)
+        if lacked_log:
+            root.execute(_LOST, [time.strftime("%Y-%m-%d %H:%M:%S")])
         root.execute("CHECKPOINT")
     except duckdb.TransactionException:
         clear_mark(root)
@@ -52,8 +63,9 @@ def set_mark(root: duckdb.DuckDBPyConnection, path: Path) -> bool:
 
 def stand_in(path: Path) -> None:
     """Let an empty file stand for the log: before each commit, at which DuckDB may delete it."""
+    flags = os.O_WRONLY | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
     with suppress(OSError):  # a full disk, which the next statements tell
-        beside(path, MARKING).touch()
+        os.close(os.open(beside(path, MARKING), flags, 0o666))
 
 
 def keep_log(root: duckdb.DuckDBPyConnection, path: Path) -> None:
@@ -79,6 +91,21 @@ def is_log_missing(connection: Connection) -> bool:
         return False
     logs = (log_of(connection.path), beside(connection.path, MARKING))
     return bool(rows and rows[0][0]) and not any(path.exists() for path in logs)
+
+
+def lost_sentence(connection: Connection) -> str:
+    """The sentence for a file that was changed without its log; "" for others."""
+    try:
+        lost = connection.value("SELECT value FROM meta WHERE key = 'lost_log'")
+    except StoreError:  # a damaged file, which is told elsewhere
+        return ""
+    if lost is None:
+        return ""
+    return (
+        f"{connection.path}: expected all changes that were saved, found that the log with the "
+        f"latest ones was missing when the file was changed on {lost}: they are lost. Restore a "
+        "copy that has them, or go on without them: motiondb compact ends this note."
+    )
 
 
 def missing_sentence(path: Path) -> str:

@@ -14,7 +14,9 @@ import os
 import re
 import socket
 import subprocess
+import tempfile
 import time
+from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
@@ -25,6 +27,7 @@ import duckdb
 from motiondb.errors import HeldError, StoreError
 from motiondb.files.safe_files import (
     COPY,
+    LOGS,
     beside,
     check_file_name,
     count_names,
@@ -61,9 +64,18 @@ _LONGEST_COMMAND = 120  # Letters of a command that are shown: one or two lines 
 
 
 def open_store(
-    path: str | Path, *, read_only: bool = False, create: bool = True, wait: float = 0.0
+    path: str | Path,
+    *,
+    read_only: bool = False,
+    create: bool = True,
+    wait: float = 0.0,
+    is_others: bool = False,
 ) -> Store:
-    """Open the database file at ``path``; one of an earlier version is brought up to date."""
+    """Open the database file at ``path``; one of an earlier version is brought up to date.
+
+    `is_others`: Whether the file is only read whatever its version: what it holds is then brought
+    up to date in memory.
+    """
     path = Path(path)
     check_file_name(path)
     path = link_target(path)  # so that there is one log, and one draft, by whatever name
@@ -81,11 +93,18 @@ def open_store(
             f"{path}: expected a database with one name, found a file with {names} (hard links), "
             "each of which would have a log of its own. Copy the file, or remove the other names."
         )
-    return Store(path, partial(_connect_current, path, wait), read_only)
+    notes: list[str] = []
+    connected = partial(_connect_current, path, wait, is_others, notes)
+    return checked(Store(path, connected, read_only, notes))
 
 
 def _connect_current(
-    path: Path, usual_wait: float, read_only: bool, wait: float | None
+    path: Path,
+    usual_wait: float,
+    is_others: bool,
+    notes: list[str],
+    read_only: bool,
+    wait: float | None,
 ) -> duckdb.DuckDBPyConnection:
     """A connection to a database that has the schema of today."""
     wait = usual_wait if wait is None else wait
@@ -93,11 +112,20 @@ def _connect_current(
     try:
         version = migrations.schema_version(connection, str(path))
         if version < migrations.newest_version():
+            _refuse_programs(path, connection.execute(_MACROS).fetchall())  # a migration calls them
             if read_only:
                 connection.close()
-                _bring_up_to_date(path, wait, version)
-                return _connect_current(path, usual_wait, True, wait)
+                if is_others:
+                    return _in_memory(path, version)
+                _bring_up_to_date(path, wait, notes, version)
+                return _connect_current(path, usual_wait, is_others, notes, True, wait)
             migrations.migrate(connection, version)
+            notes.append(
+                f"{path}: brought up to date from schema {version} to "
+                f"{migrations.newest_version()}; earlier versions of motiondb cannot read it now"
+            )
+        if is_others:
+            return connection
         sweep_drafts(path.parent, re.escape(draft_stem(path)))
         if not read_only:
             _limit_joining(connection, path)
@@ -113,10 +141,31 @@ def _connect_current(
     return connection
 
 
-def _bring_up_to_date(path: Path, wait: float, version: int) -> None:
+def _in_memory(path: Path, version: int) -> duckdb.DuckDBPyConnection:
+    """A connection to a copy in memory of an older file, brought up to date."""
+    connection = duckdb.connect(":memory:", config=_CONFIG)
+    try:
+        connection.execute(f"SET temp_directory = '{_quoted(tempfile.gettempdir())}'")
+        connection.execute(f"ATTACH '{_quoted(plain_name(path))}' AS older (READ_ONLY)")
+        connection.execute("COPY FROM DATABASE older TO memory")
+        connection.execute("DETACH older")
+        connection.execute("SET enable_external_access = false")
+        migrations.migrate(connection, version)
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def _quoted(text: str) -> str:
+    """A text as it stands between quotes in SQL."""
+    return text.replace("'", "''")
+
+
+def _bring_up_to_date(path: Path, wait: float, notes: list[str], version: int) -> None:
     """Migrate a file that was opened for reading."""
     try:
-        _connect_current(path, wait, False, wait).close()
+        _connect_current(path, wait, False, notes, False, wait).close()
     except StoreError as error:
         if not any(reason in str(error.__cause__) for reason in _NO_WRITING):
             raise
@@ -127,6 +176,7 @@ def _bring_up_to_date(path: Path, wait: float, version: int) -> None:
         ) from error
 
 
+SPILLED = ".tmp"  # Ending of the folder of rows that DuckDB has no memory for
 MOST_GROUPS = 64  # Row groups of a table that grows with every change, before they join; by hand
 
 
@@ -176,7 +226,7 @@ def _sweep_copies(path: Path) -> None:
 
 def _sweep_spilled(path: Path) -> None:
     """Delete what killed processes left of the rows that DuckDB had no memory for."""
-    folder = path.with_name(f"{path.name}.tmp")
+    folder = path.with_name(path.name + SPILLED)
     for left in folder.glob("duckdb_temp_*"):
         owner = re.match(r"duckdb_temp_(\d+)_", left.name)
         if owner is not None and not is_running(int(owner[1])):
@@ -192,16 +242,19 @@ def connect(path: Path, read_only: bool, wait: float = 0.0) -> duckdb.DuckDBPyCo
         raise StoreError(
             f"{path}: expected a database of motiondb, found {actual}. Name another file with --db."
         )
-    if log_of(path).is_symlink():  # DuckDB would delete the link, and leave what it stands for
-        raise StoreError(
-            f"{path}: expected its log {log_of(path).name} as a file, found a link. Put the file "
-            "that it stands for in its place."
-        )
+    for ending in (*LOGS, SPILLED):  # DuckDB would write through a link, or delete it
+        if (found := path.with_name(path.name + ending)).is_symlink():
+            what = "its log {} as a file" if ending in LOGS else "{} as a folder of DuckDB's own"
+            raise StoreError(
+                f"{path}: expected {what.format(found.name)}, found a link. Put what it stands "
+                "for in its place."
+            )
     deadline, pause = time.monotonic() + wait, _FIRST_PAUSE
     with ExitStack() as waiting:
         while True:
             try:
-                return duckdb.connect(plain_name(path), read_only=read_only, config=_CONFIG)
+                connection = duckdb.connect(plain_name(path), read_only=read_only, config=_CONFIG)
+                break
             except duckdb.Error as error:
                 left = deadline - time.monotonic()
                 is_other_mode = "different configuration" in str(error)
@@ -213,6 +266,41 @@ def connect(path: Path, read_only: bool, wait: float = 0.0) -> duckdb.DuckDBPyCo
                 waiting.enter_context(announced(path))
             time.sleep(min(pause, left))
             pause = min(2.0 * pause, _LONGEST_PAUSE)
+    try:
+        _refuse_programs(path, connection.execute(_PROGRAMS).fetchall())
+    except duckdb.Error as error:
+        connection.close()
+        raise StoreError(_unreadable(path, error)) from error
+    except StoreError:
+        connection.close()
+        raise
+    return connection
+
+
+_PROGRAMS = (
+    "SELECT 'view', view_name FROM duckdb_views() WHERE NOT internal AND NOT temporary UNION ALL "
+    "SELECT 'trigger', trigger_name FROM duckdb_triggers() WHERE NOT temporary"
+)  # Looked for at every connection, 1 ms
+_MACROS = "SELECT 'macro', function_name FROM duckdb_functions() WHERE NOT internal"  # 20 ms
+
+
+def _refuse_programs(path: Path, found: Sequence[tuple[str, str]]) -> None:
+    """Refuse a file that holds more than tables: a view in a table's place may show other files."""
+    for kind, name in found[:1]:
+        raise StoreError(
+            f"{path}: expected tables alone, found the {kind} {name!r}, which another program made:"
+            " it could show other files, or change them. Restore a copy."
+        )
+
+
+def checked(store: Store) -> Store:
+    """The same store; it is closed and refused if its file holds macros."""
+    try:
+        _refuse_programs(store.path, store.connection.execute(_MACROS).fetchall())
+    except StoreError:
+        store.close()
+        raise
+    return store
 
 
 def _unreadable(path: Path, error: duckdb.Error, wait: float = 0.0) -> str:
@@ -235,6 +323,12 @@ def _unreadable(path: Path, error: duckdb.Error, wait: float = 0.0) -> str:
         actual = "a folder" if path.is_dir() else "another kind of file"
         return (
             f"{path}: expected a database of motiondb, found {actual}. Name another file with --db."
+        )
+    if "WAL does not match" in text or "This WAL was created" in text:
+        return (
+            f"{path}: expected its log {log_of(path).name} to fit it, found one of another database"
+            " or of a former state of this one. Move the log to another folder, where its own "
+            "database can find it, and open the file again."
         )
     rescue = (
         f"if it is damaged, save what is readable (motiondb rescue {path} -o NEW.duckdb) or "

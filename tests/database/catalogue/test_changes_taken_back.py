@@ -286,3 +286,51 @@ def test_a_tag_named_like_a_word_of_filters_is_quoted_there(base: MotionDB) -> N
     assert [info.name for info in base.captures('"in"=yes and not "in"=no')] == ["ana/jump_1"]
     with pytest.raises(QueryError, match="characters that can be printed"):
         base.set_tags({"mood": "a\tb"}, ["ana/jump_1"])
+
+
+@pytest.mark.parametrize("order", [(False, True), (True, False), (False, False, True, False)])
+def test_an_original_is_never_lost_to_one_that_was_left_out(
+    tmp_path: Path, some: Path, order: tuple[bool, ...]
+) -> None:
+    file = some / "ana" / "jump_1.bvh"
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        for originals in order:
+            db.add(file, settings=AddSettings(originals=originals))
+            db.remove(["jump_1"])
+        db.undo()
+        (back,) = db.captures()
+        assert store.load_source(db.store, back.capture_id).data == file.read_bytes()
+        assert db.check() == []
+
+
+def test_check_names_a_capture_that_lost_its_original(base: MotionDB) -> None:
+    base.store.connection.execute("UPDATE source SET data = '' WHERE file_name = 'jump_1.bvh'")
+    assert base.check() == [
+        "ana/jump_1: expected the bytes of its file, which it was added with (motiondb add FILE "
+        "fills them in), found others."
+    ]
+
+
+@pytest.mark.parametrize("way", ["add", "replace", "merge"])
+def test_an_original_that_is_missing_is_filled_in(
+    tmp_path: Path, some: Path, base: MotionDB, way: str
+) -> None:
+    name = "ana/jump_1"
+    with motiondb.open(tmp_path / "without.duckdb") as db:
+        db.add(some, settings=AddSettings(originals=False))
+        db.set_words(name, "she jumps")
+        if way == "merge":
+            base.close()
+            changed = db.merge(tmp_path / "motions.duckdb").changed
+            assert set(changed) == {info.name for info in db.captures()}
+            assert db.merge(tmp_path / "motions.duckdb").changed == ()
+        else:
+            report = db.add(some, settings=AddSettings(replace=way == "replace"))
+            assert f"{name}: its file, which was left out, is kept now" in report.notes
+            assert report.added == ()
+            assert db.runs()[-1]["kind"] == "add"
+            assert db.add(some).notes == ()
+        number = db.captures(f"name={name}")[0].capture_id
+        assert store.load_source(db.store, number).data == (some / f"{name}.bvh").read_bytes()
+        assert db.captions(name)[0].words == "she jumps"
+        assert db.check() == []

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import subprocess
+import sys
 import threading
 from pathlib import Path
 
 import pytest
+from holding import holding
 
 import motiondb
-from motiondb import Caption, MotionDBError, QueryError
+from motiondb import Caption, MotionDBError, QueryError, StoreError, store
 
 
 def test_what_two_databases_know_comes_together(
@@ -102,3 +106,71 @@ def test_a_copy_made_during_changes_is_one_state(tmp_path: Path, some: Path) -> 
             assert copy.check() == []
             assert copy.undo().kind in ("tags", "add")
     assert [p.name for p in tmp_path.iterdir() if ".part" in p.name] == []
+
+
+def test_a_database_without_its_log_is_not_merged_and_rescue_says_so(
+    tmp_path: Path, some: Path
+) -> None:
+    path = tmp_path / "m.duckdb"
+    with motiondb.open(path) as db:
+        db.add(some / "ana")
+    with motiondb.open(path) as db:
+        db.set_words("bow_1", "she bows")
+        shutil.copy(path, tmp_path / "lacking.duckdb")  # as after a kill, without the log
+    lacking = tmp_path / "lacking.duckdb"
+    with motiondb.open(tmp_path / "to.duckdb") as db:
+        for refuse in (db.merge, db.check_merge):
+            with pytest.raises(
+                StoreError, match=r"expected its log lacking\.duckdb\.wal beside it"
+            ):
+                refuse(lacking)
+        assert (
+            motiondb.rescue(lacking, tmp_path / "saved.duckdb")
+            .lost[0]
+            .startswith(f"{lacking}: expected its log")
+        )
+        with motiondb.open(lacking) as changed:
+            changed.set_tags({"mood": "glad"}, ["bow_1"])
+        assert "they are lost" in db.merge(lacking).notes[0]
+    assert "they are lost" in motiondb.rescue(lacking, tmp_path / "again.duckdb").lost[0]
+
+
+def test_names_of_another_database_that_cannot_be_names_are_told(
+    tmp_path: Path, some: Path
+) -> None:
+    with motiondb.open(tmp_path / "other.duckdb") as other:
+        other.add(some)
+        odd = ("../../evil", "\x1b[31m", "", "C:\\x")
+        for info, name in zip(other.captures(), odd):
+            store.rename_capture(other.store, info.capture_id, name)
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        problems = db.merge(tmp_path / "other.duckdb").problems
+    found = ("one of dots alone", "that cannot be printed", "nothing", "a backslash")
+    assert len(problems) == len(odd)
+    for problem, name, fault in zip(problems, odd, found):
+        assert problem.startswith(f"{name!r}: expected a name for the capture, found ")
+        assert f"{fault}. Choose another name" in problem
+
+
+def test_what_a_killed_copy_left_goes_with_the_next_of_any_name(tmp_path: Path, some: Path) -> None:
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(some / "ana")
+        left, *others = (
+            tmp_path / f".{name}.{process}.7.part"
+            for name, process in (
+                ("monday.duckdb", ended.pid),
+                ("monday.txt", ended.pid),
+                ("tuesday.duckdb", os.getpid()),
+                ("wednesday.duckdb", ended.pid),
+            )
+        )
+        for draft in (left, others[1], others[2]):
+            store.open_store(draft).close()
+        others[0].write_text("no database")
+        left.with_name(f"{left.name}.wal").touch()
+        with holding(others[2]):  # as a process of another machine
+            db.backup(tmp_path / "copy.duckdb")
+    found = {path.name for path in tmp_path.iterdir() if ".part" in path.name}
+    assert found == {path.name for path in others}

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -319,3 +320,67 @@ def test_row_groups_of_a_large_file_are_joined_seldom(
     assert 1 in groups[3:]
     with store.open_store(database.path, read_only=True) as opened:
         assert [info.name for info in store.load_captures(opened)] == list("abcdefg")
+
+
+@pytest.mark.parametrize(
+    ("made", "told"),
+    [
+        ("ALTER TABLE caption RENAME TO c2; CREATE VIEW caption AS FROM c2", "view 'caption'"),
+        ("CREATE SCHEMA trash; CREATE VIEW trash.capture AS FROM capture", "view 'capture'"),
+        ("CREATE MACRO count(x) AS (SELECT content FROM read_text('secret'))", "macro 'count'"),
+        ("CREATE MACRO rows() AS TABLE FROM capture", "macro 'rows'"),
+        (
+            "CREATE TRIGGER t AFTER INSERT ON synonym REFERENCING NEW TABLE AS n "
+            "FOR EACH STATEMENT INSERT INTO meta SELECT word, canonical FROM n",
+            "trigger 't'",
+        ),
+    ],
+)
+def test_a_file_with_more_than_tables_is_refused(tmp_path: Path, made: str, told: str) -> None:
+    path = tmp_path / "m.duckdb"
+    store.open_store(path).close()
+    with duckdb.connect(str(path)) as connection:
+        connection.execute(made)
+
+    def opened(**how: bool) -> None:
+        store.open_store(path, **how)
+
+    def salvaged() -> None:
+        with store.opened_damaged(path):
+            pass
+
+    for use in (opened, partial(opened, read_only=True), salvaged, partial(store.compact, path)):
+        with pytest.raises(StoreError, match=f"expected tables alone, found the {told}, which"):
+            use()
+
+
+def test_one_who_reads_reaches_no_other_file(database: store.Store, tmp_path: Path) -> None:
+    (tmp_path / "secret").write_text("secret")
+    query = f"SELECT content FROM read_text('{tmp_path}/secret')"
+    assert database.connection.value(query) == "secret"
+    database.lend()
+    with pytest.raises(StoreError, match="file system operations are disabled"):
+        database.connection.value(query)
+    store.backup(database, tmp_path / "lent.duckdb", lambda _: [])
+    with store.open_store(database.path) as writing:  # two of one program share the file
+        assert database.connection.value(query) == "secret"
+        assert writing.connection.value(query) == "secret"
+    database.close()
+    with store.open_store(database.path, read_only=True) as opened:
+        for _ in range(2):
+            with pytest.raises(StoreError, match="file system operations are disabled"):
+                opened.connection.value(query)
+            copy = tmp_path / "it's a copy.duckdb"
+            store.backup(opened, copy, lambda _: [])  # it may write this file alone
+            copy.unlink()
+
+
+def test_two_readers_in_one_program_do_not_copy(database: store.Store, tmp_path: Path) -> None:
+    database.close()
+    with (
+        store.open_store(database.path, read_only=True) as one,
+        store.open_store(database.path, read_only=True),
+        pytest.raises(StoreError, match="expected no other part of this program that reads it"),
+    ):
+        store.backup(one, tmp_path / "copy.duckdb", lambda _: [])
+    assert not (tmp_path / "copy.duckdb").exists()

@@ -100,7 +100,7 @@ def test_a_database_that_came_without_its_log_says_so(tmp_path: Path) -> None:
         assert opened.log_note == ""
 
 
-def test_a_change_of_a_file_without_its_log_ends_the_matter(tmp_path: Path) -> None:
+def test_a_change_of_a_file_without_its_log_is_told_until_it_is_compacted(tmp_path: Path) -> None:
     path, moved = tmp_path / "m.duckdb", tmp_path / "moved.duckdb"
     kill_after_a_change(path)
     shutil.copy(path, moved)
@@ -108,8 +108,29 @@ def test_a_change_of_a_file_without_its_log_ends_the_matter(tmp_path: Path) -> N
         assert "expected its log" in database.log_note
         store.save_synonyms(database, {"dash": "run"})
     with store.open_store(moved, read_only=True) as opened:
-        assert store.check_store(opened) == []
+        (fault,) = store.check_store(opened)
+        assert "found that the log with the latest ones was missing when the file was" in fault
+        assert store.check_quickly(opened) == [fault]
+        assert opened.log_note == ""
         assert store.load_synonyms(opened) == {"dash": "run"}
+        store.backup(opened, tmp_path / "copy.duckdb", _faults)
+    assert _faults(tmp_path / "copy.duckdb") == [fault.replace("moved.duckdb", "copy.duckdb")]
+    store.compact(moved)
+    assert _faults(moved) == []
+
+
+def test_a_change_that_fails_gives_up_the_missing_log_too(tmp_path: Path) -> None:
+    path, moved = tmp_path / "m.duckdb", tmp_path / "moved.duckdb"
+    kill_after_a_change(path)
+    shutil.copy(path, moved)
+    with store.open_store(moved) as database, pytest.raises(KeyError), store.transaction(database):
+        raise KeyError
+    assert "was missing when the file was changed" in _faults(moved)[0]
+
+
+def _faults(path: Path) -> list[str]:
+    with store.open_store(path, read_only=True) as opened:
+        return store.check_store(opened)
 
 
 def test_a_file_with_several_names_is_not_opened_for_writing(tmp_path: Path) -> None:
@@ -294,3 +315,21 @@ def test_a_reader_that_waits_for_the_change_is_not_waited_for_without_end(
         writer.join()
     assert not beside(database.path, MARKING).exists()
     assert store.load_synonyms(database) == {"jog": "run"}
+
+
+@pytest.mark.parametrize("is_former", [True, False])
+def test_a_log_that_does_not_fit_is_told_so(tmp_path: Path, is_former: bool) -> None:
+    path, other = tmp_path / "m.duckdb", tmp_path / "other.duckdb"
+    for file in (path, other):
+        kill_after_a_change(file)
+    log = opening.log_of(path if is_former else other).read_bytes()
+    store.open_store(path).close()  # brings the log in
+    opening.log_of(path).write_bytes(log)
+    for read_only in (True, False):
+        with pytest.raises(StoreError) as error:
+            store.open_store(path, read_only=read_only)
+        assert str(error.value) == (
+            f"{path}: expected its log m.duckdb.wal to fit it, found one of another database or of "
+            "a former state of this one. Move the log to another folder, where its own database "
+            "can find it, and open the file again."
+        )

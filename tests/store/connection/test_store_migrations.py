@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+import shutil
 from importlib import resources
 from pathlib import Path
 from types import ModuleType
@@ -12,6 +13,7 @@ import duckdb
 import pytest
 
 from motiondb import store
+from motiondb.database.check_process import check_file
 from motiondb.errors import StoreError
 from motiondb.store import checks
 from motiondb.store.connection import migrations, opening
@@ -126,9 +128,40 @@ def test_segments_of_version_4_come_to_today(database: store.Store, samples: Mod
     database.close()
     with duckdb.connect(str(database.path)) as older:
         older.execute(_WITHOUT_PLACES + _FORMER_SEGMENTS)
-    with store.open_store(database.path) as newer:
-        samples.assert_equal(store.load_segments(newer), learning.segments)
-        assert store.check_store(newer) == []
+    content, beside = database.path.read_bytes(), sorted(database.path.parent.iterdir())
+    for is_others in (True, False):  # first as the file of somebody else
+        with store.open_store(database.path, read_only=True, is_others=is_others) as newer:
+            samples.assert_equal(store.load_segments(newer), learning.segments)
+            assert store.check_store(newer, sources=True) == []
+            assert store.check_quickly(newer) == []
+        assert (database.path.read_bytes() == content) == is_others
+        assert sorted(database.path.parent.iterdir()) == beside
+        assert newer.notes == (
+            []
+            if is_others
+            else [
+                f"{database.path}: brought up to date from schema 4 to {TODAY}; earlier versions "
+                "of motiondb cannot read it now"
+            ]
+        )
+    assert check_file(database.path) == []
+
+
+def test_an_older_file_of_somebody_else_is_read_with_its_log(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, copy = tmp_path / "m.duckdb", tmp_path / "copy.duckdb"
+    with store.open_store(path) as database:
+        store.save_synonyms(database, {"jog": "run"})
+        for file in (path, opening.log_of(path)):  # as a kill leaves them
+            shutil.copy(file, tmp_path / file.name.replace("m.", "copy."))
+    _add_a_version(monkeypatch, "CREATE TABLE later (x BIGINT);")
+    with store.open_store(copy, read_only=True, is_others=True) as opened:
+        assert store.load_synonyms(opened) == {"jog": "run"}
+        assert not opened.lacked_log
+    opening.log_of(copy).unlink()
+    with store.open_store(copy, read_only=True, is_others=True) as opened:
+        assert opened.lacked_log
 
 
 def test_an_older_file_that_cannot_be_written_is_told_so(
