@@ -180,20 +180,18 @@ def test_words_are_kept_and_captures_added_while_a_scene_is_made(
     client = serve(learned_copy)
     drawn = 'diagram "Two"\ngrammar basketball\nattack A1 at 0 7\n1 shoot A1\n'
     scene = post(client, "/api/scenes", {"text": drawn, "rounds": 10_000, "chains": 1})
+    second = post(client, "/api/scenes", {"text": drawn})
+    reached(client, second, "waits for: scene of Two")
     reached(client, scene, "sampling")
-    body = {"captures": ["ana/bow_1"], "words": "bow deeply"}
-    post(client, "/api/captures/words", body)
+    post(client, "/api/captures/words", {"captures": ["ana/bow_1"], "words": "bow deeply"})
+    assert get(client, f"/api/jobs/{scene['id']}")["state"] == "running"
     new = (samples_folder / "ana" / "walk_1.bvh").read_bytes() + b"\n"
     upload = uploaded(client, ("new/walk.bvh", new))
     learning = post(client, "/api/learn", {})
     adding = post(client, "/api/add", {"upload": upload})
-    second = post(client, "/api/scenes", {"text": drawn})
     reached(client, adding, "waits for: learn")
-    reached(client, second, "waits for: scene of Two")
     client.delete(f"/api/jobs/{learning['id']}")
     assert ended(client, adding)["result"]["added"] == 1
-    client.delete(f"/api/jobs/{second['id']}")
-    assert client.delete(f"/api/jobs/{scene['id']}").json()["what"].startswith("sampling")
 
 
 def test_a_worker_that_dies_is_told(tmp_path: Path) -> None:
