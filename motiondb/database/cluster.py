@@ -31,6 +31,7 @@ import numpy as np
 
 from motiondb.database.arguments import checked
 from motiondb.errors import ClusterError
+from motiondb.files.safe_files import open_file
 from motiondb.symbols.hmm_jobs import one_blas_thread
 from motiondb.workers import PIECES_EACH, within
 
@@ -462,7 +463,8 @@ def _code_digest() -> str:
     rooms = [room for room in package.iterdir() if room.is_dir() and room.name != "page"]
     modules = [*package.glob("*.py"), *(path for room in rooms for path in room.rglob("*.py"))]
     for path in sorted(modules):
-        code = path.read_bytes().replace(b"\r\n", b"\n")  # as a checkout on Windows has it
+        with open_file(path) as file:
+            code = file.read().replace(b"\r\n", b"\n")  # as a checkout on Windows has it
         digest.update(f"{path.relative_to(package).as_posix()} {len(code)} ".encode() + code)
     return digest.hexdigest()[:12]
 

@@ -157,7 +157,7 @@ def _to_open(address: str, settings: PageSettings, folder: Path) -> str:
         return address
     page = folder / "open.html"
     page.touch(mode=0o600)
-    page.write_text(f'<meta http-equiv="refresh" content="0; url={address}">')
+    page.write_text(f'<meta http-equiv="refresh" content="0; url={address}">', "utf-8")
     return page.as_uri()
 
 
