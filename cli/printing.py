@@ -170,7 +170,7 @@ def cluster(address: str | None) -> Iterator[motiondb.Cluster | None]:
     if address is None:
         yield None
         return
-    with motiondb.Cluster(address) as workers:
+    with motiondb.Cluster(address, note) as workers:
         if workers.warning:
             warn(f"warning: {workers.warning}")
         page = f"; progress of its work: {workers.dashboard}" if workers.dashboard else ""

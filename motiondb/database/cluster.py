@@ -8,20 +8,21 @@ before.
 
 from __future__ import annotations
 
+import hashlib
 import ipaddress
 import math
 import sys
+import time
 import warnings
 import weakref
 from collections import Counter, deque
-from collections.abc import Callable, Iterable, Iterator
-from concurrent import futures
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from importlib.metadata import version
-from threading import Thread
+from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from uuid import uuid4
@@ -30,8 +31,9 @@ import numpy as np
 
 from motiondb.database.arguments import checked
 from motiondb.errors import ClusterError
+from motiondb.files.safe_files import open_file
 from motiondb.symbols.hmm_jobs import one_blas_thread
-from motiondb.workers import PIECES_EACH
+from motiondb.workers import PIECES_EACH, within
 
 if TYPE_CHECKING:
     from distributed import Client, Future, LocalCluster
@@ -42,7 +44,8 @@ Result = TypeVar("Result")
 LOCAL = "local"  # Address that means processes of this machine, for as long as the command runs
 WAIT = 30.0  # Seconds to wait for the scheduler and for its first worker
 _ATTEMPTS = 4  # How often a piece is sent whose data or worker were lost
-_LOST = 3.0  # Seconds without an answer after which the scheduler is asked whether it is there
+_LOST = 3.0  # Seconds without an answer after which the scheduler is asked who works on it
+_ALONE = 300.0  # Seconds to wait for a worker where the last one has gone
 _LEAST = 0.1  # Seconds of work of a piece: handing one out takes about .005 s
 _SMALL = 100_000  # Bytes up to which an object is sent with every piece
 _NEEDED = (
@@ -67,7 +70,8 @@ class Bounds(Generic[Piece, Result]):
     """What is done with a piece that ends the process of its worker, or takes too long."""
 
     seconds: Callable[[Piece], float]  # How long a piece may take
-    instead: Callable[[Piece], Result]  # Its result where it takes longer, or ends its worker
+    slow: Callable[[Piece], Result]  # Its result where it takes longer
+    ended: Callable[[Piece], Result]  # Its result where it ends several workers
 
 
 class Cluster:
@@ -82,6 +86,8 @@ class Cluster:
         Address of dask's scheduler, such as "tcp://10.0.0.5:8786" or "tls://10.0.0.5:8786" (keys
         and certificates by dask's own configuration, ``distributed.comm.tls``); "local": one
         process for each core of this machine, which end with the block.
+    tell : callable, optional
+        Called with a sentence where there is no worker left, and the work waits for one.
 
     Raises
     ------
@@ -89,9 +95,11 @@ class Cluster:
         When dask is not installed, no scheduler or worker answers, or a worker has other versions.
     """
 
+    _answered: Future | None = None
+
     @checked
-    def __init__(self, address: str) -> None:
-        self.address = address
+    def __init__(self, address: str, tell: Callable[[str], None] | None = None) -> None:
+        self.address, self._tell = address, tell
         self._started: LocalCluster | None = None
         self._kept: dict[int, _Kept] = {}
         self._n_sent = 0  # Objects that were sent to be kept
@@ -117,7 +125,7 @@ class Cluster:
                     threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
                 )
             place = self._started or self.address
-            return _within(2 * WAIT, lambda: Client(place, timeout=WAIT, set_as_default=False))
+            return within(2 * WAIT, lambda: Client(place, timeout=WAIT, set_as_default=False))
         except Exception as error:  # another program's answers make dask raise many kinds
             raise ClusterError(
                 f"{self.address}: expected the address of dask's scheduler, such as "
@@ -160,6 +168,14 @@ class Cluster:
             return max(1, sum(self._client.nthreads().values()))
         except _ENDED as error:
             raise self._gone(_first_line(error)) from None
+
+    @property
+    def answered_by(self) -> str:
+        """Address of the worker that gave the last result of :meth:`map`; the cluster's if lost."""
+        with suppress(Exception):
+            ((worker, *_),) = self._client.who_has([self._answered]).values()
+            return str(worker)
+        return self.address
 
     def n_pieces(self, seconds: float = math.inf) -> int:
         """Number of pieces into which work of about so many seconds of one processor is divided.
@@ -220,7 +236,8 @@ class Cluster:
         Raises
         ------
         ClusterError
-            When the scheduler goes away, or workers end again and again.
+            When the scheduler goes away, workers end again and again, or the last one has gone and
+            none comes.
         """
         job = _Job(work, shared, bounds)
         running, ahead = deque[tuple[Piece, Any]](), self.n_pieces()
@@ -272,17 +289,28 @@ class Cluster:
             with warnings.catch_warnings():  # of its size: the scheduler keeps it, so that it can
                 warnings.simplefilter("ignore")  # be sent again where it was lost with a worker
                 future = self._client.submit(
-                    _itself, what, pure=False, workers=worker, allow_other_workers=True
+                    _itself,
+                    what,
+                    pure=False,
+                    workers=worker,
+                    allow_other_workers=worker is not None,
                 )
             self._kept[place] = _Kept(future, worker, is_part)
             weakref.finalize(what, self._kept.pop, place, None).atexit = False
         return self._kept[place]
 
-    def _next_worker(self, is_part: bool) -> str:
-        """Address of the worker that keeps the fewest objects of a kind for each of its threads."""
+    def _next_worker(self, is_part: bool) -> str | None:
+        """Address of the worker that keeps the fewest objects of a kind for each of its threads.
+
+        None where no worker is left.
+        """
         n_threads = self._client.nthreads()
         kept = Counter(each.worker for each in self._kept.values() if each.is_part == is_part)
-        return min(sorted(n_threads), key=lambda worker: kept[worker] / max(n_threads[worker], 1))
+        return min(
+            sorted(n_threads),
+            key=lambda worker: kept[worker] / max(n_threads[worker], 1),
+            default=None,
+        )
 
     def _result(self, job: _Job[Result], piece: object, future: Future) -> Result:
         """The result of a piece, which is handed out again where its data were lost."""
@@ -295,12 +323,13 @@ class Cluster:
             try:
                 if not self._finished(future, job.bounds, piece):
                     assert job.bounds is not None
-                    return job.bounds.instead(piece)
+                    return job.bounds.slow(piece)
                 result: Result = future.result()
+                self._answered = future
                 return result
             except KilledWorker as error:
                 if job.bounds is not None:
-                    return job.bounds.instead(piece)
+                    return job.bounds.ended(piece)
                 raise ClusterError(
                     f"{self.address}: expected workers that stay, found that several ended with "
                     f"the same piece of work ({_first_line(error)}). Look at their logs; give them "
@@ -319,9 +348,14 @@ class Cluster:
                 self._kept.pop(place, None)
 
     def _finished(self, future: Future, bounds: Bounds[Any, Any] | None, piece: object) -> bool:
-        """Wait for a piece; False if it took too long, and its worker is started anew."""
+        """Wait for a piece; False if it took too long, and its worker is started anew.
+
+        Only the time counts in which a worker had it.
+        """
         left = float("inf") if bounds is None else 2 * bounds.seconds(piece)  # it may have to queue
+        alone = 0.0
         while not future.done():
+            began = time.monotonic()
             try:
                 future.result(timeout=min(_LOST, left))
             except TimeoutError:
@@ -330,11 +364,33 @@ class Cluster:
             except Exception:
                 break  # it will be raised again
             self._check_there()
-            left -= _LOST
+            at_work = self._at_work()
+            taken = time.monotonic() - began
+            alone = 0.0 if at_work else self._left_alone(alone, taken)
+            left -= taken * any(future.key in keys for keys in at_work.values())
             if left <= 0 and not future.done():
                 self._end(future)
                 return False
         return True
+
+    def _at_work(self) -> Mapping[str, Iterable[object]]:
+        """The workers, with the pieces that each has."""
+        try:
+            return within(WAIT, self._client.processing)
+        except _ENDED as error:
+            raise self._gone(_first_line(error)) from None
+
+    def _left_alone(self, before: float, seconds: float) -> float:
+        """Seconds without a worker so far; at first this is said, after :data:`_ALONE` an error."""
+        if not before and self._tell is not None:
+            self._tell(f"{self.address}: no worker left, waiting for one")
+        if before + seconds < _ALONE:
+            return before + seconds
+        raise ClusterError(
+            f"{self.address}: expected workers until the work is done, found none left, and none "
+            f"that came in {_ALONE:g} s. What was not saved is as before; start some (dask worker "
+            f"{self.address}) and the command again."
+        )
 
     def _end(self, future: Future) -> None:
         """Give up a piece, and start its worker anew, which cannot interrupt it."""
@@ -380,7 +436,7 @@ class _Kept:
     """An object that a worker keeps."""
 
     future: Future
-    worker: str  # Its address
+    worker: str | None  # Its address; None: any
     is_part: bool  # Whether it is of a piece, not of what pieces share
 
 
@@ -393,31 +449,24 @@ class _Job(Generic[Result]):
     bounds: Bounds[Any, Result] | None
 
 
-def _within(seconds: float, made: Callable[[], Result]) -> Result:
-    """What a call gives, or TimeoutError after some seconds; the call is left behind then.
-
-    Dask has no limit of its own for a program that takes its connection and says nothing.
-    """
-    done: futures.Future[Result] = futures.Future()
-
-    def call() -> None:
-        try:
-            done.set_result(made())
-        except BaseException as error:
-            done.set_exception(error)
-
-    Thread(target=call, daemon=True).start()
-    try:
-        return done.result(seconds)
-    except TimeoutError as error:
-        raise TimeoutError(str(error) or f"nothing in {seconds:g} s") from None
-
-
 @cache
 def versions() -> dict[str, str]:
     """Versions on which answers depend, of this process."""
     python = ".".join(map(str, sys.version_info[:2]))
-    return {"Python": python, **{name: version(name) for name in _SAME}}
+    found = {"Python": python, **{name: version(name) for name in _SAME}}
+    return found | {"code of motiondb": _code_digest()}
+
+
+def _code_digest() -> str:
+    """Digest of the installed modules, but those of the page: versions do not tell checkouts."""
+    package, digest = Path(__file__).parents[1], hashlib.sha256()
+    rooms = [room for room in package.iterdir() if room.is_dir() and room.name != "page"]
+    modules = [*package.glob("*.py"), *(path for room in rooms for path in room.rglob("*.py"))]
+    for path in sorted(modules):
+        with open_file(path) as file:
+            code = file.read().replace(b"\r\n", b"\n")  # as a checkout on Windows has it
+        digest.update(f"{path.relative_to(package).as_posix()} {len(code)} ".encode() + code)
+    return digest.hexdigest()[:12]
 
 
 @cache

@@ -29,7 +29,7 @@ from motiondb.learn.recognition import FeaturePool, describe_segments, recognise
 from motiondb.meaning.counting import capture_rows, join_tables, take_rows
 from motiondb.meaning.word_evidence import WhenAsked
 from motiondb.records import Float32Array, Motion, SegmentTable
-from motiondb.workers import HERE, Workers, runs
+from motiondb.workers import HERE, Workers, is_array, runs, trusted
 
 TABLE = "words.table"  # The shipped table of nearby words
 FEATURE_SECONDS = 1e-5  # Time of one processor for a frame; decides only how work is divided
@@ -198,7 +198,17 @@ def make_features(motions: Sequence[Motion]) -> list[FeaturesMade]:
 def _made_by(workers: Workers, motions: Sequence[Motion]) -> list[FeaturesMade]:
     """As :func:`make_features`, by workers."""
     pieces = runs(motions, workers.n_pieces(FEATURE_SECONDS * sum(m.n_frames for m in motions)))
-    return [made for part in workers.map(make_features, pieces) for made in part]
+    parts = trusted(workers, _are_features, make_features, pieces)
+    return [made for _, part in parts for made in part]
+
+
+def _are_features(found: Sequence[FeaturesMade], motions: Sequence[Motion]) -> bool:
+    """Whether features and lengths can be those of motions."""
+    return all(
+        is_array(features, (-(-motion.n_frames // FEATURE_STEP), N_FEATURES))
+        and length == motion.n_frames
+        for (features, length), motion in zip(found, motions, strict=True)
+    )
 
 
 def _with_generated(opened: store.Store, learned: Learned) -> Learned:

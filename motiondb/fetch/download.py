@@ -7,7 +7,8 @@ that sends the whole file again is believed.
 
 A server may send without end, or so slowly that there is none. So a :class:`Download` counts the
 bytes and the seconds of all its files together, and ends at its limits, or where bytes come at less
-than :data:`SLOWEST` a second. A head that comes byte by byte is bounded by these limits alone.
+than :data:`SLOWEST` a second. The head of an answer must be there within one time-out, and each
+piece of its body after it: a time-out of a socket would begin anew with every byte.
 """
 
 from __future__ import annotations
@@ -17,8 +18,9 @@ import os
 import re
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -26,6 +28,7 @@ import requests
 from urllib3.exceptions import HTTPError, IncompleteRead, ProtocolError
 
 from motiondb.errors import MotionDBError, QueryError
+from motiondb.workers import within
 
 _CHUNK = 1 << 16  # Bytes that are written at once
 SLOWEST = 500.0  # Bytes a second, over one time-out, below which a server is given up
@@ -153,7 +156,7 @@ class Download:
         total = _total(answer, have)
         _check_size(url, total or 0, most)
         since, before = time.monotonic(), have
-        while chunk := _next_bytes(answer):
+        while chunk := self._next_bytes(answer):
             yield chunk  # it is written before a limit ends the download
             have += len(chunk)
             self._spend(url, len(chunk))
@@ -187,14 +190,15 @@ class Download:
                 )
             fruitless = 0 if progress() > before else fruitless + 1
             if fruitless >= self.attempts:
+                self._spend(url, 0)
                 raise fault
             time.sleep(2.0 ** max(fruitless - 1, 0))
 
     def _ask(self, url: str, start: int) -> requests.Response:
         """Ask for the bytes from ``start`` on; refusals of the server are raised."""
-        seconds = min(self.timeout, max(self.end - time.monotonic(), 0.01))
         headers = {"Range": f"bytes={start}-"} if start else {}
-        answer = self.session.get(url, headers=headers, timeout=seconds, stream=True)
+        get = partial(self.session.get, url, headers=headers, timeout=self._patience, stream=True)
+        answer = within(self._patience, get)
         status = answer.status_code
         if status < 400 or (status == 416 and start):
             return answer
@@ -206,6 +210,28 @@ class Download:
             f"{answer.reason}). Try again later."
         )
         raise _PassingError(fault) if status in _PASSING else fault
+
+    @property
+    def _patience(self) -> float:
+        """Seconds to wait for the next sign of the server."""
+        return min(self.timeout, max(self.end - time.monotonic(), 0.01))
+
+    def _next_bytes(self, answer: requests.Response) -> bytes:
+        """Bytes that have arrived, b"" at the end.
+
+        ``iter_content`` waits until a whole block is there, and loses it when the rest does not
+        come.
+        """
+        try:
+            return within(self._patience, lambda: bytes(answer.raw.read1(_CHUNK)))
+        except TimeoutError:
+            with suppress(OSError):
+                answer.raw.shutdown()  # ends the reading that was left behind
+            raise
+        except ProtocolError as error:
+            if not isinstance(error.__cause__, IncompleteRead):
+                raise
+            return b""  # the end came early, which is found by the length
 
     def _spend(self, url: str, n_bytes: int) -> None:
         """Count bytes that came; end the download at its limits."""
@@ -221,19 +247,6 @@ class Download:
                 f"{url}: expected at most {self.limits.total_bytes} bytes in all, found more. "
                 "Fetch fewer subjects at once; downloaded files are kept."
             )
-
-
-def _next_bytes(answer: requests.Response) -> bytes:
-    """Bytes that have arrived, b"" at the end.
-
-    ``iter_content`` waits until a whole block is there, and loses it when the rest does not come.
-    """
-    try:
-        return bytes(answer.raw.read1(_CHUNK))
-    except ProtocolError as error:
-        if not isinstance(error.__cause__, IncompleteRead):
-            raise
-        return b""  # the end came early, which is found by the length
 
 
 def _begins_at(answer: requests.Response, have: int) -> bool:

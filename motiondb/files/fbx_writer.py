@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import os
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -31,9 +31,21 @@ _SECONDS = 600.0  # More than an hour of motion takes
 _SCRIPT = Path(__file__).with_name("blender_fbx.py")
 
 
+def find_program(name: str) -> str | None:
+    """Return where a program lies on the PATH.
+
+    Unlike ``shutil.which`` it is never one of the working folder, where that looks first on
+    Windows: a folder of captures from elsewhere may hold a program, too.
+    """
+    ends = os.environ.get("PATHEXT", "").split(os.pathsep) if sys.platform == "win32" else [""]
+    folders = map(Path, os.environ.get("PATH", os.defpath).split(os.pathsep))
+    found = (each / f"{name}{end}" for each in folders if each.is_absolute() for end in ends)
+    return next((str(path) for path in found if path.is_file() and os.access(path, os.X_OK)), None)
+
+
 def find_blender() -> list[str]:
     """Return the command that runs a script in Blender; empty if it is not installed."""
-    program = shutil.which("blender")
+    program = find_program("blender")
     if program is not None:
         how = ["--background", "--factory-startup", "--python-exit-code", "1", "--python"]
         return [program, *how, str(_SCRIPT)]

@@ -26,7 +26,8 @@ from motiondb.records import (
     SegmentTable,
 )
 from motiondb.symbols.settings import AcquisitionSettings, SegmentationSettings
-from motiondb.symbols.spread import Captures, Frames, as_spread, frames_of
+from motiondb.symbols.spread import Captures, Frames, are_segments, as_spread, frames_of
+from motiondb.workers import trusted
 
 if TYPE_CHECKING:  # compiled code, which a search does without
     from motiondb.symbols.acquisition import Acquired, Cutting
@@ -107,11 +108,16 @@ def acquire_symbols(
 
     held = as_spread(frames)
     pieces = held.captures(pool.bounds, FIRST_CUT_SECONDS)
-    cuts = held.workers.map(_first_cuts, pieces, settings.first_cut)
-    parts = np.array([part for of_piece in cuts for part in of_piece], dtype=np.int64)
+    cuts = trusted(held.workers, _are_cuts, _first_cuts, pieces, settings.first_cut)
+    parts = np.array([part for _, of_piece in cuts for part in of_piece], dtype=np.int64)
     starts, ends = parts.reshape(-1, 2).T
     chosen = replace(settings.acquisition, n_symbols=settings.n_symbols)
     return acquisition.acquire(held, pool.bounds, starts, ends, rng, chosen, tell)
+
+
+def _are_cuts(found: list[tuple[int, int]], piece: Captures, _: object) -> bool:
+    """Whether segments can be those of some captures."""
+    return are_segments(np.array(found, dtype=np.int64).reshape(-1, 2).T, piece)
 
 
 def _first_cuts(piece: Captures, settings: SegmentationSettings) -> list[tuple[int, int]]:

@@ -145,8 +145,10 @@ def in_memory(rows: Rows, dtype: DTypeLike = np.float64) -> NDArray[Any]:
 def times(rows: NDArray[Any], matrix: NDArray[Any], at_once: int = ROWS_AT_ONCE) -> NDArray[Any]:
     """``rows @ matrix``, where a row's product does not depend on the other rows.
 
-    The last bits of a product depend on its shape. Here all have one, in which they are the same
-    wherever a row stands: measured, with multiples of 24 rows on the processors at hand.
+    The last bits of a product depend on its shape, and in single precision on where in it a row
+    stands (OpenBLAS on AMD). So all products have one shape, and are of double precision, in which
+    a row has the same one wherever it stands: measured, with multiples of 24 rows and 60 to 657
+    columns, on all kernels of OpenBLAS for processors with AVX (docs/decisions/bits.md).
 
     Shapes: `rows` (n, columns), or (columns,) for one; `matrix` (columns, m).
 
@@ -155,10 +157,11 @@ def times(rows: NDArray[Any], matrix: NDArray[Any], at_once: int = ROWS_AT_ONCE)
     if rows.ndim == 1:
         return np.asarray(rows @ matrix)
     found = np.empty((len(rows), matrix.shape[1]), np.result_type(rows, matrix))
+    matrix = matrix.astype(np.float64, copy=False)
     for first in range(0, len(rows), at_once):
-        some = rows[first : first + at_once]
+        some = rows[first : first + at_once].astype(np.float64, copy=False)
         if (n := len(some)) < at_once:
-            some = np.concatenate([some, np.zeros((at_once - n, some.shape[1]), some.dtype)])
+            some = np.concatenate([some, np.zeros((at_once - n, some.shape[1]))])
         found[first : first + n] = (some @ matrix)[:n]
     return found
 

@@ -74,7 +74,8 @@ class Guard:
             check_origin(scope, headers)
             request = Request(scope)
             if _is_first_visit(request, self._settings):
-                await _keep_token(self._settings.token)(scope, receive, guarded)
+                is_own = headers.get("sec-fetch-site", "none") in _OWN
+                await _keep_token(self._settings.token, is_own)(scope, receive, guarded)
                 return
             check_token(request, self._settings)
             check_content(scope, headers)
@@ -208,9 +209,14 @@ def _is_first_visit(request: Request, settings: PageSettings) -> bool:
     return _is_token(request.query_params.get("token", ""), settings)
 
 
-def _keep_token(token: str) -> Response:
-    """Return the answer that stores the token in a cookie and redirects to the page without it."""
-    answer = Response(status_code=303, headers={"Location": "/"})
+def _keep_token(token: str, is_own: bool) -> Response:
+    """Return the answer that stores the token in a cookie and leads to the page without it.
+
+    `is_own`: Whether the user gave the address. Where a file led to it, the cookie would not go
+    along with a redirection; it goes with what this answer asks for.
+    """
+    how = (303, {"Location": "/"}) if is_own else (200, {"Refresh": "0; url=/"})
+    answer = Response(status_code=how[0], headers=how[1])
     answer.set_cookie(COOKIE, token, httponly=True, samesite="strict", path="/")
     return answer
 

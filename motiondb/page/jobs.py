@@ -1,9 +1,11 @@
 """Long work: each job runs in a separate process, which can be cancelled.
 
 A worker (:mod:`motiondb.page.worker`) reads commands, one JSON object a line, and writes
-events in the same form. Adding, learning and grammars get a new worker each. Scenes share one
-worker that stays alive, so that its clips and compiled code are already loaded when the user drags
-a player. Ending a worker is always safe: the database saves a change completely or not at all.
+events in the same form. Adding, learning and grammars get a new worker each, one after the other:
+each changes what the next one reads. Scenes share one worker that stays alive, so that its clips
+and compiled code are already loaded when the user drags a player. A job that waits for another says
+so, and none holds the file while it computes. Ending a worker is always safe: the database saves a
+change completely or not at all.
 """
 
 from __future__ import annotations
@@ -67,6 +69,7 @@ _STEPS: dict[str, dict[str, float]] = {
 }
 _BY_TURNS = ("add",)  # Kinds whose steps go on by turns, batch after batch
 LEAST_SECONDS, LEAST_SHARE = 3.0, 0.08  # Before this, the time that is left is not told
+_PAUSE = 0.1  # Seconds between two looks at the job that one waits for
 _PATIENCE = 5.0  # Seconds after which a worker that was asked to end is killed
 
 
@@ -202,11 +205,18 @@ class Job:
         self.preview = ref
         self.version += 1
 
+    def wait_for(self, other: str) -> None:
+        """Record the title of the job that this one waits for, and wait a moment."""
+        if self.what != (what := f"waits for: {other}"):
+            self.what = what
+            self.version += 1
+        time.sleep(_PAUSE)
+
     def begin(self) -> bool:
         """Record that the work begins; False if the job is over, as one that was cancelled is."""
         with self._lock:
             if not self.is_over:
-                self.state = RUNNING
+                self.state, self.what = RUNNING, ""
                 self.version += 1
             return not self.is_over
 
@@ -311,14 +321,25 @@ class Jobs:
         with self._lock:
             self._jobs[job.job_id] = job
             self._forget()
-        follow = self._run_scene if kind in SCENE_KINDS else self._run_alone
-        threading.Thread(target=follow, args=(job, dict(parameters)), daemon=True).start()
+        threading.Thread(target=self._follow, args=(job, dict(parameters)), daemon=True).start()
         return job
 
+    def _follow(self, job: Job, parameters: Mapping[str, Any]) -> None:
+        """Run a job after those of its kind that were started before it."""
+        is_scene = job.kind in SCENE_KINDS
+        while not (job.is_over or self._closed):
+            left = [each for each in reversed(self.all()) if not each.is_over]
+            first = next((each for each in left if (each.kind in SCENE_KINDS) == is_scene), job)
+            if first is job:
+                (self._run_scene if is_scene else self._run_alone)(job, parameters)
+                return
+            job.wait_for(first.title)
+
     def ask_scene_worker(self, kind: str, title: str, parameters: Mapping[str, Any]) -> Any:  # noqa: ANN401
-        """Run a short job in the worker of scenes, and return its result."""
-        job = Job(kind, title)
-        self._run_scene(job, parameters)
+        """Run a short job in the worker of scenes, or alone if that is busy; its result."""
+        job, worker = Job(kind, title), self._scene_worker
+        is_busy = worker is not None and worker.turn.locked()
+        (self._run_alone if is_busy else self._run_scene)(job, parameters)
         if job.state != DONE:
             status = 503 if job.error_kind == "HeldError" else 400
             raise PageError(job.message or "cancelled", status, job.error_kind or "WorkerError")

@@ -148,6 +148,19 @@ def address_of(settings: PageSettings, port: int) -> str:
     return f"http://{host}:{port}/" + (f"?token={settings.token}" if settings.token else "")
 
 
+def _to_open(address: str, settings: PageSettings, folder: Path) -> str:
+    """Return what a browser is started with: the address, or a file of this user that leads to it.
+
+    All users of a computer can see the arguments of its processes, and must not see the token.
+    """
+    if not settings.token:
+        return address
+    page = folder / "open.html"
+    page.touch(mode=0o600)
+    page.write_text(f'<meta http-equiv="refresh" content="0; url={address}">', "utf-8")
+    return page.as_uri()
+
+
 def serve(
     settings: PageSettings,
     announce: Callable[[str], None],
@@ -209,6 +222,7 @@ def serve(
         listening.listen(128)
         announce(address)
         if open_browser and is_built():
-            threading.Timer(0.5, webbrowser.open, [address]).start()
+            shown = _to_open(address, settings, folder)
+            threading.Timer(0.5, webbrowser.open, [shown]).start()
         server = uvicorn.Server(config)
         server.run(sockets=[listening])

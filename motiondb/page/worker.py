@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from motiondb.scene.polish.polish import PolishedScene
     from motiondb.store import StoredScene
 
-WAIT = 60.0  # Seconds to wait for a process that holds the database
+WAIT = 300.0  # Seconds to wait for a process that holds the database
 EVERY = 0.05  # Seconds between two events of one step
 Parameters = Mapping[str, Any]
 SCENE_FILE = "scene.pickle"

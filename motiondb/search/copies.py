@@ -41,7 +41,7 @@ from motiondb.search.copy_outlines import (
     mirror_outline,
     outline,
 )
-from motiondb.workers import HERE, Workers
+from motiondb.workers import HERE, Workers, is_array, trusted
 
 PosesOf = Callable[[int], Float32Array]
 
@@ -162,10 +162,22 @@ def _likely(library: Library, places: Sequence[int], keys: Keys, workers: Worker
             for boxes in _boxes_of(library, some, first, in_space=len(keys.queries) >= MANY)
             for part in keys.parts(n_pieces)
         )
-        found += workers.map(likely_places, pieces, SLACK)
+        parts = trusted(workers, _are_places, likely_places, pieces, SLACK)
+        found += [part for _, part in parts]
         first += sum(int(library.sizes[takes].sum()) for takes in some)
     likely = np.concatenate(found)
     return likely[np.lexsort((likely[:, 1], likely[:, 0]))]
+
+
+def _are_places(found: IntArray, piece: tuple[Boxes, Keys], _: object) -> bool:
+    """Whether places can be those of some queries in some boxes."""
+    outlines, keys = piece[0].outlines, piece[1]
+    frames = found[:, 1] - outlines.first
+    return (
+        is_array(found, (None, 2), "i")
+        and bool(np.isin(found[:, 0], keys.queries).all())
+        and bool(((frames >= 0) & (frames < len(outlines.limbs))).all())
+    )
 
 
 def _groups(library: Library, places: Sequence[int]) -> list[list[int]]:

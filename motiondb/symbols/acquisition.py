@@ -33,7 +33,8 @@ from motiondb.symbols import hmm
 from motiondb.symbols.hmm_jobs import CUT_SECONDS
 from motiondb.symbols.network import segment_by_symbols
 from motiondb.symbols.settings import AcquisitionSettings, RecutSettings
-from motiondb.symbols.spread import Captures, Frames, Spread, as_spread, frames_of
+from motiondb.symbols.spread import Captures, Frames, Spread, are_segments, as_spread, frames_of
+from motiondb.workers import trusted
 
 Progress = Callable[[str, float], None]
 
@@ -246,11 +247,19 @@ def recut(
     held = as_spread(frames)
     pieces = held.captures(bounds, CUT_SECONDS * symbols.means.size)
     cost, shortest = settings.switch_cost, settings.shortest
-    paths = list(held.workers.map(_cut_captures, pieces, symbols, cost, shortest))
+    cuts = trusted(held.workers, _are_cuts, _cut_captures, pieces, symbols, cost, shortest)
+    paths = [path for _, path in cuts]
     return Cutting(*np.concatenate(paths, axis=1)) if paths else Cutting(*_NO_PATH)
 
 
 _NO_PATH = np.zeros((3, 0), dtype=np.int64)
+
+
+def _are_cuts(path: IntArray, piece: Captures, symbols: MotionSymbols, *_: object) -> bool:
+    """Whether segments can be those of captures."""
+    starts, ends, winners = path
+    are_known = bool(np.isin(winners, np.arange(symbols.n_symbols)).all())
+    return are_known and are_segments(np.stack([starts, ends]), piece)
 
 
 def _cut_captures(

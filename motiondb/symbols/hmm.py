@@ -49,7 +49,7 @@ from motiondb.symbols.hmm_jobs import (
 )
 from motiondb.symbols.hmm_kernels import check_symbols, log_density_blocks, log_symbols
 from motiondb.symbols.spread import Frames, Part, Spread, as_spread
-from motiondb.workers import runs
+from motiondb.workers import is_array, runs, trusted
 
 SELF_LOOP_BOUNDS = (0.01, 0.999)
 """EM keeps self-loops in these bounds, so that a state can be left and can be repeated. By hand."""
@@ -147,13 +147,28 @@ def _expectations(
         for part, own in frames.of_parts(segments[:, 0])
         for share in shares(work[own], segments[own, 2], n_pieces)
     ]
-    results = frames.workers.map(_expect, pieces, symbols, must_exit)
-    for (_, some), (own, likelihoods) in zip(pieces, results):
+    results = trusted(frames.workers, _are_expectations, _expect, pieces, symbols, must_exit)
+    for (_, some), (own, likelihoods) in results:
         which = slice(int(some[0, 2]), int(some[-1, 2]) + 1)
         for total, part in zip(statistics, own):
             total[which] += part
         log_likelihoods[some[:, 3]] = likelihoods
     return statistics, log_likelihoods
+
+
+def _are_expectations(
+    found: tuple[kernels.Statistics, FloatArray],
+    piece: tuple[Part, IntArray],
+    symbols: MotionSymbols,
+    _: object,
+) -> bool:
+    """Whether statistics and likelihoods can be those of some segments."""
+    (statistics, likelihoods), segments = found, piece[1]
+    n_symbols = int(segments[-1, 2] - segments[0, 2]) + 1
+    return is_array(likelihoods, (len(segments),)) and all(
+        is_array(each, (n_symbols, *none.shape[1:]))
+        for each, none in zip(statistics, _no_statistics(symbols), strict=True)
+    )
 
 
 def _expect(
@@ -256,19 +271,31 @@ def score(
         for part, own in held.of_parts(starts)
         for blocks in runs(list(frame_blocks(starts, ends, own)), n_pieces)
     ]
-    for rows, some in held.workers.map(_score_blocks, pieces, symbols, exit):
-        scores[rows] = some
+    results = trusted(held.workers, _are_scores, _score_blocks, pieces, symbols, exit)
+    for (_, blocks), some in results:
+        scores[_rows_of(blocks)] = some
     return scores
+
+
+def _rows_of(blocks: Sequence[Block]) -> IntArray:
+    """Numbers of the segments of blocks of frames."""
+    return np.concatenate([intervals[:, 2] for _, _, intervals in blocks])
+
+
+def _are_scores(
+    found: Float32Array, piece: tuple[Part, Sequence[Block]], symbols: MotionSymbols, _: object
+) -> bool:
+    """Whether scores can be those of the segments of blocks."""
+    return is_array(found, (len(_rows_of(piece[1])), symbols.n_symbols))
 
 
 def _score_blocks(
     piece: tuple[Part, Sequence[Block]], symbols: MotionSymbols, must_exit: bool
-) -> tuple[IntArray, Float32Array]:
-    """Rows and scores of the segments of some blocks of frames: (rows,), (rows, symbols)."""
+) -> Float32Array:
+    """Scores of the segments of some blocks of frames: array (segments, symbols)."""
     part, blocks = piece
     prepared = log_symbols(symbols)
-    rows = np.concatenate([intervals[:, 2] for _, _, intervals in blocks])
-    scores = np.empty((len(rows), symbols.n_symbols), dtype=np.float32)
+    scores = np.empty((len(_rows_of(blocks)), symbols.n_symbols), dtype=np.float32)
     done = 0
     for low, high, intervals in blocks:
         own = np.column_stack([intervals[:, :2], done + np.arange(len(intervals))])
@@ -276,7 +303,7 @@ def _score_blocks(
         for first, densities in log_density_blocks(symbols, frames):
             kernels.score_block(densities, first, prepared, must_exit, scores, own)
         done += len(intervals)
-    return rows, scores
+    return scores
 
 
 def viterbi(

@@ -16,7 +16,7 @@ from typing import TypeAlias
 import numpy as np
 
 from motiondb.records import Float32Array, FloatArray, IntArray
-from motiondb.workers import HERE, Workers, runs
+from motiondb.workers import HERE, Workers, is_array, runs
 
 PART_FRAMES = 2**17
 """Frames of a part (2.4 hours, 13 MB of 24 dimensions), unless one capture is longer. Sums run over
@@ -89,3 +89,16 @@ def frames_of(some: Captures) -> Iterator[tuple[int, FloatArray | Float32Array]]
     part, spans = some
     for low, high in spans:
         yield low, part.frames[low - part.first : high - part.first]
+
+
+def are_segments(found: IntArray, some: Captures) -> bool:
+    """Whether starts and ends (2, segments) tile some captures, and none reaches over two."""
+    firsts = [low for low, high in some[1] if low < high]
+    starts, ends = found
+    return (
+        is_array(found, (2, None), "i")
+        and bool((starts < ends).all())
+        and np.array_equal(starts[1:], ends[:-1])
+        and {*firsts} <= {*starts.tolist()}
+        and [*starts[:1], *ends[-1:]] == ([firsts[0], some[1][-1][1]] if firsts else [])
+    )

@@ -5,16 +5,17 @@ from __future__ import annotations
 import datetime
 import json
 import os
+import shutil
 import signal
 import socket
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
 from contextlib import closing, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -28,6 +29,8 @@ from distributed.comm import CommClosedError
 import motiondb
 from motiondb import Cluster, ClusterError, LearnSettings, Question
 from motiondb.database import asking_openers, cluster
+from motiondb.files.packed_files import Source
+from motiondb.records import Motion
 from motiondb.symbols import spread
 
 NOT_THE_SAME = ("run", "meta", "learning")  # Tables with times and random marks
@@ -193,6 +196,128 @@ def test_one_worker_and_eight_change_no_bit(some: Path, tmp_path: Path) -> None:
             assert made_by(workers, some, tmp_path / f"{n_workers}.duckdb") == alone
 
 
+class Liars(Cluster):
+    """Workers of another computer that answer something else than they computed."""
+
+    answered_by, n_workers = "tcp://w:1", 2  # type: ignore[assignment]
+
+    def __init__(self, changed: Callable[[Any], Any], of: str = "") -> None:
+        self._changed, self._of = changed, of
+
+    def n_pieces(self, _seconds: float = 0.0) -> int:
+        return 2
+
+    def map(self, work: Callable[..., Any], pieces: Iterable[Any], *shared: object, **_: object):
+        for piece in pieces:
+            found = work(piece, *shared)
+            yield self._changed(found) if work.__name__.strip("_").startswith(self._of) else found
+
+
+def moved(motion: Motion) -> Motion:
+    return replace(motion, root_positions=motion.root_positions + np.float32(1000.0))
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        lambda _: None,
+        lambda _: "a text",
+        lambda found: (*found, *found),
+        lambda found: tuple(replace(one, name="../../evil") for one in found),
+        lambda found: tuple(replace(one, motion=moved(one.motion)) for one in found),
+        lambda found: tuple(replace(one, n_frames=3) for one in found),
+        lambda found: tuple(replace(one, fps=1j) for one in found),
+        lambda found: tuple(replace(one, notes=(1,)) for one in found),
+        lambda found: tuple(replace(one, problem=1, motion=None) for one in found),
+    ],
+)
+def test_wrong_answers_of_workers_add_nothing(
+    changed: Callable[[Any], Any], some: Path, tmp_path: Path
+) -> None:
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        liars: Any = Liars(changed)
+        with pytest.raises(ClusterError, match=r"^tcp://w:1: expected an answer to read_loaded of"):
+            db.add(some, workers=liars)
+        assert db.captures() == []
+
+
+def test_bytes_and_digests_are_those_of_the_process_that_adds(some: Path, tmp_path: Path) -> None:
+    lie = Source("0" * 64, "bvh", "evil.bvh", b"other bytes")
+    liars: Any = Liars(lambda found: tuple(replace(r, source=lie) for r in found), "read_loaded")
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        assert len(db.add(some, workers=liars).added) == 4
+        assert db.check() == []
+        db.export("ana/bow_1", tmp_path / "back.bvh")
+    assert (tmp_path / "back.bvh").read_bytes() == (some / "ana" / "bow_1.bvh").read_bytes()
+
+
+@pytest.mark.usefixtures("divided")
+@pytest.mark.parametrize(
+    "of", ["make_features", "first_cuts", "cut_captures", "expect", "score_blocks"]
+)
+def test_wrong_answers_of_workers_teach_nothing(of: str, some: Path, tmp_path: Path) -> None:
+    def spoilt(found: Any) -> Any:
+        if isinstance(found, np.ndarray):
+            return found[..., :-1] if found.dtype.kind == "i" else found * np.float32(np.nan)
+        return type(found)(found[:-1]) if isinstance(found, list) else (found[0], None)
+
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(some)
+        for lie in (spoilt, lambda _: None):
+            liars: Any = Liars(lie, of)
+            shutil.rmtree(f"{tmp_path / 'm.duckdb'}.cache", ignore_errors=True)
+            with pytest.raises(ClusterError, match=f"^tcp://w:1: expected an answer to {of} of"):
+                db.learn(SETTINGS, workers=liars)
+        assert not db.is_learned()
+
+
+def test_without_a_worker_it_waits_says_so_and_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "_LOST", 0.1)
+    monkeypatch.setattr(cluster, "_ALONE", 0.5)
+    said, bounds = list[str](), cluster.Bounds(lambda _: 0.1, str, str)
+    with (
+        LocalCluster(
+            n_workers=1,
+            threads_per_worker=1,
+            processes=False,
+            dashboard_address="127.0.0.1:0",
+        ) as started,
+        Cluster(started.scheduler_address, said.append) as workers,
+    ):
+        assert list(workers.map(len, ["abc"])) == [3]
+        started.scale(0)
+        while workers._client.nthreads():
+            time.sleep(0.02)
+        for shared in ((), (np.zeros(20_000),)):
+            with pytest.raises(ClusterError, match=f"^{workers.address}: expected workers until"):
+                list(workers.map(len, ["abc"], *shared, bounds=bounds))  # it blames no piece
+    assert said == 2 * [f"{workers.address}: no worker left, waiting for one"]
+
+
+def test_the_time_of_a_piece_is_that_in_which_a_worker_has_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(cluster, "_LOST", 0.01)
+    asked = list[int]()
+
+    def result(timeout: float | None = None) -> int:
+        if timeout is None:
+            return 7
+        time.sleep(timeout)
+        raise TimeoutError
+
+    def processing() -> dict[str, list[str]]:
+        asked.append(1)
+        return {"tcp://w:1": []}  # it works on something else
+
+    future: Any = SimpleNamespace(done=lambda: len(asked) > 9, result=result, key="k")
+    workers = object.__new__(Cluster)
+    workers.address, workers._kept = "tcp://s:1", {}
+    workers._client = SimpleNamespace(status="running", processing=processing)
+    bounds = cluster.Bounds(lambda _: 0.01, lambda _: "too slow", str)
+    assert workers._result(cluster._Job(int, (), bounds), "piece", future) == 7
+
+
 def test_what_is_large_is_sent_once_and_forgotten_when_it_is_here() -> None:
     sent = list[object]()
 
@@ -352,6 +477,9 @@ def test_a_program_that_says_nothing_is_no_scheduler(monkeypatch: pytest.MonkeyP
 
 def test_another_version_is_refused() -> None:
     here = cluster.versions()
+    other = here | {"code of motiondb": "0" * 12}
+    with pytest.raises(ClusterError, match=r"^tcp://w:1: expected code of motiondb .{12} as here"):
+        cluster.check_versions("tcp://w:1", here, other)
     with pytest.raises(ClusterError, match=r"^tcp://w:1: expected numpy .* as here, found 1.0\."):
         cluster.check_versions("tcp://w:1", here, here | {"numpy": "1.0"})
 

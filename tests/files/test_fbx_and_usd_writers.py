@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib.util
+import os
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -82,3 +84,21 @@ def test_usd_has_the_joints_at_their_places(ending: str, tmp_path: Path) -> None
 def test_without_usd_core_usd_is_refused(tmp_path: Path) -> None:
     with pytest.raises(CaptureError, match=r"pip install motiondb\[usd\]"):
         write_usd(a_clip(), tmp_path / "a.usd")
+
+
+def test_a_program_of_the_working_folder_is_not_started(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Windows looks there first, and others where the PATH says so."""
+    (tmp_path / "bin").mkdir()
+    for folder in (tmp_path, tmp_path / "bin"):
+        for name in ("tool", "tool.EXE"):
+            (folder / name).touch(mode=0o700)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PATH", os.pathsep.join([".", "", str(tmp_path / "bin")]))
+    assert fbx_writer.find_program("tool") == str(tmp_path / "bin" / "tool")
+    monkeypatch.setattr(sys, "platform", "win32")
+    monkeypatch.setenv("PATHEXT", os.pathsep.join([".COM", ".EXE"]))
+    assert fbx_writer.find_program("tool") == str(tmp_path / "bin" / "tool.EXE")
+    monkeypatch.setenv("PATH", ".")
+    assert fbx_writer.find_program("tool") is None

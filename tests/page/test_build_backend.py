@@ -33,7 +33,7 @@ def backend(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     (tmp_path / "programs").mkdir()
     monkeypatch.setattr(module, "WEB", web)
     monkeypatch.setattr(module, "BUNDLE", tmp_path / "bundle")
-    monkeypatch.setattr(module.shutil, "which", lambda _name, path=None: npm_of(tmp_path))
+    monkeypatch.setattr(module, "find_program", lambda _name: npm_of(tmp_path))
     monkeypatch.setattr(module.importlib.util, "find_spec", lambda _name: None)
     monkeypatch.delenv("MOTIONDB_PAGE", raising=False)
     return module

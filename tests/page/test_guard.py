@@ -98,6 +98,10 @@ def test_the_first_visit_keeps_the_token_in_a_cookie(learned_file: Path, serve: 
     assert "httponly" in cookie
     assert "samesite=strict" in cookie
     assert page.get("/").status_code == 200
+    # a file of the user leads there: browsers send no such cookie along a redirection then
+    answer = page.get("/?token=secret", headers={"sec-fetch-site": "cross-site"})
+    assert (answer.status_code, answer.headers["refresh"]) == (200, "0; url=/")
+    assert answer.headers["set-cookie"].lower() == cookie
 
 
 def test_a_name_of_the_server_must_be_named_by_the_user(learned_file: Path, serve: Serve) -> None:

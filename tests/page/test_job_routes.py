@@ -164,6 +164,36 @@ def test_jobs_are_listed_newest_first_for_a_page_that_is_loaded_again(
     refused(client, "/api/jobs/j0", 404)
 
 
+def reached(client: TestClient, job: dict[str, Any], *steps: str) -> None:
+    """Wait until a job is at one of some steps."""
+    deadline = time.monotonic() + 300.0
+    while not (now := get(client, f"/api/jobs/{job['id']}"))["what"].startswith(steps):
+        assert now["state"] in ("waiting", "running"), now
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+
+
+def test_words_are_kept_and_captures_added_while_a_scene_is_made(
+    learned_copy: Path, serve: Serve, samples_folder: Path
+) -> None:
+    """And jobs that change the database wait for each other, and say so."""
+    client = serve(learned_copy)
+    drawn = 'diagram "Two"\ngrammar basketball\nattack A1 at 0 7\n1 shoot A1\n'
+    scene = post(client, "/api/scenes", {"text": drawn, "rounds": 10_000, "chains": 1})
+    second = post(client, "/api/scenes", {"text": drawn})
+    reached(client, second, "waits for: scene of Two")
+    reached(client, scene, "sampling")
+    post(client, "/api/captures/words", {"captures": ["ana/bow_1"], "words": "bow deeply"})
+    assert get(client, f"/api/jobs/{scene['id']}")["state"] == "running"
+    new = (samples_folder / "ana" / "walk_1.bvh").read_bytes() + b"\n"
+    upload = uploaded(client, ("new/walk.bvh", new))
+    learning = post(client, "/api/learn", {})
+    adding = post(client, "/api/add", {"upload": upload})
+    reached(client, adding, "waits for: learn")
+    client.delete(f"/api/jobs/{learning['id']}")
+    assert ended(client, adding)["result"]["added"] == 1
+
+
 def test_a_worker_that_dies_is_told(tmp_path: Path) -> None:
     from motiondb.page.jobs import FAILED, Jobs
 

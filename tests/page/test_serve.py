@@ -11,9 +11,12 @@ import subprocess
 import sys
 import tempfile
 import urllib.request
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
+from urllib.request import url2pathname
 
 import pytest
 
@@ -85,6 +88,31 @@ def test_a_missing_log_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     said: list[str] = []
     serving.serve(PageSettings(copy, port=0), said.append, said.append, open_browser=False)
     assert [text for text in said if "expected its log copy.duckdb.wal beside it" in text]
+
+
+def test_the_token_is_no_argument_of_the_browser(
+    learned_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened, said = list[tuple[str, str, int]](), list[str]()
+
+    def browse(shown: str) -> None:
+        page = Path(url2pathname(shown.removeprefix("file://")))
+        opened.append((shown, page.read_text(), page.stat().st_mode & 0o777))
+
+    def now(_seconds: float, browse: Callable[[str], None], shown: list[str]) -> Any:
+        return SimpleNamespace(start=lambda: browse(*shown))
+
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr("uvicorn.Server.run", lambda *_arguments, **_options: None)
+    monkeypatch.setattr(serving, "is_built", lambda: True)
+    monkeypatch.setattr(serving.webbrowser, "open", browse)
+    monkeypatch.setattr(serving.threading, "Timer", now)
+    settings = PageSettings(learned_file, port=0, read_only=True, token="secret")
+    serving.serve(settings, said.append, said.append)
+    ((shown, text, mode),) = opened
+    assert "secret" not in shown
+    assert f"url={said[0]}" in text
+    assert mode == 0o600
 
 
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])

@@ -13,11 +13,11 @@ import pickle
 import signal
 import threading
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from multiprocessing import resource_tracker
 from pathlib import Path
@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motiondb.answers.plain import extended
-from motiondb.body import retarget
+from motiondb.body import body, retarget
 from motiondb.body.world import Found
 from motiondb.errors import CaptureError, MotionDBError
 from motiondb.files.folder import named_skeleton, skeleton_path
@@ -35,10 +35,12 @@ from motiondb.files.limits import NO_LIMITS, ReadLimits, ReadOptions, cap_memory
 from motiondb.files.packed_files import Source, leave_out, pack_source
 from motiondb.files.parent_process import end_with_parent, is_main_thread
 from motiondb.files.readers.amc import AsfFile
+from motiondb.files.readers.child_process import how_ended, too_slow
 from motiondb.files.safe_files import read_bounded_text
 from motiondb.files.sheets import SheetEntry
 from motiondb.files.text import quoted
-from motiondb.records import CaptureInfo, Clip, Motion, Skeleton
+from motiondb.records import MOTION_FPS, CaptureInfo, Clip, Motion, Skeleton
+from motiondb.workers import is_array, trusted
 
 if TYPE_CHECKING:
     from joblib.externals.loky.backend.context import LokyContext
@@ -223,7 +225,7 @@ def _result(folder: str, job: FileToRead, future: Future[Readings] | None) -> Re
     except (BrokenProcessPool, ProcessExpired):
         return _read_alone(folder, job)
     except TimeoutError:
-        return _refused(job)
+        return _too_slow(job, _size(job.path))
 
 
 def _read_alone(folder: str, job: FileToRead) -> Readings:
@@ -237,20 +239,22 @@ def _read_alone(folder: str, job: FileToRead) -> Readings:
             return _read(job)
         try:
             return future.result()
-        except (BrokenProcessPool, ProcessExpired, TimeoutError):
-            return _refused(job)
+        except TimeoutError:
+            return _too_slow(job, _size(job.path))
+        except ProcessExpired as error:
+            return _refused(job, how_ended(error.exitcode))
+        except BrokenProcessPool as error:
+            return _refused(job, how_ended(1, str(error).encode()))
 
 
-def _refused(job: FileToRead) -> Readings:
-    """The result for a file that ends its process, or takes too long."""
-    refused = ReadFile(
-        job.name,
-        str(job.path),
-        problem=f"{job.path}: expected a file that can be read, found one that ends the process "
-        "that reads it (too much memory or time, or a damaged file). Export it again, cut the "
-        "capture, or allow more with --memory-limit or --time-limit.",
-    )
-    return (refused,)
+def _refused(job: FileToRead, fault: str) -> Readings:
+    """The result for a file that could not be read."""
+    return (_with_problem(job.name, job.path, CaptureError(job.path, fault)),)
+
+
+def _too_slow(job: FileToRead, n_bytes: int) -> Readings:
+    """The result for a file of so many bytes that takes too long."""
+    return _refused(job, too_slow(_GRACE * job.seconds(n_bytes)))
 
 
 def _working_folder() -> str:
@@ -284,12 +288,59 @@ def _read_beside(folder: str, packed: bytes, n_bytes: int) -> Readings:
 
 
 def _read_by(workers: Cluster, jobs: Sequence[FileToRead]) -> Iterator[Readings]:
-    """Load files here, and have workers read them; readings in order of the jobs."""
+    """Load files here, and have workers read them; readings in order of the jobs.
+
+    Bytes, names and digests are those of this process: only what is read in the files is theirs.
+    """
     from motiondb.database.cluster import Bounds
 
     pieces = ((job, _load(job)) for job in jobs)
-    bounds = Bounds(_longest, lambda piece: _refused(piece[0]))
-    return workers.map(_read_loaded, pieces, bounds=bounds)
+    bounds: Bounds[_Piece, Readings] = Bounds(
+        _longest,
+        lambda piece: _too_slow(piece[0], _n_bytes(piece[1])),
+        lambda piece: _refused(
+            piece[0],
+            "expected a file that workers can read, found that several ended with it. Look at "
+            "their logs; add it without --cluster, or give them more memory.",
+        ),
+    )
+    for piece, found in trusted(workers, _are_readings, _read_loaded, pieces, bounds=bounds):
+        yield _with_source(*piece, found)
+
+
+def _are_readings(found: Readings, piece: _Piece) -> bool:
+    """Whether a worker's readings can be those of a file: names, kinds, shapes, and the ground."""
+    job, loaded = piece
+    names = [reading.name for reading in found]
+    takes = [name.removeprefix(job.name) for name in names]
+    return not isinstance(loaded, _Loaded) or (
+        type(found) is tuple
+        and len({*names}) == len(names) > 0
+        and (takes == [""] or all(take[:1] == "#" and take.isprintable() for take in takes))
+        and all(each.name == job.name + take for each, take in zip(found, takes))
+        and all(each.path in (f"{job.path}", f"{job.path}{t}") for each, t in zip(found, takes))
+        and all(map(_is_reading, found))
+    )
+
+
+def _is_reading(reading: ReadFile) -> bool:
+    """Whether a reading has the fields of one, and its motion stands on the ground at (0, 0)."""
+    motion, problem = reading.motion, reading.problem
+    if problem or motion is None:
+        return type(problem) is str and motion is None and problem != ""
+    n_frames, root = round(reading.n_frames / reading.fps * MOTION_FPS), motion.root_positions
+    positions, _ = retarget.motion_positions(motion)
+    return (
+        isinstance(reading.n_frames, int)
+        and isinstance(motion.leg_length, float)
+        and all(type(note) is str for note in (*reading.notes, *motion.notes))
+        and is_array(root, (max(n_frames, 1), 3))
+        and is_array(motion.local_rotations, (len(root), len(body.JOINTS), 4))
+        and np.allclose(np.linalg.norm(motion.local_rotations, axis=-1), 1.0, atol=1e-3)
+        and bool((root[0, [0, 2]] == 0.0).all())
+        and abs(retarget.ground_height(positions)) < 1e-3
+        and motion.leg_length > 0.0
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -310,12 +361,38 @@ _Piece = tuple[FileToRead, _Loaded | Readings]
 def _longest(piece: _Piece) -> float:
     """Seconds after which a worker that reads a file is started anew."""
     job, loaded = piece
-    return _GRACE * job.seconds(len(loaded.data) if isinstance(loaded, _Loaded) else 0)
+    return _GRACE * job.seconds(_n_bytes(loaded))
+
+
+def _n_bytes(loaded: _Loaded | Readings) -> int:
+    return len(loaded.data) if isinstance(loaded, _Loaded) else 0
 
 
 def _read(job: FileToRead) -> Readings:
     """Read a file and its skeleton, and solve the canonical body for each of its takes."""
-    return _read_loaded((job, _load(job)))
+    loaded = _load(job)
+    return _with_source(job, loaded, _read_loaded((job, loaded)))
+
+
+def _with_source(job: FileToRead, loaded: _Loaded | Readings, readings: Readings) -> Readings:
+    """Readings with the packed file, by the process that loaded it."""
+    if not isinstance(loaded, _Loaded):
+        return loaded
+    skeleton = loaded.asf.name if loaded.asf else None
+    given = job.path.name, loaded.data, loaded.kind, skeleton, loaded.skeleton_data
+
+    def packed(name: str) -> Source:
+        source = pack_source(*given, name[len(job.name) + 1 :])
+        return source if job.settings.originals else leave_out(source)
+
+    try:
+        with guarded(job.path):
+            return tuple(
+                each if each.problem else replace(each, source=packed(each.name))
+                for each in readings
+            )
+    except MotionDBError as error:
+        return (_with_problem(job.name, job.path, error),)
 
 
 def _size(path: Path) -> int:
@@ -372,11 +449,8 @@ def _solve_takes(job: FileToRead, loaded: _Loaded) -> Readings:
     readings = []
     for take, clip in clips.items():
         of = f"{job.name}#{take}" if take else job.name
-        pack = partial(
-            pack_source, path.name, data, kind, asf.name if asf else None, skeleton_data, take
-        )
         try:
-            readings.append(_solved(of, path, clip, job.settings, pack))
+            readings.append(_solved(of, path, clip, job.settings))
         except MotionDBError as error:
             if len(clips) == 1:
                 raise
@@ -384,19 +458,14 @@ def _solve_takes(job: FileToRead, loaded: _Loaded) -> Readings:
     return tuple(readings)
 
 
-def _solved(
-    name: str, path: Path, clip: Clip, settings: AddSettings, pack: Callable[[], Source]
-) -> ReadFile:
+def _solved(name: str, path: Path, clip: Clip, settings: AddSettings) -> ReadFile:
     """Solve the canonical body for a clip."""
     motion, found = retarget.solved(clip, settings.joint_map, settings.keep_implausible)
     if not (np.isfinite(motion.root_positions).all() and np.isfinite(motion.local_rotations).all()):
         raise CaptureError(path, "expected finite positions, found none.")
     notes = clip.notes + motion.notes
-    source = pack() if settings.originals else leave_out(pack())
     skeleton = "" if clip.up else _digest(clip.skeleton)
-    return ReadFile(
-        name, str(path), source, motion, clip.fps, clip.n_frames, notes, skeleton, found
-    )
+    return ReadFile(name, str(path), None, motion, clip.fps, clip.n_frames, notes, skeleton, found)
 
 
 def _digest(skeleton: Skeleton) -> str:

@@ -43,7 +43,7 @@ from motiondb.database.scenes.scene_records import (
     scene_record,
 )
 from motiondb.database.scenes.scene_texts import SceneText, read_scene_text
-from motiondb.errors import QueryError, suggestion
+from motiondb.errors import QueryError, SceneError, suggestion
 from motiondb.files.safe_files import is_folder
 from motiondb.records import Motion
 from motiondb.scene.clips.caption_actions import ShownAction
@@ -118,10 +118,13 @@ class Scenes:
         text = read_scene_text(diagram)
         progress("loading", 0.0, np.nan)
         settings = settings or SceneSettings()
-        clips = scene_clips(self._session, text.grammar, exact=settings.exact)
+        with self._session.reading():
+            clips = scene_clips(self._session, text.grammar, exact=settings.exact)
+            digests = self._digests()
         progress("loading", 1.0, np.nan)
-        made = make(text, clips, settings, progress)
-        return self._finished(made, name or text.diagram.name)
+        with store.released(self._session.store):
+            made = make(text, clips, settings, progress)
+        return self._finished(made, name or text.diagram.name, digests)
 
     def update(
         self,
@@ -147,19 +150,39 @@ class Scenes:
         settings = settings or SceneSettings(**earlier.settings)
         if new.grammar_text != old.grammar_text:
             return self.make(diagram, settings, progress, earlier.name)
-        clips = scene_clips(self._session, new.grammar, exact=settings.exact)
+        with self._session.reading():
+            clips = scene_clips(self._session, new.grammar, exact=settings.exact)
+            digests = self._digests()
         state = record_state(earlier, old, clips.library)
-        made = make(new, clips, settings, progress, (old.diagram, state), shown)
-        return self._finished(made, earlier.name)
+        with store.released(self._session.store):
+            made = make(new, clips, settings, progress, (old.diagram, state), shown)
+        return self._finished(made, earlier.name, digests)
 
-    def _finished(self, made: MadeScene, name: str) -> Scene:
-        infos = {info.name: info for info in store.load_captures(self._session.store)}
-        provenance = {
-            player.player: self._provenance(player, {n: i.capture_id for n, i in infos.items()})
-            for player in made.polished.players
-        }
+    def _digests(self) -> dict[str, str]:
+        """Digests of all captures by name."""
+        return {info.name: info.sha256 for info in store.load_captures(self._session.store)}
+
+    def _finished(self, made: MadeScene, name: str, digests: Mapping[str, str]) -> Scene:
+        """The scene with the origin of its frames.
+
+        `digests`: Those of the captures when its clips were loaded; others may have changed the
+        database while it was made.
+        """
+        with self._session.reading():
+            infos = {info.name: info for info in store.load_captures(self._session.store)}
+            used = {capture for player in made.polished.players for capture in player.captures}
+            gone = {n for n in used if n not in infos or infos[n].sha256 != digests[n]}
+            if gone:
+                raise SceneError(
+                    f"{name}: expected the captures of the scene to stay as they are while it is "
+                    f"made, found that {', '.join(sorted(gone))} were removed or replaced. Make it "
+                    "again."
+                )
+            provenance = {
+                player.player: self._provenance(player, {n: i.capture_id for n, i in infos.items()})
+                for player in made.polished.players
+            }
         details = scene_details(made, source_list(list(provenance.values())))
-        digests = {n: info.sha256 for n, info in infos.items()}
         return Scene(made, scene_record(made, name, digests, details), provenance)
 
     def _provenance(self, player: Placed, numbers: Mapping[str, int]) -> store.Provenance:

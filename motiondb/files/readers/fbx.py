@@ -58,14 +58,7 @@ def _read(data: bytes, path: object, options: ReadOptions) -> dict[str, Clip]:
     given = [str(options.fps or 0.0), str(options.unit or 0.0), options.take]
     limits = options.limits
     given += [str(min(limits.memory, sys.maxsize)), str(min(limits.joints, sys.maxsize))]
-    read = read_in_child("motiondb.files.readers.fbx", data, limits, _CPU_SECONDS, given)
-    if read is None:
-        raise CaptureError(
-            path,
-            "expected an FBX file that can be read, found one that ends the process that reads it "
-            "(too much memory or time, or a damaged file). Export it again, cut the capture, or "
-            "allow more with --memory-limit or --time-limit.",
-        )
+    read = read_in_child("motiondb.files.readers.fbx", data, limits, _CPU_SECONDS, given, path)
     if "faults" in read:
         raise CaptureError(path, [(None, str(fault)) for fault in read["faults"]])
     return {str(label): _clip(read, n) for n, label in enumerate(read["labels"])}

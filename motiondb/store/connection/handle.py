@@ -414,11 +414,10 @@ def released(store: Store) -> Iterator[Callable[[], None]]:
     Other processes may read and write meanwhile. A load in the block, by any thread, opens the file
     for reading, so that others can read but not write; the function that the block is given
     releases it again. Whether the loaded data are still current must be checked afterwards, by
-    comparing them or :func:`~motiondb.store.connection.transactions.revision`. A store opened for
-    reading stays open, because it does not block readers. Not within a transaction or a ``reading``
-    block of this thread.
+    comparing them or :func:`~motiondb.store.connection.transactions.revision`. Not within a
+    transaction or a ``reading`` block of this thread.
     """
-    if store.read_only or store.in_transaction:
+    if store.in_transaction:
         yield lambda: None
         return
     store.lend()

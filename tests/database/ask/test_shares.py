@@ -1,8 +1,12 @@
-"""Many questions to shares of the captures: the answers of one place, to the last bit."""
+"""Many questions to shares of the captures: the answers of one place, in the same order.
+
+On processors with AVX they are the same to the last bit; the bound holds on any.
+"""
 
 from __future__ import annotations
 
 import pickle
+import re
 import shutil
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -67,6 +71,17 @@ def asked(db: MotionDB, workers: Others | None) -> list[str]:
     return list(map(repr, asking_many.ask_many(db.session, motion_of, QUESTIONS, workers)))
 
 
+NUMBER = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")
+
+
+def assert_same(found: list[str], here: list[str]) -> None:
+    """That answers are the same, with numbers that differ by less than 1e-6."""
+    for one, other in zip(found, here, strict=True):
+        assert NUMBER.sub("#", one) == NUMBER.sub("#", other)
+        numbers = [[float(text) for text in NUMBER.findall(each)] for each in (one, other)]
+        np.testing.assert_allclose(*numbers, rtol=1e-6, atol=1e-6)
+
+
 @pytest.mark.parametrize(
     ("n_workers", "can_open"), [(1, False), (3, False), (40, False), (500, False), (3, True)]
 )
@@ -75,7 +90,7 @@ def test_shares_answer_as_one_place_does(
 ) -> None:
     with motiondb.open(learned_file, read_only=True) as db:
         here = asked(db, None)
-        assert asked(db, Others(n_workers, can_open=can_open)) == here
+        assert_same(asked(db, Others(n_workers, can_open=can_open)), here)
     assert not asking_openers._lent
 
 
@@ -90,7 +105,7 @@ def test_near_words_are_asked_of_shares_too(
     with motiondb.open(learned_file, read_only=True) as db:
         here = asked(db, None)
         assert "near=('kick', 'kick, then jump')" in here[0]
-        assert asked(db, Others(3, can_open=False)) == here
+        assert_same(asked(db, Others(3, can_open=False)), here)
 
 
 def _nothing_but_jumps(answer: by_words.WordAnswer) -> str:
@@ -114,7 +129,7 @@ def test_generated_captures_are_in_shares_too(learned_copy: Path) -> None:
         db.save_generated("made/kick", "a person kicks", made, 3)
         here = asked(db, None)
         assert any("made/kick" in answer for answer in here)
-        assert asked(db, Others(3, can_open=True)) == here  # sent: it is open to be written
+        assert_same(asked(db, Others(3, can_open=True)), here)  # sent: it is open to be written
 
 
 def test_runs_of_captures_have_about_equal_lengths(learned_file: Path) -> None:

@@ -296,6 +296,22 @@ def test_a_scene_outlives_a_players_capture(made: Made, writable: motiondb.Motio
         writable.scenes.draw("play", made.folder.parent / "gone.png")
 
 
+def test_others_may_write_while_a_scene_is_made_and_its_captures_must_stay(
+    made: Made, learned_copy: Path
+) -> None:
+    def rename_all(what: str, share: float, _error: float) -> None:
+        if what == "sampling" and share == 0.0:
+            with motiondb.open(learned_copy, wait=10.0) as other:
+                other.rename("ana/", "anna/")
+                other.rename("boris/", "bob/")
+
+    with (
+        motiondb.open(learned_copy, read_only=True) as db,
+        pytest.raises(SceneError, match=r"^two: expected the captures of the scene to stay as"),
+    ):
+        db.scenes.make(made.diagram, QUICK, rename_all, "two")
+
+
 def test_an_action_without_clips_is_named(made: Made, tmp_path: Path) -> None:
     text = (made.folder / "basketball.grammar").read_text()
     line = next(line for line in text.splitlines() if line.startswith("shoot :="))
