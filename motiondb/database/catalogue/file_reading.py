@@ -8,6 +8,7 @@ sentence too, and the others are read.
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 import pickle
 import signal
@@ -27,7 +28,7 @@ import numpy as np
 
 from motiondb.answers.plain import extended
 from motiondb.body import body, retarget
-from motiondb.body.world import Found
+from motiondb.body.world import UPS, Found
 from motiondb.errors import CaptureError, MotionDBError
 from motiondb.files.folder import named_skeleton, skeleton_path
 from motiondb.files.formats import capture_format, read_capture_bytes, read_file, read_takes_bytes
@@ -340,6 +341,12 @@ def _is_reading(reading: ReadFile) -> bool:
         and bool((root[0, [0, 2]] == 0.0).all())
         and abs(retarget.ground_height(positions)) < 1e-3
         and motion.leg_length > 0.0
+        and type(reading.skeleton) is str
+        and isinstance(reading.found, Found)
+        and {reading.found.up, reading.found.usual} <= {*UPS}
+        and len(reading.found.scores) == len(UPS)
+        and all(isinstance(s, float) and math.isfinite(s) for s in reading.found.scores)
+        and all(type(note) is str for note in reading.found.notes)
     )
 
 
