@@ -62,6 +62,7 @@ _CROSSED = -0.02
 """Metres by which a left knee, shoulder or elbow is right of the other in the median where names
 are exchanged: in real captures they are at least .09 m left."""
 _TOE_HEIGHT = 0.02  # Metres of the toe joint over the ground in a flat stance
+_SECONDS = 0.5  # Of feet on the ground: less shows no steps
 _STEP, _ALIKE, _SLIDES = 0.5, 0.9, (0.9, 4.0)
 """Metres a second that feet on the ground move past the hips while a body steps; correlation of
 this with the travel; and ratios of both outside which their units differ. Of 540 real captures
@@ -317,6 +318,8 @@ def travel_notes(points: FloatArray, fps: float, leg_length: float) -> tuple[str
     level = np.maximum(heights[lag:], heights[:-lag])
     past = past[np.arange(len(past)), level.argmin(axis=1)]
     stands = level.min(axis=1) < np.percentile(heights.min(axis=1), 5) + _NEAR
+    if stands.sum() < _SECONDS * fps:
+        return ()
     seconds = np.array_split(np.flatnonzero(stands), max(1, round(stands.sum() / fps)))
     pairs = np.array([[travel[s].mean(axis=0), past[s].mean(axis=0)] for s in seconds if len(s)])
     pairs = pairs.reshape(-1, 2, 2)

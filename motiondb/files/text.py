@@ -176,6 +176,16 @@ def number(token: str) -> float | None:
     return value if np.isfinite(value) else None
 
 
+def comma_advice(token: str) -> str:
+    """Return what to do about a number with a decimal comma, "" for any other text.
+
+    >>> comma_advice("0,0333"), comma_advice("abc")
+    ('Export the file with decimal points: it has decimal commas.', '')
+    """
+    is_number = "," in token and number(token.replace(",", ".", 1)) is not None
+    return "Export the file with decimal points: it has decimal commas." if is_number else ""
+
+
 def whole_number(token: str) -> int | None:
     """Return a whole number of at most 15 ASCII digits, or None.
 
@@ -199,6 +209,10 @@ def _read_row(
         value = number(token)
         if value is None:
             problem = f"expected numbers, found {token[:20]!r} as value {place + 1}"
-            return None, f"{problem}. Correct the line, or pass --skip-bad-frames to leave it out."
+            advice = (
+                comma_advice(token)
+                or "Correct the line, or pass --skip-bad-frames to leave it out."
+            )
+            return None, f"{problem}. {advice}"
         values.append(value)
     return values, None

@@ -10,7 +10,8 @@ Convention: channels are applied in the order in which they are listed, the firs
 "Zrotation Xrotation Yrotation" means R = Rz Rx Ry. Position channels of a joint take the place of
 its OFFSET (Meredith and Maddock, "Motion Capture File Formats Explained", 2001, leave this open;
 Blender, MotionBuilder and the Bandai-Namco files read so); an axis without a channel keeps the
-OFFSET's value. World axes are those of the file.
+OFFSET's value, and so does a joint whose positions are 0 in all frames. World axes are those of the
+file.
 
 Grammar of the HIERARCHY: ``ROOT|JOINT name { OFFSET x y z  CHANNELS n ...  (JOINT ... | End Site {
 OFFSET })* }``. Keywords are read in any case and layout; a name is the rest of its line and may
@@ -34,6 +35,7 @@ from motiondb.files.limits import AS_USUAL, MAX_FPS, MIN_FPS, ReadOptions, check
 from motiondb.files.text import (
     Faults,
     clean_bytes,
+    comma_advice,
     decode,
     line_number,
     number,
@@ -290,7 +292,7 @@ def read_bvh(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip
         raise CaptureError(path, faults)
     check_clip_size(len(table), len(skeleton.names), n_bytes, path, options.limits)
     skeleton, table = _body_alone(skeleton, bounds, table, path, notes)
-    clip = _to_clip(skeleton, table, file_fps)
+    clip = _to_clip(skeleton, table, file_fps, notes)
     return _in_metres(replace(clip, notes=tuple(notes)), options.unit)
 
 
@@ -408,7 +410,7 @@ def _read_frame_time(
             (
                 at,
                 f"expected a frame time from {1 / MAX_FPS:g} to {1 / MIN_FPS:g} s, found {shown}. "
-                "Give the right frame rate with --fps.",
+                + (comma_advice(text) or "Give the right frame rate with --fps."),
             )
         )
         return 0.0
@@ -454,7 +456,7 @@ def _check_frame_count(
     ]
 
 
-def _to_clip(skeleton: Skeleton, table: FloatArray, fps: float) -> Clip:
+def _to_clip(skeleton: Skeleton, table: FloatArray, fps: float, notes: list[str]) -> Clip:
     """Turn the channel table (frames, channels) into a clip that is still in the file's unit."""
     n_frames, n_joints = len(table), len(skeleton.names)
     positions = np.broadcast_to(skeleton.offsets, (n_frames, n_joints, 3)).copy()
@@ -471,6 +473,7 @@ def _to_clip(skeleton: Skeleton, table: FloatArray, fps: float) -> Clip:
             column += 1
         order = "".join(name[0] for name in channels if name.endswith("rotation"))
         orders.setdefault(order, []).append((joint, turns))
+    notes += _keep_lengths(skeleton, positions)
     rotations = np.empty((n_frames, n_joints, 4))
     for order, group in orders.items():
         joints = [joint for joint, _ in group]
@@ -484,6 +487,20 @@ def _to_clip(skeleton: Skeleton, table: FloatArray, fps: float) -> Clip:
         joint_positions=positions if moved else None,
         format="bvh",
     )
+
+
+def _keep_lengths(skeleton: Skeleton, positions: FloatArray) -> list[str]:
+    """Put joints whose positions are 0 in all frames at their OFFSETs; note them."""
+    zero = (positions[:, 1:] == 0.0).all(axis=(0, 2)) & skeleton.offsets[1:].any(axis=1)
+    joints = 1 + np.flatnonzero(zero)
+    if len(joints) == 0:
+        return []
+    positions[:, joints] = skeleton.offsets[joints]
+    names = ", ".join(quoted(skeleton.names[joint]) for joint in joints[:5])
+    return [
+        f"The positions of {len(joints)} joints ({names}{', ...' * (len(joints) > 5)}) are 0 in "
+        "all frames: their OFFSETs are kept, since bones have lengths."
+    ]
 
 
 def _in_metres(clip: Clip, unit: float | None) -> Clip:

@@ -120,3 +120,24 @@ def test_the_digits_of_the_frame_time_say_the_rate() -> None:
     clip = read(time="Frame Time: 0.008")
     assert clip.fps == 120.0
     assert clip.notes[0].startswith("The frame time 0.008 fits 120 and 125 frames a second")
+
+
+def test_positions_of_0_do_not_collapse_a_body() -> None:
+    """Some programs add the position channels to the OFFSET, and write zeros."""
+    names = "Xposition Yposition Zposition"
+    head = HEAD.replace("CHANNELS 3 ", f"CHANNELS 6 {names} ")
+    rows = []
+    for line in LINES:
+        values = line.split()
+        rest = (f"0 0 0 {' '.join(values[n : n + 3])}" for n in range(6, len(values), 3))
+        rows.append(" ".join([*values[:6], *rest]))
+    clip = read(head=head, rows=rows)
+    np.testing.assert_allclose(clip.world_positions(), read().world_positions(), atol=1e-7)
+    assert clip.notes[0].startswith("The positions of 20 joints ('l_hip', 'l_knee', ")
+
+
+def test_a_decimal_comma_is_named() -> None:
+    with pytest.raises(CaptureError, match="it has decimal commas"):
+        read(rows=[row.replace(".", ",") for row in LINES])
+    with pytest.raises(CaptureError, match="it has decimal commas"):
+        read(time="Frame Time: 0,0333")
