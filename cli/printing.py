@@ -15,7 +15,7 @@ import math
 import shutil
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -155,7 +155,10 @@ def note(text: str) -> None:
 def read_example(base: motiondb.MotionDB, example: str, up: str) -> str | motiondb.Motion:
     """Return the motion of a file, after notes on how it was read; a capture's name as it is."""
     file = example.rpartition("#")[0] if ".fbx#" in example.lower() else example
-    if not (up or Path(file).is_file()):
+    is_file = False
+    with suppress(OSError, ValueError):  # what is no name of a file may be one of a capture
+        is_file = Path(file).is_file()
+    if not (up or is_file):
         return example
     clip = motiondb.read_capture(example, up=motiondb.check_up(up, "--up"))
     motion = base.motion(clip)

@@ -11,14 +11,16 @@ import math
 import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Future
 from itertools import chain, islice, pairwise
 from threading import Thread
-from typing import Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
 
 from motiondb.errors import ClusterError
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future
 
 Piece = TypeVar("Piece")
 Result = TypeVar("Result")
@@ -174,6 +176,8 @@ def within(seconds: float, made: Callable[[], Result]) -> Result:
 
     For libraries without a limit of their own for another program that answers without end.
     """
+    from concurrent.futures import Future
+
     done: Future[Result] = Future()
 
     def call() -> None:

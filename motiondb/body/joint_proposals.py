@@ -66,10 +66,11 @@ def propose_map(skeleton: Skeleton) -> dict[str, str]:
     for chain in (LEG, ARM):
         sides = [_chain(skeleton.parents, words, side, chain) for side in "lr"]
         fewer, more = sorted(sides, key=len)
-        meant = {part: words[joint][1] for part, joint in more.items()}
-        if any(meant.get(part) != words[joint][1] for part, joint in fewer.items()):
+        meant = {part: _meant(words[joint][1], part) for part, joint in more.items()}
+        if any(meant.get(p) != _meant(words[joint][1], p) for p, joint in fewer.items()):
             sides = [  # the words of one side for both
-                {p: j for p, j in side.items() if words[j][1] == meant.get(p)} for side in sides
+                {p: j for p, j in side.items() if _meant(words[j][1], p) == meant.get(p)}
+                for side in sides
             ]
         for side, chosen in zip("lr", sides):
             found |= {f"{side}_{part}": skeleton.names[j] for part, j in chosen.items()}
@@ -120,14 +121,16 @@ def _candidates(words: list[tuple[str, str, bool]], side: str, part: str) -> lis
     for number, (of_side, text, is_part) in enumerate(words):
         if of_side != side or not is_part:
             continue
-        parts = text.split(" ")
-        runs = {
-            "".join(parts[a:b]) for a in range(len(parts)) for b in range(a + 1, len(parts) + 1)
-        }
-        ranks = [rank for rank, word in enumerate(MEANINGS[part]) if word in runs]
-        if ranks:
-            ranked.append((min(ranks), len(parts), number))
+        if (word := _meant(text, part)) is not None:
+            ranked.append((MEANINGS[part].index(word), text.count(" "), number))
     return [number for _, _, number in sorted(ranked)]
+
+
+def _meant(text: str, part: str) -> str | None:
+    """Return the surest word for a part of the body among the words of a name, or None."""
+    words = text.split(" ")
+    runs = {"".join(words[a:b]) for a in range(len(words)) for b in range(a + 1, len(words) + 1)}
+    return next((word for word in MEANINGS[part] if word in runs), None)
 
 
 def _chain(

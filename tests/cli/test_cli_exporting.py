@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -35,8 +36,8 @@ def test_join(command, learned_file: Path, tmp_path: Path) -> None:
 def test_onto_a_rig_of_unknown_names(command, learned_file: Path, tmp_path: Path) -> None:
     rig, out = tmp_path / "rig.bvh", tmp_path / "out.bvh"
     text = (Path(__file__).parent.parent.parent / "sample_data/captures/ana/bow_1.bvh").read_text()
-    for word in ("ROOT ", "JOINT "):
-        text = text.replace(word, f"{word}b_x_")
+    for number, name in enumerate(re.findall(r"(?:ROOT|JOINT) (\w+)", text)):
+        text = re.sub(rf"(ROOT|JOINT) {name}\n", rf"\1 b{number}_{name}_x\n", text)
     rig.write_text(text)
     export = ("export", "ana/walk_1", "-o", out, "--onto", rig, "--db", learned_file)
     refused = command(*export)
@@ -44,7 +45,7 @@ def test_onto_a_rig_of_unknown_names(command, learned_file: Path, tmp_path: Path
     assert f"A proposal was written to {tmp_path / 'rig.map'}: check it" in refused.err
     facts = answer(command(*export, "--joint-map", tmp_path / "rig.map", "--json"))
     assert facts["fit"]["foot_error"] < 0.01
-    assert read_capture(out).skeleton.names[1] == "b_x_Spine"
+    assert read_capture(out).skeleton.names[1] == "b1_Spine_x"
     shown = answer(command("joints", rig, "--json"))
-    assert shown["roles"]["l_knee"] == "b_x_LeftLeg"
+    assert shown["roles"]["l_knee"] == "b14_LeftLeg_x"
     assert shown["is_known"] is False
