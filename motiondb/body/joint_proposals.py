@@ -67,7 +67,8 @@ def propose_map(skeleton: Skeleton) -> dict[str, str]:
         sides = [_chain(skeleton.parents, words, side, chain) for side in "lr"]
         fewer, more = sorted(sides, key=len)
         meant = {part: _meant(words[joint][1], part) for part, joint in more.items()}
-        if any(meant.get(p) != _meant(words[joint][1], p) for p, joint in fewer.items()):
+        differ = any(meant.get(p) != _meant(words[joint][1], p) for p, joint in fewer.items())
+        if differ and len(fewer) < len(more):
             sides = [  # the words of one side for both
                 {p: j for p, j in side.items() if _meant(words[j][1], p) == meant.get(p)}
                 for side in sides

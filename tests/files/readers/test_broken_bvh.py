@@ -33,6 +33,7 @@ Frame Time: 0.0333333
 SKIP = (
     "The file may be cut short: export it again, or pass --skip-bad-frames to leave this frame out."
 )
+COMMA = "Export the file with decimal points: it has decimal commas."
 MEND = "Correct the line, or pass --skip-bad-frames to leave it out."
 FEW = (
     "The file may be cut short: export it again, or pass --skip-bad-frames to read the frames that "
@@ -86,8 +87,8 @@ BROKEN_BVH = {
     ),
     "decimal commas": (
         BVH.replace("0 91 0 10", "0 91,5 0 10").replace("0 92", "0 92,25"),
-        f"w.bvh:20: expected numbers, found '91,5' as value 2. {MEND}\n"
-        f"w.bvh:21: expected numbers, found '92,25' as value 2. {MEND}",
+        f"w.bvh:20: expected numbers, found '91,5' as value 2. {COMMA}\n"
+        f"w.bvh:21: expected numbers, found '92,25' as value 2. {COMMA}",
     ),
     "a frame time of 0": (
         BVH.replace("0.0333333", "0"),

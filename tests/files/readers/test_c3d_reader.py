@@ -271,7 +271,7 @@ def test_a_unit_that_no_person_has_is_corrected(said: str, metres: float) -> Non
     assert clip.unit == pytest.approx(metres, rel=0.02)
     stated = METRES.get(said, 0.0254)
     assert len(clip.notes) == (stated != metres)
-    assert all(f"the unit is {stated:.4g} m" in note for note in clip.notes)
+    assert all(f"its unit is {stated:.4g} m" in note for note in clip.notes)
     assert (
         read_c3d(write(moving(), units=said, metres=metres), "a.c3d", ReadOptions(unit=1.0)).unit
         == 1.0
