@@ -153,6 +153,8 @@ def _on_other_side(name: str) -> list[str]:
 
     >>> _on_other_side("LeftArm"), _on_other_side("arm_l"), _on_other_side("lfemur")
     (['RightArm'], ['arm_r'], ['rfemur'])
+    >>> _on_other_side("LowerArmL")
+    ['LowerArmR', 'RowerArmL']
     """
 
     def exchanged(found: re.Match[str]) -> str:
@@ -163,11 +165,13 @@ def _on_other_side(name: str) -> list[str]:
     first = _SIDES.sub(exchanged, name)
     names = [first] if first != name else []
     space, mark, own = name.rpartition(":")
-    if not names and own[:1].lower() in ("l", "r"):  # lfemur, LShldr, rThigh
-        letter = {"l": "r", "r": "l", "L": "R", "R": "L"}[own[0]]
-        names.append(f"{space}{mark}{letter}{own[1:]}")
-    if not names and own[-1:] in ("L", "R"):  # UpperArmL
-        names.append(f"{space}{mark}{own[:-1]}{'R' if own[-1] == 'L' else 'L'}")
+    if names:
+        return names
+    letter = {"l": "r", "r": "l", "L": "R", "R": "L"}
+    if own[-1:] in ("L", "R"):  # UpperArmL
+        names.append(f"{space}{mark}{own[:-1]}{letter[own[-1]]}")
+    if own[:1] in letter:  # lfemur, LShldr, rThigh
+        names.append(f"{space}{mark}{letter[own[0]]}{own[1:]}")
     return names
 
 

@@ -102,6 +102,11 @@ _FEW_DIGITS = 5e-5
 written with five digits or more, and 29.97 lies ten times as far from 30."""
 
 
+_ADVICE = "Give the axis (--up) if this is wrong."
+AS_OTHERS = "{up} is taken for up, as in other captures of this skeleton. " + _ADVICE
+"""The note where captures of one skeleton decided together."""
+
+
 @dataclass(frozen=True)
 class Found:
     """The axis that is up, and how it was found."""
@@ -148,17 +153,11 @@ def find_up(
     if abs(lows[best]) > _OFF_FLOOR:
         is_sure &= all(abs(lows[up]) > _ON_FLOOR or held[up] < held[best] - 0.05 for up in UPS)
     if stated:
-        doubt = f"{stated} is stated to be up; the body moves as if {best} were. "
-        notes = (doubt + _ADVICE,) if is_sure and best != stated else ()
+        doubt = f"{stated} is up, as it was said; the body moves as if {best} were."
+        notes = (doubt,) if is_sure and best != stated else ()
         return Found(stated, True, scores, stated, rest, notes)
     found = Found(best, is_sure, scores, usual, rest)
     return replace(found, notes=up_notes(found))
-
-
-_ADVICE = "Give the axis (--up) if this is wrong."
-
-
-AS_OTHERS = "{up} is taken for up, as in other captures of this skeleton. " + _ADVICE
 
 
 def up_notes(found: Found) -> tuple[str, ...]:
@@ -278,9 +277,9 @@ def side_notes(points: FloatArray, has_toes: bool) -> tuple[str, ...]:
     if max(knees) > _BEND or (has_toes and max(toes) > _AHEAD):
         return ()
     return (
-        "Knees bend backwards, and toes point backwards, for the sides that the joints name. It "
-        "looks as if the axes were left-handed (--mirror-world), since no side differs from the "
-        "others; exchanged names of left and right (--swap-sides) would look the same.",
+        "Knees bend and toes point backwards for the sides that the joints name. Either "
+        "the axes are left-handed (--mirror-world), or the names of left and right are exchanged "
+        "(--swap-sides): as all sides agree, the motion alone cannot show which.",
     )
 
 

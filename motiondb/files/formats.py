@@ -124,7 +124,7 @@ def read_capture_bytes(
     check_options(options, path)
     check_file_size(len(data), path, options.limits)
     with guarded(path):
-        clip = _as_asked(_read(data, kind, path, skeleton, options), options)
+        clip = _as_asked(_read(data, kind, path, skeleton, options), path, options)
         _check(clip, len(data), path, options)
     return clip
 
@@ -145,17 +145,23 @@ def read_takes_bytes(
     check_options(options, path)
     check_file_size(len(data), path, options.limits)
     with guarded(path):
-        clips = {take: _as_asked(c, options) for take, c in read_takes(data, path, options).items()}
+        clips = {t: _as_asked(c, path, options) for t, c in read_takes(data, path, options).items()}
         for clip in clips.values():
             _check(clip, len(data), path, options)
     return clips if len(clips) > 1 else dict(zip(("",), clips.values()))
 
 
-def _as_asked(clip: Clip, options: ReadOptions) -> Clip:
+def _as_asked(clip: Clip, path: object, options: ReadOptions) -> Clip:
     """Return a clip in the world that the user names; a C3D is read so, from its markers."""
     if clip.format == "c3d":
         return clip
     names = mirror_joints(clip.skeleton) if options.swap_sides else None
+    if names is not None and (names == np.arange(len(names))).all():
+        raise CaptureError(
+            path,
+            "expected names of left and right joints to exchange, found none. Name the joints "
+            "with --joint-map in place of --swap-sides.",
+        )
     return as_asked(clip, options.up, options.mirror_world, names)
 
 

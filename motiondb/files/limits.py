@@ -19,7 +19,7 @@ from types import FrameType
 import numpy as np
 
 from motiondb.body.world import UPS
-from motiondb.errors import CaptureError, MotionDBError
+from motiondb.errors import CaptureError, MotionDBError, suggestion
 
 MIN_FPS, MAX_FPS = 1.0, 2000.0
 """Frame rates outside this range are refused in a file. Optical systems record 30 to 1,000 frames a
@@ -110,7 +110,9 @@ def check_up(up: str, where: object) -> str:
     """Return an axis that may point up; CaptureError for another word."""
     if up and up not in UPS:
         raise CaptureError(
-            where, f"expected an axis that points up, one of {', '.join(UPS)}, found {up!r}."
+            where,
+            f"expected an axis that points up, one of {', '.join(UPS)}, found {up!r}. Give one."
+            + suggestion(up.lower(), UPS),
         )
     return up
 

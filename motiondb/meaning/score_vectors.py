@@ -148,7 +148,8 @@ def times(rows: NDArray[Any], matrix: NDArray[Any], at_once: int = ROWS_AT_ONCE)
     The last bits of a product depend on its shape, and in single precision on where in it a row
     stands (OpenBLAS on AMD). So all products have one shape, and are of double precision, in which
     a row has the same one wherever it stands: measured, with multiples of 24 rows and 60 to 657
-    columns, on all kernels of OpenBLAS for processors with AVX (docs/decisions/bits.md).
+    columns, on all kernels of OpenBLAS for processors with AVX
+    (docs/decisions/the-same-seed-on-any-machine.md).
 
     Shapes: `rows` (n, columns), or (columns,) for one; `matrix` (columns, m).
 

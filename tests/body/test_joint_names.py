@@ -13,6 +13,7 @@ from motiondb.body.joint_names import (
     REQUIRED,
     crossed_names,
     joint_map,
+    mirror_joints,
     normalised,
     same_names,
 )
@@ -304,3 +305,9 @@ def test_ends_and_the_trunk_are_found_under_names_of_other_programs() -> None:
     assert [roles[role] for role in found] == [body.INDEX[role] for role in found]
     assert "l_toe" not in roles  # "l_ball" is no name of any convention
     assert joint_map(chain(l_toe="ball_l"))["l_toe"] == body.INDEX["l_toe"]
+
+
+def test_sides_are_exchanged_for_all_joints_or_told() -> None:
+    names = ("Hips", "UpperLegL", "LowerLegL", "FootL", "UpperLegR", "LowerLegR", "FootR")
+    skeleton = Skeleton(names, np.array([-1, 0, 1, 2, 0, 4, 5]), np.zeros((7, 3)))
+    assert mirror_joints(skeleton).tolist() == [0, 4, 5, 6, 1, 2, 3]

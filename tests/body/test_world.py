@@ -51,9 +51,7 @@ def test_a_walk_shows_every_axis() -> None:
             assert (found.up, found.is_sure) == (up, True)
     found = world.find_up(in_world(walk(), "z"), FPS, stated="y")
     assert found.up == "y"
-    assert found.notes == (
-        "y is stated to be up; the body moves as if z were. Give the axis (--up) if this is wrong.",
-    )
+    assert found.notes == ("y is up, as it was said; the body moves as if z were.",)
 
 
 def test_captures_of_a_skeleton_decide_together() -> None:
@@ -68,9 +66,7 @@ def test_captures_of_a_skeleton_decide_together() -> None:
 def test_a_turn_brings_its_axis_up(up: str) -> None:
     turned = rotation.rotate(world.to_y_up(up), in_world(walk(), up))
     np.testing.assert_allclose(turned[..., 1], walk()[..., 1], atol=1e-9)
-    flat = rotation.rotate(rotation.from_euler([30.0], "Y"), walk())
     assert np.linalg.det(rotation.to_matrix(world.to_y_up(up))) == pytest.approx(1.0)
-    assert flat.shape == turned.shape
 
 
 def test_the_axis_along_which_a_rest_pose_stands() -> None:

@@ -6,6 +6,7 @@ killed, the batches that were saved stay, whole; the same command then adds the 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -135,6 +136,8 @@ class _Adding:
     run_id: int | None = None  # The run of all batches, begun with the first new capture
     scores: dict[str, list[tuple[float, ...]]] = field(default_factory=dict)
     """Of the axes up, by digest of the skeleton."""
+    together: dict[str, str] = field(default_factory=dict)
+    """Axis up by name of the capture, where other captures of its skeleton decided."""
     worlds: dict[str, str] = field(default_factory=dict)  # Axis up, by digest of the capture
     takes: list[tuple[str, ...]] = field(default_factory=list)  # Names, of files with several
 
@@ -176,6 +179,7 @@ class _Adding:
     def _read_with(self, up: str, readings: Readings, own: tuple[str, ...]) -> Readings:
         """Read a file again with another axis up; `own` are the notes on its own axis."""
         name = readings[0].name
+        self.together[name] = up
         job = self.jobs.get(name) or self.jobs[name.rpartition("#")[0]]
         told: tuple[str, ...] = (world.AS_OTHERS.format(up=up),)
         if readings[0].found is not None and readings[0].found.up == up:
@@ -237,13 +241,18 @@ class _Adding:
         return part
 
     def _note_worlds(self, readings: Sequence[ReadFile]) -> None:
-        """Note in the run which axis was up in captures for which it says no or another one."""
+        """Note in the run which axis was up where a new reading could find another one.
+
+        The sheet or other captures say it, or the motion shows one that is not the usual one.
+        """
         assert self.run_id is not None
         before = len(self.worlds)
         for each in readings:
             entry = self.sheets.entry(each.name)
-            up = entry.up if entry and entry.up else each.found.up if each.found else ""
-            if each.source is not None and up not in (self.settings.up or world.UPS[0], ""):
+            up = (entry and entry.up) or self.together.get(each.name, "")
+            if not up and each.skeleton and each.found and each.found.up != each.found.usual:
+                up = each.found.up
+            if each.source is not None and up and up != self.settings.up:
                 self.worlds[each.source.sha256] = up
         if len(self.worlds) > before:
             store.note_in_run(self.opened, self.run_id, worlds=self.worlds)
@@ -308,6 +317,7 @@ def _save(
                 kept.save_events(opened, info, notes)
             change.added.append(info.capture_id)
             seconds += info.duration
+    notes += _guesses(chosen.new)
     added = tuple(reading.name for reading in chosen.new)
     store.finish_run(opened, run_id)
     return AddReport(
@@ -323,6 +333,24 @@ def _save(
         sum("performer" not in _tags(sheets.entry(name)) for name in added),
         tuple(replaced),
     )
+
+
+_GUESS = re.compile(
+    r"--(up|mirror-world|swap-sides|fps)\b|they slide|radians|unit is a guess|if it is wrong"
+)
+"""What a note on the reading of a file says where a person should look at it."""
+
+
+def _guesses(readings: Sequence[ReadFile]) -> list[str]:
+    """Notes on what was guessed of files, each once, with the captures that have it."""
+    found: dict[str, list[tuple[str, str]]] = {}
+    for reading in readings:
+        for note in filter(_GUESS.search, reading.notes):
+            found.setdefault(re.sub(r"[\d.]+", "", note), []).append((reading.name, note))
+    return [
+        f"{of[0][0]}{f' and {len(of) - 1} more' * (len(of) > 1)}: {of[0][1]}"
+        for of in found.values()
+    ]
 
 
 @dataclass(frozen=True)

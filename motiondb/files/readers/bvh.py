@@ -299,12 +299,20 @@ def read_bvh(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip
 def _spare_column(table: FloatArray) -> str:
     """Say which column holds no channel: the "first" if it counts frames, the "last" if it stays.
 
+    "" if both may be spare: a first one that stays, or grows in even steps, may be a time.
+
     >>> _spare_column(np.array([[1.0, 5.0], [2.0, 6.0]])), _spare_column(np.array([[7.0, 5.0]]))
     ('first', '')
+    >>> _spare_column(np.array([[0.1, 5.0], [0.2, 5.0], [0.3, 5.0]]))
+    ''
     """
-    if len(table) > 1 and (np.diff(table[:, 0]) == 1.0).all() and table[0, 0] in (0.0, 1.0):
+    if len(table) < 2:
+        return ""
+    first, is_still = np.diff(table[:, 0]), bool(np.ptp(table[:, -1]) == 0.0)
+    if (first == 1.0).all() and table[0, 0] in (0.0, 1.0):
         return "first"
-    return "last" if len(table) > 1 and np.ptp(table[:, -1]) == 0.0 else ""
+    is_even = np.ptp(first) <= 0.02 * np.abs(first).max()  # but for the digits of a time
+    return "last" if is_still and not is_even else ""
 
 
 def _person(skeleton: Skeleton, path: object, notes: list[str]) -> tuple[int, int]:

@@ -104,6 +104,8 @@ def how_ended(code: int, said: bytes = b"", cpu_seconds: float = 0.0) -> str:
             f"({name}). It is damaged, or needs more memory: export it again, or allow more with "
             "--memory-limit."
         )
+    if b"emory" in said[-2000:]:  # of libraries that end the process, as OpenBLAS does
+        return how_ended(_NO_MEMORY)
     last = said.decode(errors="replace").strip().rpartition("\n")[2][:120]
     found = f"its reader fails ({last})" if last else f"its process ended with code {code}"
     return f"expected a file that can be read, found that {found}. Export it again."

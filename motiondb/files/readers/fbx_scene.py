@@ -162,6 +162,8 @@ def _load(data: bytes, path: object) -> Any:  # noqa: ANN401  an object of a C l
         raise CaptureError(
             path, "expected an FBX file, found other content. Check what the file is."
         ) from None
+    except ufbx.OutOfMemoryError:
+        raise MemoryError from None
     except ufbx.UfbxError as error:
         reason = quoted(str(error) or type(error).__name__, 80)
         raise CaptureError(

@@ -33,6 +33,7 @@ _DEGREES = 10.0
 degrees have: a joint that turns by 573 degrees does not exist, and arms hang 60 degrees from a
 T-pose."""
 _W_LEADS = 0.1  # By how much w must be larger than the last part in the mean
+_BENDS_SURELY = 0.3  # Radians: the usual order of matrices is left only for clear bends
 _BENDS = 0.02  # Radians by which knees and elbows must bend in the mean to tell rows from columns
 _KNEES, _ELBOWS = (4, 5), (18, 19)  # Left and right
 
@@ -116,7 +117,7 @@ def _of_matrices(numbers: FloatArray, first: int, path: object) -> tuple[FloatAr
     if not _are_orthonormal(matrices) or np.linalg.det(matrices).min() < 0:
         raise _refused(path, 9, "ones that are no rotations")
     rotations = rotation.from_matrix(matrices)
-    if _bends(rotations, first) > -_BENDS:
+    if _bends(rotations, first) > -_BENDS_SURELY:
         return rotations, ""
     return rotation.conjugate(rotations), "Knees and elbows show matrices column by column."
 

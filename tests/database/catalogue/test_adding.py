@@ -394,6 +394,27 @@ def test_an_axis_is_given_for_all_or_in_the_sheet(tmp_path: Path, some: Path) ->
         db.add(folder, sheet)
 
 
+def test_a_usual_axis_that_was_given_or_found_together_is_read_again_so(
+    tmp_path: Path, some: Path
+) -> None:
+    walk = read_capture(some / "ana" / "jump_1.bvh")
+    folder = tmp_path / "takes"
+    folder.mkdir()
+    write_bvh(in_world(walk, "z"), folder / "odd.bvh")
+    sheet = tmp_path / "s.tsv"
+    sheet.write_text("file\twords\tup\nodd\tlies\ty\n")
+    with motiondb.open(tmp_path / "given.duckdb") as db:
+        db.add(folder, sheet)
+        assert (heights(db, "odd") < 0.2, db.clip("odd").up) == (True, "y")
+    for number in range(3):
+        walk = replace(walk, root_positions=walk.root_positions + np.array([0.1, 0.0, 0.0]))
+        write_bvh(walk, folder / f"walk{number}.bvh")
+    with motiondb.open(tmp_path / "together.duckdb") as db:
+        notes = db.add(folder).notes
+        assert notes == (f"odd: {world.AS_OTHERS.format(up='y')}",)
+        assert db.clip("odd").up == "y"
+
+
 def test_mirrored_worlds_and_exchanged_sides_are_mended(tmp_path: Path, some: Path) -> None:
     clip = read_capture(some / "ana" / "jump_1.bvh")
     (tmp_path / "a").mkdir()
@@ -410,8 +431,8 @@ def test_mirrored_worlds_and_exchanged_sides_are_mended(tmp_path: Path, some: Pa
             db.clip("left").world_positions(), clip.world_positions(), atol=1e-6
         )
     with motiondb.open(tmp_path / "n.duckdb") as db:
-        db.add(tmp_path / "a")
-        assert any("--mirror-world" in note for note in db.captures()[0].notes)
+        (note,) = db.add(tmp_path / "a").notes
+        assert note.startswith("left: Knees bend and toes point backwards")
 
 
 def test_captions_beyond_the_end_are_problems_with_their_line(tmp_path: Path, some: Path) -> None:

@@ -13,7 +13,7 @@ from motiondb.records import Clip
 
 N = 5
 TURNS = np.tile([1.0, 0.0, 0.0, 0.0], (N, 21, 1))
-ROOT = np.linspace([0.0, 0.9, 0.0], [0.0, 0.9, 0.4], N)
+ROOT = np.linspace([0.0, 0.9, 0.0], [0.0, 0.9, 0.4], N) + np.linspace([0, 0, 0], [0.5, 0, 0], N) ** 2
 TEXT = to_bvh(Clip(body.standard_skeleton(), 30.0, TURNS, ROOT, unit=0.01))
 HEAD, ROWS = TEXT.split("MOTION\n")
 COUNT, TIME, *LINES = ROWS.splitlines()
@@ -109,8 +109,16 @@ def test_one_number_more_in_each_frame(rows: list[str], side: str) -> None:
     check(read(rows=rows), f"Every frame has one number more; the {side} ones are left out.")
 
 
-def test_a_number_more_that_means_something_is_refused() -> None:
-    rows = [f"{row} {n * n}" for n, row in enumerate(LINES)]
+@pytest.mark.parametrize(
+    "rows",
+    [
+        [f"{row} {n * n}" for n, row in enumerate(LINES)],
+        [f"{100 + n} {row}" for n, row in enumerate(LINES)],
+        [f"{n / 30:.4f} {row}" for n, row in enumerate(LINES)],
+        [f"7 {row}" for row in LINES],
+    ],
+)
+def test_a_number_more_that_may_mean_something_is_refused(rows: list[str]) -> None:
     with pytest.raises(CaptureError, match=r"expected 66 values .* found 67"):
         read(rows=rows)
 
