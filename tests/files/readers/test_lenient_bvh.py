@@ -13,7 +13,7 @@ from motiondb.records import Clip
 
 N = 5
 TURNS = np.tile([1.0, 0.0, 0.0, 0.0], (N, 21, 1))
-ROOT = np.linspace([0.0, 0.9, 0.0], [0.0, 0.9, 0.4], N) + np.linspace([0, 0, 0], [0.5, 0, 0], N) ** 2
+ROOT = np.linspace([0, 0.9, 0], [0, 0.9, 0.4], N) + np.linspace([0, 0, 0], [0.5, 0, 0], N) ** 2
 TEXT = to_bvh(Clip(body.standard_skeleton(), 30.0, TURNS, ROOT, unit=0.01))
 HEAD, ROWS = TEXT.split("MOTION\n")
 COUNT, TIME, *LINES = ROWS.splitlines()
