@@ -32,10 +32,9 @@ Frame Time: 0.0333333
 0 90 5 0 0 0 0 0 0
 BVH
 venv/bin/python - <<'PY'
-import addon_utils
 import bpy
+import addon_utils
 
-addon_utils.enable("io_anim_bvh")
 starts = {}
 for asked in (0, 1, 10):
     bpy.ops.wm.read_factory_settings(use_empty=True)

@@ -34,8 +34,8 @@ BVH
 sed -e 's/CHANNELS 3 Zrotation Xrotation Yrotation/CHANNELS 1 Xrotation/' \
     -e 's/^\(0 90 . 0 0 0\) 0 0 0/\1 30/' take.bvh >hinge.bvh
 venv/bin/python - <<'PY'
-import addon_utils
 import bpy
+import addon_utils
 import bvhio
 
 names = [joint.Name for joint, _, _ in bvhio.readAsHierarchy("hinge.bvh").layout()]

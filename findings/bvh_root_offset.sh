@@ -47,8 +47,8 @@ JS
 venv/bin/python - <<'PY'
 import subprocess
 
-import addon_utils
 import bpy
+import addon_utils
 import bvhio
 
 revision, three = subprocess.check_output(["node", "place.mjs"], text=True).split()
