@@ -22,6 +22,7 @@ may be mistaken for a person in inches. Where root and bones have different unit
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -58,9 +59,11 @@ _AHEAD, _BEND = -0.3, -0.01
 """Medians below which toes point backwards (cosine) and knees bend backwards (shares of the leg).
 Of 540 real captures toes are at -.11 (feet of converted files that point anywhere) to .99, knees
 above 0."""
-_CROSSED = -0.02
-"""Metres by which a left knee, shoulder or elbow is right of the other in the median where names
-are exchanged: in real captures they are at least .09 m left."""
+_CROSSED = MappingProxyType(
+    {"knee": -0.02, "ankle": -0.13, "shoulder": -0.02, "elbow": -0.02, "wrist": -0.05}
+)
+"""Metres by which a left joint is right of the other in the median where names are exchanged: in
+540 real captures knees, shoulders, elbows and wrists are at least .06 m left, ankles reach -.12."""
 _TOE_HEIGHT = 0.02  # Metres of the toe joint over the ground in a flat stance
 _SECONDS = 0.5  # Of feet on the ground: less shows no steps
 _STEP, _ALIKE, _SLIDES = 0.5, 0.9, (0.9, 4.0)
@@ -173,9 +176,15 @@ def up_notes(found: Found) -> tuple[str, ...]:
     return (f"{found.up} is taken for up: {why}. {_ADVICE}",)
 
 
-def pooled(scores: Sequence[Sequence[float]]) -> tuple[str, bool]:
-    """Return the axis that is up for captures of one skeleton, and whether this is sure."""
-    together = np.mean(scores, axis=0)
+def pooled(found: Sequence[Found]) -> tuple[str, bool]:
+    """Return the axis that is up for captures of one skeleton, and whether this is sure.
+
+    Those that are sure decide for the others; without any, what speaks for all together.
+    """
+    sure = Counter(each.up for each in found if each.is_sure)
+    if sure:
+        return sure.most_common(1)[0][0], True
+    together = np.mean([each.scores for each in found], axis=0)
     second, best = np.sort(together)[-2:]
     return UPS[int(together.argmax())], bool(best - second >= _SURE)
 
@@ -257,9 +266,9 @@ def side_notes(points: FloatArray, has_toes: bool) -> tuple[str, ...]:
     """Note sides whose names contradict the body; joints (frames, 21, 3), y up."""
     left = points[:, _I["l_hip"]] - points[:, _I["r_hip"]]
     left = rotation.normalize(left)
-    for part in ("knee", "shoulder", "elbow"):
+    for part, least in _CROSSED.items():
         across = points[:, _I[f"l_{part}"]] - points[:, _I[f"r_{part}"]]
-        if _median(across, left) < _CROSSED:
+        if _median(across, left) < least:
             return (
                 f"The left {part} is right of the right one for most of the take: the names of "
                 f"the {part}s, or of the hips, look exchanged. Name them with --joint-map, or give "
@@ -378,6 +387,11 @@ def checked_unit(unit: float, size: float, typical: float) -> tuple[float, tuple
         return unit, ()
     likely = (*_MEANT, *(unit * factor for factor in _SCALED))
     meant = min(likely, key=lambda metres: abs(math.log(size * metres / typical)))
+    if math.isclose(meant, unit):
+        return unit, (
+            f"In the file's unit ({unit:.4g} m) the body is {ratio:.2g} times the usual size, and "
+            "no other unit fits better. Give the unit if it is wrong.",
+        )
     return meant, (
         f"The file says that its unit is {unit:.4g} m; the body would be {ratio:.2g} times the "
         f"usual size, so {meant:.4g} m is taken. Give the unit if it is wrong.",
@@ -432,6 +446,8 @@ def find_rate(seconds: float, written: str = "") -> tuple[float, tuple[str, ...]
     (120.0, 30.0)
     >>> round(find_rate(0.0333667)[0], 3)
     29.97
+    >>> find_rate(0.01, "0.01"), find_rate(0.04, "0.04")
+    ((100.0, ()), (25.0, ()))
     >>> find_rate(0.008, "0.008")[1][0][:61]
     'The frame time 0.008 fits 120 and 125 frames a second; 120 is'
     """
@@ -450,7 +466,8 @@ def find_rate(seconds: float, written: str = "") -> tuple[float, tuple[str, ...]
         return 1.0 / seconds, ()
     exact = [whole] if abs(whole * seconds - 1.0) < 1e-9 else []
     *others, last = (f"{fps:g}" for fps in sorted({*usual, *exact}))
-    if not others or slack > step:  # written with five digits or more
+    is_exact = usual[0] in exact and usual[0] in _RATES
+    if not others or is_exact or slack > step:  # or written with five digits or more
         return usual[0], ()
     return usual[0], (
         f"The frame time {written} fits {', '.join(others)} and {last} frames a second; "

@@ -108,11 +108,12 @@ def check_options(options: ReadOptions, path: object) -> None:
 
 def check_up(up: str, where: object) -> str:
     """Return an axis that may point up; CaptureError for another word."""
+    up = up.strip().lower()
     if up and up not in UPS:
         raise CaptureError(
             where,
             f"expected an axis that points up, one of {', '.join(UPS)}, found {up!r}. Give one."
-            + suggestion(up.lower(), UPS),
+            + suggestion(up, UPS),
         )
     return up
 

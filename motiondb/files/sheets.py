@@ -324,7 +324,7 @@ def _entry(cells: dict[str, str], line: int) -> SheetEntry:
         for c, v in cells.items()
         if v and c and c not in ("file", "words", "start", "end", "fps", "skeleton", "up")
     }
-    up = cells.get("up") or None
+    up = cells.get("up", "").lower() or None
     if up and up not in UPS:
         raise ValueError(f"expected an axis up, one of {', '.join(UPS)}, found {quoted(up)}.")
     skeleton = cells.get("skeleton") or None

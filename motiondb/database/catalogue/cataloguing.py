@@ -92,6 +92,12 @@ def add_captures(
         if adding.n_read == len(jobs):
             break
     others = [sentence for folder in folders for sentence in files.not_read(folder)]
+    asked = (settings.up, settings.mirror_world, settings.swap_sides, settings.unit, settings.fps)
+    if report.known and any(asked):
+        others.append(
+            f"{len(report.known)} files were there already and were not read again: remove their "
+            "captures first to read them in another way"
+        )
     others += [_takes_note(each, sheets) for each in adding.takes]
     unknown = sheets.unknown({*names, *(name for each in adding.takes for name in each)})
     return replace(
@@ -134,8 +140,8 @@ class _Adding:
     tell: Progress
     n_read: int = 0
     run_id: int | None = None  # The run of all batches, begun with the first new capture
-    scores: dict[str, list[tuple[float, ...]]] = field(default_factory=dict)
-    """Of the axes up, by digest of the skeleton."""
+    found: dict[str, list[world.Found]] = field(default_factory=dict)
+    """Axes up of captures, by digest of the skeleton."""
     together: dict[str, str] = field(default_factory=dict)
     """Axis up by name of the capture, where other captures of its skeleton decided."""
     worlds: dict[str, str] = field(default_factory=dict)  # Axis up, by digest of the capture
@@ -160,15 +166,16 @@ class _Adding:
             return self._in_one_world(batch)
 
     def _in_one_world(self, batch: list[Readings]) -> list[Readings]:
-        """Read again the captures that disagree with others of their skeleton on what is up."""
+        """Read again captures that are less sure of what is up than others of their skeleton."""
         for each in (reading for readings in batch for reading in readings):
             if each.found is not None and each.skeleton:
-                self.scores.setdefault(each.skeleton, []).append(each.found.scores)
+                self.found.setdefault(each.skeleton, []).append(each.found)
         for place, readings in enumerate(batch):
             for of_file in readings:
-                if of_file.found is None or len(self.scores.get(of_file.skeleton, ())) < 2:
+                others = self.found.get(of_file.skeleton, ())
+                if of_file.found is None or of_file.found.is_sure or len(others) < 2:
                     continue
-                up, is_sure = world.pooled(self.scores[of_file.skeleton])
+                up, is_sure = world.pooled(others)
                 own = world.up_notes(of_file.found)
                 if up == of_file.found.up and not (is_sure and own):
                     continue
