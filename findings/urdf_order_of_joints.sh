@@ -11,7 +11,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
 python3 -m venv venv
-venv/bin/pip install --quiet --disable-pip-version-check mujoco==4.0.0 yourdfpy==0.0.60 pin==4.1.0
+venv/bin/pip install --quiet --quiet --disable-pip-version-check mujoco==4.0.0 yourdfpy==0.0.60 pin==4.1.0
 cat >robot.py <<'END'
 import mujoco
 import numpy as np

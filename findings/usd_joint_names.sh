@@ -12,7 +12,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
 python3 -m venv venv
-venv/bin/pip install --quiet --disable-pip-version-check usd-core==26.11
+venv/bin/pip install --quiet --quiet --disable-pip-version-check usd-core==26.11
 cat >names.py <<'END'
 from pxr import Tf, Usd, UsdSkel, Vt
 
