@@ -180,10 +180,11 @@ def joint_map(skeleton: Skeleton, user_map: Mapping[str, str] | None = None) -> 
     numbers = _numbers([normalised(name) for name in skeleton.names], skeleton)
     best, chosen = _best_convention(numbers)
     if any(role not in chosen for role in REQUIRED):
-        other, found = _best_convention(_numbers(_without_shared(skeleton.names), skeleton))
+        plain = _numbers(_without_shared(skeleton.names), skeleton)
+        other, found = _best_convention(plain)
         if _worth(found) > _worth(chosen):
             best, chosen = other, found
-            numbers = _numbers(_without_shared(skeleton.names), skeleton) | numbers
+            numbers = plain | numbers
     roles = {role: _of_equals(role, joints) for role, joints in chosen.items()}
     roles |= _read_user_map(user_map or {}, skeleton)
     _fill(roles, numbers, skeleton)
