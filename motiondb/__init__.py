@@ -15,8 +15,6 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from motiondb.database.arguments import checked
-
 if TYPE_CHECKING:
     from motiondb.answers.catalogue import listed_capture, shown_event
     from motiondb.answers.database import Compacted
@@ -282,7 +280,6 @@ _PLACES = {
 _PUBLIC = {name: module for module, names in _PLACES.items() for name in names.split()}
 
 
-@checked
 def open(
     path: str | Path = "motions.duckdb", *, read_only: bool = False, wait: float = 0.0
 ) -> MotionDB:
@@ -308,7 +305,6 @@ def open(
     return MotionDB(path, read_only=read_only, wait=wait)
 
 
-@checked
 def compact(
     path: str | Path,
     wait: float = 0.0,
@@ -355,7 +351,6 @@ def changes_saved() -> bool:
     return handle is not None and bool(handle.Store.changes_saved)
 
 
-@checked
 def write_bvh(motion: Clip | Motion, path: str | Path) -> None:
     """Write a clip or a motion as BVH; the file appears whole or not at all.
 
@@ -377,7 +372,6 @@ def write_bvh(motion: Clip | Motion, path: str | Path) -> None:
     bvh_writer.write_bvh(_to_clip(motion), path)
 
 
-@checked
 def write_gltf(motion: Clip | Motion, path: str | Path) -> None:
     """Write a clip or a motion as glTF (.glb or .gltf); see :func:`write_bvh`.
 
@@ -405,12 +399,8 @@ def __getattr__(name: str) -> object:
     if name not in _PUBLIC:
         raise AttributeError(f"module 'motiondb' has no attribute {name!r}")
     from importlib import import_module
-    from types import FunctionType
 
     public = getattr(import_module(_PUBLIC[name]), name)
-    if isinstance(public, FunctionType):
-        public = checked(public)
-        public.__module__ = "motiondb"  # where pickle finds it
     globals()[name] = public
     return public
 

@@ -63,10 +63,10 @@ class _Opened:
 
     def pose(self, question: Question) -> Posed:
         """Look up what is searched, and the example."""
-        from motiondb.database import arguments, searching
+        from motiondb.database import searching, values
 
         check(question)
-        arguments.check_least("limit", question.limit, 1)
+        values.check_least("limit", question.limit, 1)
         motion = self.motion_of(question) if question.like else None
         allowed = None  # said in a word, and not by as many numbers for each of many questions
         if question.where.strip():
