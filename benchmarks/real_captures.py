@@ -95,15 +95,15 @@ def find(data: Path, database: Path, stages: Stages, output: Path) -> Findings:
         print("examples asked", flush=True)
         made = answers.make_sentences(db, folder)
         print("sentences made", flush=True)
-        db.draw_symbols(folder / "symbols.png")
-        db.draw(STRIP, folder / "take-14-06.png")
+        db.symbols.draw(folder / "symbols.png")
+        db.captures.draw(STRIP, folder / "take-14-06.png")
         for name in ("symbols.png", "take-14-06.png"):
             answers.shrink(folder / name)
         return Findings(
             stages,
             count(db, database),
             *_refusals(stages, data),
-            [f"{r.capture} {r.kind} {r.other}" for r in db.relations()],
+            [f"{r.capture} {r.kind} {r.other}" for r in db.captures.relations()],
             words,
             precision,
             answers.find_parts(db, parts),

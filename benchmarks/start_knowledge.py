@@ -70,7 +70,7 @@ def make(data: Path, output: Path) -> Knowledge:
         with motiondb.open(Path(folder) / "cmu.duckdb") as db:
             db.add(data / "cmu", sheet, motiondb.AddSettings(skip_bad_frames=True))
             db.learn(motiondb.LearnSettings(seed=0))
-            return db.export_knowledge(output, name="cmu", credit=CREDIT)
+            return db.symbols.export_knowledge(output, name="cmu", credit=CREDIT)
 
 
 def differences(made: Knowledge, shipped: Knowledge) -> tuple[list[str], bool]:

@@ -43,7 +43,7 @@ def remove(
             found = [info.name for info in base.captures(where, exact=True)]
             if found and not yes and not _is_sure(found):
                 raise typer.Exit(1)
-        gone = base.remove(names or (), where)
+        gone = base.captures.remove(names or (), where)
     if not printing.as_json(shared, answers.Removed(gone)):
         printing.say(f"removed {_listed(gone)}" if gone else "no capture matches")
 
@@ -114,7 +114,7 @@ def rename(
 ) -> None:
     """Give a capture another name, or all that are in a folder or fit a pattern."""
     with shared.database(writing=True) as base:
-        renamed = base.rename(old, new)
+        renamed = base.captures.rename(old, new)
     if printing.as_json(shared, answers.Renamed(renamed)):
         return
     for before, after in renamed.items():
@@ -134,7 +134,7 @@ def merge(
     Files with the same content are the same capture. What is not taken over is said; captures whose
     names are taken are left out (exit 1).
     """
-    motiondb.MotionDB.check_merge(other, prefix, shared.wait)
+    motiondb.check_merge(other, prefix, shared.wait)
     with (
         shared.database(writing=True, create=True) as base,
         printing.progress(shared) as tell,
@@ -169,7 +169,7 @@ def tags(context: typer.Context, shared: options.Shared) -> None:
     if context.invoked_subcommand is not None:
         return
     with shared.database() as base:
-        rows = base.tag_rows()
+        rows = base.captures.tag_rows()
     if printing.as_json(shared, rows):
         return
     printing.print_table(
@@ -200,7 +200,7 @@ def set_tags(
         )
     given = {key: value for key, _, value in pairs}
     with shared.database(writing=True) as base:
-        changed = base.set_tags(given, names, where)
+        changed = base.captures.set_tags(given, names, where)
     if not printing.as_json(shared, answers.TagsSet(given, changed)):
         told = ", ".join(f"{key}={value}" for key, value in given.items())
         printing.say(f"{told}: {printing.number(len(changed), 'capture')} changed")

@@ -132,8 +132,8 @@ def add(
         printing.progress(shared) as tell,
     ):
         report = base.add(folders, words, settings, tell, events, workers)
-        facts, drift = base.info(), base.drift()
-        wordless = not (facts.captures_with_words or base.start_facts())
+        facts, drift = base.info(), base.symbols.drift()
+        wordless = not (facts.captures_with_words or base.symbols.start_facts())
     if not printing.as_json(
         shared, answers.extended(answers.AddAnswer, report, captures=facts.captures, drift=drift)
     ):
@@ -207,11 +207,11 @@ def show(
     --from to --to.
     """
     with shared.database() as base:
-        facts = base.show(name)
+        facts = base.captures.show(name)
         if png:
-            base.draw(name, png)
+            base.captures.draw(name, png)
         if gif:
-            base.animate(name, gif, start, end)
+            base.captures.animate(name, gif, start, end)
         if html:
             printing.write_html(html, motiondb.StandalonePage.of_capture(base, name))
     if printing.as_json(shared, replace(facts, png=png, gif=gif)):

@@ -53,7 +53,7 @@ def generate(
             options.output_name(options.numbered(output, n))
             options.output_name(png and options.numbered(png, n))
             if save is not None:
-                base.check_name_free(f"{save}-{n}" if n else save)
+                base.captures.check_name_free(f"{save}-{n}" if n else save)
         motions = base.generate_variants(words, variants, seed, method, exact, anyway, asked)
         facts = []
         for n, made in zip(numbers, motions):
@@ -66,7 +66,7 @@ def generate(
                 page = motiondb.StandalonePage.of_generated(base, made, name or "")
                 printing.write_html(options.numbered(html, n), page)
             if name is not None:  # last, so that nothing is saved if a file cannot be written
-                base.save_generated(name, words, made, made.seed)
+                base.captures.save_generated(name, words, made, made.seed)
     printing.note_words(motions[0])
     printing.note_sources(motions[0].sources)
     _print_generated(shared, motions, facts, variants)

@@ -66,7 +66,7 @@ def rescue(
 def info(shared: options.Shared) -> None:
     """Show what the database contains and the commands that changed it."""
     with shared.database() as base:
-        facts, runs, drift = base.info(), base.runs(), base.drift()
+        facts, runs, drift = base.info(), base.runs(), base.symbols.drift()
     if printing.as_json(
         shared, answers.extended(answers.InfoAnswer, facts, drift=drift, runs=runs)
     ):
@@ -147,7 +147,7 @@ def export_knowledge(
 ) -> None:
     """Write the learned model, without motion and captions (see learn --start)."""
     with shared.database() as base:
-        facts = answers.knowledge_answer(base.export_knowledge(file, name, credit))
+        facts = answers.knowledge_answer(base.symbols.export_knowledge(file, name, credit))
     n_bytes = file.stat().st_size
     if printing.as_json(
         shared, answers.extended(answers.ExportedKnowledge, facts, file=file, bytes=n_bytes)
@@ -170,7 +170,7 @@ def show_knowledge(
     """Show the content and origin of knowledge; a file is checked."""
     if what is None:
         with shared.database() as base:
-            knowledge = base.start_knowledge()
+            knowledge = base.symbols.start_knowledge()
     else:
         knowledge = motiondb.load_knowledge(what)
     facts = answers.knowledge_answer(knowledge)

@@ -46,11 +46,11 @@ def learn(
         printing.progress(shared) as tell,
     ):
         settings = motiondb.LearnSettings(n_symbols=n_symbols, seed=seed)
-        drift = base.drift()
+        drift = base.symbols.drift()
         learning = base.learn(
             settings, lambda what, share: tell(what, share, 1.0), start, where, workers
         )
-        first = base.start_facts()
+        first = base.symbols.start_facts()
     size = motiondb.learned_summary(learning)
     if printing.as_json(
         shared, answers.extended(answers.LearnAnswer, size, drift=drift, start=first)
@@ -116,9 +116,9 @@ def evaluate(
 def symbols(shared: options.Shared, png: options.Png = None) -> None:
     """List the motion symbols with their clusters and words; --png draws their space."""
     with shared.database() as base:
-        rows = base.symbol_rows()
+        rows = base.symbols.rows()
         if png:
-            base.draw_symbols(png)
+            base.symbols.draw(png)
     if printing.as_json(shared, rows):
         return
     printing.print_table(

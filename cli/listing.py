@@ -69,7 +69,7 @@ def list_captures(
     with shared.database() as base:
         infos = base.captures(where, exact, sort)
         printing.note_filter(base, where, exact)
-        captions = base.all_captions()
+        captions = base.words.all_captions()
     shown = infos[:limit]
     if printing.as_json(
         shared, (motiondb.listed_capture(i, captions.get(i.capture_id, ())) for i in shown)
@@ -105,7 +105,7 @@ def list_captures(
 
 def _list_faulty(shared: options.Shared, as_csv: bool) -> None:
     with shared.database() as base:
-        files = base.faulty_files()
+        files = base.captures.faulty_files()
     if printing.as_json(shared, files):
         return
     rows = [[each.path, each.noted, each.problem] for each in files]
@@ -120,9 +120,9 @@ def _list_faulty(shared: options.Shared, as_csv: bool) -> None:
 def _list_duplicates(shared: options.Shared, where: str, limit: int | None, as_csv: bool) -> None:
     with shared.database() as base:
         infos = {info.name: info for info in base.captures()}
-        groups = base.duplicates(where)
+        groups = base.captures.duplicates(where)
         chosen = {info.name for info in base.captures(where)} if where.strip() else {*infos}
-        files = [each for each in base.same_files() if each.capture in chosen]
+        files = [each for each in base.captures.same_files() if each.capture in chosen]
     if printing.as_json(shared, answers.Duplicates(tuple(groups[:limit]), tuple(files[:limit]))):
         return
     rows = [

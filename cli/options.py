@@ -319,14 +319,14 @@ def _opened(
     path: Path, wait: float, *, writing: bool = False, create: bool = False
 ) -> Iterator[motiondb.MotionDB]:
     with motiondb.MotionDB(path, read_only=not writing, create=create, wait=wait) as db:
-        printing.note(db.log_note)
+        printing.note(db.store.log_note)
         try:
             yield db
-            printing.note(db.damage_note)
+            printing.note(db.session.damage_note)
         finally:
-            for sentence in db.file_notes:
+            for sentence in db.store.notes:
                 printing.note(sentence)
-    printing.note(db.log_note)
+    printing.note(db.store.log_note)
 
 
 class Group(typer.core.TyperGroup):

@@ -72,7 +72,7 @@ def accept_any_text() -> None:
 
 def note_unlearned(db: motiondb.MotionDB) -> None:
     """Print on standard error how many captures the answers leave out."""
-    count = len(db.unlearned())
+    count = len(db.captures.unlearned())
     if count:
         what = "1 capture is" if count == 1 else f"{count} captures are"
         warn(f"note: {what} not yet learned: run motiondb learn to include them")
@@ -103,7 +103,7 @@ def note_words(answer: motiondb.WordAnswer | motiondb.Generated) -> None:
 
 def note_filter(db: motiondb.MotionDB, where: str, exact: bool) -> None:
     """Print on standard error the replacements of those words of a filter that occur nowhere."""
-    for taking in () if exact else db.taken_in_filter(where).values():
+    for taking in () if exact else db.captures.taken_in_filter(where).values():
         warn(f"filter: {taking.sentence('there')}")
 
 

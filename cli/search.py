@@ -59,9 +59,9 @@ def search(
         printing.note_filter(base, where, exact)
         printing.note_unlearned(base)
         if png and explain and answer.reasons:
-            base.draw_reasons(answer, png, words)
+            base.captures.draw_reasons(answer, png, words)
         elif png and answer.matches:
-            base.draw_matches(answer, png, words)
+            base.captures.draw_matches(answer, png, words)
         if html:
             printing.write_html(html, motiondb.StandalonePage.of_search(base, answer))
         if export:
@@ -88,7 +88,7 @@ def _write_matches(
     question: str,
 ) -> None:
     """Write the matches into a folder, and say so on standard error."""
-    files = base.export_matches(answer, folder, question)
+    files = base.captures.export_matches(answer, folder, question)
     licences = ", ".join(sorted({file.licence for file in files})) or "none"
     printing.warn(
         f"export: {printing.number(len(files), 'motion')} in {folder}, each with its origin beside "
@@ -144,7 +144,7 @@ def like(
         printing.note_unlearned(base)
         if png and answer.matches:
             motion = base.motion(read, start, end)
-            base.draw_matches(answer, png, f"like {example}", motion)
+            base.captures.draw_matches(answer, png, f"like {example}", motion)
         if html:
             printing.write_html(
                 html,
@@ -238,8 +238,8 @@ def describe(
             read = printing.read_example(base, example, up)
             answers = {example: base.describe(read, start, end)}
         told = [d for answer in answers.values() for d in answer]
-        sources = base.word_sources(dict.fromkeys(w for d in told for w, _ in d.words[:3]))
-        unchecked = base.why_unchecked(word for d in told for word, p in d.words if p is None)
+        sources = base.words.sources(dict.fromkeys(w for d in told for w, _ in d.words[:3]))
+        unchecked = base.words.why_unchecked(word for d in told for word, p in d.words if p is None)
     printing.note_sources(sources)
     printing.note(unchecked)
     cells = [

@@ -62,7 +62,7 @@ def generate(
         tell("generating", 0.0, 1.0)
         options.output_name(output)
         if save is not None:
-            base.check_name_free(save)
+            base.captures.check_name_free(save)
         if like is not None and not exact:
             printing.note_taken(base.grammars.taken_in_pattern(name, like).values())
         how: dict[str, object]
@@ -141,7 +141,7 @@ def edit(
         options.output_name(output)
     with shared.database(writing=save is not None) as base:
         if save is not None:
-            base.check_name_free(save)
+            base.captures.check_name_free(save)
         edited = base.grammars.edit(name, sequence, at, (wider, narrower), number, seed)
         if png:
             base.grammars.draw_edit(name, edited, png)

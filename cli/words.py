@@ -32,7 +32,7 @@ def words(context: typer.Context, shared: options.Shared) -> None:
     if context.invoked_subcommand is not None:
         return
     with shared.database() as base:
-        rows = base.word_rows()
+        rows = base.words.rows()
     if printing.as_json(shared, rows):
         return
     table = [
@@ -53,8 +53,8 @@ def set_words(
 ) -> None:
     """Set the caption of a capture or of a part of it."""
     with shared.database(writing=True) as base:
-        change = base.set_words(name, text, start, end, keep)
-        captions = base.captions(name)
+        change = base.words.set(name, text, start, end, keep)
+        captions = base.words.captions(name)
     said = answers.CaptionsSet(
         name, [c.words for c in captions], bool(change.counted), list(change.new_words)
     )
@@ -73,8 +73,8 @@ def import_words(
 ) -> None:
     """Replace captions and tags by those of a sheet; rows without a capture are listed (exit 1)."""
     with shared.database(writing=True) as base:
-        report = base.import_words(sheet)
-        drift = base.drift()
+        report = base.words.import_sheet(sheet)
+        drift = base.symbols.drift()
     if not printing.as_json(shared, report):
         printing.say(
             f"{printing.number(report.captures, 'capture')} with the sheet's words and tags now, "
@@ -97,7 +97,7 @@ def export_words(
 ) -> None:
     """Write captions and tags as a sheet, which words import reads again without loss."""
     with shared.database() as base:
-        report = base.export_words(sheet, where)
+        report = base.words.export(sheet, where)
     if not printing.as_json(shared, report):
         printing.say(
             f"{printing.number(report.captions, 'caption')} of "
@@ -113,7 +113,7 @@ def show_history(
 ) -> None:
     """List the captions that a capture has had, oldest first, with the runs that set them."""
     with shared.database() as base:
-        versions = base.caption_history(name)
+        versions = base.words.history(name)
     if printing.as_json(shared, versions):
         return
     rows = [
@@ -129,7 +129,7 @@ def set_synonyms(
 ) -> None:
     """Store a file of synonyms for captions and queries."""
     with shared.database(writing=True) as base:
-        table = base.set_synonyms(file)
+        table = base.words.set_synonyms(file)
     if not printing.as_json(shared, dict(table)):
         printing.say(f"{printing.number(len(table), 'synonym')} kept")
 
@@ -140,7 +140,7 @@ def events(context: typer.Context, shared: options.Shared) -> None:
     if context.invoked_subcommand is not None:
         return
     with shared.database() as base:
-        rows = base.event_rows()
+        rows = base.captures.event_rows()
     if printing.as_json(shared, rows):
         return
     if not rows:
@@ -157,7 +157,7 @@ def show_events(
 ) -> None:
     """List the events of one capture."""
     with shared.database() as base:
-        rows = [motiondb.shown_event(event) for event in base.events(name)]
+        rows = [motiondb.shown_event(event) for event in base.captures.events(name)]
     if printing.as_json(shared, rows):
         return
     table = [[f"{row.seconds:.3f}", row.frame, row.name, row.joint, row.other] for row in rows]
@@ -171,7 +171,7 @@ def import_events(
 ) -> None:
     """Replace the events of the captures of a sheet; rows without a capture are listed (exit 1)."""
     with shared.database(writing=True) as base:
-        report = base.import_events(sheet)
+        report = base.captures.import_events(sheet)
     if not printing.as_json(shared, report):
         printing.say(
             f"{printing.number(report.events, 'event')} of "

@@ -36,6 +36,7 @@ from .body.kinematics import (
 from .database import (
     MotionDB as MotionDB,
 )
+from .database.captures import Captures as Captures
 from .database.catalogue.cataloguing import (
     check_captures as check_captures,
 )
@@ -99,6 +100,7 @@ from .database.learned_grammar import (
 from .database.opening import (
     changes_saved as changes_saved,
 )
+from .database.opening import check_merge as check_merge
 from .database.opening import (
     compact as compact,
 )
@@ -120,9 +122,11 @@ from .database.scenes.scenes import (
 from .database.scenes.scenes import (
     Scenes as Scenes,
 )
+from .database.symbols import Symbols as Symbols
 from .database.tables import (
     Tables as Tables,
 )
+from .database.words import Words as Words
 from .errors import (
     CaptureError as CaptureError,
 )

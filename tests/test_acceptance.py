@@ -165,7 +165,9 @@ def test_words_find_what_shows_them(db: MotionDB) -> None:
     """A5, A11 with words: what people said the word about comes first."""
     for word in ("kick", "bow", "wave", "jump"):
         for match in db.search(word, limit=5).matches:
-            said = {w for c in db.captions(match.capture) for w in vocabulary.words_of(c.words)}
+            said = {
+                w for c in db.words.captions(match.capture) for w in vocabulary.words_of(c.words)
+            }
             assert word in said, match
 
 

@@ -54,7 +54,7 @@ def read_originals(folder: Path, sheet: Path | None, database: Path) -> list[Ori
         draft.rename(database)
     with motiondb.open(database, read_only=True) as db:
         said = {
-            info.name: tuple((c.words, c.start, c.end) for c in db.captions(info.name))
+            info.name: tuple((c.words, c.start, c.end) for c in db.words.captions(info.name))
             for info in db.captures()
         }
         return [Original(name, db.motion(name), rows) for name, rows in said.items()]

@@ -265,7 +265,7 @@ def _caption_parts(db: MotionDB, take: LongTake, others: Sequence[LongTake]) -> 
     """Captions of parts for the other takes in place of their own; none for the asked take."""
     for other in others:
         for number, (start, end, label) in enumerate(other.parts):
-            db.set_words(other.capture.name, WORDS[label], start, end, keep=number > 0)
+            db.words.set(other.capture.name, WORDS[label], start, end, keep=number > 0)
     asked = store.load_capture(db.store, take.capture.name).capture_id
     with store.transaction(db.store):
         store.save_captions(db.store, asked, [])

@@ -163,13 +163,13 @@ def _other(folder: Path, names: Sequence[str]) -> dict[str, Kept]:
         with motiondb.open(new) as db:
             for name in names:
                 db.add(folder / f"{name}.bvh")
-                db.set_words(name, f"from elsewhere, {name}")
-            db.import_events(sheet)
-            db.set_tags({"performer": "zoe", "studio": "other"}, names[1:])
+                db.words.set(name, f"from elsewhere, {name}")
+            db.captures.import_events(sheet)
+            db.captures.set_tags({"performer": "zoe", "studio": "other"}, names[1:])
             shutil.rmtree(db.store.path.with_name(f"{new.name}.cache"), ignore_errors=True)
         new.rename(folder / OTHER)
     with motiondb.open(folder / OTHER, read_only=True) as db:
-        infos, captions, events = db.captures(), db.all_captions(), db.all_events()
+        infos, captions, events = db.captures(), db.words.all_captions(), db.captures.all_events()
     return {
         i.name: Kept(
             i.kind,
@@ -195,7 +195,7 @@ def _learn(folder: Path, material: Material) -> None:
     with motiondb.open(folder / DB) as db:
         for number, name in enumerate(material.seconds):
             db.add(folder / f"{name}.bvh")
-            db.set_words(name, ("walk", "bow", "jump", "kick")[number % 4])
+            db.words.set(name, ("walk", "bow", "jump", "kick")[number % 4])
         db.learn(LearnSettings(n_symbols=2))
         names = sorted(material.seconds)
         db.grammars.learn(names[:4], "moves", GrammarSettings(n_terminals=2, sentences="captures"))
@@ -210,7 +210,7 @@ def warm_up(material: Material) -> None:
         hand = Hand(Path(folder), material.folder)
         name = next(iter(material.seconds))
         hand.db.add(material.folder / f"{name}.bvh")
-        hand.db.set_words(name, "a slow walk")
+        hand.db.words.set(name, "a slow walk")
         hand.db.export(name, Path(folder) / "one.glb")
         hand.look(thorough=True)
         hand.close()
@@ -219,7 +219,7 @@ def warm_up(material: Material) -> None:
         shutil.copy(material.folder / DB, hand.path)
         hand.do("ask", {"words": "walk", "name": name})
         hand.do("show", {"name": name})
-        hand.db.set_words(name, "a slow walk")
+        hand.db.words.set(name, "a slow walk")
         grammar = hand.db.grammars.names()[0]
         hand.do("save sequence", {"grammar": grammar, "seed": 0, "name": "sung"})
         hand.do("ask grammar", {"name": grammar})

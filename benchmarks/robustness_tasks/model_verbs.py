@@ -77,7 +77,7 @@ class Hand:
         """What is in the database, and everything that is wrong with it."""
         db = self.db
         with db.session.reading():
-            captions, events = db.all_captions(), db.all_events()
+            captions, events = db.words.all_captions(), db.captures.all_events()
             infos = db.captures()
             names = {info.capture_id: info.name for info in infos}
             captures = {
@@ -98,7 +98,7 @@ class Hand:
             facts = {
                 "captures": captures,
                 "synonyms": store.load_synonyms(db.store),
-                "vocabulary": db.vocabulary() if db.is_learned() else None,
+                "vocabulary": db.words.vocabulary() if db.is_learned() else None,
                 "grammars": {
                     name: [_digest(db, name), sorted(db.grammars.saved(name))]
                     for name in db.grammars.names()
@@ -107,7 +107,11 @@ class Hand:
                 "trash": sorted(name for _, name in store.load_trash(db.store)),
                 "history": [[kind, [e.name for e in edits]] for kind, edits in _history(db, runs)],
             }
-            wrong = [f"unlearned: {name}" for name in db.unlearned()] if db.is_learned() else []
+            wrong = (
+                [f"unlearned: {name}" for name in db.captures.unlearned()]
+                if db.is_learned()
+                else []
+            )
             wrong += [f"a run without an end: {run}" for run in runs if not run.finished]
             revision = db.revision()
         if thorough:
@@ -147,7 +151,7 @@ def counted_otherwise(db: MotionDB) -> list[str]:
     with db.session.reading():
         model = from_stored(store.load_learning(db.store))
         there = set(model.segments.capture_ids.tolist())
-        captions = {c: rows for c, rows in db.all_captions().items() if c in there}
+        captions = {c: rows for c, rows in db.words.all_captions().items() if c in there}
         synonyms = store.load_synonyms(db.store)
         table = segments_of(db.store, model, there)
     counted = model.counted
@@ -191,7 +195,7 @@ def _made(hand: Hand, given: Arguments) -> Any:
 
 def _save_generated(hand: Hand, given: Arguments) -> None:
     made = _made(hand, given)
-    hand.db.save_generated(given["name"], given["words"], made, given["seed"])
+    hand.db.captures.save_generated(given["name"], given["words"], made, given["seed"])
 
 
 def _out(hand: Hand, given: Arguments) -> Path:
@@ -244,7 +248,7 @@ def _rename_terminal(hand: Hand, given: Arguments) -> None:
 
 def _export_matches(hand: Hand, given: Arguments) -> Any:
     answer = hand.db.search(given["words"], limit=2)
-    files = hand.db.export_matches(answer, hand.place / "out" / MATCHES, given["words"])
+    files = hand.db.captures.export_matches(answer, hand.place / "out" / MATCHES, given["words"])
     wrong = [file.output.name for file in files if not _is_as_told(file.output, file.provenance)]
     return {"wrong": [f"not as told: {name}" for name in wrong]}
 
@@ -269,29 +273,31 @@ def _list(hand: Hand, given: Arguments) -> Any:
     names = {info.name for info in hand.db.captures()}
     has = any("performer" in info.tags for info in hand.db.captures())
     found = sorted(info.name for info in hand.db.captures(where, exact=True)) if has else []
-    rows = hand.db.browse(sort="-name", limit=1000).rows
+    rows = hand.db.captures.browse(sort="-name", limit=1000).rows
     return {"names": sorted(names), "found": found, "browsed": [row.info.name for row in rows]}
 
 
 def _show(hand: Hand, given: Arguments) -> Any:
     db, name = hand.db, given["name"]
-    db.show(name)
+    db.captures.show(name)
     asks = (
-        db.segments,
-        db.activities,
-        db.relations,
-        db.provenance,
+        db.captures.segments,
+        db.captures.activities,
+        db.captures.relations,
+        db.captures.provenance,
         db.clip,
         db.motion,
-        db.features,
+        db.captures.features,
     )
     for ask in asks:
         ask(name)
-    db.duplicates()
-    said = tuple((c.words, c.start, c.end) for c in db.captions(name))
-    events = {event.name for event in db.events(name)} - {row.event for row in db.event_rows()}
-    counts = {f.missing + sum(n for _, n in f.values) for f in db.facets()}
-    row = db.browsed(name)
+    db.captures.duplicates()
+    said = tuple((c.words, c.start, c.end) for c in db.words.captions(name))
+    events = {event.name for event in db.captures.events(name)} - {
+        row.event for row in db.captures.event_rows()
+    }
+    counts = {f.missing + sum(n for _, n in f.values) for f in db.captures.facets()}
+    row = db.captures.browsed(name)
     return {"said": said, "counts": [*counts], "events": [*events], "found": row and row.info.name}
 
 
@@ -299,8 +305,8 @@ def _ask(hand: Hand, given: Arguments) -> Any:
     db = hand.db
     answer = db.search(given["words"])
     alike = db.like(given["name"])
-    rows = (db.word_rows(), db.symbol_rows(), db.symbol_segments(0), db.start_facts())
-    told = (answer.matches, alike.matches, db.describe(given["name"]), db.drift(), rows)
+    rows = (db.words.rows(), db.symbols.rows(), db.symbols.segments(0), db.symbols.start_facts())
+    told = (answer.matches, alike.matches, db.describe(given["name"]), db.symbols.drift(), rows)
     return {"answer": repr(told)}
 
 
@@ -340,7 +346,7 @@ def _backup(hand: Hand, given: Arguments) -> Any:
     new = _out(hand, given)
     hand.db.backup(new)
     with motiondb.open(new, read_only=True) as db:
-        said = {i.name: [i.sha256, len(db.captions(i.name))] for i in db.captures()}
+        said = {i.name: [i.sha256, len(db.words.captions(i.name))] for i in db.captures()}
         return {"rescued": said, "wrong": db.check()}
 
 
@@ -354,7 +360,7 @@ def _rescue(hand: Hand, given: Arguments) -> Any:
     new = hand.place / given["file"]
     motiondb.rescue(hand.path, new, wait=60.0)
     with motiondb.open(new) as db:
-        said = {i.name: [i.sha256, len(db.captions(i.name))] for i in db.captures()}
+        said = {i.name: [i.sha256, len(db.words.captions(i.name))] for i in db.captures()}
         wrong = db.check()
     for path in hand.place.glob(f"{given['file']}*"):
         path.unlink()
@@ -364,24 +370,26 @@ def _rescue(hand: Hand, given: Arguments) -> Any:
 VERBS: Mapping[str, Callable[[Hand, Arguments], Any]] = MappingProxyType(
     {
         "add": _add,
-        "remove": lambda hand, given: {"removed": hand.db.remove(given["names"])},
-        "set words": lambda hand, given: hand.db.set_words(
+        "remove": lambda hand, given: {"removed": hand.db.captures.remove(given["names"])},
+        "set words": lambda hand, given: hand.db.words.set(
             *(given[key] for key in ("name", "words", "start", "end", "keep"))
         ),
-        "add words": lambda hand, given: hand.db.add_words(given["words"], given["names"]),
-        "set captions": lambda hand, given: hand.db.set_captions(given["name"], _captions(given)),
-        "import words": lambda hand, given: hand.db.import_words(hand.place / given["words"]),
-        "import events": lambda hand, given: hand.db.import_events(
+        "add words": lambda hand, given: hand.db.words.add(given["words"], given["names"]),
+        "set captions": lambda hand, given: hand.db.words.set_captions(
+            given["name"], _captions(given)
+        ),
+        "import words": lambda hand, given: hand.db.words.import_sheet(hand.place / given["words"]),
+        "import events": lambda hand, given: hand.db.captures.import_events(
             hand.place / given["events sheet"]
         ),
         "undo": _undo,
-        "rename": lambda hand, given: hand.db.rename(given["old"], given["new"]),
-        "set tags": lambda hand, given: hand.db.set_tags(given["tags"], given["names"]),
+        "rename": lambda hand, given: hand.db.captures.rename(given["old"], given["new"]),
+        "set tags": lambda hand, given: hand.db.captures.set_tags(given["tags"], given["names"]),
         "merge": lambda hand, given: hand.db.merge(hand.material / OTHER, given["prefix"], wait=60),
         "join": _join,
-        "export words": lambda hand, given: hand.db.export_words(_out(hand, given)),
+        "export words": lambda hand, given: hand.db.words.export(_out(hand, given)),
         "backup": _backup,
-        "set synonyms": lambda hand, given: hand.db.set_synonyms(hand.place / given["file"]),
+        "set synonyms": lambda hand, given: hand.db.words.set_synonyms(hand.place / given["file"]),
         "learn": _learn,
         "save generated": _save_generated,
         "learn grammar": _learn_grammar,
@@ -394,7 +402,7 @@ VERBS: Mapping[str, Callable[[Hand, Arguments], Any]] = MappingProxyType(
         "remove scene": lambda hand, given: hand.db.scenes.remove(given["name"]),
         "export": lambda hand, given: hand.db.export(given["name"], _out(hand, given)),
         "write generated": lambda hand, given: _made(hand, given).write(_out(hand, given)),
-        "export knowledge": lambda hand, given: hand.db.export_knowledge(_out(hand, given)),
+        "export knowledge": lambda hand, given: hand.db.symbols.export_knowledge(_out(hand, given)),
         "export matches": _export_matches,
         "show": _show,
         "list": _list,

@@ -92,7 +92,7 @@ def _letters(number: int) -> str:
 
 def _save(db: MotionDB) -> object:
     made = db.generate("walk")
-    return db.save_generated("n" * LONG, "walk", made, 0)
+    return db.captures.save_generated("n" * LONG, "walk", made, 0)
 
 
 QUESTIONS: Mapping[str, Callable[[Place], object]] = MappingProxyType(
@@ -108,7 +108,7 @@ QUESTIONS: Mapping[str, Callable[[Place], object]] = MappingProxyType(
         "generate, 2,000 words": partial(_ask, lambda db: db.generate(sentence(2_000))),
         "generate, 100 words": partial(_ask, lambda db: db.generate(sentence(100))),
         "words set, 20,000 words": partial(
-            _change, lambda db: db.set_words("ana/bow_1", sentence(20_000))
+            _change, lambda db: db.words.set("ana/bow_1", sentence(20_000))
         ),
         "filter of 2,000 conditions": partial(
             _ask, lambda db: db.captures(" and ".join(["fps>1"] * 2_000))
@@ -125,13 +125,15 @@ QUESTIONS: Mapping[str, Callable[[Place], object]] = MappingProxyType(
             + "".join(f"{n} run A2 to {n % 7} {n % 11}\n" for n in range(5, 2_005)),
         ),
         "a kept name of 300 characters": partial(_change, _save),
-        "a capture's name of 300 characters": partial(_ask, lambda db: db.show("n" * LONG)),
+        "a capture's name of 300 characters": partial(
+            _ask, lambda db: db.captures.show("n" * LONG)
+        ),
         "an example's name of 300 characters": partial(_ask, lambda db: db.like("n" * LONG)),
         "a grammar's name of 300 characters": partial(
             _change, lambda db: db.grammars.learn(["boris/long_2"], "n" * LONG)
         ),
         "a sheet's name of 300 characters": partial(
-            _change, lambda db: db.import_words("n" * LONG)
+            _change, lambda db: db.words.import_sheet("n" * LONG)
         ),
         "a sheet that is a lone quote": partial(_sheet, b'"', "import_words"),
         "events that are a lone quote": partial(_sheet, b'"', "import_events"),

@@ -191,8 +191,8 @@ def _ask_name(data: bytes, db: MotionDB) -> object:
 
     name = _text(data)
     store.check_new_name(name, "capture")
-    db.check_name_free(name)
-    return db.show(name)
+    db.captures.check_name_free(name)
+    return db.captures.show(name)
 
 
 def _asking(ask: Callable[[bytes, MotionDB], object]) -> Callable[[bytes, Place], object]:

@@ -114,8 +114,8 @@ def _set_words(number: int) -> Callable[[MotionDB, int], None]:
 
     def turn(db: MotionDB, turn: int) -> None:
         words = f"walk and jump {'again ' * turn}".strip()
-        db.set_words(name, words)
-        _expect(db.captions(name)[0].words == words, f"the words of {name} are others")
+        db.words.set(name, words)
+        _expect(db.words.captions(name)[0].words == words, f"the words of {name} are others")
 
     return turn
 
@@ -124,7 +124,7 @@ def _add_and_remove(more: Path) -> Callable[[MotionDB, int], None]:
     def turn(db: MotionDB, _turn: int) -> None:
         report = db.add(more, words=more / "captions.tsv")
         _expect(len(report.problems) == 0, f"add: {report.problems}")
-        db.remove(["ana/wave_1"])
+        db.captures.remove(["ana/wave_1"])
 
     return turn
 
@@ -134,8 +134,8 @@ def _import_events(more: Path) -> Callable[[MotionDB, int], None]:
     sheet.write_text("file\tframe\tevent\tjoint\nana/walk_1\t12\tfoot_strike\tl_ankle\n")
 
     def turn(db: MotionDB, _turn: int) -> None:
-        db.import_events(sheet)
-        _expect(len(db.events("ana/walk_1")) == 1, "the event is not there")
+        db.captures.import_events(sheet)
+        _expect(len(db.captures.events("ana/walk_1")) == 1, "the event is not there")
 
     return turn
 

@@ -105,9 +105,12 @@ def motion_positions(
 
 
 def to_clip(motion: Motion | Clip) -> Clip:
-    """Turn a motion into a clip on the canonical skeleton, in the performer's size."""
+    """Turn a motion into a clip on the canonical skeleton, in the performer's size; keep a clip."""
     if isinstance(motion, Clip):
         return motion
+    if not isinstance(motion, Motion):
+        found = type(motion).__name__
+        raise TypeError(f"expected a motiondb.Clip or a motiondb.Motion, found {found}.")
     return Clip(
         skeleton=body.standard_skeleton(motion.leg_length),
         fps=MOTION_FPS,

@@ -1,28 +1,22 @@
-"""The verbs that ask about captures: the catalogue, motions, captions, facts and pictures."""
+"""The verbs of captures: ``db.captures()`` lists them; ``show``, ``remove``, ``rename``, ..."""
 
 from __future__ import annotations
 
 import json
-import math
 import re
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import replace
-from functools import cached_property
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from motiondb import answers, store
-from motiondb.database.archive import Archive
 from motiondb.database.catalogue import browsing
-from motiondb.errors import QueryError
+from motiondb.database.catalogue.parts import load_example
+from motiondb.database.values import listed
+from motiondb.errors import QueryError, suggestion
 from motiondb.records import (
-    MOTION_FPS,
     Caption,
     CaptureInfo,
-    Clip,
     DuplicateGroup,
     Event,
     Float32Array,
@@ -30,38 +24,50 @@ from motiondb.records import (
     Motion,
     Relation,
 )
+from motiondb.store import CAPTION, COLUMNS, Store
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
-    from motiondb.database.catalogue import exporting
-    from motiondb.database.tables import Tables
+    from motiondb.database.catalogue import sheets
+    from motiondb.database.generated_files import Made
+    from motiondb.database.session import Session
     from motiondb.database.values import Example
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
     from motiondb.search.takings import Taking
     from motiondb.store import Provenance
 
+FOLDER = "/"  # How the name of a folder of captures ends
+ANY = "*"  # In a pattern of names: any letters
 _UNUSUAL = re.compile(r"[^\w.-]+")  # Characters that names of files of matches do not have
 
 
-class Captures(Archive):
-    """The captures of a database; :class:`Archive` says what the arguments are.
+class Captures:
+    """The captures of a database, available as ``db.captures``; :class:`MotionDB` says how to ask.
 
-    ``example`` is a file, the name of a stored capture, or a motion. ``answer`` is what ``search``
-    or ``like`` gives. ``path`` of a picture is the file, which is returned. CaptureError is raised
-    where a file cannot be read.
+    ``db.captures("performer=14")`` lists captures. ``answer`` is what ``search`` or ``like`` gives.
+    ``path`` of a picture is the file, which is returned.
+
+    Parameters
+    ----------
+    session : Session
+        The open database.
     """
 
-    def captures(self, where: str = "", exact: bool = False, sort: str = "") -> list[CaptureInfo]:
+    def __init__(self, session: Session) -> None:
+        self.session = session
+
+    @property
+    def store(self) -> Store:
+        """The open store."""
+        return self.session.store
+
+    def __call__(self, where: str = "", exact: bool = False, sort: str = "") -> list[CaptureInfo]:
         """The catalogue.
 
-        Parameters
-        ----------
-        exact : bool
-            Whether words of ``where`` that are in no caption and no tag match nothing; otherwise
-            such a word may be replaced by a known one (:meth:`taken_in_filter`).
-        sort : str
-            Column or tag to sort by, such as "duration"; "-duration": the longest first. "": in
-            order of number.
+        ``exact``: whether words of ``where`` that are in no caption and no tag match nothing;
+        otherwise such a word may be replaced by a known one (:meth:`taken_in_filter`). ``sort``:
+        column or tag to sort by, such as "duration"; "-duration": the longest first. "": in order
+        of number.
         """
         with self.session.reading():
             if exact or not where.strip():
@@ -72,15 +78,6 @@ class Captures(Archive):
                 filters = filter_words.take_filter_words(self.store, where)[0]
                 infos = store.load_captures(self.store, filters)
             return browsing.sort_captures(self.session, infos, sort) if sort else infos
-
-    def taken_in_filter(self, where: str) -> Mapping[str, Taking]:
-        """The known words that replace words of a filter that are in no caption and no tag."""
-        if not where.strip():
-            return {}
-        from motiondb.database.catalogue import filter_words
-
-        with self.session.reading():
-            return filter_words.take_filter_words(self.store, where)[1]
 
     def browse(
         self, where: str = "", sort: str = "name", offset: int = 0, limit: int = 100
@@ -98,23 +95,27 @@ class Captures(Archive):
         """
         return browsing.browse(self.session, where, sort, offset, limit)
 
-    def facets(self, where: str = "") -> tuple[browsing.Facet, ...]:
-        """How many captures have each value of columns and tags."""
-        return browsing.facets(self.session, where)
-
-    def info(self) -> answers.DatabaseInfo:
-        """What is in the database: numbers of captures, grammars, symbols and words."""
-        with self.session.reading():
-            return browsing.database_info(self.session)
-
-    def unlearned(self) -> list[str]:
-        """Names of captured captures that no question searches: added and not counted."""
-        return browsing.unlearned_captures(self.session)
-
     def browsed(self, name: str) -> browsing.BrowsedCapture | None:
         """The row of the capture of exactly this name; None if there is none."""
         with self.session.reading():
             return browsing.rows_by_name(self.session).get(name)
+
+    def facets(self, where: str = "") -> tuple[browsing.Facet, ...]:
+        """How many captures have each value of columns and tags."""
+        return browsing.facets(self.session, where)
+
+    def taken_in_filter(self, where: str) -> Mapping[str, Taking]:
+        """The known words that replace words of a filter that are in no caption and no tag."""
+        if not where.strip():
+            return {}
+        from motiondb.database.catalogue import filter_words
+
+        with self.session.reading():
+            return filter_words.take_filter_words(self.store, where)[1]
+
+    def unlearned(self) -> list[str]:
+        """Names of captured captures that no question searches: added and not counted."""
+        return browsing.unlearned_captures(self.session)
 
     def relations(self, name: str | None = None) -> list[Relation]:
         """Copies, mirror images and cuts; of one capture, or of all."""
@@ -127,281 +128,29 @@ class Captures(Archive):
         from motiondb.search.copies import group_duplicates
 
         with self.session.reading():
-            durations = {info.name: info.duration for info in self.captures()}
+            durations = {info.name: info.duration for info in self()}
             groups = group_duplicates(self.relations(), durations)
-            wanted = {info.name for info in self.captures(where)}
+            wanted = {info.name for info in self(where)}
             return tuple(group for group in groups if wanted & set(group.captures))
 
-    def motion(
-        self,
-        example: Example,
-        start: float | None = None,
-        end: float | None = None,
-    ) -> Motion:
-        """A motion, or a part of it, on the canonical body, at 30 frames a second."""
-        from motiondb.body.features import FEATURE_STEP
-        from motiondb.body.retarget import to_motion
-        from motiondb.database.catalogue.parts import cut_motion
-        from motiondb.files.formats import read_capture, split_take
-        from motiondb.files.safe_files import is_file
-
-        if isinstance(example, Motion):
-            motion = example
-        elif isinstance(example, Clip):
-            motion = to_motion(example)
-        elif is_file(split_take(example)[0]):
-            clip = read_capture(example)
-            motion = to_motion(clip)
-            motion = replace(motion, notes=clip.notes + motion.notes)
-        else:
-            with self.session.reading():
-                info = store.load_capture(self.store, str(example), or_file=True)
-                motion = store.load_motion(self.store, info.capture_id)
-        return cut_motion(motion, start, end, FEATURE_STEP)
-
-    def features(
-        self,
-        example: Example,
-        start: float | None = None,
-        end: float | None = None,
-        whitened: bool = False,
-    ) -> Float32Array:
-        """Recognition features of a motion: what symbols are learned from, and examples found by.
-
-        They do not depend on the performer's size, place and heading (:mod:`motiondb.body.features`
-        names the columns). ``whitened`` are what the hidden Markov models of symbols take: for a
-        segment of symbol 7 from frame 20 to 52 (half of its frames at 30 a second, rounded up),
-        ``db.learned.symbols.to_hmmlearn(7).score(whitened[20:52])`` is its log-likelihood.
-
-        Parameters
-        ----------
-        whitened : bool
-            Whether to rotate and scale them as the database has learned, so that the columns are
-            uncorrelated and have variance 1 over all captures.
-
-        Returns
-        -------
-        array (frames, 130), or (frames, dimensions) if whitened; float32
-            15 frames a second.
-
-        Raises
-        ------
-        NotLearnedError
-            When they should be whitened before ``learn``.
-        """
-        from motiondb.body.features import recognition_features
-
+    def faulty_files(self) -> list[answers.FaultyFile]:
+        """The files that could not be read when they were added, until they are without fault."""
         with self.session.reading():
-            features = recognition_features(self.motion(example, start, end))
-            return self.session.learned.feature_space.project(features) if whitened else features
+            return [answers.FaultyFile(*row) for row in store.load_faulty(self.store)]
 
-    def clip(self, name: str) -> Clip:
-        """A stored capture on its own skeleton and at its own rate, as it was read when added."""
-        from motiondb.database.catalogue.file_reading import read_stored
-
+    def same_files(self) -> list[answers.SameFile]:
+        """The files that were added although a capture of another name has their content."""
         with self.session.reading():
-            info = store.load_capture(self.store, name)
-            source = store.load_source(self.store, info.capture_id)
-            run = {r.run_id: r for r in store.load_runs(self.store)}[info.run_id]
-        return read_stored(info, source, run.parameters, info.fps)
+            return [answers.SameFile(*row) for row in store.load_same_files(self.store)]
 
-    def export(
-        self,
-        name: str,
-        path: str | Path,
-        start: float | None = None,
-        end: float | None = None,
-        canonical: bool = False,
-        changes: exporting.MotionChanges | None = None,
-    ) -> answers.Exported:
-        """Write a capture to a file; in its original format, the bytes are those that were added.
-
-        A part of a capture, and a changed motion, are always written as a new file.
-
-        Parameters
-        ----------
-        path : str or Path
-            The ending says the format: .bvh, .fbx, .glb, .gltf, .usd, .usda or .usdc, or the
-            ending of the added file; .npz, .csv and .parquet hold positions, velocities and
-            contacts of the feet (see :mod:`motiondb.files.arrays`). With the added AMC, its
-            skeleton is written beside it (.asf).
-        canonical : bool
-            Write the motion on the canonical body at 30 frames a second.
-        changes : MotionChanges, optional
-            How the motion is changed before.
-        """
-        from motiondb.database.catalogue import exporting
-        from motiondb.database.catalogue.parts import cut_clip, cut_motion
-
-        path, asked = Path(path), changes or exporting.MotionChanges()
-        is_named = asked.of_motion.are_any or path.suffix.lower() in exporting.ARRAY_ENDINGS
-        exporting.check_joint_map(asked, is_named and not canonical)
-        whole = start is None and end is None and not canonical and not asked.are_any
+    def tag_rows(self) -> list[answers.TagRow]:
+        """Every tag with its number of captures and of different values, by name."""
         with self.session.reading():
-            info = store.load_capture(self.store, name)
-            if canonical or asked.onto is not None:
-                motion = cut_motion(store.load_motion(self.store, info.capture_id), start, end)
-            else:
-                source = store.load_source(self.store, info.capture_id)
-                if whole and path.suffix.lower() == Path(source.own_name).suffix.lower():
-                    return exporting.write_added(info, source, path, self.clip(name).unit)
-                motion, clip = None, cut_clip(self.clip(name), start, end)
-                asked = self._with_joint_map(info, asked)
-        owner = exporting.owner_of(info)
-        if motion is not None:
-            made = exporting.write_motion(motion, path, asked, owner)
-        else:
-            made = exporting.write_changed(clip, path, asked, owner)
-        unit = exporting.unit_in(path, made.clip)
-        clip = made.clip
-        return answers.Exported(
-            info.name, path, clip.fps, clip.n_frames, unit, False, made.said, None, made.fit
-        )
-
-    def _with_joint_map(
-        self, info: CaptureInfo, asked: exporting.MotionChanges
-    ) -> exporting.MotionChanges:
-        """Return the changes with the joint map with which a capture was added."""
-        runs = {run.run_id: run for run in store.load_runs(self.store)}
-        added = runs[info.run_id].parameters.get("joint_map")
-        if asked.joint_map or not isinstance(added, dict):
-            return asked
-        return replace(asked, joint_map={str(k): str(v) for k, v in added.items()})
-
-    @cached_property
-    def tables(self) -> Tables:
-        """Captures, captions, segments, symbols, words and matches as Arrow tables."""
-        from motiondb.database.tables import Tables
-
-        return Tables(self.session)
-
-    def export_matches(
-        self, answer: WordAnswer | ExampleAnswer, folder: str | Path, question: str = ""
-    ) -> list[answers.MatchFile]:
-        """Write the intervals of an answer as BVH, each with its origin and licence beside it.
-
-        The folder is made if there is none. ``question`` is what was asked, for the files beside.
-        """
-        from motiondb.files.own_files import check_overwriting, provenance_path
-
-        folder = Path(folder)
-        try:
-            folder.mkdir(exist_ok=True)
-        except OSError as error:
-            raise QueryError(
-                f"{folder}: expected a folder that can be made, found: {error.strerror}. Name "
-                "another."
-            ) from None
-        paths = [folder / f"{_file_name(match)}.bvh" for match in answer.matches]
-        for path in paths:  # before any is written
-            check_overwriting(path)
-            check_overwriting(provenance_path(path))
-        with self.session.reading():
-            return [self._write_match(*each, question) for each in zip(answer.matches, paths)]
-
-    def _write_match(self, match: Match, path: Path, question: str) -> answers.MatchFile:
-        """Write one match and its origin."""
-        from motiondb.database.catalogue.parts import write_bytes
-        from motiondb.files.own_files import WRITER, digest_of, provenance_path
-
-        info = store.load_capture(self.store, match.capture)
-        sources = store.load_provenance(self.store, info.capture_id).sources
-        licence = info.tags.get("licence", "unknown")
-        self.export(match.capture, path, match.start, match.end)
-        origin = {
-            "written_by": WRITER,
-            "sha256": digest_of(path),
-            "question": question,
-            "rank": match.rank,
-            "capture": match.capture,
-            "start": match.start,
-            "end": match.end,
-            "place": match.place,
-            "score": match.score,
-            "probability": match.probability,
-            "kind": info.kind,
-            "licence": licence,
-            "performer": info.tags.get("performer", "unknown"),
-            "file": info.path,
-            "file_sha256": info.sha256,
-            "made_of": [vars(source) for source in sources],
-        }
-        beside = provenance_path(path)
-        write_bytes(beside, json.dumps(answers.to_json(origin), indent=1).encode())
-        return answers.MatchFile(match.rank, match.capture, path, beside, licence)
-
-    def compare(
-        self, first: Example, second: Example, png: str | Path | None = None
-    ) -> answers.Comparison:
-        """Align two examples by dynamic time warping, and measure how far they are apart.
-
-        Poses are compared on the standard body, relative to the pelvis and the heading. ``png``
-        draws the distances of all poses with the alignment into this file.
-        """
-        from motiondb import pictures
-        from motiondb.body.body import JOINTS
-        from motiondb.search.alignment import MOST_POSES, align
-        from motiondb.search.copies import copy_poses, mirror_poses
-
-        names = [str(e) if isinstance(e, str | Path) else "motion" for e in (first, second)]
-        motions = self.motion(first), self.motion(second)
-        step = math.ceil(max(motion.n_frames for motion in motions) / MOST_POSES)
-        poses, others = (copy_poses(motion)[::step] for motion in motions)
-        found, mirrored = align(poses, others), align(mirror_poses(poses), others)
-        times = found.path.T * (step / MOTION_FPS)
-        if png is not None:
-            spans = [(0.0, motion.n_frames / MOTION_FPS) for motion in motions]
-            figure = pictures.comparison_figure(
-                (names[0], names[1]), found.costs, (times[0], times[1]), (spans[0], spans[1])
-            )
-            pictures.save_png(figure, png)
-        order = np.argsort(-found.joint_distances)
-        return answers.Comparison(
-            names[0],
-            names[1],
-            round(float(found.distances.mean()), 4),
-            round(float(mirrored.distances.mean()), 4),
-            round(motions[0].duration, 3),
-            round(motions[1].duration, 3),
-            tuple(
-                answers.JointDistance(JOINTS[n], round(float(found.joint_distances[n]), 4))
-                for n in order
-            ),
-            tuple((round(float(a), 3), round(float(b), 3)) for a, b in zip(*times)),
-            None if png is None else Path(png),
-        )
-
-    def draw_matches(
-        self,
-        answer: WordAnswer | ExampleAnswer,
-        path: str | Path,
-        title: str = "",
-        example: Motion | None = None,
-    ) -> Path:
-        """Draw the first matches, below an example if given, as rows of stick figures (PNG)."""
-        from motiondb.database import searching
-
-        return searching.draw_matches(self.session, answer.matches, path, title, example)
-
-    def draw_reasons(self, answer: WordAnswer, path: str | Path, title: str = "") -> Path:
-        """Draw the best match over a timeline of contributions for each word, as PNG.
-
-        QueryError is raised for an answer without reasons, such as one by symbols.
-        """
-        from motiondb.database import searching
-
-        return searching.draw_reasons(self.session, answer, path, title)
-
-    def captions(self, name: str) -> tuple[Caption, ...]:
-        """The captions of a capture."""
-        with self.session.reading():
-            number = store.load_capture(self.store, name).capture_id
-            return store.load_captions(self.store, [number]).get(number, ())
-
-    def all_captions(self) -> dict[int, tuple[Caption, ...]]:
-        """The captions of all captures, by capture number."""
-        with self.session.reading():
-            return dict(store.load_captions(self.store))
+            values: dict[str, list[str]] = {}
+            for info in store.load_captures(self.store):
+                for key, value in info.tags.items():
+                    values.setdefault(key, []).append(value)
+        return [answers.TagRow(key, len(of), len(set(of))) for key, of in sorted(values.items())]
 
     def events(self, name: str) -> tuple[Event, ...]:
         """Instants of a capture, by frames of its motion (30 a second)."""
@@ -466,7 +215,308 @@ class Captures(Archive):
 
         with self.session.reading():
             name = store.load_capture(self.store, name).name
-            return pictures.draw_animation(self.motion(name, start, end), path)
+            return pictures.draw_animation(load_example(self.session, name, start, end), path)
+
+    def remove(self, names: Iterable[str] = (), where: str = "") -> list[str]:
+        """Remove captures, all or none, and return their full names.
+
+        Their counts are removed from the learned model. :meth:`undo` brings them back until the
+        file is compacted.
+        """
+        from motiondb.database.learn import updating
+
+        with store.transaction(self.store):
+            infos = chosen(self.session, names, where)
+            numbers = [info.capture_id for info in infos]
+            parameters = {"names": [info.name for info in infos]}
+            if numbers:
+                with updating.changing(self.store, "remove", parameters, numbers):
+                    for number in numbers:
+                        store.remove_capture(self.store, number)
+        return [info.name for info in infos]
+
+    def rename(self, old: str, new: str, captures: Iterable[str] | None = None) -> dict[str, str]:
+        """Give a capture another name, or several that fit a pattern; return old and new names.
+
+        ``rename("walk_*", "ana/walk_*")`` puts a folder before all names that begin with "walk_".
+
+        Parameters
+        ----------
+        old : str
+            Name of a capture; ending in ``/``: of a folder, such as ``studio1/``; or a pattern
+            with one ``*``, which stands for any letters.
+        new : str
+            The new name; of a folder if ``old`` is one. "" for a folder: none. For a pattern:
+            another one, whose ``*`` is what stood there before.
+        captures : iterable of str, optional
+            Names of the captures among which the pattern looks. None means all captures.
+
+        Raises
+        ------
+        QueryError
+            Also when a new name is not free or cannot be one.
+        """
+        from motiondb.database.learn import updating
+
+        opened = self.store
+        with store.transaction(opened):
+            everyone = {info.name: info for info in store.load_captures(opened)}
+            if captures is not None:
+                chosen = [
+                    store.load_capture(opened, name).name for name in listed("captures", captures)
+                ]
+                renamed = _names_by_pattern(chosen, old, new)
+            elif old.endswith(FOLDER):
+                renamed = _folder_names(everyone, old, new)
+            elif ANY in old and old not in everyone:
+                renamed = _names_by_pattern(everyone, old, new)
+            else:
+                renamed = {store.load_capture(opened, old).name: new}
+            for name in renamed.values():
+                store.check_new_name(name, "capture")
+                if ANY in name:
+                    raise QueryError(
+                        f"{name!r}: expected a name without {ANY!r}, found one. Nothing was "
+                        f"renamed. For a pattern, put one {ANY!r} into the old name too."
+                    )
+                if name in everyone and name not in renamed:
+                    raise QueryError(
+                        f"{name}: expected a name that is free, found a capture of that name. "
+                        f"Nothing was renamed. Give another name, or rename that one first."
+                    )
+            changed = {before: after for before, after in renamed.items() if before != after}
+            if changed:
+                numbers = {everyone[name].capture_id: new for name, new in changed.items()}
+                with updating.changing(opened, "rename", {"old": old, "new": new}, numbers):
+                    store.rename_captures(opened, numbers)
+        return changed
+
+    def set_tags(
+        self, tags: Mapping[str, str], names: Iterable[str] = (), where: str = ""
+    ) -> list[str]:
+        """Set tags, such as the performer and the licence; return the captures that have changed.
+
+        Parameters
+        ----------
+        tags : mapping of str to str
+            Tag -> value; "" removes the tag. Others stay.
+
+        Raises
+        ------
+        QueryError
+            Also when a tag has a name that a column of sheets or of the catalogue has.
+        """
+        from motiondb.files.sheets import tag_fault
+
+        with store.transaction(self.store):
+            infos = chosen(self.session, names, where)
+            for key in tags:
+                fault = tag_fault(key)
+                if key in (*COLUMNS, CAPTION):
+                    fault = "the name of a column of the catalogue"
+                if fault:
+                    raise QueryError(
+                        f"{key!r}: expected the name of a tag, found {fault}. Choose another name."
+                    )
+            given = {key: value.strip() for key, value in tags.items()}
+            for key, value in given.items():
+                if not value.isprintable():
+                    raise QueryError(
+                        f"{key}: expected a value of characters that can be printed, found "
+                        f"{value[:60]!r}."
+                    )
+            every = [(i, {k: v for k, v in {**i.tags, **given}.items() if v}) for i in infos]
+            changed = [(info, merged) for info, merged in every if merged != info.tags]
+            if changed:
+                parameters = {"tags": dict(given), "captures": len(changed)}
+                numbers = [info.capture_id for info, _ in changed]
+                with (
+                    store.running(self.store, "tags", parameters) as run_id,
+                    store.noting_edits(self.store, run_id, numbers),
+                ):
+                    for info, merged in changed:
+                        store.save_tags(self.store, info.capture_id, merged)
+        return [info.name for info, _ in changed]
+
+    def save_generated(self, name: str, words: str, made: Made, seed: int) -> CaptureInfo:
+        """Keep a generated motion as a capture, with the origin of every frame."""
+        from motiondb.database.generated_files import keep_generated
+
+        opened, captions = self.store, [Caption(words)]
+        with (
+            store.running(opened, "generate", {"words": words}, seed) as run_id,
+            store.noting_edits(opened, run_id),
+        ):
+            return keep_generated(opened, name, made.motion, made.provenance, captions, run_id)
+
+    def check_name_free(self, name: str) -> None:
+        """Refuse a name that is empty, or that a capture has already."""
+        from motiondb.database.catalogue.cataloguing import check_name_free
+
+        check_name_free(self.store, name)
+
+    def import_events(self, sheet: str | Path) -> sheets.EventReport:
+        """Replace the events of the captures that a sheet (TSV or CSV) names."""
+        from motiondb.database.catalogue import sheets
+
+        return sheets.import_events(self.store, sheet)
+
+    def features(
+        self,
+        example: Example,
+        start: float | None = None,
+        end: float | None = None,
+        whitened: bool = False,
+    ) -> Float32Array:
+        """Recognition features of a motion: what symbols are learned from, and examples found by.
+
+        They do not depend on the performer's size, place and heading (:mod:`motiondb.body.features`
+        names the columns). ``whitened`` are what the hidden Markov models of symbols take: for a
+        segment of symbol 7 from frame 20 to 52 (half of its frames at 30 a second, rounded up),
+        ``db.learned.symbols.to_hmmlearn(7).score(whitened[20:52])`` is its log-likelihood.
+
+        Parameters
+        ----------
+        whitened : bool
+            Whether to rotate and scale them as the database has learned, so that the columns are
+            uncorrelated and have variance 1 over all captures.
+
+        Returns
+        -------
+        array (frames, 130), or (frames, dimensions) if whitened; float32
+            15 frames a second.
+
+        Raises
+        ------
+        NotLearnedError
+            When they should be whitened before ``learn``.
+        """
+        from motiondb.body.features import recognition_features
+
+        with self.session.reading():
+            features = recognition_features(load_example(self.session, example, start, end))
+            return self.session.learned.feature_space.project(features) if whitened else features
+
+    def export_matches(
+        self, answer: WordAnswer | ExampleAnswer, folder: str | Path, question: str = ""
+    ) -> list[answers.MatchFile]:
+        """Write the intervals of an answer as BVH, each with its origin and licence beside it.
+
+        The folder is made if there is none. ``question`` is what was asked, for the files beside.
+        """
+        from motiondb.files.own_files import check_overwriting, provenance_path
+
+        folder = Path(folder)
+        try:
+            folder.mkdir(exist_ok=True)
+        except OSError as error:
+            raise QueryError(
+                f"{folder}: expected a folder that can be made, found: {error.strerror}. Name "
+                "another."
+            ) from None
+        paths = [folder / f"{_file_name(match)}.bvh" for match in answer.matches]
+        for path in paths:  # before any is written
+            check_overwriting(path)
+            check_overwriting(provenance_path(path))
+        with self.session.reading():
+            return [self._write_match(*each, question) for each in zip(answer.matches, paths)]
+
+    def _write_match(self, match: Match, path: Path, question: str) -> answers.MatchFile:
+        """Write one match and its origin."""
+        from motiondb.database.catalogue import exporting
+        from motiondb.database.catalogue.parts import write_bytes
+        from motiondb.files.own_files import WRITER, digest_of, provenance_path
+
+        info = store.load_capture(self.store, match.capture)
+        sources = store.load_provenance(self.store, info.capture_id).sources
+        licence = info.tags.get("licence", "unknown")
+        exporting.export(self.session, match.capture, path, match.start, match.end)
+        origin = {
+            "written_by": WRITER,
+            "sha256": digest_of(path),
+            "question": question,
+            "rank": match.rank,
+            "capture": match.capture,
+            "start": match.start,
+            "end": match.end,
+            "place": match.place,
+            "score": match.score,
+            "probability": match.probability,
+            "kind": info.kind,
+            "licence": licence,
+            "performer": info.tags.get("performer", "unknown"),
+            "file": info.path,
+            "file_sha256": info.sha256,
+            "made_of": [vars(source) for source in sources],
+        }
+        beside = provenance_path(path)
+        write_bytes(beside, json.dumps(answers.to_json(origin), indent=1).encode())
+        return answers.MatchFile(match.rank, match.capture, path, beside, licence)
+
+    def draw_matches(
+        self,
+        answer: WordAnswer | ExampleAnswer,
+        path: str | Path,
+        title: str = "",
+        example: Motion | None = None,
+    ) -> Path:
+        """Draw the first matches, below an example if given, as rows of stick figures (PNG)."""
+        from motiondb.database import searching
+
+        return searching.draw_matches(self.session, answer.matches, path, title, example)
+
+    def draw_reasons(self, answer: WordAnswer, path: str | Path, title: str = "") -> Path:
+        """Draw the best match over a timeline of contributions for each word, as PNG.
+
+        QueryError is raised for an answer without reasons, such as one by symbols.
+        """
+        from motiondb.database import searching
+
+        return searching.draw_reasons(self.session, answer, path, title)
+
+
+def chosen(session: Session, names: Iterable[str], where: str) -> list[CaptureInfo]:
+    """The captures of some names, and those that match a filter; each once."""
+    infos = [store.load_capture(session.store, name) for name in listed("names", names)]
+    infos += store.load_captures(session.store, where) if where.strip() else []
+    return list({info.capture_id: info for info in infos}.values())
+
+
+def _folder_names(everyone: Mapping[str, CaptureInfo], old: str, new: str) -> dict[str, str]:
+    """The captures of a folder with their names in another one."""
+    if new and not new.endswith(FOLDER):
+        raise QueryError(
+            f"{new!r}: expected a folder, as {old!r} is one, found no {FOLDER!r} at its end. "
+            f"Give {new + FOLDER!r}."
+        )
+    names = [name for name in everyone if name.startswith(old)]
+    if not names:
+        folders = {n[: n.rindex(FOLDER) + 1] for n in everyone if FOLDER in n}
+        raise QueryError(
+            f"{old!r}: expected a folder of captures, found none whose name begins so."
+            f"{suggestion(old, folders)}"
+        )
+    return {name: new + name.removeprefix(old) for name in names}
+
+
+def _names_by_pattern(names: Iterable[str], old: str, new: str) -> dict[str, str]:
+    """The names that fit a pattern, with what the other pattern makes of them."""
+    for pattern in (old, new):
+        if pattern.count(ANY) != 1:
+            raise QueryError(
+                f"{pattern!r}: expected a pattern with one {ANY!r}, which stands for any letters,"
+                f" found {pattern.count(ANY)}. Nothing was renamed."
+            )
+    (before, after), (head, tail) = old.split(ANY), new.split(ANY)
+    least = len(before) + len(after)
+    fitting = [
+        name
+        for name in names
+        if name.startswith(before) and name.endswith(after) and len(name) >= least
+    ]
+    if not fitting:
+        raise QueryError(f"{old!r}: expected a pattern of names, found no capture that fits.")
+    return {name: head + name[len(before) : len(name) - len(after)] + tail for name in fitting}
 
 
 def _file_name(match: Match) -> str:

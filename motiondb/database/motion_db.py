@@ -1,21 +1,24 @@
-"""The database as its users know it: one method for each verb, on captures in its base class."""
+"""The database as its users know it; other verbs stand in ``db.captures``, ``db.words``, ..."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict
 from functools import cached_property
+from operator import attrgetter
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from motiondb import answers, store
-from motiondb.database.captures import Captures
+from motiondb.database.former_names import FORMER
 from motiondb.database.session import Session
 from motiondb.database.values import check_least, check_text, listed, seeds_from
 from motiondb.workers import HERE
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
+    from motiondb.database.captures import Captures
+    from motiondb.database.catalogue import cataloguing, exporting
     from motiondb.database.catalogue.exporting import MotionChanges
     from motiondb.database.cluster import Cluster
     from motiondb.database.generating import ActionPlace, Generated
@@ -23,21 +26,23 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.database.joining import Joined
     from motiondb.database.questions import Question
     from motiondb.database.scenes.scenes import Scenes
+    from motiondb.database.symbols import Symbols
+    from motiondb.database.tables import Tables
     from motiondb.database.values import Example
+    from motiondb.database.words import Words
     from motiondb.errors import MotionDBError
-    from motiondb.learn.drift import Drift
     from motiondb.learn.knowledge import Knowledge
     from motiondb.learn.learned import Learned
     from motiondb.learn.learned_model import LearnedModel
     from motiondb.learn.recognition import LearnSettings, Progress
-    from motiondb.records import Motion
+    from motiondb.records import Clip, Motion
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
-    from motiondb.search.chances import WordSource
     from motiondb.search.described import Description
+    from motiondb.store import Store
 
 
-class MotionDB(Captures):
+class MotionDB:
     """A motion database: add captures, learn, ask, generate. Use it in a ``with`` statement.
 
     Threads may share it. Every question is answered from one revision of the database, even if
@@ -46,8 +51,13 @@ class MotionDB(Captures):
     Units and frames: metres, seconds, radians; right-handed world frame, y up; rotations as unit
     quaternions w, x, y, z; motions on the canonical body at 30 frames a second.
 
-    :class:`Archive` and :class:`Captures` say what ``where``, ``start``, ``end``, ``example`` and
-    ``path`` are. ``progress`` of learning is called with the step and the share of it that is done.
+    ``name`` is the name of a capture, and ``names`` several. ``where`` is a filter on columns and
+    tags of the catalogue, such as "performer=14"; a verb with both takes the captures of either.
+    ``example`` is a file, the name of a stored capture, or a motion; ``start`` and ``end`` are the
+    part of it, in seconds. ``progress`` is called with the name of the step, the number done, and
+    the total number; of learning, with the step and the share that is done. QueryError is raised
+    where there is no such capture, a filter cannot be read, or a part lies outside its capture, and
+    another MotionDBError where a file cannot be read or written; nothing is changed then.
     ``exact`` leaves out words that no caption holds; otherwise a word that may be taken as a known
     one is replaced. NotLearnedError is raised where the database has not learned, or learned no
     words and the question needs them.
@@ -73,7 +83,28 @@ class MotionDB(Captures):
     def __init__(
         self, path: str | Path, *, read_only: bool = False, create: bool = True, wait: float = 0.0
     ) -> None:
-        super().__init__(Session(path, read_only=read_only, create=create, wait=wait))
+        self.session = Session(path, read_only=read_only, create=create, wait=wait)
+
+    @cached_property
+    def captures(self) -> Captures:
+        """The verbs of captures: list (``db.captures()``), show, remove, rename, set_tags, ..."""
+        from motiondb.database.captures import Captures
+
+        return Captures(self.session)
+
+    @cached_property
+    def words(self) -> Words:
+        """The verbs of captions and words: set, add, history, export, rows, ..."""
+        from motiondb.database.words import Words
+
+        return Words(self.session)
+
+    @cached_property
+    def symbols(self) -> Symbols:
+        """The verbs of what was learned: rows, segments, draw, drift, export_knowledge, ..."""
+        from motiondb.database.symbols import Symbols
+
+        return Symbols(self.session)
 
     @cached_property
     def grammars(self) -> Grammars:
@@ -89,30 +120,35 @@ class MotionDB(Captures):
 
         return Scenes(self.session)
 
+    @cached_property
+    def tables(self) -> Tables:
+        """Captures, captions, segments, symbols, words and matches as Arrow tables."""
+        from motiondb.database.tables import Tables
+
+        return Tables(self.session)
+
+    @property
+    def store(self) -> Store:
+        """The open store."""
+        return self.session.store
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> object:
+            """A verb by its former name."""
+            if name not in FORMER:
+                raise AttributeError(f"MotionDB has no attribute {name!r}")
+            return attrgetter(FORMER[name])(self)
+
     def close(self) -> None:
         """Close the file; a second call does nothing."""
         self.session.close()
 
-    @property
-    def log_note(self) -> str:
-        """What to know of the log beside the file, else "": while open, that the file came without.
-
-        After closing: that the log stays, and holds the latest changes. This happens where a
-        program was ended by force and no other has written since.
-        """
-        return self.session.store.log_note
-
-    @property
-    def file_notes(self) -> tuple[str, ...]:
-        """What was done to the files of the database, or met there, beside what was asked."""
-        return tuple(self.store.notes)
-
     def release(self) -> None:
         """Close the file until the next use, so that other processes can write.
 
-        Loaded data stay in memory until the database changes. The next question
-        opens the file for reading, and the next change for writing; each waits for other processes
-        up to the time limit of this object.
+        Loaded data stay in memory until the database changes. The next question opens the file for
+        reading, the next change for writing; each waits for other processes as long as ``wait``.
         """
         self.store.lend()
 
@@ -132,6 +168,171 @@ class MotionDB(Captures):
     ) -> None:
         self.close()
 
+    def add(
+        self,
+        folder: str | Path | Sequence[str | Path],
+        words: str | Path | None = None,
+        settings: cataloguing.AddSettings | None = None,
+        progress: cataloguing.Progress | None = None,
+        events: str | Path | None = None,
+        workers: Cluster | None = None,
+    ) -> answers.AddReport:
+        """Add captures: files, and all captures below folders.
+
+        Broken files are left out and reported; a file whose content is there already changes
+        nothing.
+
+        Parameters
+        ----------
+        folder : str, Path, or sequence of these
+            A capture is named by its path below its folder.
+        words : str or Path, optional
+            Sheet of words and tags, TSV or CSV.
+        settings : AddSettings, optional
+            How files are read and named, and whether they replace captures.
+        events : str or Path, optional
+            Sheet of events, TSV or CSV.
+        workers : Cluster, optional
+            Who reads and compares; the files' bytes are sent to it. None: ``settings.jobs``.
+
+        Raises
+        ------
+        MotionDBError
+            When there are no captures to add, or a sheet cannot be read.
+        """
+        from motiondb.database.catalogue import cataloguing, sheets
+        from motiondb.files.sheets import read_event_sheet, read_sheet
+
+        given = sheets.Sheets(
+            read_sheet(words) if words is not None else None,
+            read_event_sheet(events) if events is not None else None,
+        )
+        folders = [folder] if isinstance(folder, str | Path) else folder
+        return cataloguing.add_captures(
+            self.store,
+            [Path(each) for each in folders],
+            given,
+            settings or cataloguing.AddSettings(),
+            progress,
+            workers,
+        )
+
+    def merge(
+        self,
+        other: str | Path,
+        prefix: str = "",
+        wait: float = 0.0,
+        progress: cataloguing.Progress | None = None,
+    ) -> answers.MergeReport:
+        """Take over the captures of another database with their words, tags and provenance.
+
+        The other one is only read. A capture of the same content gets the words, tags and events
+        that it lacks here. What is not taken over is named in the notes of the result.
+
+        Parameters
+        ----------
+        prefix : str
+            Put before the name of every new capture, such as "studio2/".
+        wait : float
+            Seconds to wait for another process that holds the other database.
+        """
+        from motiondb.database.catalogue import merging
+
+        return merging.merge(self.store, Path(other), prefix, wait, progress)
+
+    def undo(self, run: int | None = None) -> answers.Undone:
+        """Take back the latest change of captures that was not taken back, or that of a run.
+
+        What can be undone: ``add``, ``remove``, ``rename``, ``merge``, changes of words, tags and
+        events, kept generated motion, and an ``undo``. Compacting the file makes removals final.
+        If the database has learned, captures that come back are cut and counted as new ones are.
+
+        Parameters
+        ----------
+        run : int, optional
+            Number of the run, as :meth:`runs` lists them.
+
+        Raises
+        ------
+        QueryError
+            When there is nothing to undo, the run cannot be undone, a later one has changed the
+            same captures, or the trash was emptied.
+        """
+        from motiondb.database import undoing
+
+        return undoing.undo(self.session, run)
+
+    def runs(self) -> list[dict[str, Any]]:
+        """All runs that changed the database, oldest first: kind, parameters, seed, version."""
+        return [asdict(run) for run in store.load_runs(self.store)]
+
+    def check(self) -> list[str]:
+        """Faults of the store, none in a sound one."""
+        from motiondb.database.checking import check
+
+        return check(self.store)
+
+    def backup(self, path: str | Path) -> Path:
+        """Copy one state of the database into a new file, and check the copy.
+
+        Others may use the database meanwhile. The copy has no unused space. StoreError is raised if
+        there is such a file, it cannot be written, or the copy has faults.
+        """
+        from motiondb.database.check_process import check_file
+
+        store.backup(self.store, Path(path), check_file)
+        return Path(path)
+
+    def info(self) -> answers.DatabaseInfo:
+        """What is in the database: numbers of captures, grammars, symbols and words."""
+        from motiondb.database.catalogue import browsing
+
+        with self.session.reading():
+            return browsing.database_info(self.session)
+
+    def motion(
+        self, example: Example, start: float | None = None, end: float | None = None
+    ) -> Motion:
+        """A motion, or a part of it, on the canonical body, at 30 frames a second."""
+        from motiondb.database.catalogue.parts import load_example
+
+        return load_example(self.session, example, start, end)
+
+    def clip(self, name: str) -> Clip:
+        """A stored capture on its own skeleton and at its own rate, as it was read when added."""
+        from motiondb.database.catalogue.exporting import load_clip
+
+        return load_clip(self.session, name)
+
+    def export(
+        self,
+        name: str,
+        path: str | Path,
+        start: float | None = None,
+        end: float | None = None,
+        canonical: bool = False,
+        changes: exporting.MotionChanges | None = None,
+    ) -> answers.Exported:
+        """Write a capture to a file; in its original format, the bytes are those that were added.
+
+        A part of a capture, and a changed motion, are always written as a new file.
+
+        Parameters
+        ----------
+        path : str or Path
+            The ending says the format: .bvh, .fbx, .glb, .gltf, .usd, .usda or .usdc, or the
+            ending of the added file; .npz, .csv and .parquet hold positions, velocities and
+            contacts of the feet (see :mod:`motiondb.files.arrays`). With the added AMC, its
+            skeleton is written beside it (.asf).
+        canonical : bool
+            Write the motion on the canonical body at 30 frames a second.
+        changes : MotionChanges, optional
+            How the motion is changed before.
+        """
+        from motiondb.database.catalogue import exporting
+
+        return exporting.export(self.session, name, path, start, end, canonical, changes)
+
     def learn(
         self,
         settings: LearnSettings | None = None,
@@ -148,8 +349,8 @@ class MotionDB(Captures):
             What decides the result; the same settings and captures give the same result.
         start : str, Path or Knowledge, optional
             Knowledge of another database to start from: "cmu" is shipped, a path names a file of
-            :meth:`export_knowledge`. Its symbols and words are taken over, and own captions count
-            more the more there are. None: the start that the database used before, if any;
+            ``db.symbols.export_knowledge``. Its symbols and words are taken over, and own captions
+            count more the more there are. None: the start that the database used before, if any;
             "none": nothing.
         where : str
             Learn from these captures alone. The others are not searched; :meth:`evaluate` measures
@@ -172,10 +373,7 @@ class MotionDB(Captures):
         )
 
     def evaluate(
-        self,
-        where: str = "",
-        progress: Progress | None = None,
-        workers: Cluster | None = None,
+        self, where: str = "", progress: Progress | None = None, workers: Cluster | None = None
     ) -> answers.Evaluation:
         """Measure the answers about captures that the database has not learned from.
 
@@ -206,59 +404,6 @@ class MotionDB(Captures):
     def searchable(self) -> Learned:
         """The learned model, with the generated captures in addition to those learned from."""
         return self.session.searchable
-
-    def drift(self) -> Drift | None:
-        """How far captures and words have changed since the database learned.
-
-        None if it has not learned.
-        """
-        opened = self.store
-        with self.session.reading():
-            if not store.is_learned(opened):
-                return None
-            from motiondb.learn import drift
-            from motiondb.learn.codec import from_values
-
-            values = store.load_parameters(opened, "drift_baseline", "lemmas")
-            baseline = from_values(drift.DriftBaseline, values, "drift_baseline")
-            lemmas = from_values(dict[str, str], values, "lemmas")
-            texts, synonyms = store.load_texts(opened), store.load_synonyms(opened)
-            words = drift.count_word_use(texts, store.load_words(opened), synonyms, lemmas)
-            return drift.measure_drift(store.load_segments(opened, scores=False), baseline, words)
-
-    def export_knowledge(self, path: str | Path, name: str = "", credit: str = "") -> Knowledge:
-        """Write the learned model, without motion and captions, as a start for other databases.
-
-        Parameters
-        ----------
-        name : str
-            What to call it; the name of the file without its ending if not given.
-        credit : str
-            The acknowledgement that users are asked to give.
-
-        Raises
-        ------
-        KnowledgeError
-            When it learned with a start itself, or the file cannot be written.
-        """
-        from motiondb.database.learn import start
-
-        with self.session.reading():
-            return start.export(self.store, self.learned, path, name, credit)
-
-    def start_knowledge(self) -> Knowledge:
-        """The knowledge that the database started from; NotLearnedError if it did not."""
-        from motiondb.database.learn import start
-
-        with self.session.reading():
-            return start.start_knowledge(self.learned)
-
-    def start_facts(self) -> answers.StartAnswer | None:
-        """The origin of the knowledge that the database started from; None if it did not."""
-        from motiondb.database.learn import start
-
-        with self.session.reading():
-            return start.start_facts(self.session)
 
     def search(
         self,
@@ -311,8 +456,7 @@ class MotionDB(Captures):
             Whether learned words take part in the resemblance, so that the same action in other
             styles counts as alike; None: if there are words.
         exact : bool
-            Whether unknown words of the filter match nothing, instead of being replaced by known
-            words.
+            Whether unknown words of the filter match nothing; otherwise known ones replace them.
         """
         from motiondb.database import searching
         from motiondb.search.by_example import search_motion
@@ -352,10 +496,7 @@ class MotionDB(Captures):
         return asking_many.ask_many(self.session, motion_of, questions, workers)
 
     def describe(
-        self,
-        example: Example,
-        start: float | None = None,
-        end: float | None = None,
+        self, example: Example, start: float | None = None, end: float | None = None
     ) -> tuple[Description, ...]:
         """The words of a motion over time, with probabilities."""
         from motiondb.search.described import describe
@@ -363,54 +504,17 @@ class MotionDB(Captures):
         with self.session.reading():
             return describe(self.learned, self.motion(example, start, end))
 
-    def word_sources(self, words: Iterable[str]) -> tuple[WordSource, ...]:
-        """The captions from which some learned words were learned; empty without a start."""
-        from motiondb.search.chances import word_sources
+    def compare(
+        self, first: Example, second: Example, png: str | Path | None = None
+    ) -> answers.Comparison:
+        """Align two examples by dynamic time warping, and measure how far they are apart.
 
-        return word_sources(self.learned, words)
-
-    def why_unchecked(self, words: Iterable[str]) -> str:
-        """The reason why answers about some words carry no probabilities; "" where they do.
-
-        Only a database that learned with a start has such words: those of the start that own
-        captions do not hold, or all of them before there are enough own captions.
+        Poses are compared on the standard body, relative to the pelvis and the heading. ``png``
+        draws the distances of all poses with the alignment into this file.
         """
-        from motiondb.search.asked_words import learned_words
-        from motiondb.search.chances import why_unchecked
+        from motiondb.database import comparing
 
-        asked = list(words)
-        return why_unchecked(learned_words(self.learned), asked) if asked else ""
-
-    def vocabulary(self) -> tuple[str, ...]:
-        """The words that were learned; word numbers count from 0 in this order."""
-        return self.learned.association.words
-
-    def word_rows(self) -> list[answers.WordRow]:
-        """Every word with its captions and its most probable symbols, commonest word first."""
-        from motiondb.database import showing
-
-        return showing.word_rows(self.learned)
-
-    def symbol_rows(self, n_words: int = 3) -> list[answers.SymbolRow]:
-        """Every symbol: cluster, segments, captures, mean length (seconds), most probable words."""
-        from motiondb.database import showing
-
-        return showing.symbol_rows(self.learned, n_words)
-
-    def symbol_segments(self, symbol: int) -> list[answers.SymbolSegment]:
-        """Segments of a symbol, those that it fits best first; times in seconds.
-
-        QueryError is raised where there is no such symbol.
-        """
-        from motiondb.database import showing
-
-        return showing.symbol_segments(self.learned, symbol)
-
-    def draw_symbols(self, path: str | Path) -> Path:
-        """Draw the symbol space with its clusters, every symbol with its word, as PNG."""
-        from motiondb.database import showing
-
-        return showing.draw_symbols(self.learned, path)
+        return comparing.compare(self.session, first, second, png)
 
     def generate(
         self,
@@ -494,24 +598,3 @@ class MotionDB(Captures):
         from motiondb.database import joining
 
         return joining.join_parts(self.session, listed("parts", parts), changes)
-
-    def check(self) -> list[str]:
-        """Faults of the store, none in a sound one."""
-        from motiondb.database.checking import check
-
-        return check(self.store)
-
-    def backup(self, path: str | Path) -> Path:
-        """Copy one state of the database into a new file, and check the copy.
-
-        Others may use the database meanwhile. The copy has no unused space. StoreError is raised if
-        there is such a file, it cannot be written, or the copy has faults.
-        """
-        from motiondb.database.check_process import check_file
-
-        store.backup(self.store, Path(path), check_file)
-        return Path(path)
-
-    def runs(self) -> list[dict[str, Any]]:
-        """All runs that changed the database, oldest first: kind, parameters, seed, version."""
-        return [asdict(run) for run in store.load_runs(self.store)]

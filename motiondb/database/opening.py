@@ -77,6 +77,13 @@ def compact(
     )
 
 
+def check_merge(other: str | Path, prefix: str = "", wait: float = 0.0) -> None:
+    """Refuse what :meth:`MotionDB.merge` would refuse, before a database is made for it."""
+    from motiondb.database.catalogue import merging
+
+    merging.check(Path(other), prefix, wait)
+
+
 def changes_saved() -> bool:
     """Whether this process has saved a change to a database, for messages after an interrupt."""
     handle = sys.modules.get("motiondb.store.connection.handle")  # absent: nothing was opened

@@ -33,7 +33,7 @@ def info_and_drift(db: MotionDB) -> tuple[DatabaseInfo, Drift | None]:
 
     def load() -> tuple[DatabaseInfo, Drift | None]:
         info = db.info()
-        return info, db.drift() if info.learned else None
+        return info, db.symbols.drift() if info.learned else None
 
     return db.session.kept("info and drift", load)
 
@@ -49,7 +49,7 @@ class HeldDatabase:
     @property
     def log_note(self) -> str:
         """That the file was brought up to date, or came without its log, when opened; or ""."""
-        return "\n".join(filter(None, (*self._database.file_notes, self._database.log_note)))
+        return "\n".join(filter(None, (*self._database.store.notes, self._database.store.log_note)))
 
     @contextmanager
     def use(self) -> Iterator[MotionDB]:
@@ -78,7 +78,7 @@ class HeldDatabase:
     def warm_view(self) -> None:
         """Load what the first view of the page needs."""
         with suppress(MotionDBError), self.use() as db:  # the first request will tell
-            db.browse()
+            db.captures.browse()
             info_and_drift(db)
 
     def warm(self) -> None:
@@ -89,7 +89,7 @@ class HeldDatabase:
             with self.use() as db:
                 learned = db.learned
                 if learned.has_words:
-                    db.search(db.vocabulary()[0], limit=1)
+                    db.search(db.words.vocabulary()[0], limit=1)
                 if learned.rows:
                     first = learned.captures[min(learned.rows)]
                     db.like(first.name, 0.0, min(first.duration, EXAMPLE), limit=1)

@@ -48,7 +48,7 @@ def read_ref(text: str) -> Ref:
 
 def find_row(db: MotionDB, name: str) -> BrowsedCapture:
     """Return the row of a stored capture."""
-    row = db.browsed(name)
+    row = db.captures.browsed(name)
     if row is None:
         raise unknown("capture", name, "It may have been removed or renamed.")
     return row

@@ -90,10 +90,10 @@ class LikeReply(answers.LikeAnswer):
 
 def worded_segments(db: MotionDB, capture: str) -> tuple[WordedSegment, ...]:
     """Return the segments of a capture, each with the word of its symbol."""
-    segments = db.segments(capture)
+    segments = db.captures.segments(capture)
     if not segments:
         return ()
-    load = partial(db.symbol_rows, 1)
+    load = partial(db.symbols.rows, 1)
     words = {
         row.symbol: row.words[0] for row in db.session.kept("words of symbols", load) if row.words
     }
@@ -131,11 +131,11 @@ def like_reply(
 def _with_takes(db: MotionDB, answer: answers.LikeAnswer) -> dict[str, Any]:
     """Return the matches of an answer with their takes, and how many captures it leaves out."""
     matches = tuple(_with_take(db, match) for match in answer.matches)
-    return {"matches": matches, "not_yet_learned": len(db.unlearned())}
+    return {"matches": matches, "not_yet_learned": len(db.captures.unlearned())}
 
 
 def _with_take(db: MotionDB, match: Match) -> ShownMatch:
-    row = db.browsed(match.capture)
+    row = db.captures.browsed(match.capture)
     assert row is not None  # both come from one revision
     return answers.extended(
         ShownMatch,
@@ -204,7 +204,7 @@ def capture_details(db: MotionDB, row: BrowsedCapture, described: bool = True) -
     name = row.info.name
     made: dict[str, Any] = {}
     if row.info.kind == "generated":
-        provenance, shown = db.provenance(name), db.show(name)
+        provenance, shown = db.captures.provenance(name), db.captures.show(name)
         made = {"sources": sources_of(provenance), "stretches": stretches(provenance)}
         if shown.string is not None:
             made |= {"grammar": shown.grammar, "string": tuple(shown.string.split())}
@@ -215,10 +215,10 @@ def capture_details(db: MotionDB, row: BrowsedCapture, described: bool = True) -
         ref=f"capture:{name}",
         learned=row.learned,
         copies=row.copies,
-        relations=tuple(db.relations(name)),
-        events=tuple(map(answers.shown_event, db.events(name))),
+        relations=tuple(db.captures.relations(name)),
+        events=tuple(map(answers.shown_event, db.captures.events(name))),
         segments=worded_segments(db, name),
-        activities=tuple(db.activities(name)) if described else (),
+        activities=tuple(db.captures.activities(name)) if described else (),
         recognised=described_words(db, name) if described else (),
         **made,
     )
@@ -394,7 +394,7 @@ def kept_scene_reply(db: MotionDB, record: StoredScene) -> SceneReply:
     """Return a kept scene; the times of actions are the captions of its captures."""
     actions: dict[str, Sequence[Caption]] = {}
     for player in record.players:
-        row = db.browsed(f"{record.name}/{player.name}")
+        row = db.captures.browsed(f"{record.name}/{player.name}")
         actions[player.name] = row.captions if row else ()
     return _scene_reply(f"kept:{record.name}", record, actions)
 

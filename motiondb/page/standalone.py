@@ -132,8 +132,8 @@ class StandalonePage:
         QueryError
             No capture has this name.
         """
-        motion, full = db.motion(name), db.show(name).capture
-        row = db.browsed(full)
+        motion, full = db.motion(name), db.captures.show(name).capture
+        row = db.captures.browsed(full)
         assert row is not None
         ref = f"capture:{full}"
         motions = {ref: _packed(full, ref, motion)}
@@ -210,7 +210,7 @@ def _matched(db: MotionDB, matches: Iterable[Match]) -> dict[str, bytes]:
         spans[match.capture] = (min(low, match.start), max(high, match.end))
     motions = {}
     for name, (low, high) in spans.items():
-        row = db.browsed(name)
+        row = db.captures.browsed(name)
         assert row is not None
         start, end = max(low - MARGIN, 0.0), high + MARGIN
         whole_end = None if end >= row.info.motion_frames / MOTION_FPS else end

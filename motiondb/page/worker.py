@@ -155,7 +155,7 @@ class Workshop:
 
         settings = LearnSettings(n_symbols=parameters["symbols"], seed=parameters["seed"])
         learned = self.database.learn(settings, progress.progress, parameters["start"])
-        first = self.database.start_facts()
+        first = self.database.symbols.start_facts()
         size = answers.learned_summary(learned)
         return answers.extended(answers.LearnResult, size, start=first.name if first else None)
 

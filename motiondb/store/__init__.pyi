@@ -85,7 +85,7 @@ from .catalogue.captures import (
     remove_capture as remove_capture,
 )
 from .catalogue.captures import (
-    rename_capture as rename_capture,
+    rename_captures as rename_captures,
 )
 from .catalogue.captures import (
     save_capture as save_capture,

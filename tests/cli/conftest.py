@@ -36,7 +36,7 @@ def small(tmp_path_factory: pytest.TempPathFactory, samples_folder: Path) -> Pat
     with motiondb.open(path) as db:
         for name in ("bow", "walk"):
             db.add(samples_folder / f"ana/{name}_1.bvh")
-            db.set_words(f"{name}_1", name)
+            db.words.set(f"{name}_1", name)
         db.learn()
     return path
 

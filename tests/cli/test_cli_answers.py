@@ -83,7 +83,7 @@ def test_generate_writes_motion_and_origin(command: Any, learned_copy: Path) -> 
 def test_what_answers_leave_out_is_said(
     command: Any, learned_file: Path, monkeypatch: pytest.MonkeyPatch, count: int, what: str
 ) -> None:
-    monkeypatch.setattr("motiondb.database.MotionDB.unlearned", lambda _: ["x"] * count)
+    monkeypatch.setattr("motiondb.database.captures.Captures.unlearned", lambda _: ["x"] * count)
     for words in (("search", "walk"), ("like", "ana/bow_1")):
         ended = command(*words, "--limit", 1, "--json", "--db", learned_file)
         assert ended.err == f"note: {what} not yet learned: run motiondb learn to include them\n"

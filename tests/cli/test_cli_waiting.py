@@ -71,7 +71,7 @@ def test_captures_that_change_while_it_learns_are_learned_too(copy: Path) -> Non
     with motiondb.open(copy) as db:
         db.learn(progress=change)
         assert changed.is_set()
-        assert db.drift() is None or not db.drift().words
+        assert db.symbols.drift() is None or not db.symbols.drift().words
         assert db.search("curtsy").matches[0].capture == "bow_1"
 
 

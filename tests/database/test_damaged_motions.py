@@ -62,7 +62,7 @@ def test_captures_are_added_beside_a_damaged_one_which_can_be_removed(
         report = db.add(some / "again.bvh", settings=motiondb.AddSettings(jobs=1))
         assert report.problems == ()
         assert db.like(BAD.replace("ana", "boris"), limit=3).matches
-        db.remove([BAD])
+        db.captures.remove([BAD])
         assert db.check() == []
         assert db.search("walk").matches
         assert db.damage_note == ""

@@ -23,9 +23,9 @@ def test_only_captures_that_were_not_learned_from_judge_and_nothing_changes(
     with motiondb.open(tmp_path / "m.duckdb") as db:
         db.add(some)
         for name, said in words.items():
-            db.set_words(name, said)
+            db.words.set(name, said)
         db.learn(LearnSettings(n_symbols=3), where="name~ana/")
-        assert set(db.unlearned()) == {"boris/kick_1", "boris/punch_1"}
+        assert set(db.captures.unlearned()) == {"boris/kick_1", "boris/punch_1"}
         with pytest.raises(QueryError, match="that it has, such as ana/"):
             db.evaluate("name~ana/")
         with pytest.raises(QueryError, match="expected two or more captures with captions"):
@@ -46,11 +46,11 @@ def test_a_database_as_arrow_tables(learned_file: Path) -> None:
         tables = db.tables
         assert tables.captures("performer=ana")["tag.performer"].unique().to_pylist() == ["ana"]
         segments = tables.segments()
-        assert segments.num_rows == sum(row.count for row in db.symbol_rows())
+        assert segments.num_rows == sum(row.count for row in db.symbols.rows())
         assert tables.symbols()["count"].to_pylist() == [
-            row.count for row in sorted(db.symbol_rows(), key=lambda row: row.symbol)
+            row.count for row in sorted(db.symbols.rows(), key=lambda row: row.symbol)
         ]
-        kick = next(row for row in db.word_rows() if row.word == "kick")
+        kick = next(row for row in db.words.rows() if row.word == "kick")
         told = {
             (row["word"], row["symbol"]): row["probability"] for row in tables.words().to_pylist()
         }
@@ -58,4 +58,4 @@ def test_a_database_as_arrow_tables(learned_file: Path) -> None:
             assert told["kick", symbol.symbol] == pytest.approx(symbol.probability)
         answer = db.search("kick", limit=3)
         assert tables.matches(answer)["capture"].to_pylist() == [m.capture for m in answer.matches]
-        assert tables.captions().num_rows == sum(map(len, db.all_captions().values()))
+        assert tables.captions().num_rows == sum(map(len, db.words.all_captions().values()))

@@ -27,8 +27,8 @@ def test_takes_are_captures_of_their_own(tmp_path: Path) -> None:
         assert report.notes[0].startswith("two holds 2 takes: two#bow_1, two#jump_1; the sheet's")
         bow, jump = base.captures()
         assert (bow.tags, jump.tags) == ({"performer": "ann"}, {"performer": "bob"})
-        assert [c.words for c in base.captions("two#jump_1")] == ["jumps"]
-        assert base.captions("two#bow_1") == ()
+        assert [c.words for c in base.words.captions("two#jump_1")] == ["jumps"]
+        assert base.words.captions("two#bow_1") == ()
         assert base.export("two#jump_1", tmp_path / "out.fbx").output.read_bytes() == data
         clip = base.clip("two#jump_1")
         assert (clip.format, clip.n_frames) == ("fbx", 9)

@@ -85,7 +85,7 @@ def test_it_is_copied_merged_and_rescued(moved: Path, tmp_path: Path, samples_fo
 def test_a_moved_capture_is_removed_and_comes_back(moved: Path, tmp_path: Path) -> None:
     with motiondb.open(moved) as db:
         before = db.motion(NAME)
-        db.remove([NAME])
+        db.captures.remove([NAME])
         db.undo()
         assert (db.motion(NAME).root_positions == before.root_positions).all()
         assert db.check() == []
@@ -124,7 +124,7 @@ def test_scores_are_made_anew_by_learning_and_brought_back(some: Path, tmp_path:
     shutil.rmtree(path.with_name(f"{path.name}.cache"))
     scores.rename(tmp_path / "away")
     with motiondb.open(path) as db:
-        for ask in (lambda: db.like("ana/bow_1"), lambda: db.remove(["ana/bow_1"])):
+        for ask in (lambda: db.like("ana/bow_1"), lambda: db.captures.remove(["ana/bow_1"])):
             with pytest.raises(motiondb.StoreError) as error:
                 ask()
             assert str(error.value).startswith(f"{scores}: expected a file or folder, found none.")
@@ -150,7 +150,7 @@ def test_a_capture_is_removed_and_comes_back_beside_moved_scores(moved: Path) ->
     before = bits_of_scores(moved)
     with motiondb.open(moved) as db:
         number = next(info.capture_id for info in db.captures() if info.name == NAME)
-        db.remove([NAME])
+        db.captures.remove([NAME])
         assert db.check() == []
     others = {n: part for n, part in before.items() if n != number}
     assert bits_of_scores(moved) == others

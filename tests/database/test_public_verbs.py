@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,22 +15,23 @@ from motiondb import Motion, Scenes
 from motiondb.answers.catalogue import EventRow
 from motiondb.body import body
 
-BAD_SEED = motiondb.GrammarSettings(seed=-1)
 AMBIGUOUS = 'start S\nS -> S S | a\na := "walk"\n'
 
 
 def test_pictures_of_answers_and_their_reasons(learned_file: Path, tmp_path: Path) -> None:
     with motiondb.open(learned_file, read_only=True) as db:
         answer = db.search("kick, not walk", limit=2)
-        drawn = db.draw_matches(answer, tmp_path / "hits.png", "kick")
-        why = db.draw_reasons(answer, tmp_path / "why.png", "kick")
+        drawn = db.captures.draw_matches(answer, tmp_path / "hits.png", "kick")
+        why = db.captures.draw_reasons(answer, tmp_path / "why.png", "kick")
         alike = db.like("goran/kick_1", limit=1)
         example = db.motion("goran/kick_1")
-        db.draw_matches(alike, tmp_path / "alike.png", example=example)
+        db.captures.draw_matches(alike, tmp_path / "alike.png", example=example)
         with pytest.raises(motiondb.MotionDBError, match="expected at least 1 hit"):
-            db.draw_matches(db.search("kick", "performer=nobody"), tmp_path / "none.png")
+            db.captures.draw_matches(db.search("kick", "performer=nobody"), tmp_path / "none.png")
         with pytest.raises(motiondb.QueryError, match="expected an answer with reasons"):
-            db.draw_reasons(db.search("kick", by_symbols=True), tmp_path / "none.png", "kick")
+            db.captures.draw_reasons(
+                db.search("kick", by_symbols=True), tmp_path / "none.png", "kick"
+            )
     assert (drawn, why) == (tmp_path / "hits.png", tmp_path / "why.png")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["alike.png", "hits.png", "why.png"]
 
@@ -89,7 +89,7 @@ def test_a_taken_word_is_explained_and_drawn_by_its_name(
         answer = db.search("stroll", limit=1)
         assert "stroll" in answer.taken
         assert [word.word for word in answer.explanations[0].words] == ["stroll"]
-        db.draw_reasons(answer, tmp_path / "why.png", "stroll")
+        db.captures.draw_reasons(answer, tmp_path / "why.png", "stroll")
     assert (tmp_path / "why.png").stat().st_size > 5_000
 
 
@@ -102,10 +102,10 @@ def test_kinds_of_events_are_counted(some: Path, tmp_path: Path) -> None:
             "file\tframe\tevent\n"
             f"{first}\t15\tcatch\n{first}\t30\tcatch\n{second}\t3\tcatch\n{second}\t4\trelease\n"
         )
-        assert db.event_rows() == []
-        db.import_events(sheet)
-        assert db.event_rows() == [EventRow("catch", 3, 2), EventRow("release", 1, 1)]
-        assert [event.seconds for event in db.events(first)] == [0.5, 1.0]
+        assert db.captures.event_rows() == []
+        db.captures.import_events(sheet)
+        assert db.captures.event_rows() == [EventRow("catch", 3, 2), EventRow("release", 1, 1)]
+        assert [event.seconds for event in db.captures.events(first)] == [0.5, 1.0]
 
 
 def test_groups_of_copies_are_filtered_by_their_captures(some: Path, tmp_path: Path) -> None:
@@ -116,10 +116,10 @@ def test_groups_of_copies_are_filtered_by_their_captures(some: Path, tmp_path: P
     )
     with motiondb.open(tmp_path / "m.duckdb") as db:
         db.add(some, settings=motiondb.AddSettings(jobs=1))
-        (group,) = db.duplicates()
+        (group,) = db.captures.duplicates()
         assert set(group.captures) == {"boris/kick_1", "boris/moved_1"}
-        assert db.duplicates("name=boris/moved_1") == (group,)
-        assert db.duplicates("name=ana/bow_1") == ()
+        assert db.captures.duplicates("name=boris/moved_1") == (group,)
+        assert db.captures.duplicates("name=ana/bow_1") == ()
 
 
 def test_a_grammar_is_checked_asked_and_planned_with_without_a_database(tmp_path: Path) -> None:
@@ -191,9 +191,9 @@ def test_a_generated_motion_writes_itself_with_its_provenance(
     with pytest.raises(motiondb.MotionDBError, match=r"expected an ending .bvh, .fbx, .glb"):
         made.write(tmp_path / "kick.txt")
     assert not (tmp_path / "kick.txt").exists()
-    with pytest.raises(motiondb.MotionDBError, match=r"or a motiondb\.Motion, found Generated"):
+    with pytest.raises(TypeError, match=r"or a motiondb\.Motion, found Generated"):
         motiondb.write_bvh(made, tmp_path / "made.bvh")  # what is tested
-    with pytest.raises(motiondb.MotionDBError, match="found None"):
+    with pytest.raises(TypeError, match="found NoneType"):
         motiondb.write_gltf(None, tmp_path / "none.glb")  # what is tested
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         "kick.bvh",
@@ -207,19 +207,19 @@ def test_what_is_known_of_a_database_needs_no_command(learned_file: Path) -> Non
         facts = db.info()
         assert (facts.captures, facts.learned, facts.not_yet_learned) == (101, True, 0)
         assert [run["kind"] for run in db.runs()] == ["add", "learn"]
-        assert db.word_rows()[0].count == max(row.count for row in db.word_rows())
-        assert len(db.symbol_rows()) == facts.symbols
-        assert db.show("ana/walk_1").frames > 0
-        assert len(db.vocabulary()) == facts.words
+        assert db.words.rows()[0].count == max(row.count for row in db.words.rows())
+        assert len(db.symbols.rows()) == facts.symbols
+        assert db.captures.show("ana/walk_1").frames > 0
+        assert len(db.words.vocabulary()) == facts.words
 
 
 def test_features_are_what_the_models_of_symbols_score(learned_file: Path) -> None:
     name = "ana/walk_1"
     with motiondb.open(learned_file, read_only=True) as db:
-        motion, plain = db.motion(name), db.features(name)
+        motion, plain = db.motion(name), db.captures.features(name)
         assert (plain.shape, plain.dtype) == ((math.ceil(motion.n_frames / 2), 130), np.float32)
-        np.testing.assert_allclose(db.features(db.clip(name)), plain, atol=1e-4)
-        whitened = db.features(name, whitened=True)
+        np.testing.assert_allclose(db.captures.features(db.clip(name)), plain, atol=1e-4)
+        whitened = db.captures.features(name, whitened=True)
         rows = [row for row in db.tables.segments().to_pylist() if row["capture"] == name]
         for row in rows:
             first, end = (math.ceil(round(row[at] * 30) / 2) for at in ("start", "end"))
@@ -228,40 +228,10 @@ def test_features_are_what_the_models_of_symbols_score(learned_file: Path) -> No
             assert score / len(part) == pytest.approx(row["log_likelihood"], abs=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("asked", "told"),
-    [
-        (lambda db: db.search(3), r"words: expected a text, found 3 \(int\)"),
-        (lambda db: db.search("kick", limit=0), "limit: expected a whole number from 1 on"),
-        (
-            lambda db: db.like("ana/bow_1", limit="3"),
-            r"limit: expected a whole number, found '3' \(str\)",
-        ),
-        (lambda db: db.like(7), "example: expected a file, .* or a motiondb.Motion, found 7"),
-        (lambda db: db.generate(None), "words: expected a text"),
-        (lambda db: db.generate("kick", seed=-1), "seed: expected a whole number from 0 on"),
-        (lambda db: db.generate_variants("kick", 2, seed=1.5), r"found 1.5 \(float\)"),
-        (lambda db: db.grammars.learn(["ana/long_1"], settings=BAD_SEED), "seed: expected"),
-        (
-            lambda db: db.tables.matches("kick"),
-            "answer: expected a motiondb.WordAnswer, .* found 'kick'",
-        ),
-    ],
-)
-def test_arguments_of_a_wrong_kind_are_named(
-    learned_file: Path, asked: Callable[[motiondb.MotionDB], object], told: str
-) -> None:
-    with (
-        motiondb.open(learned_file, read_only=True) as db,
-        pytest.raises(motiondb.QueryError, match=told),
-    ):
-        asked(db)
-
-
 def test_questions_without_any_capture_left_say_so(learned_copy: Path) -> None:
     with motiondb.open(learned_copy) as db:
-        db.remove(where="not name in (ana/bow_1, boris/kick_1)")
-        removed = db.remove(where="fps>0")
+        db.captures.remove(where="not name in (ana/bow_1, boris/kick_1)")
+        removed = db.captures.remove(where="fps>0")
         assert (db.info().captures, db.info().learned) == (0, True)
         for ask in (db.search, db.generate):
             with pytest.raises(motiondb.QueryError, match="captures that can be searched, found n"):

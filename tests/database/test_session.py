@@ -37,7 +37,7 @@ def learned_few(tmp_path_factory: pytest.TempPathFactory, samples_folder: Path) 
     with motiondb.open(folder / "few.duckdb") as db:
         db.add(folder / "captures", settings=AddSettings(jobs=1))
         for name, words in WORDS.items():
-            db.set_words(name, words)
+            db.words.set(name, words)
         db.learn(LearnSettings(n_symbols=3))
     return folder / "few.duckdb"
 
@@ -99,7 +99,7 @@ def test_what_was_loaded_is_kept_until_something_changes(db: MotionDB) -> None:
     db.search("kick")
     db.describe("ana/bow_1")
     assert db.learned is first
-    db.set_words("ana/bow_1", "bow, kick")
+    db.words.set("ana/bow_1", "bow, kick")
     assert db.learned is not first
     assert first.association.counts.sum() == 4  # whoever holds it sees what was
     assert db.learned.association.counts.sum() == 5
@@ -169,7 +169,7 @@ def test_a_value_of_a_revision_that_ended_while_it_was_loaded_is_not_kept(few: P
 def test_what_an_undone_change_showed_is_forgotten(db: MotionDB) -> None:
     def change() -> None:
         with store.transaction(db.store):
-            db.remove(["ana/bow_1"])
+            db.captures.remove(["ana/bow_1"])
             assert "ana/bow_1" not in {info.name for info in db.learned.captures.values()}
             raise RuntimeError("stopped")
 
@@ -177,7 +177,7 @@ def test_what_an_undone_change_showed_is_forgotten(db: MotionDB) -> None:
         change()
     assert_whole(db.learned)
     assert db.like("ana/bow_1")[0].capture == "ana/bow_1"
-    db.set_words("ana/bow_1", "bow")  # a change of the same number as the one undone
+    db.words.set("ana/bow_1", "bow")  # a change of the same number as the one undone
     assert db.like("ana/bow_1")[0].capture == "ana/bow_1"
 
 
@@ -208,7 +208,7 @@ def test_threads_ask_while_another_changes(db: MotionDB, samples_folder: Path) -
 
     def look() -> None:
         assert_whole(db.learned)
-        assert db.unlearned() == []
+        assert db.captures.unlearned() == []
 
     asked = (search, like, describe, look)
 
@@ -221,9 +221,9 @@ def test_threads_ask_while_another_changes(db: MotionDB, samples_folder: Path) -
 
     def change() -> None:
         try:
-            db.set_words("ana/bow_1", "bow, kick")
+            db.words.set("ana/bow_1", "bow, kick")
             db.add(walk, settings=AddSettings(jobs=1))
-            db.remove(["walk_1"])
+            db.captures.remove(["walk_1"])
         finally:
             ended.set()
 
@@ -302,7 +302,7 @@ def test_maps_of_places_stay_while_other_captures_come(few: Path, samples_folder
         db.learn(LearnSettings(n_symbols=3))  # makes them
         before, revision = fitted_places(few), db.learned.places_digest
         db.add([samples_folder / "ana/wave_1.bvh"], settings=AddSettings(jobs=1))
-        db.set_words("wave_1", "kick")
+        db.words.set("wave_1", "kick")
         assert len(db.learned.rows) == len(WORDS) + 1
         assert db.learned.places_digest == revision
         assert fitted_places(few) == before
@@ -312,8 +312,8 @@ def test_maps_of_places_stay_while_other_captures_come(few: Path, samples_folder
 @pytest.mark.parametrize(
     "change",
     [
-        lambda db: db.set_words("ana/bow_1", "jump"),
-        lambda db: db.remove(["ana/bow_1"]),
+        lambda db: db.words.set("ana/bow_1", "jump"),
+        lambda db: db.captures.remove(["ana/bow_1"]),
         lambda db: store.save_synonyms(db.store, {"kick": "punch"}),
         lambda db: db.learn(LearnSettings(n_symbols=2)),
     ],
@@ -339,7 +339,7 @@ def _asked(path: Path) -> tuple[object, ...]:
     """Answers for which everything in the cache is needed, and the notes on files."""
     with motiondb.open(path, read_only=True) as db:
         found = db.search("jump").matches, db.like("ana/bow_1").matches, db.describe("ana/jump_1")
-        return repr(found), db.file_notes
+        return repr(found), tuple(db.store.notes)
 
 
 def test_the_cache_is_neither_read_nor_written_through_links(few: Path, tmp_path: Path) -> None:

@@ -74,13 +74,13 @@ def test_a_kept_generated_capture_names_its_sources(learned_copy: Path) -> None:
 
     with motiondb.open(learned_copy) as db:
         made = db.generate("a person walks then kicks", 7)
-        db.save_generated("made/one", "a person walks then kicks", made, 7)
-        facts = db.show("made/one")
+        db.captures.save_generated("made/one", "a person walks then kicks", made, 7)
+        facts = db.captures.show("made/one")
         assert facts.kind == "generated"
         assert facts.tags["licence"] == "CC0-1.0"
         assert len(facts.sources) == len(made.provenance.sources)
         assert all("licence CC0-1.0" in line for line in facts.sources)
-        assert db.unlearned() == []
+        assert db.captures.unlearned() == []
         assert db.check() == []
         with pytest.raises(QueryError, match="made/one: expected a name that is free"):
-            db.check_name_free("made/one")
+            db.captures.check_name_free("made/one")

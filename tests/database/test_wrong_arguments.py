@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 
 import motiondb
-from motiondb import Grammars, MotionDB, QueryError, Scenes, Tables
+from motiondb import Captures, Grammars, MotionDB, QueryError, Scenes, Symbols, Tables, Words
 
+SPACES = (Captures, Words, Symbols, Grammars, Scenes)
 ODD: tuple[object, ...] = (
     None, 5, -1, 10**40, 10**5000, 1.5, float("nan"), float("inf"), True, b"x", object(), [], {},
     [5], {"a": 5}, {5: "a"}, "", "a\0b", "\ud800", "x" * 100_000, "?*[", ["\ud800"], ["a\0b"], [""],
@@ -29,7 +30,7 @@ SLOW = re.compile("learn|evaluate|backup|draw|generate|make|update|export_know|a
 
 def public_verbs() -> Iterator[tuple[str, dict[str, inspect.Parameter]]]:
     """Owner and name, and the parameters, of every public verb and function."""
-    owners: tuple[Any, ...] = (MotionDB, Grammars, Scenes, Tables, motiondb)
+    owners: tuple[Any, ...] = (MotionDB, *SPACES, Tables, motiondb)
     for owner in owners:
         for name in motiondb.__all__ if owner is motiondb else dir(owner):
             found = inspect.getattr_static(owner, name, None) or getattr(owner, name)
@@ -48,7 +49,8 @@ def test_an_odd_value_is_answered_or_refused_and_then_nothing_is_written(
     rng = random.Random(7)
     tried = 0
     with motiondb.open(learned_copy) as db:
-        owners = {"MotionDB": db, "Grammars": db.grammars, "Scenes": db.scenes, "Tables": db.tables}
+        owners = {each.__name__: getattr(db, each.__name__.lower()) for each in SPACES}
+        owners |= {"MotionDB": db, "Tables": db.tables}
         for verb, given in public_verbs():
             owner, _, name = verb.partition(".")
             usual = {
@@ -71,17 +73,18 @@ def test_an_odd_value_is_answered_or_refused_and_then_nothing_is_written(
 
 
 LIKELY: dict[str, Callable[[MotionDB], object]] = {
-    "names: expected several texts, found 'ana/walk_1'. Put it in a list.": lambda db: db.remove(
-        "ana/walk_1"
+    "names: expected several texts, found 'ana/walk_1'. Put it in a list.": lambda db: (
+        db.captures.remove("ana/walk_1")
     ),
-    "captures: expected several texts, found 'ana'. Put it in a list.": lambda db: db.rename(
-        "a*", "b*", "ana"
+    "captures: expected several texts, found 'ana'. Put it in a list.": lambda db: (
+        db.captures.rename("a*", "b*", "ana")
     ),
     "parts: expected several texts, found 'ana/walk_1:0-1'. Put it in a list.": lambda db: db.join(
         "ana/walk_1:0-1"
     ),
     "words: expected a text, found ['walk'].": lambda db: db.search(["walk"]),  # type: ignore[arg-type]
     "words: expected a text, found 5.": lambda db: db.generate(5),  # type: ignore[arg-type]
+    "words: expected a text, found None.": lambda db: db.generate(None),  # type: ignore[arg-type]
     "limit: expected a whole number from 1 on, found 0.": lambda db: db.like("ana/walk_1", limit=0),
     "seed: expected a whole number from 0 on, found -1.": lambda db: db.generate("walk", seed=-1),
 }

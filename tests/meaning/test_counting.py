@@ -234,7 +234,7 @@ def test_added_and_removed_leaves_no_trace(learned_copy: Path, spare: Path) -> N
         assert "hop" in {match.capture for match in db.search("jump", limit=200).matches}
         assert db.like("hop", limit=3)[0].score >= 0.99
         assert db.check() == []
-        db.remove(["hop", "stroll"])
+        db.captures.remove(["hop", "stroll"])
         after = store.load_learning(db.store)
         assert_same(learned_arrays(after), learned_arrays(before))
         assert db.check() == []
@@ -246,7 +246,7 @@ def test_removed_is_as_if_never_counted(learned_copy: Path) -> None:
     with motiondb.open(learned_copy) as db:
         names = [info.name for info in db.captures("performer=ana")]
         assert len(names) > 5
-        db.remove(names)
+        db.captures.remove(names)
         left = store.load_learning(db.store)
         assert_same(learned_arrays(left), learned_arrays(recount(db.store)))
         assert len(db.search("walk").matches) > 0
@@ -255,8 +255,8 @@ def test_removed_is_as_if_never_counted(learned_copy: Path) -> None:
 def test_words_are_counted_when_they_change(learned_copy: Path, tmp_path: Path) -> None:
     with motiondb.open(learned_copy) as db:
         before = learned_arrays(store.load_learning(db.store))
-        old = db.captions("ana/walk_1")
-        change = db.set_words("ana/walk_1", "jump, zigzag")
+        old = db.words.captions("ana/walk_1")
+        change = db.words.set("ana/walk_1", "jump, zigzag")
         assert change.new_words == ("zigzag",)
         now = store.load_learning(db.store)
         words = now.association.words
@@ -265,15 +265,15 @@ def test_words_are_counted_when_they_change(learned_copy: Path, tmp_path: Path) 
         )
         assert_same(learned_arrays(now), learned_arrays(recount(db.store)))
         (tmp_path / "synonyms.txt").write_text("jump = walk\n")
-        db.set_synonyms(tmp_path / "synonyms.txt")
+        db.words.set_synonyms(tmp_path / "synonyms.txt")
         now = store.load_learning(db.store)
         assert now.association.counts[words.index("jump")] == 0
         assert_same(learned_arrays(now), learned_arrays(recount(db.store)))
         (tmp_path / "synonyms.txt").write_text("")
-        db.set_synonyms(tmp_path / "synonyms.txt")
-        db.set_words("ana/walk_1", old[0].words, old[0].start, old[0].end)
+        db.words.set_synonyms(tmp_path / "synonyms.txt")
+        db.words.set("ana/walk_1", old[0].words, old[0].start, old[0].end)
         for caption in old[1:]:
-            db.set_words("ana/walk_1", caption.words, caption.start, caption.end, keep=True)
+            db.words.set("ana/walk_1", caption.words, caption.start, caption.end, keep=True)
         assert_same(learned_arrays(store.load_learning(db.store)), before)
 
 
@@ -297,8 +297,8 @@ def test_before_learning_nothing_is_counted(tmp_path: Path, spare: Path) -> None
     with motiondb.open(tmp_path / "new.duckdb") as db:
         report = db.add(spare, spare / "words.tsv", ONE)
         assert (len(report.added), report.counted) == (2, 0)
-        assert db.set_words("hop", "hop").counted == ()
-        assert db.remove(["hop"]) == ["hop"]
+        assert db.words.set("hop", "hop").counted == ()
+        assert db.captures.remove(["hop"]) == ["hop"]
 
 
 @pytest.mark.parametrize("gaps", [False, True])

@@ -51,7 +51,7 @@ def test_facets_count_every_capture_and_their_filters_hold(client: TestClient) -
 def test_one_capture_has_what_the_class_knows(client: TestClient, learned_file: Path) -> None:
     facts = get(client, "/api/capture", name="ana/long_1")
     with motiondb.open(learned_file, read_only=True) as db:
-        known = db.show("ana/long_1")
+        known = db.captures.show("ana/long_1")
         described = db.describe("ana/long_1")
     words = ("word", "word_probability")  # of its symbol
     bare = [{k: v for k, v in one.items() if k not in words} for one in facts["segments"]]
@@ -84,7 +84,7 @@ def test_words_are_set_and_undone_in_turn(learned_copy: Path, serve: Serve) -> N
     assert post(client, "/api/undo", {})["words"] == before
     assert client.post("/api/undo", json={}).status_code == 409
     with motiondb.open(learned_copy, read_only=True) as db:
-        assert [c.words for c in db.captions(NAME)] == [c["words"] for c in before]
+        assert [c.words for c in db.words.captions(NAME)] == [c["words"] for c in before]
 
 
 def test_an_edit_that_could_not_be_undone_can_be_undone_later(
@@ -143,7 +143,7 @@ def test_a_fault_of_the_program_has_the_form_of_all_errors(
     def fail(_db: MotionDB) -> None:
         raise KeyError("secret")
 
-    monkeypatch.setattr(MotionDB, "duplicates", fail)
+    monkeypatch.setattr(motiondb.Captures, "duplicates", fail)
     application = make_application(
         PageSettings(learned_file, read_only=True, warm=False), tmp_path, bundle
     )

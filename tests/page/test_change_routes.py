@@ -72,8 +72,8 @@ def test_words_of_several_captures_are_one_run_and_undone_together_or_not_at_all
     with MotionDB(learned_copy, wait=30.0) as db:
         newest = max(db.runs(), key=lambda run: int(run["run_id"]))
         assert newest["kind"] == "words"
-        assert "more words" in [caption.words for caption in db.captions(NAMES[0])]
-        db.set_captions(NAMES[0], [])  # another program changes one of them
+        assert "more words" in [caption.words for caption in db.words.captions(NAMES[0])]
+        db.words.set_captions(NAMES[0], [])  # another program changes one of them
     refused = client.post("/api/undo", json={})
     assert refused.status_code == 409
     assert "more words" in words(NAMES[1])

@@ -236,13 +236,13 @@ def test_words_being_typed_are_neither_drawn_over_nor_saved(serve_copy, new_page
     field.fill("half of a sen")
     changed = page.expect_response(lambda answer: "/api/status" in answer.url)
     with changed, motiondb.open(tmp_path / "copy.duckdb", wait=60.0) as db:
-        db.set_words("ana/bow_1", "a deep curtsy")
+        db.words.set("ana/bow_1", "a deep curtsy")
     page.wait_for_timeout(1000)  # the rows would be drawn by now
     assert field.input_value() == "half of a sen"
     assert page.evaluate("() => document.activeElement.className") == "in-place"
     assert _row(page, "ana/bow_1").count() == 1
     with motiondb.open(tmp_path / "copy.duckdb", read_only=True, wait=60.0) as db:
-        assert [caption.words for caption in db.captions("ana/bow_1")] == ["a deep curtsy"]
+        assert [caption.words for caption in db.words.captions("ana/bow_1")] == ["a deep curtsy"]
     field.press("Enter")  # versions are compared
     dialog = page.get_by_role("dialog")
     dialog.get_by_text("found others: a deep curtsy").wait_for()

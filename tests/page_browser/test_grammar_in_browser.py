@@ -222,7 +222,7 @@ def test_a_sequence_is_kept_exported_and_opened_again(serve_grammar, new_page, t
 def test_an_alternative_that_cannot_be_played_says_why(serve_grammar, new_page, tmp_path):
     address = serve_grammar()
     with motiondb.open(tmp_path / "play.duckdb", wait=60.0) as db:
-        db.remove(["chidi/long_play_1"])
+        db.captures.remove(["chidi/long_play_1"])
     page = new_page(f"{address}#/grammar?name=play")
     page.get_by_text("removed: add it again to play its segments").wait_for()
     page.get_by_label("Like").fill("a b c d b e")

@@ -130,7 +130,7 @@ def test_a_change_by_another_program_appears(serve_copy, new_page, tmp_path):
     page = new_page(f"{serve_copy()}#/catalogue?where=performer%3Dana")
     page.locator(".row-capture").first.wait_for()
     with motiondb.open(tmp_path / "copy.duckdb", wait=60.0) as db:
-        db.set_words("ana/bow_1", "a deep curtsy")
+        db.words.set("ana/bow_1", "a deep curtsy")
     page.locator(".row-capture", has_text="a deep curtsy").wait_for()
 
 

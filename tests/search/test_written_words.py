@@ -86,7 +86,7 @@ def test_evidence_is_that_of_written_words(db: MotionDB) -> None:
 
 def test_a_filter_takes_words_that_nothing_holds(db: MotionDB) -> None:
     assert db.captures("style=energetic", exact=True) == []
-    taken = db.taken_in_filter("style=fatigued or caption~stroll")
+    taken = db.captures.taken_in_filter("style=fatigued or caption~stroll")
     assert taken["stroll"].words[0][0] == "walk"
     strolls = {i.name for i in db.captures("caption~stroll")}
     assert strolls == {i.name for i in db.captures("caption~walk")}
@@ -95,8 +95,8 @@ def test_a_filter_takes_words_that_nothing_holds(db: MotionDB) -> None:
     everything = len(db.captures())
     assert len(db.captures("not caption~stroll")) == everything
     assert len(db.captures("caption!~stroll")) == everything
-    assert db.taken_in_filter("caption~walk and performer=ana") == {}
-    assert db.taken_in_filter("name~stroll") == {}
+    assert db.captures.taken_in_filter("caption~walk and performer=ana") == {}
+    assert db.captures.taken_in_filter("name~stroll") == {}
     both = {i.name for i in db.captures("caption~stroll and performer=ana")}
     assert both == {i.name for i in db.captures("caption~walk and performer=ana")}
 

@@ -81,7 +81,7 @@ def answers(path: Path) -> str:
         return json.dumps(
             {
                 "list": [repr(info) for info in infos],
-                "captions": [repr(db.captions(info.name)) for info in infos[:5]],
+                "captions": [repr(db.words.captions(info.name)) for info in infos[:5]],
                 "search": [repr(match) for match in db.search("walk", limit=5).matches],
                 "like": [repr(match) for match in db.like(name, limit=5).matches],
                 "describe": [repr(part) for part in db.describe(name)],

@@ -32,9 +32,9 @@ def small(tmp_path_factory: pytest.TempPathFactory, samples_folder: Path) -> Pat
     with motiondb.open(path) as db:
         assert db.add(captures).problems == ()
         for name in ("bow", "walk", "jump"):
-            db.set_words(f"{name}_1", f"{name} slowly")
+            db.words.set(f"{name}_1", f"{name} slowly")
         db.learn()
-        db.save_generated("made", "walk", db.generate("walk"), 0)
+        db.captures.save_generated("made", "walk", db.generate("walk"), 0)
     return path
 
 

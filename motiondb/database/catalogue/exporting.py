@@ -15,11 +15,19 @@ from types import MappingProxyType
 
 import numpy as np
 
+from motiondb import store
 from motiondb.answers.catalogue import Exported
 from motiondb.body import body, changes, retarget
 from motiondb.body.joint_names import joint_map
 from motiondb.body.joint_proposals import map_text
-from motiondb.database.catalogue.parts import check_motion_file, write_bytes, write_clip
+from motiondb.database.catalogue.parts import (
+    check_motion_file,
+    cut_clip,
+    cut_motion,
+    write_bytes,
+    write_clip,
+)
+from motiondb.database.session import Session
 from motiondb.errors import CaptureError, QueryError, SkeletonError
 from motiondb.files import packed_files
 from motiondb.files.arrays import ARRAY_ENDINGS, write_arrays
@@ -355,3 +363,59 @@ def write_added(
     if source.take:
         said = (f"the file holds all of its takes; this capture is {source.take}",)
     return Exported(info.name, path, info.fps, info.n_frames, unit_name(unit), True, said, skeleton)
+
+
+def load_clip(session: Session, name: str) -> Clip:
+    """A stored capture on its own skeleton and at its own rate, as it was read when added."""
+    from motiondb.database.catalogue.file_reading import read_stored
+
+    with session.reading():
+        info = store.load_capture(session.store, name)
+        source = store.load_source(session.store, info.capture_id)
+        run = {r.run_id: r for r in store.load_runs(session.store)}[info.run_id]
+    return read_stored(info, source, run.parameters, info.fps)
+
+
+def export(
+    session: Session,
+    name: str,
+    path: str | Path,
+    start: float | None = None,
+    end: float | None = None,
+    canonical: bool = False,
+    changes: MotionChanges | None = None,
+) -> Exported:
+    """Write a capture to a file, as ``MotionDB.export`` says."""
+    path, asked = Path(path), changes or MotionChanges()
+    is_named = asked.of_motion.are_any or path.suffix.lower() in ARRAY_ENDINGS
+    check_joint_map(asked, is_named and not canonical)
+    whole = start is None and end is None and not canonical and not asked.are_any
+    with session.reading():
+        info = store.load_capture(session.store, name)
+        if canonical or asked.onto is not None:
+            motion = cut_motion(store.load_motion(session.store, info.capture_id), start, end)
+        else:
+            source = store.load_source(session.store, info.capture_id)
+            if whole and path.suffix.lower() == Path(source.own_name).suffix.lower():
+                return write_added(info, source, path, load_clip(session, name).unit)
+            motion, clip = None, cut_clip(load_clip(session, name), start, end)
+            asked = _with_joint_map(session, info, asked)
+    owner = owner_of(info)
+    if motion is not None:
+        made = write_motion(motion, path, asked, owner)
+    else:
+        made = write_changed(clip, path, asked, owner)
+    unit = unit_in(path, made.clip)
+    clip = made.clip
+    return Exported(
+        info.name, path, clip.fps, clip.n_frames, unit, False, made.said, None, made.fit
+    )
+
+
+def _with_joint_map(session: Session, info: CaptureInfo, asked: MotionChanges) -> MotionChanges:
+    """Return the changes with the joint map with which a capture was added."""
+    runs = {run.run_id: run for run in store.load_runs(session.store)}
+    added = runs[info.run_id].parameters.get("joint_map")
+    if asked.joint_map or not isinstance(added, dict):
+        return asked
+    return replace(asked, joint_map={str(k): str(v) for k, v in added.items()})

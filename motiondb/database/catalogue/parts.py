@@ -5,14 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from motiondb import store
 from motiondb.errors import QueryError
 from motiondb.files.bvh_writer import write_bvh
 from motiondb.files.gltf_writer import write_gltf
 from motiondb.files.safe_files import output_file
 from motiondb.records import MOTION_FPS, Clip, Motion
+
+if TYPE_CHECKING:
+    from motiondb.database.session import Session
+    from motiondb.database.values import Example
 
 
 def cut_motion(motion: Motion, start: float | None, end: float | None, step: int = 1) -> Motion:
@@ -131,3 +137,27 @@ def write_bytes(path: Path, data: bytes) -> Path:
     with output_file(path) as draft:
         draft.write_bytes(data)
     return path
+
+
+def load_example(
+    session: Session, example: Example, start: float | None = None, end: float | None = None
+) -> Motion:
+    """A file, a stored capture or a motion, or a part of it, on the canonical body."""
+    from motiondb.body.features import FEATURE_STEP
+    from motiondb.body.retarget import to_motion
+    from motiondb.files.formats import read_capture, split_take
+    from motiondb.files.safe_files import is_file
+
+    if isinstance(example, Motion):
+        motion = example
+    elif isinstance(example, Clip):
+        motion = to_motion(example)
+    elif is_file(split_take(example)[0]):
+        clip = read_capture(example)
+        motion = to_motion(clip)
+        motion = replace(motion, notes=clip.notes + motion.notes)
+    else:
+        with session.reading():
+            info = store.load_capture(session.store, str(example), or_file=True)
+            motion = store.load_motion(session.store, info.capture_id)
+    return cut_motion(motion, start, end, FEATURE_STEP)

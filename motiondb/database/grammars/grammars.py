@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motiondb import answers, pictures, store
-from motiondb.database.captures import Captures
-from motiondb.database.catalogue.parts import cut_motion
+from motiondb.database.catalogue.parts import cut_motion, load_example
 from motiondb.database.generated_files import source_spans, write_with_provenance
 from motiondb.database.grammars import (
     grammar_editing,
@@ -278,7 +277,7 @@ class Grammars:
             take = grammar_parsing.take_of(material, example)
             if take is not None:
                 return grammar_parsing.as_learned(material.learned, take)
-            motion = Captures(self._session).motion(example)
+            motion = load_example(self._session, example)
             transcription = grammar_parsing.read(self._session, material, motion)
         return grammar_parsing.parse_transcription(material.learned.grammar, transcription)
 

@@ -159,8 +159,8 @@ def router(page: Page) -> APIRouter:
     def symbols() -> SpaceReply:
         """The symbol space: coordinates, clusters, and the words of every symbol."""
         with page.held.use() as db:
-            rows, space = db.symbol_rows(), db.learned.space
-            typical = [_playable(db.symbol_segments(row.symbol)[:1]) for row in rows]
+            rows, space = db.symbols.rows(), db.learned.space
+            typical = [_playable(db.symbols.segments(row.symbol)[:1]) for row in rows]
         clusters = [
             SymbolCluster(number, float(weight), mean.tolist(), covariance.tolist())
             for number, (weight, mean, covariance) in enumerate(
@@ -182,7 +182,7 @@ def router(page: Page) -> APIRouter:
     ) -> SegmentsReply:
         """The segments of a symbol, most typical first."""
         with page.held.use() as db:
-            rows = db.symbol_segments(symbol)
+            rows = db.symbols.segments(symbol)
         return SegmentsReply(symbol, len(rows), _playable(rows[offset : offset + limit]))
 
     return routes
@@ -219,7 +219,7 @@ def _find(db: MotionDB) -> ExamplesReply:
 
 def _action_words(db: MotionDB) -> list[str]:
     """Return the words that name actions, those in most captions first."""
-    counted = [row.word for row in db.word_rows() if row.count > 0]
+    counted = [row.word for row in db.words.rows() if row.count > 0]
     return [word for word in counted if verbs_in(word) == {word}]
 
 
@@ -235,7 +235,7 @@ def _candidates(db: MotionDB, words: list[str]) -> Iterator[str]:
 def _told_orders(db: MotionDB, words: set[str]) -> Iterator[str]:
     """Yield two actions that a caption of a whole capture tells one after the other."""
     told: dict[str, None] = {}
-    for row in db.browse(limit=10**6).rows:
+    for row in db.captures.browse(limit=10**6).rows:
         for caption in row.captions:
             pieces = [piece.strip() for piece in caption.words.lower().split(",")]
             named = [min(verbs_in(p) & words, default="") for p in pieces]

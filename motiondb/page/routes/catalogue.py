@@ -200,9 +200,9 @@ def router(page: Page) -> APIRouter:
     ) -> CapturePage:
         """Rows of the catalogue: filtered, sorted, and one page at a time; `find`: a name."""
         with page.reading() as db:
-            browsed = db.browse(where, sort, offset, limit)
+            browsed = db.captures.browse(where, sort, offset, limit)
             rows = [capture_row(row) for row in browsed.rows]
-            every = db.browse(where, sort, limit=browsed.total).rows if find else ()
+            every = db.captures.browse(where, sort, limit=browsed.total).rows if find else ()
             names = [row.info.name for row in every]
             found = names.index(find) if find in names else None
             return CapturePage(browsed.total, offset, db.revision(), rows, found)
@@ -211,8 +211,8 @@ def router(page: Page) -> APIRouter:
     def facets(where: Where = "") -> FacetsReply:
         """The number of captures for each value of columns and tags."""
         with page.held.use() as db:
-            total = db.browse(where, limit=1).total
-            return FacetsReply(total, [_facet_row(facet) for facet in db.facets(where)])
+            total = db.captures.browse(where, limit=1).total
+            return FacetsReply(total, [_facet_row(facet) for facet in db.captures.facets(where)])
 
     @routes.get("/api/capture")
     def capture(name: Name, described: bool = True) -> CaptureDetails:
@@ -230,13 +230,13 @@ def router(page: Page) -> APIRouter:
     def duplicates() -> DuplicatesReply:
         """Groups of captures that repeat one another."""
         with page.held.use() as db:
-            return DuplicatesReply(db.duplicates())
+            return DuplicatesReply(db.captures.duplicates())
 
     @routes.get("/api/vocabulary")
     def vocabulary() -> VocabularyReply:
         """The words that were learned, with their symbols."""
         with page.held.use() as db:
-            return VocabularyReply(db.word_rows())
+            return VocabularyReply(db.words.rows())
 
     _word_routes(routes, page)
     return routes
@@ -252,7 +252,7 @@ def _word_routes(routes: APIRouter, page: Page) -> None:
         keep = timed if body.keep is None else body.keep
         new = Caption(body.words, body.start, body.end)
         with page.changing() as db:
-            before = db.captions(find_row(db, body.capture).info.name)
+            before = db.words.captions(find_row(db, body.capture).info.name)
             return _change(page, db, body.capture, (*before, new) if keep else (new,))
 
     @routes.put("/api/captions")
@@ -277,7 +277,7 @@ def _word_routes(routes: APIRouter, page: Page) -> None:
         with page.changing() as db:
             last = undo_last(page, db)
             first, left = last.captures[0], len(page.edits)
-            return WordsUndone(first, db.captions(first), left, last.what, len(last.captures))
+            return WordsUndone(first, db.words.captions(first), left, last.what, len(last.captures))
 
 
 def _captions(bodies: Sequence[CaptionBody]) -> tuple[Caption, ...]:
@@ -286,7 +286,7 @@ def _captions(bodies: Sequence[CaptionBody]) -> tuple[Caption, ...]:
 
 def _check_same(db: MotionDB, capture: str, before: Sequence[Caption]) -> None:
     """Refuse an edit of words that were changed since they were read."""
-    now = db.captions(capture)
+    now = db.words.captions(capture)
     if set(now) != set(before):
         said = "; ".join(caption.words for caption in now) or "none"
         raise PageError(
@@ -299,9 +299,9 @@ def _check_same(db: MotionDB, capture: str, before: Sequence[Caption]) -> None:
 
 def _change(page: Page, db: MotionDB, capture: str, captions: tuple[Caption, ...]) -> WordsEdited:
     """Replace the captions of a capture, and remember how to undo it."""
-    before = db.captions(capture)
-    change = db.set_captions(capture, captions)
-    after = db.captions(capture)
+    before = db.words.captions(capture)
+    change = db.words.set_captions(capture, captions)
+    after = db.words.captions(capture)
     if after != before:
         page.edits.append(Edit((capture,), change.run_id, "words"))
     return WordsEdited(capture, after, bool(change.counted), change.new_words, len(page.edits))

@@ -67,21 +67,21 @@ def router(page: Page) -> APIRouter:
         """Set tags, such as performer and licence, of several captures."""
         with page.changing() as db:
             names = _known(db, body.captures)
-            return _noted(page, db, "tags", lambda: db.set_tags(body.tags, names))
+            return _noted(page, db, "tags", lambda: db.captures.set_tags(body.tags, names))
 
     @routes.post("/api/captures/words")
     def add_words(body: CaptureWordsBody) -> CapturesChanged:
         """Add a caption to each of several captures."""
         with page.changing() as db:
             names = _known(db, body.captures)
-            return _noted(page, db, "words", lambda: db.add_words(body.words, names))
+            return _noted(page, db, "words", lambda: db.words.add(body.words, names))
 
     @routes.post("/api/captures/rename")
     def rename(body: RenameBody) -> CapturesChanged:
         """Rename a capture, or all below a folder, or several by a pattern."""
         with page.changing() as db:
             names = None if body.captures is None else _known(db, body.captures)
-            return _noted(page, db, "name", lambda: db.rename(body.old, body.new, names))
+            return _noted(page, db, "name", lambda: db.captures.rename(body.old, body.new, names))
 
     @routes.post("/api/captures/remove")
     def remove(body: CapturesBody) -> CapturesChanged:
@@ -95,7 +95,7 @@ def router(page: Page) -> APIRouter:
 def remove_captures(page: Page, db: MotionDB, captures: Sequence[str]) -> CapturesChanged:
     """Remove captures, to be undone; the caller holds ``page.editing``."""
     names = _known(db, captures)
-    return _noted(page, db, "removal", lambda: db.remove(names))
+    return _noted(page, db, "removal", lambda: db.captures.remove(names))
 
 
 def undo_last(page: Page, db: MotionDB) -> Edit:

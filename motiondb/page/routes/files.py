@@ -182,7 +182,7 @@ def _licences(db: MotionDB, items: Sequence[Part]) -> str:
     """Return a line for each stored capture of a download: its name and its licence."""
     refs = [read_ref(part.ref) for part in items]
     names = dict.fromkeys(ref.name for ref in refs if ref.kind == "capture")
-    rows = [row for name in names if (row := db.browsed(name)) is not None]
+    rows = [row for name in names if (row := db.captures.browsed(name)) is not None]
     return "".join(
         f"{row.info.name}: licence {row.info.tags.get('licence', 'not known')}\n" for row in rows
     )

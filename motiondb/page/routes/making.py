@@ -108,8 +108,8 @@ def router(page: Page) -> APIRouter:
                 "ConflictError",
             )
         with page.held.use() as db:
-            db.check_name_free(body.name)
-            info = db.save_generated(
+            db.captures.check_name_free(body.name)
+            info = db.captures.save_generated(
                 body.name, kept.generated.words, kept.generated, kept.generated.seed
             )
         page.made.replace(body.id, replace(kept, saved=info.name))

@@ -97,7 +97,7 @@ def tracks_of(page: Page, db: MotionDB, part: Part, fps: float) -> list[Track]:
 
 def _thumb(db: MotionDB, name: str) -> Track:
     ref = str(Ref("capture", name))
-    row = db.browsed(name)
+    row = db.captures.browsed(name)
     if row is None:
         return Track(name, ref, np.zeros((0, len(POINTS), 3)))
     seconds = min(row.info.duration, THUMB_SECONDS)

@@ -8,7 +8,7 @@ was learned stays; ``learning_is_current`` then returns False.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -272,3 +272,11 @@ def _insert_identity(
             list(motion_notes),
         ],
     )
+
+
+def rename_captures(store: Store, names: Mapping[int, str]) -> None:
+    """Rename captures by their numbers; a new name may be the old one of another."""
+    for number in names:
+        rename_capture(store, number, f"//{number}")
+    for number, name in names.items():
+        rename_capture(store, number, name)

@@ -123,7 +123,7 @@ def test_what_was_found_is_stored(learned_file: Path) -> None:
 
 def test_a_caption_of_an_interval_places_its_words_at_once(learned_copy: Path) -> None:
     with motiondb.open(learned_copy) as db:
-        db.set_words("ana/long_1", "kick", 10.9, 13.9, keep=True)
+        db.words.set("ana/long_1", "kick", 10.9, 13.9, keep=True)
         (match,) = db.search("kick", where='name="ana/long_1"').matches
         assert match.place == "known"
         assert match.start == pytest.approx(10.9, abs=1.5)
@@ -136,7 +136,7 @@ def test_a_removed_capture_leaves_no_place(learned_copy: Path) -> None:
         before = db.learned.places
         assert before is not None
         assert number in before.words
-        db.remove(["ana/long_1"])
+        db.captures.remove(["ana/long_1"])
         after = db.learned.places
         assert after is not None
         assert set(after.words) == set(before.words) - {number}

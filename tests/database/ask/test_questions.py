@@ -155,7 +155,7 @@ def db(learned_copy: Path) -> Iterator[MotionDB]:
 def test_a_kept_generated_capture_is_found_and_marked(db: MotionDB) -> None:
     before = db.like("goran/kick_1", limit=3)
     made = db.generate("a person kicks", seed=3)
-    db.save_generated("made/kick", "a person kicks", made, 3)
+    db.captures.save_generated("made/kick", "a person kicks", made, 3)
     nearest = db.like("made/kick", limit=1)[0]
     assert (nearest.capture, nearest.reason) == ("made/kick", "generated")
     assert {m.capture for m in db.like("goran/kick_1", where="kind=captured", limit=3)} == {
@@ -169,7 +169,7 @@ def test_a_kept_generated_capture_is_found_and_marked(db: MotionDB) -> None:
 
 def test_generated_captures_are_no_material(db: MotionDB) -> None:
     made = db.generate("a person kicks", seed=3)
-    db.save_generated("made/kick", "a person kicks", made, 3)
+    db.captures.save_generated("made/kick", "a person kicks", made, 3)
     again = db.generate("a person kicks", seed=3)
     np.testing.assert_array_equal(again.motion.local_rotations, made.motion.local_rotations)
     number = db.captures("kind=generated")[0].capture_id

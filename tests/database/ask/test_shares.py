@@ -126,7 +126,7 @@ def test_what_is_sent_is_the_share_of_each_and_steps(learned_file: Path) -> None
 def test_generated_captures_are_in_shares_too(learned_copy: Path) -> None:
     with motiondb.open(learned_copy) as db:
         made = db.generate("a person kicks", seed=3)
-        db.save_generated("made/kick", "a person kicks", made, 3)
+        db.captures.save_generated("made/kick", "a person kicks", made, 3)
         here = asked(db, None)
         assert any("made/kick" in answer for answer in here)
         assert_same(asked(db, Others(3, can_open=True)), here)  # sent: it is open to be written
@@ -178,7 +178,7 @@ def test_a_worker_answers_from_the_database_that_is_there_now(
     for name in ("one", "other"):  # as many changes, so that the numbers of the states are the same
         shutil.copy(learned_file, path)
         with motiondb.open(path) as db:
-            db.rename("ana/bow_1", name)
+            db.captures.rename("ana/bow_1", name)
         with motiondb.open(path, read_only=True) as db, db.session.reading():
             file = asking_openers.DatabaseFile.of(db.session)
         with file.searched() as searched:

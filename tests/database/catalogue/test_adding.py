@@ -44,7 +44,7 @@ def test_names_tags_words_and_rates_come_from_folder_and_sheet(tmp_path: Path, s
         assert report.problems == ()
         (bow,) = db.captures("mood=calm and performer=ana")
         assert (bow.name, bow.fps, bow.n_frames, bow.duration) == ("ana/bow_1", 60.0, 81, 81 / 60)
-        assert [(c.words, c.start, c.end) for c in db.captions("ana/bow_1")] == [
+        assert [(c.words, c.start, c.end) for c in db.words.captions("ana/bow_1")] == [
             ("she bows", None, None),
             ("stands up again", 0.7, 1.3),
         ]
@@ -102,7 +102,7 @@ def test_same_motion_mirror_image_and_cut_are_reported(tmp_path: Path, some: Pat
             whole = (0.0, db.captures("name=boris/kick_1")[0].duration)
             place = (0.5, 2.5) if name == "cut" else whole
             assert (actual.start, actual.end) == pytest.approx(place, abs=0.11)
-        assert "mirror" in {r.kind for r in db.relations("mirror")}
+        assert "mirror" in {r.kind for r in db.captures.relations("mirror")}
 
 
 def test_a_cut_is_known_though_the_whole_take_comes_later(tmp_path: Path, some: Path) -> None:
@@ -128,9 +128,9 @@ def test_export_gives_the_very_bytes_and_remove_forgets(tmp_path: Path, some: Pa
         with pytest.raises(QueryError, match=r"j\.xyz: expected an ending \.bvh, \.fbx, \.glb"):
             db.export("ana/jump_1", tmp_path / "j.xyz")
         with pytest.raises(QueryError, match="expected the name of a capture"):
-            db.remove(["ana/jump_1", "nobody"])
+            db.captures.remove(["ana/jump_1", "nobody"])
         assert len(db.captures()) == 4
-        assert db.remove(["ana/jump_1", "boris/kick_1"]) == ["ana/jump_1", "boris/kick_1"]
+        assert db.captures.remove(["ana/jump_1", "boris/kick_1"]) == ["ana/jump_1", "boris/kick_1"]
         assert [c.name for c in db.captures()] == ["ana/bow_1", "boris/punch_1"]
         assert db.check() == []
 
@@ -187,8 +187,8 @@ def test_odd_sheets(tmp_path: Path, some: Path) -> None:
             f"{sheet}: has other words for 1 captures that had been added before; they were not "
             f"changed (motiondb words import {sheet} replaces them)",
         )
-        assert db.import_words(sheet) == ImportReport(1)
-        assert [c.words for c in db.captions("ana/bow_1")] == ["a deep bow"]
+        assert db.words.import_sheet(sheet) == ImportReport(1)
+        assert [c.words for c in db.words.captions("ana/bow_1")] == ["a deep bow"]
 
 
 def test_nothing_to_add(tmp_path: Path) -> None:
@@ -217,14 +217,14 @@ def test_words_that_say_nothing_are_refused(tmp_path: Path, some: Path) -> None:
     with motiondb.open(tmp_path / "m.duckdb") as db:
         db.add(some / "ana")
         with pytest.raises(QueryError) as refused:
-            db.set_words("bow_1", "flies", start=9.0)
+            db.words.set("bow_1", "flies", start=9.0)
         assert str(refused.value) == (
             "bow_1: expected an interval within 0 to 2.70 s, found 9 to the end. Times are seconds."
         )
         for words, at in (("walk", (None, 0.0)), ("walk", (math.inf, None)), ("  ", (None, None))):
             with pytest.raises(QueryError, match="bow_1: expected"):
-                db.set_words("bow_1", words, *at)
-        assert db.captions("bow_1") == ()
+                db.words.set("bow_1", words, *at)
+        assert db.words.captions("bow_1") == ()
 
 
 def test_what_does_nothing_is_said(learned_copy: Path, tmp_path: Path) -> None:
@@ -236,8 +236,8 @@ def test_what_does_nothing_is_said(learned_copy: Path, tmp_path: Path) -> None:
         "ghost\tflies\t\t25\t\n"
     )
     with motiondb.open(learned_copy) as db:
-        before, fps = db.captions("ana/bow_1"), db.captures('name="ana/bow_1"')[0].fps
-        report = db.import_words(sheet)
+        before, fps = db.words.captions("ana/bow_1"), db.captures('name="ana/bow_1"')[0].fps
+        report = db.words.import_sheet(sheet)
         assert report == ImportReport(
             2,
             (
@@ -253,9 +253,9 @@ def test_what_does_nothing_is_said(learned_copy: Path, tmp_path: Path) -> None:
                 "left out (remove and add them to read them by another skeleton)",
             ),
         )
-        assert db.captions("ana/bow_1") == before
+        assert db.words.captions("ana/bow_1") == before
         assert db.captures('name="ana/bow_1"')[0].fps == fps
-        assert [c.words for c in db.captions("ana/walk_1")] == ["strolls"]
+        assert [c.words for c in db.words.captions("ana/walk_1")] == ["strolls"]
 
 
 def test_batches_add_what_one_batch_adds(
@@ -274,7 +274,7 @@ def test_batches_add_what_one_batch_adds(
             db.add(some / "ana")
             report = db.add(some)
             reports.append(replace(report, relations=(), problems=sorted(report.problems)))
-            assert sorted(map(repr, report.relations)) == sorted(map(repr, db.relations()))
+            assert sorted(map(repr, report.relations)) == sorted(map(repr, db.captures.relations()))
             relations.append(sorted(map(repr, report.relations)))
             assert db.check() == []
             assert [run["kind"] for run in db.runs()] == ["add", "add"]
@@ -446,4 +446,4 @@ def test_captions_beyond_the_end_are_problems_with_their_line(tmp_path: Path, so
             f"{sheet}:2: expected words about a part of ana/bow_1, which ends at 2.7 s, found "
             "'frames as seconds' from 0 s to 81 s. Times are seconds; the words were left out.",
         )
-        assert [c.words for c in db.captions("ana/bow_1")] == ["rounded"]
+        assert [c.words for c in db.words.captions("ana/bow_1")] == ["rounded"]

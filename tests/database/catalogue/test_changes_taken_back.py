@@ -27,7 +27,7 @@ def base(tmp_path: Path, some: Path) -> MotionDB:
         events = tmp_path / "events.tsv"
         events.write_text("file\tevent\tframe\nana/jump_1\tfoot_strike\t5\nana/jump_1\tcatch\t70\n")
         db.add(some, events=events)
-        db.set_words("ana/jump_1", "she jumps")
+        db.words.set("ana/jump_1", "she jumps")
         yield db
 
 
@@ -37,13 +37,13 @@ def test_every_change_is_taken_back_in_turn_and_done_again(base: MotionDB, tmp_p
     events = tmp_path / "more.tsv"
     events.write_text("file\tevent\tframe\nana/jump_1\trelease\t7\n")
     changes = (
-        lambda: base.set_tags({"performer": "A", "mood": ""}, where="name~ana"),
-        lambda: base.rename("ana/", "studio/"),
-        lambda: base.import_words(sheet),
-        lambda: base.rename("studio/*", "ana/*", ["studio/bow_1", "studio/jump_1"]),
-        lambda: base.import_words(sheet),
-        lambda: base.import_events(events),
-        lambda: base.remove(["ana/bow_1"], "name~kick"),
+        lambda: base.captures.set_tags({"performer": "A", "mood": ""}, where="name~ana"),
+        lambda: base.captures.rename("ana/", "studio/"),
+        lambda: base.words.import_sheet(sheet),
+        lambda: base.captures.rename("studio/*", "ana/*", ["studio/bow_1", "studio/jump_1"]),
+        lambda: base.words.import_sheet(sheet),
+        lambda: base.captures.import_events(events),
+        lambda: base.captures.remove(["ana/bow_1"], "name~kick"),
     )
     states = [catalogue(base)]
     for change in changes:
@@ -63,7 +63,7 @@ def test_every_change_is_taken_back_in_turn_and_done_again(base: MotionDB, tmp_p
 def test_new_files_take_the_place_of_old_ones_and_keep_their_words(
     base: MotionDB, tmp_path: Path, samples_folder: Path
 ) -> None:
-    base.set_tags({"performer": "ana", "mood": "glad"}, ["ana/jump_1"])
+    base.captures.set_tags({"performer": "ana", "mood": "glad"}, ["ana/jump_1"])
     again = tmp_path / "again"
     (again / "ana").mkdir(parents=True)
     shutil.copy(samples_folder / "boris" / "idle_1.bvh", again / "ana" / "jump_1.bvh")
@@ -77,8 +77,8 @@ def test_new_files_take_the_place_of_old_ones_and_keep_their_words(
     assert (report.added, report.replaced) == (("ana/jump_1",), ("ana/jump_1",))
     (info,) = base.captures("name=ana/jump_1")
     assert info.tags == {"performer": "ana", "mood": "calm"}
-    assert [c.words for c in base.captions("ana/jump_1")] == ["she jumps"]
-    assert [event.frame for event in base.events("ana/jump_1")] == [5, 70]
+    assert [c.words for c in base.words.captions("ana/jump_1")] == ["she jumps"]
+    assert [event.frame for event in base.captures.events("ana/jump_1")] == [5, 70]
     after = catalogue(base)
     done = base.undo()
     assert (done.restored, done.removed) == (("ana/jump_1",), ("ana/jump_1",))
@@ -90,8 +90,8 @@ def test_new_files_take_the_place_of_old_ones_and_keep_their_words(
 
 
 def test_a_change_is_not_taken_back_where_a_later_one_would_be_lost(base: MotionDB) -> None:
-    words = base.set_words("ana/bow_1", "a bow").run_id
-    later = base.set_words("ana/bow_1", "two bows").run_id
+    words = base.words.set("ana/bow_1", "a bow").run_id
+    later = base.words.set("ana/bow_1", "two bows").run_id
     with pytest.raises(QueryError) as error:
         base.undo(words)
     assert str(error.value) == (
@@ -100,8 +100,8 @@ def test_a_change_is_not_taken_back_where_a_later_one_would_be_lost(base: Motion
     )
     base.undo(later)
     base.undo(words)
-    assert base.captions("ana/bow_1") == ()
-    kinds = [(v.kind, [c.words for c in v.words]) for v in base.caption_history("ana/bow_1")]
+    assert base.words.captions("ana/bow_1") == ()
+    kinds = [(v.kind, [c.words for c in v.words]) for v in base.words.history("ana/bow_1")]
     bows = [("words", ["a bow"]), ("words", ["two bows"]), ("undo", ["a bow"]), ("undo", [])]
     assert kinds == [("add", []), *bows]
     with pytest.raises(QueryError, match="found one that was undone"):
@@ -109,8 +109,8 @@ def test_a_change_is_not_taken_back_where_a_later_one_would_be_lost(base: Motion
 
 
 def test_a_change_before_one_that_cannot_be_undone_stays(base: MotionDB) -> None:
-    earlier = base.set_tags({"mood": "glad"}, ["ana/jump_1"])
-    words = base.set_words("ana/bow_1", "a bow").run_id
+    earlier = base.captures.set_tags({"mood": "glad"}, ["ana/jump_1"])
+    words = base.words.set("ana/bow_1", "a bow").run_id
     number = base.captures("name=ana/bow_1")[0].capture_id
     with updating.changing(base.store, "scene remove", {}, [number]):  # as of a player of a scene
         store.remove_capture(base.store, number)
@@ -126,26 +126,26 @@ def test_a_change_before_one_that_cannot_be_undone_stays(base: MotionDB) -> None
 
 def test_names_that_are_taken_are_refused(base: MotionDB) -> None:
     with pytest.raises(QueryError, match=r"^ana/jump_1: expected a name that is free"):
-        base.rename("ana/bow_1", "ana/jump_1")
+        base.captures.rename("ana/bow_1", "ana/jump_1")
     with pytest.raises(QueryError, match=r"Give 'new/'"):
-        base.rename("ana/", "new")
+        base.captures.rename("ana/", "new")
     with pytest.raises(QueryError, match=r"^'bow': expected a pattern with one '\*'"):
-        base.rename("ana/*", "bow")
+        base.captures.rename("ana/*", "bow")
     with pytest.raises(QueryError, match=r"^'a\*b': expected a name without '\*', found one"):
-        base.rename("ana/bow_1", "a*b")
+        base.captures.rename("ana/bow_1", "a*b")
     with pytest.raises(QueryError, match="found no capture that fits"):
-        base.rename("ana/*", "bow_*", ["boris/kick_1"])
+        base.captures.rename("ana/*", "bow_*", ["boris/kick_1"])
     with pytest.raises(QueryError, match="Did you mean boris/"):
-        base.rename("borys/", "new/")
+        base.captures.rename("borys/", "new/")
     for key in ("Start", "duration", "license", "a=b"):
         with pytest.raises(QueryError, match="expected the name of a tag"):
-            base.set_tags({key: "x"}, ["ana/bow_1"])
+            base.captures.set_tags({key: "x"}, ["ana/bow_1"])
 
 
 def test_a_removed_capture_that_comes_back_is_counted_again(learned_copy: Path) -> None:
     with motiondb.open(learned_copy) as db:
         before = [(m.capture, m.score) for m in db.search("bow").matches]
-        db.remove(where="performer=ana")
+        db.captures.remove(where="performer=ana")
         assert not any(m.capture.startswith("ana/") for m in db.search("bow").matches)
         db.undo()
         after = [(m.capture, m.score) for m in db.search("bow").matches]
@@ -159,13 +159,13 @@ def test_files_of_known_content_are_noted(base: MotionDB, some: Path) -> None:
     same = some / "boris" / "again.bvh"
     shutil.copy(some / "ana" / "bow_1.bvh", same)
     base.add(some)
-    (noted,) = base.same_files()
+    (noted,) = base.captures.same_files()
     assert (noted.path, noted.capture) == (str(same), "ana/bow_1")
-    assert base.show("ana/bow_1").copies == [f"{same} is the same file"]
-    base.remove(["ana/bow_1"])
-    assert base.same_files() == []
+    assert base.captures.show("ana/bow_1").copies == [f"{same} is the same file"]
+    base.captures.remove(["ana/bow_1"])
+    assert base.captures.same_files() == []
     base.undo()
-    assert base.same_files() == [noted]
+    assert base.captures.same_files() == [noted]
     assert base.check() == []
 
 
@@ -174,20 +174,20 @@ def test_faulty_files_are_noted_until_they_are_mended(base: MotionDB, some: Path
     bad = some / "boris" / "bad.bvh"
     bad.write_text("nothing")
     base.add(some)
-    (fault,) = base.faulty_files()
+    (fault,) = base.captures.faulty_files()
     assert (fault.path, "expected a ROOT joint" in fault.problem) == (str(bad), True)
     base.add(good)  # says nothing about others
-    assert base.faulty_files() == [fault]
+    assert base.captures.faulty_files() == [fault]
     bad.unlink()
     base.add(some)
-    assert base.faulty_files() == []
+    assert base.captures.faulty_files() == []
 
 
 def test_content_that_was_removed_twice_is_brought_back(base: MotionDB, some: Path) -> None:
     before = catalogue(base)
-    base.remove(["ana/bow_1"])
+    base.captures.remove(["ana/bow_1"])
     base.add(some)
-    base.remove(["ana/bow_1"])
+    base.captures.remove(["ana/bow_1"])
     base.undo()  # the second removal
     assert "ana/bow_1" in {info.name for info in base.captures()}
     base.undo()  # the adding
@@ -198,7 +198,7 @@ def test_content_that_was_removed_twice_is_brought_back(base: MotionDB, some: Pa
 
 def test_an_undoing_of_an_earlier_change_counts_as_later(base: MotionDB) -> None:
     for value in ("1", "2"):
-        base.set_tags({"a": value}, ["ana/bow_1"])
+        base.captures.set_tags({"a": value}, ["ana/bow_1"])
     first = base.undo().run
     second = base.undo().run
     with pytest.raises(QueryError, match=rf"found that run {second} \(undo\) changed some"):
@@ -210,16 +210,16 @@ def test_an_undoing_of_an_earlier_change_counts_as_later(base: MotionDB) -> None
 
 
 def test_a_name_that_is_taken_since_is_not_given_back(base: MotionDB) -> None:
-    base.rename("ana/bow_1", "ana/bowing")
+    base.captures.rename("ana/bow_1", "ana/bowing")
     run = base.session.store.connection.execute("SELECT max(run_id) FROM edit").fetchone()[0]
-    base.rename("ana/jump_1", "ana/bow_1")
+    base.captures.rename("ana/jump_1", "ana/bow_1")
     with pytest.raises(QueryError, match="expected the name to be free"):
         base.undo(run)
 
 
 def test_compacting_makes_removals_final(base: MotionDB) -> None:
-    base.set_tags({"a": "1"}, ["ana/bow_1"])
-    base.remove(["boris/kick_1"])
+    base.captures.set_tags({"a": "1"}, ["ana/bow_1"])
+    base.captures.remove(["boris/kick_1"])
     path = base.store.path
     base.close()
     motiondb.compact(path)
@@ -248,14 +248,14 @@ def test_synonyms_are_taken_back_before_what_was_changed_before_them(
     table = tmp_path / "synonyms.txt"
     for text in ("hop = jump\n", "leap = jump\n"):
         table.write_text(text)
-        base.set_synonyms(table)
+        base.words.set_synonyms(table)
     assert base.undo().changed == ("synonyms",)
     assert motiondb.store.load_synonyms(base.store) == {"hop": "jump"}
     done = base.undo()
     assert motiondb.store.load_synonyms(base.store) == {}
     base.undo(done.run)
     assert motiondb.store.load_synonyms(base.store) == {"hop": "jump"}
-    assert base.captions("ana/jump_1")[0].words == "she jumps"
+    assert base.words.captions("ana/jump_1")[0].words == "she jumps"
     assert base.check() == []
 
 
@@ -266,8 +266,8 @@ def test_the_history_of_words_goes_on_through_a_replacement(
     (again / "ana").mkdir(parents=True)
     shutil.copy(samples_folder / "boris" / "idle_1.bvh", again / "ana" / "jump_1.bvh")
     base.add(again, settings=AddSettings(replace=True))
-    base.set_words("ana/jump_1", "she waits")
-    said = [(v.kind, [c.words for c in v.words]) for v in base.caption_history("ana/jump_1")]
+    base.words.set("ana/jump_1", "she waits")
+    said = [(v.kind, [c.words for c in v.words]) for v in base.words.history("ana/jump_1")]
     assert said == [
         ("add", []), ("words", ["she jumps"]), ("add", ["she jumps"]), ("words", ["she waits"])
     ]  # fmt: skip
@@ -276,16 +276,16 @@ def test_the_history_of_words_goes_on_through_a_replacement(
 def test_a_sheet_without_words_keeps_them(base: MotionDB, tmp_path: Path) -> None:
     sheet = tmp_path / "tags.tsv"
     sheet.write_text("file\tmood\nana/jump_1\thappy\n")
-    assert base.import_words(sheet) == ImportReport(1)
-    assert [c.words for c in base.captions("ana/jump_1")] == ["she jumps"]
+    assert base.words.import_sheet(sheet) == ImportReport(1)
+    assert [c.words for c in base.words.captions("ana/jump_1")] == ["she jumps"]
     assert base.captures("mood=happy")[0].name == "ana/jump_1"
 
 
 def test_a_tag_named_like_a_word_of_filters_is_quoted_there(base: MotionDB) -> None:
-    base.set_tags({"in": "yes"}, ["ana/jump_1"])
+    base.captures.set_tags({"in": "yes"}, ["ana/jump_1"])
     assert [info.name for info in base.captures('"in"=yes and not "in"=no')] == ["ana/jump_1"]
     with pytest.raises(QueryError, match="characters that can be printed"):
-        base.set_tags({"mood": "a\tb"}, ["ana/jump_1"])
+        base.captures.set_tags({"mood": "a\tb"}, ["ana/jump_1"])
 
 
 @pytest.mark.parametrize("order", [(False, True), (True, False), (False, False, True, False)])
@@ -296,7 +296,7 @@ def test_an_original_is_never_lost_to_one_that_was_left_out(
     with motiondb.open(tmp_path / "m.duckdb") as db:
         for originals in order:
             db.add(file, settings=AddSettings(originals=originals))
-            db.remove(["jump_1"])
+            db.captures.remove(["jump_1"])
         db.undo()
         (back,) = db.captures()
         assert store.load_source(db.store, back.capture_id).data == file.read_bytes()
@@ -318,7 +318,7 @@ def test_an_original_that_is_missing_is_filled_in(
     name = "ana/jump_1"
     with motiondb.open(tmp_path / "without.duckdb") as db:
         db.add(some, settings=AddSettings(originals=False))
-        db.set_words(name, "she jumps")
+        db.words.set(name, "she jumps")
         if way == "merge":
             base.close()
             changed = db.merge(tmp_path / "motions.duckdb").changed
@@ -332,5 +332,5 @@ def test_an_original_that_is_missing_is_filled_in(
             assert db.add(some).notes == ()
         number = db.captures(f"name={name}")[0].capture_id
         assert store.load_source(db.store, number).data == (some / f"{name}.bvh").read_bytes()
-        assert db.captions(name)[0].words == "she jumps"
+        assert db.words.captions(name)[0].words == "she jumps"
         assert db.check() == []

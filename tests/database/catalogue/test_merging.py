@@ -35,8 +35,8 @@ def test_what_two_databases_know_comes_together(
         guard = other.clip("guard")
     with motiondb.open(tmp_path / "a.duckdb") as db:
         db.add(some)
-        db.set_words("ana/bow_1", "she bows")
-        db.set_tags({"performer": "A"}, ["ana/bow_1"])
+        db.words.set("ana/bow_1", "she bows")
+        db.captures.set_tags({"performer": "A"}, ["ana/bow_1"])
         report = db.merge(tmp_path / "b.duckdb")
         assert report.added == ("guard",)
         assert (report.known, report.changed) == ((("same", "ana/bow_1"),), ("ana/bow_1",))
@@ -48,9 +48,9 @@ def test_what_two_databases_know_comes_together(
             "ana/bow_1: performer stays 'A'; the other database has 'B'",
             "not taken over: synonyms (1), the history of its captions",
         )
-        assert db.captions("ana/bow_1") == (Caption("she bows"), Caption("a bow"))
+        assert db.words.captions("ana/bow_1") == (Caption("she bows"), Caption("a bow"))
         assert db.captures("name=ana/bow_1")[0].tags == {"performer": "A", "mood": "glad"}
-        assert db.captions("guard") == (Caption("on guard", 0.5, 1.0),)
+        assert db.words.captions("guard") == (Caption("on guard", 0.5, 1.0),)
         moved = db.clip("guard")  # read in the unit that it was added with
         assert (moved.unit, moved.root_positions.tolist()) == (0.01, guard.root_positions.tolist())
         assert db.merge(tmp_path / "b.duckdb", prefix="b/").added == ("b/ana/jump_1",)
@@ -62,7 +62,7 @@ def test_what_two_databases_know_comes_together(
         assert [info.name for info in db.captures()] == [
             "ana/bow_1", "ana/jump_1", "boris/kick_1", "boris/punch_1"
         ]  # fmt: skip
-        assert db.captions("ana/bow_1") == (Caption("she bows"),)
+        assert db.words.captions("ana/bow_1") == (Caption("she bows"),)
         with pytest.raises(MotionDBError, match="expected another database, found this one"):
             db.merge(tmp_path / "a.duckdb")
 
@@ -75,8 +75,11 @@ def test_generated_motion_comes_with_its_origin(learned_copy: Path, tmp_path: Pa
     with motiondb.open(tmp_path / "new.duckdb") as db:
         report = db.merge(learned_copy)
         assert len(report.added) == 102
-        assert db.provenance("made/walk").sources == origin.sources
-        assert db.provenance("made/walk").source_frames.tolist() == origin.source_frames.tolist()
+        assert db.captures.provenance("made/walk").sources == origin.sources
+        assert (
+            db.captures.provenance("made/walk").source_frames.tolist()
+            == origin.source_frames.tolist()
+        )
         assert "what it learned" in report.notes[-1]
 
 
@@ -89,7 +92,7 @@ def test_a_copy_made_during_changes_is_one_state(tmp_path: Path, some: Path) -> 
             number = 0
             while not stop.is_set():
                 number += 1
-                db.set_tags({"a": str(number), "b": str(number)}, where="name~ana")
+                db.captures.set_tags({"a": str(number), "b": str(number)}, where="name~ana")
 
         thread = threading.Thread(target=change)
         thread.start()
@@ -115,11 +118,11 @@ def test_a_database_without_its_log_is_not_merged_and_rescue_says_so(
     with motiondb.open(path) as db:
         db.add(some / "ana")
     with motiondb.open(path) as db:
-        db.set_words("bow_1", "she bows")
+        db.words.set("bow_1", "she bows")
         shutil.copy(path, tmp_path / "lacking.duckdb")  # as after a kill, without the log
     lacking = tmp_path / "lacking.duckdb"
     with motiondb.open(tmp_path / "to.duckdb") as db:
-        for refuse in (db.merge, db.check_merge):
+        for refuse in (db.merge, motiondb.check_merge):
             with pytest.raises(
                 StoreError, match=r"expected its log lacking\.duckdb\.wal beside it"
             ):
@@ -142,7 +145,7 @@ def test_names_of_another_database_that_cannot_be_names_are_told(
         other.add(some)
         odd = ("../../evil", "\x1b[31m", "", "C:\\x")
         for info, name in zip(other.captures(), odd):
-            store.rename_capture(other.store, info.capture_id, name)
+            store.rename_captures(other.store, {info.capture_id: name})
     with motiondb.open(tmp_path / "m.duckdb") as db:
         problems = db.merge(tmp_path / "other.duckdb").problems
     found = ("one of dots alone", "that cannot be printed", "nothing", "a backslash")

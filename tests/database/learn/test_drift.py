@@ -32,7 +32,7 @@ def test_baseline_by_hand() -> None:
 
 def test_nothing_changed_is_no_drift(learned_file: Path) -> None:
     with motiondb.open(learned_file, read_only=True) as db:
-        drift_now = db.drift()
+        drift_now = db.symbols.drift()
         assert drift_now is not None
         assert not drift_now.relearn
         assert (drift_now.captures_added, drift_now.captures_removed, drift_now.words) == (0, 0, ())
@@ -42,14 +42,14 @@ def test_nothing_changed_is_no_drift(learned_file: Path) -> None:
 
 def test_new_words_make_learning_worthwhile(learned_copy: Path) -> None:
     with motiondb.open(learned_copy) as db:
-        db.set_words("ana/walk_1", "moonwalk")
-        few = db.drift()
+        db.words.set("ana/walk_1", "moonwalk")
+        few = db.symbols.drift()
         assert few is not None
         assert few.words == ("moonwalk",)
         assert not few.relearn
         assert 0 < few.new_words < drift.NEW_WORDS
-        db.set_words("ana/run_1", " ".join(["zorb"] * 200))
-        many = db.drift()
+        db.words.set("ana/run_1", " ".join(["zorb"] * 200))
+        many = db.symbols.drift()
         assert many is not None
         assert many.relearn
         assert many.reasons == (
@@ -61,15 +61,15 @@ def test_turnover_counts_what_came_and_what_went(learned_copy: Path, some: Path)
     with motiondb.open(learned_copy) as db:
         seconds = sum(i.motion_frames for i in db.captures()) / 30
         gone = db.captures("performer=ana")
-        db.remove([info.name for info in gone])
-        drift_now = db.drift()
+        db.captures.remove([info.name for info in gone])
+        drift_now = db.symbols.drift()
         assert drift_now is not None
         assert drift_now.captures_removed == len(gone)
         assert drift_now.turnover == pytest.approx(
             sum(i.motion_frames for i in gone) / 30 / seconds
         )
         db.add(some / "ana")
-        again = db.drift()
+        again = db.symbols.drift()
         assert again is not None
         assert (again.captures_added, again.captures_removed) == (2, len(gone))
         assert again.turnover > drift_now.turnover
@@ -91,7 +91,7 @@ def test_motion_of_another_kind_is_strange(learned_copy: Path, some: Path) -> No
             text[n] = " ".join(f"{v:.4f}" for v in values)
         (some / "shaking.bvh").write_text("\n".join(text))
         db.add(some / "shaking.bvh", settings=AddSettings(keep_implausible=True))
-        drift_now = db.drift()
+        drift_now = db.symbols.drift()
         assert drift_now is not None
         assert drift_now.strange > 0.9
         assert drift_now.explained_less > 5.0
@@ -99,4 +99,4 @@ def test_motion_of_another_kind_is_strange(learned_copy: Path, some: Path) -> No
 
 def test_a_database_that_has_not_learned_has_no_drift(tmp_path: Path) -> None:
     with motiondb.open(tmp_path / "new.duckdb") as db:
-        assert db.drift() is None
+        assert db.symbols.drift() is None

@@ -37,7 +37,7 @@ def handed_on(learned_file: Path, tmp_path_factory: pytest.TempPathFactory) -> P
     """What the sample database learned, as a file."""
     path = tmp_path_factory.mktemp("knowledge") / "samples.knowledge"
     with motiondb.open(learned_file, read_only=True) as db:
-        db.export_knowledge(path, credit="Made by a program.")
+        db.symbols.export_knowledge(path, credit="Made by a program.")
     return path
 
 
@@ -82,7 +82,9 @@ def test_no_caption_and_no_name_of_a_capture_stands_in_the_file(
 ) -> None:
     header = handed_on.read_bytes().split(b"\n")[1].decode()
     with motiondb.open(learned_file, read_only=True) as db:
-        texts = {c.words for rows in db.all_captions().values() for c in rows if " " in c.words}
+        texts = {
+            c.words for rows in db.words.all_captions().values() for c in rows if " " in c.words
+        }
         names = {info.name for info in db.captures()}
     assert texts
     assert not [text for text in texts | names if text in header]
@@ -307,8 +309,8 @@ def test_a_start_that_does_not_fit_is_told_and_set_aside(
     assert aside.code == 0
     assert "is not used: its symbols do not fit these captures" in aside.out
     with motiondb.open(path, read_only=True) as db:
-        assert db.start_facts() is None
-        assert db.vocabulary() == ("zigzag",)
+        assert db.symbols.start_facts() is None
+        assert db.words.vocabulary() == ("zigzag",)
 
 
 def test_with_a_start_words_are_told_by_the_joint_word_map(started_file: Path) -> None:

@@ -98,7 +98,7 @@ def test_what_is_stored_is_what_was_learned_and_by_which_run(tmp_path: Path, som
     chosen = LearnSettings(seed=4, acquisition=AcquisitionSettings(n_states=3))
     with motiondb.open(tmp_path / "m.duckdb") as db:
         db.add(some)
-        db.set_words("ana/bow_1", "bow")
+        db.words.set("ana/bow_1", "bow")
         learned = db.learn(chosen)
         for _ in range(2):
             stored = db.learned.segments
@@ -108,7 +108,7 @@ def test_what_is_stored_is_what_was_learned_and_by_which_run(tmp_path: Path, som
                 )
             # scores then come from the file, movement from the motions
             shutil.rmtree(tmp_path / "m.duckdb.cache")
-            db.set_tags({"seen": "yes"}, ["ana/bow_1"])  # so that all is loaded anew
+            db.captures.set_tags({"seen": "yes"}, ["ana/bow_1"])  # so that all is loaded anew
         runs = {run.run_id: run for run in store.load_runs(db.store)}
         run = runs[learned.run_id]
         assert (run.kind, run.seed) == ("learn", 4)
@@ -131,10 +131,10 @@ def test_a_failed_learning_leaves_the_last_one(tmp_path: Path, some: Path) -> No
 def test_generated_captures_teach_nothing(tmp_path: Path, some: Path) -> None:
     with motiondb.open(tmp_path / "m.duckdb") as db:
         db.add(some)
-        db.set_words("ana/bow_1", "bow")
+        db.words.set("ana/bow_1", "bow")
         first = db.learn()
         made = db.generate("bow", 1)
-        info = db.save_generated("made/bow", "bow", made, 1)
+        info = db.captures.save_generated("made/bow", "bow", made, 1)
         again = db.learn()
         assert info.capture_id not in again.segments.capture_ids
         np.testing.assert_array_equal(again.symbols.means, first.symbols.means)

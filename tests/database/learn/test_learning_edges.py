@@ -39,7 +39,7 @@ def test_without_words_motion_is_found_and_words_are_asked_for(tmp_path: Path, s
 def test_one_capture_with_one_caption(tmp_path: Path, some: Path, n_symbols: int | None) -> None:
     with motiondb.open(tmp_path / "m.duckdb") as db:
         db.add(some / "ana/bow_1.bvh")
-        db.set_words("bow_1", "she bows")
+        db.words.set("bow_1", "she bows")
         learning = db.learn(LearnSettings(n_symbols=n_symbols))
         if n_symbols:
             assert learning.symbols.n_symbols == 1
@@ -58,7 +58,7 @@ def test_a_handful_of_captions_checks_no_probability(tmp_path: Path, some: Path)
     with motiondb.open(tmp_path / "m.duckdb") as db:
         db.add(some)
         for name, words in names.items():
-            db.set_words(name, words)
+            db.words.set(name, words)
         db.learn()
         answer = db.search("bow")
         assert answer.unchecked == (
@@ -74,8 +74,8 @@ def test_a_handful_of_captions_checks_no_probability(tmp_path: Path, some: Path)
 def test_one_symbol_for_many_captures(tmp_path: Path, some: Path) -> None:
     with motiondb.open(tmp_path / "m.duckdb") as db:
         db.add(some)
-        db.set_words("ana/bow_1", "bow")
-        db.set_words("boris/kick_1", "kick")
+        db.words.set("ana/bow_1", "bow")
+        db.words.set("boris/kick_1", "kick")
         learning = db.learn(LearnSettings(n_symbols=1))
         assert learning.symbols.n_symbols == 1
         assert np.allclose(learning.space.distances, 0.0)
@@ -97,7 +97,7 @@ def test_captures_shorter_than_a_segment(tmp_path: Path, some: Path, frames: int
         report = db.add(folder)
         assert report.added == ("0", "1", "2")
         for name in report.added:
-            db.set_words(name, "kick")
+            db.words.set(name, "kick")
         db.learn()
         assert db.search("kick").matches
         assert db.like(report.added[0])
@@ -108,26 +108,26 @@ def test_captures_shorter_than_a_segment(tmp_path: Path, some: Path, frames: int
 def test_what_is_added_after_learning_is_found_or_named(tmp_path: Path, some: Path) -> None:
     with motiondb.open(tmp_path / "m.duckdb") as db:
         db.add(some / "ana")
-        assert db.unlearned() == ["bow_1", "jump_1"]
-        db.set_words("bow_1", "bow")
+        assert db.captures.unlearned() == ["bow_1", "jump_1"]
+        db.words.set("bow_1", "bow")
         db.learn()
-        assert db.unlearned() == []
+        assert db.captures.unlearned() == []
         db.add(some / "boris")
-        left_out = set(db.unlearned())
+        left_out = set(db.captures.unlearned())
         actual = {m.capture for m in db.search("bow").matches}
         assert db.search("bow").matches[0].capture == "bow_1"
         assert not actual & left_out
         assert actual | left_out == {"bow_1", "jump_1", "kick_1", "punch_1"}
-        db.remove(["jump_1"])
+        db.captures.remove(["jump_1"])
         assert {m.capture for m in db.search("bow").matches} == actual - {"jump_1"}
         db.learn()
         assert {m.capture for m in db.search("bow").matches} == {"bow_1", "kick_1", "punch_1"}
-        assert db.unlearned() == []
+        assert db.captures.unlearned() == []
 
 
 def test_all_removed_and_added_again(learned_copy: Path, samples_folder: Path) -> None:
     with motiondb.open(learned_copy) as db:
-        db.remove([info.name for info in db.captures()])
+        db.captures.remove([info.name for info in db.captures()])
         report = db.add(samples_folder / "ana" / "bow_1.bvh")
         assert report.added == ("bow_1",)
         assert [match.capture for match in db.like("bow_1", limit=1)] == ["bow_1"]

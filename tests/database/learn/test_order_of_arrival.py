@@ -46,7 +46,7 @@ def test_answers_do_not_depend_on_the_order_of_arrival(some: Path, tmp_path: Pat
             shutil.copy(some / f"{name}.bvh", one)
             db.add(one.parents[1], settings=AddSettings(jobs=1))
         for name in rng.permutation(sorted(WORDS)):
-            db.set_words(name, WORDS[name])
+            db.words.set(name, WORDS[name])
         found = answers(db)
     assert [row[0] for row in found] == [row[0] for row in expected]
     for row, other in zip(found, expected, strict=True):

@@ -69,7 +69,7 @@ def test_adding_and_removing_leave_both_as_they_are(learned_copy: Path, tmp_path
         assert not np.array_equal(
             word_probabilities(db.learned, vectors), told
         )  # the new caption takes part
-        db.remove(["again"])
+        db.captures.remove(["again"])
         after = db.learned
         np.testing.assert_array_equal(word_probabilities(db.learned, vectors), told)
     np.testing.assert_array_equal(after.description_calibration, before.description_calibration)

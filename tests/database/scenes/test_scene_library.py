@@ -54,7 +54,10 @@ def test_every_terminal_has_entries_with_licences(clips: SceneClips) -> None:
 
 def test_instants_are_those_of_the_events(base: motiondb.MotionDB, clips: SceneClips) -> None:
     library = clips.library
-    seen = {capture: {(e.frame, e.name) for e in base.events(capture)} for capture in clips.motions}
+    seen = {
+        capture: {(e.frame, e.name) for e in base.captures.events(capture)}
+        for capture in clips.motions
+    }
     for name, event in _INSTANTS.items():
         for k in library.of(name):
             source = library.source[k]
@@ -69,7 +72,7 @@ def test_steps_are_cut_at_foot_strikes(base: motiondb.MotionDB, clips: SceneClip
     strikes = {
         (capture, e.frame)
         for capture in {run.capture for run in runs}
-        for e in base.events(capture)
+        for e in base.captures.events(capture)
         if e.name == "foot_strike"
     }
     for run in runs:
@@ -178,7 +181,9 @@ def test_hands_tell_a_throw_from_the_dribble_before(
     """Frames of the sample data's truth: a lay-up and two shots, each behind a dribble."""
     number = store.load_capture(base.store, capture).capture_id
     frames = body_frames(store.load_motion(base.store, number))
-    release = [e.frame for e in base.events(capture) if e.name == "release" and e.frame < end]
+    release = [
+        e.frame for e in base.captures.events(capture) if e.name == "release" and e.frame < end
+    ]
     assert abs(farthest_up(frames, dribble, end) - release[-1]) <= 2
     first, last = throw_frames(frames, dribble, end)
     assert abs(first - throw) <= 8

@@ -95,7 +95,7 @@ LEAVES_A_LOG = """
 import os, sys
 import motiondb
 db = motiondb.open(sys.argv[1])
-db.set_words("bow_1", "a bow")
+db.words.set("bow_1", "a bow")
 os._exit(0)
 """
 
@@ -111,4 +111,4 @@ def test_a_log_that_stays_is_told_by_compact(tmp_path: Path, two: Path) -> None:
         "in. Wait until it has ended, and look at the disk.\n"
     )
     with motiondb.open(path) as db:
-        assert db.captions("bow_1")[0].words == "a bow"
+        assert db.words.captions("bow_1")[0].words == "a bow"
