@@ -70,9 +70,16 @@ _STEP, _ALIKE, _SLIDES = 0.5, 0.9, (0.9, 4.0)
 """Metres a second that feet on the ground move past the hips while a body steps; correlation of
 this with the travel; and ratios of both outside which their units differ. Of 540 real captures
 those with such a correlation have ratios of 1.0 (walks) to 2.9 (runs and jumps)."""
-_RADIANS, _TRAVELS = 3.2, 0.3
-"""Degrees that no joint exceeds where angles in radians are read as degrees (a half turn is 3.14),
-and metres that the root travels then."""
+_SINK, _SINKS = 0.05, (0.8, (0.5, 1.6))
+"""Metres a second by which legs bend; correlation of this with the hips' way down, and ratios of
+both. Of 540 real captures those with such a correlation have ratios of .63 to 1.29."""
+_OUTRUNS = 2.0
+"""Ratio of the hips' speed and that of the faster foot past them, in the medians: 1.29 at most in
+540 real captures."""
+_RADIANS, _NO_ANGLE, _TRAVELS, _MOVED = 3.2, 0.1, 0.3, 1e-3
+"""Degrees that no joint exceeds where angles in radians are read as degrees (a half turn is 3.14);
+degrees that are none but rounding; metres that the root travels, and a joint in a body that moves
+without angles."""
 
 INCH = 0.0254  # Metres
 UNITS: Mapping[str, float] = MappingProxyType(
@@ -142,11 +149,11 @@ def find_up(
     rest pose stands, "" for none.
     """
     held, lows = _held(points, fps)
-    upright = _axis_values(_direction(points))
+    stands = upright(points)
     scores = tuple(
         _STANDS * held[up]
         + _FLOOR * math.exp(-0.5 * min(abs(lows[up]) / _FLOOR_WITHIN, 9.0) ** 2)
-        + _POSTURE * max(upright[up], 0.0)
+        + _POSTURE * max(stands[up], 0.0)
         + _REST * (rest == up)
         + _USUAL * ((stated or usual) == up)
         for up in UPS
@@ -207,11 +214,12 @@ def _axis_values(way: FloatArray) -> dict[str, float]:
     return dict(zip(UPS, (y, z, x, -y, -z, -x)))
 
 
-def _direction(points: FloatArray) -> FloatArray:
-    """Return the median direction (3,) from the feet to the neck."""
+def upright(points: FloatArray) -> dict[str, float]:
+    """Return the cosine with each axis of the way from feet to neck; joints (frames, 21, 3)."""
     way = points[:, _I["neck"]] - points[:, [_I["l_ankle"], _I["r_ankle"]]].mean(axis=1)
     known = np.isfinite(way).all(axis=1)
-    return np.median(rotation.normalize(way[known]), axis=0) if known.any() else np.zeros(3)
+    way = rotation.normalize(way[known]) if known.any() else np.zeros((1, 3))
+    return _axis_values(np.median(way, axis=0))
 
 
 def _held(points: FloatArray, fps: float) -> tuple[dict[str, float], dict[str, float]]:
@@ -308,7 +316,7 @@ def travel_notes(points: FloatArray, fps: float, leg_length: float) -> tuple[str
     """Note feet that slide as if the root had another unit; joints (frames, 21, 3), y up, metres.
 
     While a foot stands, it moves past the hips as fast as these move ahead: compared second by
-    second, since one foot or the other stands for most of a walk.
+    second, since one foot or the other stands for most of a walk. Legs that bend let the hips sink.
     """
     lag = max(1, round(fps / 15.0))
     points = points[np.isfinite(points).all(axis=(1, 2))] * (body.LEG_LENGTH / leg_length)
@@ -318,42 +326,59 @@ def travel_notes(points: FloatArray, fps: float, leg_length: float) -> tuple[str
     feet = points[:, [_I["l_ankle"], _I["r_ankle"]]]
     toes = points[:, [_I["l_toe"], _I["r_toe"]], 1]
     heights = np.minimum(feet[..., 1] - body.ANKLE_HEIGHT, toes - _TOE_HEIGHT)
+    below = heights - hips[:, 1:2]
+    lower = np.maximum(below[lag:], below[:-lag]).argmin(axis=1)[:, None]
 
     def step(places: FloatArray) -> FloatArray:
-        return (places[lag:] - places[:-lag])[..., [0, 2]] * fps / lag
+        return (places[lag:] - places[:-lag]) * fps / lag
 
-    past, travel = -step(feet - hips[:, None]), step(hips)
-    level = np.maximum(heights[lag:], heights[:-lag])
-    past = past[np.arange(len(past)), level.argmin(axis=1)]
-    stands = level.min(axis=1) < np.percentile(heights.min(axis=1), 5) + _NEAR
-    if stands.sum() < _SECONDS * fps:
-        return ()
-    seconds = np.array_split(np.flatnonzero(stands), max(1, round(stands.sum() / fps)))
-    pairs = np.array([[travel[s].mean(axis=0), past[s].mean(axis=0)] for s in seconds if len(s)])
-    pairs = pairs.reshape(-1, 2, 2)
-    pairs = pairs[np.linalg.norm(pairs[:, 1], axis=1) > _STEP]
-    if len(pairs) <= len(seconds) / 2:  # it does not walk for most of the take
-        return ()
-    own, both, steps = np.einsum("wad,wbd->ab", pairs, pairs)[[0, 0, 1], [0, 1, 1]].tolist()
-    ratio, like = both / steps, both / math.sqrt(own * steps + 1e-30)
-    if like < _ALIKE or _SLIDES[0] < ratio < _SLIDES[1]:
+    def differs(
+        travel: FloatArray, past: FloatArray, like: float, usual: tuple[float, float]
+    ) -> str:
+        own, both, steps = (
+            np.sum(a * b) for a, b in ((travel, travel), (travel, past), (past, past))
+        )
+        is_alike = both > like * math.sqrt(own * steps) > 0.0
+        return "" if not is_alike or usual[0] < both / steps < usual[1] else f"{both / steps:.2g}"
+
+    swings = step(feet - hips[:, None])
+    speed = float(np.median(np.linalg.norm(step(hips), axis=-1)))
+    swing = float(np.median(np.linalg.norm(swings, axis=-1).max(axis=1)))
+    sinks = -np.take_along_axis(step(below), lower, axis=1)[:, 0]
+    ratio = f"{speed / swing:.2g}" if _TRAVELS < speed > _OUTRUNS * swing > 0.0 else ""
+    if not ratio and np.sqrt(np.mean(sinks**2)) > _SINK:
+        ratio = differs(step(hips[:, 1]), sinks, *_SINKS)
+    level = np.maximum(heights[lag:], heights[:-lag]).min(axis=1)
+    stands = np.flatnonzero(level < np.percentile(heights.min(axis=1), 5) + _NEAR)
+    if not ratio and len(stands) >= _SECONDS * fps:
+        past = -np.take_along_axis(swings, lower[..., None], axis=1)[:, 0]
+        both = np.stack([step(hips), past], axis=1)[..., [0, 2]]
+        seconds = np.array_split(both[stands], max(1, round(len(stands) / fps)))
+        pairs = np.array([second.mean(axis=0) for second in seconds])
+        walks = np.linalg.norm(pairs[:, 1], axis=1) > _STEP
+        if walks.mean() > 0.5:
+            ratio = differs(pairs[walks, 0], pairs[walks, 1], _ALIKE, _SLIDES)
+    if not ratio:
         return ()
     return (
-        f"The root travels {ratio:.2g} times as far as the feet step: they slide. The root may "
+        f"The root travels {ratio} times as far as the feet carry it: they slide. The root may "
         "have another unit than the bones. Export the capture again with one unit.",
     )
 
 
 def angle_notes(clip: Clip) -> tuple[str, ...]:
-    """Note a clip that travels while no joint turns: its angles may be in radians."""
+    """Note a clip of which no joint turns, but for less than angles in radians do."""
     cosines = np.abs(clip.local_rotations[..., 0]).min(initial=1.0)
     turned = math.degrees(2.0 * math.acos(min(float(cosines), 1.0)))
     travel = np.ptp(clip.root_positions, axis=0).max(initial=0.0)
-    if not 0.0 < turned < _RADIANS or travel < _TRAVELS:
+    moved = clip.joint_positions
+    if moved is not None and np.ptp(moved[:, 1:], axis=0).max(initial=0.0) > _MOVED:
+        return ()  # a motion of positions alone
+    if turned >= _RADIANS or (turned < _NO_ANGLE and travel < _TRAVELS):
         return ()
     return (
-        f"No joint turns by more than {turned:.2g} degrees while the root travels {travel:.2g} m: "
-        "the angles may be in radians. Export them in degrees.",
+        f"No joint turns by more than {turned:.2g} degrees in the whole take, and the root travels "
+        f"{travel:.2g} m: the angles may be in radians, or missing. Export them in degrees.",
     )
 
 

@@ -137,9 +137,25 @@ def test_feet_that_slide_are_told() -> None:
         slow[..., 2] -= (1.0 - factor) * points[:, :1, 2]
         (note,) = world.travel_notes(slow, FPS, leg)
         assert note.startswith(f"The root travels {factor:.1g}"[:24])
+    for factor in (10.0, 100.0):
+        (note,) = world.travel_notes(points + (factor - 1.0) * points[:, :1], FPS, leg)
+        assert note.startswith("The root travels ")
     in_place = points.copy()
     in_place[..., 2] = positions("stand")[:1, :, 2]
     assert world.travel_notes(in_place, FPS, leg) == ()
+
+
+@pytest.mark.parametrize("factor", [0.01, 0.3937, 1.0, 2.54])
+def test_hips_that_sink_otherwise_than_legs_bend_are_told(factor: float) -> None:
+    """Knee bends in place."""
+    bend = 0.5 - 0.5 * np.cos(np.arange(90) / 10.0)
+    points = np.repeat(positions("stand")[:1], 90, axis=0)
+    legs = [body.INDEX[f"{side}_{part}"] for side in "lr" for part in ("ankle", "toe")]
+    points[..., 1] -= 0.4 * factor * bend[:, None]
+    points[:, legs, 1] += 0.4 * bend[:, None]
+    notes = world.travel_notes(points, FPS, retarget.legs_of(points[:1]))
+    assert len(notes) == (factor != 1.0)
+    assert all(f"travels {factor:.2g} times" in note for note in notes)
 
 
 def test_radians_read_as_degrees_are_told() -> None:
@@ -149,7 +165,15 @@ def test_radians_read_as_degrees_are_told() -> None:
     (note,) = world.angle_notes(replace(a_clip(), local_rotations=radians, root_positions=root))
     assert note.startswith("No joint turns by more than ")
     assert world.angle_notes(replace(a_clip(), root_positions=root)) == ()
-    assert world.angle_notes(replace(a_clip(), local_rotations=radians)) == ()  # it only stands
+    assert world.angle_notes(replace(a_clip(), local_rotations=radians)) != ()  # it only stands
+    still = replace(a_clip(), local_rotations=np.tile(rotation.IDENTITY, (len(turns), 21, 1)))
+    assert world.angle_notes(still) == ()  # a T-pose
+    travels = replace(still, root_positions=root)
+    (note,) = world.angle_notes(travels)
+    assert note.startswith("No joint turns by more than 0 degrees in the whole take, and the root ")
+    by_places = np.tile(still.skeleton.offsets, (len(turns), 1, 1))
+    by_places[:, 1] += 0.1 * np.sin(np.arange(len(turns)))[:, None]
+    assert world.angle_notes(replace(travels, joint_positions=by_places)) == ()
 
 
 @pytest.mark.parametrize("said", [0.001, 0.01, 0.0254, 1.0])
