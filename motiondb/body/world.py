@@ -50,6 +50,7 @@ _FLOOR_WITHIN = 0.06  # Metres from 0 of a floor at 0: real feet reach .07
 _OFF_FLOOR, _ON_FLOOR = 0.25, 0.2
 """Metres from 0: an axis with its lowest points beyond the first is doubted if another one, along
 which the body stands as still, has them within the second."""
+_HELD = 0.5  # Share of the frames that a body stands on something, below which it flies
 _STILL, _NEAR, _LEVEL = 0.3, 0.1, 0.15
 """A point that carries the body moves slower than this (m/s), is this near to the lowest point of
 its frame, which is this near to the take's ground (metres)."""
@@ -73,9 +74,9 @@ those with such a correlation have ratios of 1.0 (walks) to 2.9 (runs and jumps)
 _SINK, _SINKS = 0.05, (0.8, (0.5, 1.6))
 """Metres a second by which legs bend; correlation of this with the hips' way down, and ratios of
 both. Of 540 real captures those with such a correlation have ratios of .63 to 1.29."""
-_OUTRUNS = 2.0
-"""Ratio of the hips' speed and that of the faster foot past them, in the medians: 1.29 at most in
-540 real captures."""
+_GLIDES, _OUTRUNS = 3.0, 2.0
+"""Metres a second of the hips, faster than a body glides; and ratio to the faster foot past them,
+in the medians: 1.29 at most in 540 real captures."""
 _RADIANS, _NO_ANGLE, _TRAVELS, _MOVED = 3.2, 0.1, 0.3, 1e-3
 """Degrees that no joint exceeds where angles in radians are read as degrees (a half turn is 3.14);
 degrees that are none but rounding; metres that the root travels, and a joint in a body that moves
@@ -162,6 +163,8 @@ def find_up(
     is_sure = scores[UPS.index(best)] - scores[UPS.index(second)] >= _SURE
     if abs(lows[best]) > _OFF_FLOOR:
         is_sure &= all(abs(lows[up]) > _ON_FLOOR or held[up] < held[best] - 0.05 for up in UPS)
+    if held[best] < _HELD and stands[best] < _UPRIGHT:  # in the air, as in hops
+        is_sure &= max(stands.values()) < _UPRIGHT
     if stated:
         doubt = f"{stated} is up, as it was said; the body moves as if {best} were."
         notes = (doubt,) if is_sure and best != stated else ()
@@ -282,6 +285,16 @@ def side_notes(points: FloatArray, has_toes: bool) -> tuple[str, ...]:
                 f"the {part}s, or of the hips, look exchanged. Name them with --joint-map, or give "
                 "--swap-sides.",
             )
+    lost = [
+        np.linalg.norm(points[:, _I[f"{a}_toe"]] - points[:, _I[f"{a}_ankle"]], axis=-1)
+        - np.linalg.norm(points[:, _I[f"{a}_toe"]] - points[:, _I[f"{b}_ankle"]], axis=-1)
+        for a, b in ("lr", "rl")
+    ]
+    if has_toes and min(float(np.nanmedian(further)) for further in lost) > 0.0:
+        return (
+            "Both toes are nearer to the other ankle for most of the take: the names of the toes "
+            "look exchanged. Name them with --joint-map, or rename the markers.",
+        )
     toes, knees = [], []
     for side in "lr":
         hip, knee, ankle, toe = (
@@ -345,7 +358,7 @@ def travel_notes(points: FloatArray, fps: float, leg_length: float) -> tuple[str
     speed = float(np.median(np.linalg.norm(step(hips), axis=-1)))
     swing = float(np.median(np.linalg.norm(swings, axis=-1).max(axis=1)))
     sinks = -np.take_along_axis(step(below), lower, axis=1)[:, 0]
-    ratio = f"{speed / swing:.2g}" if _TRAVELS < speed > _OUTRUNS * swing > 0.0 else ""
+    ratio = f"{speed / swing:.2g}" if _GLIDES < speed > _OUTRUNS * swing > 0.0 else ""
     if not ratio and np.sqrt(np.mean(sinks**2)) > _SINK:
         ratio = differs(step(hips[:, 1]), sinks, *_SINKS)
     level = np.maximum(heights[lag:], heights[:-lag]).min(axis=1)
@@ -408,18 +421,37 @@ def checked_unit(unit: float, size: float, typical: float) -> tuple[float, tuple
     `size`: of the body, in file units; `typical`: of an adult, metres.
     """
     ratio = size * unit / typical
-    if not 1e-9 < ratio < 1e9 or 1 / _DOUBTFUL_UNIT < ratio < _DOUBTFUL_UNIT:
+    if not 0.0 < ratio < math.inf or fits(ratio):
         return unit, ()
     likely = (*_MEANT, *(unit * factor for factor in _SCALED))
     meant = min(likely, key=lambda metres: abs(math.log(size * metres / typical)))
-    if math.isclose(meant, unit):
+    if not fits(size * meant / typical):
         return unit, (
             f"In the file's unit ({unit:.4g} m) the body is {ratio:.2g} times the usual size, and "
-            "no other unit fits better. Give the unit if it is wrong.",
+            "no other unit fits. Give the unit if it is wrong.",
         )
     return meant, (
         f"The file says that its unit is {unit:.4g} m; the body would be {ratio:.2g} times the "
         f"usual size, so {meant:.4g} m is taken. Give the unit if it is wrong.",
+    )
+
+
+def fits(ratio: float) -> bool:
+    """Say whether a body that is larger than an adult by a ratio may have the unit it is in."""
+    return 1 / _DOUBTFUL_UNIT < ratio < _DOUBTFUL_UNIT
+
+
+def asked_unit_notes(clip: Clip) -> tuple[str, ...]:
+    """Note a body, in a unit that was asked for, that is no person's."""
+    lengths = clip.skeleton.offsets
+    if clip.joint_positions is not None:
+        lengths = np.median(clip.joint_positions[:: max(1, clip.n_frames // 100)], axis=0)
+    size, typical = body_size(clip.skeleton, np.linalg.norm(lengths, axis=-1))
+    if fits(size / typical):
+        return ()
+    return (
+        f"In the unit that was asked for ({clip.unit:.4g} m) the body is {size / typical:.2g} times "
+        "the usual size.",
     )
 
 
@@ -465,7 +497,7 @@ def find_rate(seconds: float, written: str = "") -> tuple[float, tuple[str, ...]
     """Find the frames per second that were written as a frame time, with notes.
 
     The most usual rate is taken that rounds to (or is cut to) the digits that are written, else a
-    whole number, else what is written. `written`: the text of the time; "": all digits hold.
+    whole number, else what is written; the last two are told where the digits are few. `written`: the text of the time; "": all digits hold.
 
     >>> find_rate(0.0083333, "0.0083333")[0], find_rate(0.033, "0.033")[0]
     (120.0, 30.0)
@@ -486,10 +518,18 @@ def find_rate(seconds: float, written: str = "") -> tuple[float, tuple[str, ...]
         near = [f for f, o in over.items() if abs(o) <= slack or 0 <= o < step * 0.999999]
         return sorted(near, key=lambda fps: abs(over[fps]))
 
-    usual = fitting(_RATES) or fitting(_OTHER_RATES) or fitting([whole])
-    if not usual:
-        return 1.0 / seconds, ()
     exact = [whole] if abs(whole * seconds - 1.0) < 1e-9 else []
+    usual = fitting(_RATES) or fitting(_OTHER_RATES)
+    if not usual:
+        usual = fitting([whole]) or [1.0 / seconds]
+        if exact or slack > step:
+            return usual[0], ()
+        near = sorted(_RATES, key=lambda fps: abs(math.log(fps * seconds)))[:2]
+        return usual[0], (
+            f"The frame time {written} is that of no usual rate: {usual[0]:.6g} frames a second are "
+            f"taken; the nearest usual rates are {near[0]:g} and {near[1]:g}. Give the right one "
+            "(--fps) if this is wrong.",
+        )
     *others, last = (f"{fps:g}" for fps in sorted({*usual, *exact}))
     is_exact = usual[0] in exact and usual[0] in _RATES
     if not others or is_exact or slack > step:  # or written with five digits or more
