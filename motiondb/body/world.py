@@ -74,7 +74,8 @@ those with such a correlation have ratios of 1.0 (walks) to 2.9 (runs and jumps)
 _SINK, _SINKS = 0.05, (0.8, (0.5, 1.6))
 """Metres a second by which legs bend; correlation of this with the hips' way down, and ratios of
 both. Of 540 real captures those with such a correlation have ratios of .63 to 1.29."""
-_GLIDES, _OUTRUNS = 3.0, 2.0
+_BOBS = 0.15  # Of the legs' rise and sink that of the hips: .32 or more in 540 real captures
+_GLIDES, _OUTRUNS = 1.5, 2.0
 """Metres a second of the hips, faster than a body glides; and ratio to the faster foot past them,
 in the medians: 1.29 at most in 540 real captures."""
 _RADIANS, _NO_ANGLE, _TRAVELS, _MOVED = 3.2, 0.1, 0.3, 1e-3
@@ -359,8 +360,9 @@ def travel_notes(points: FloatArray, fps: float, leg_length: float) -> tuple[str
     swing = float(np.median(np.linalg.norm(swings, axis=-1).max(axis=1)))
     sinks = -np.take_along_axis(step(below), lower, axis=1)[:, 0]
     ratio = f"{speed / swing:.2g}" if _GLIDES < speed > _OUTRUNS * swing > 0.0 else ""
+    rises = step(hips[:, 1])
     if not ratio and np.sqrt(np.mean(sinks**2)) > _SINK:
-        ratio = differs(step(hips[:, 1]), sinks, *_SINKS)
+        ratio = differs(rises, sinks, *_SINKS)
     level = np.maximum(heights[lag:], heights[:-lag]).min(axis=1)
     stands = np.flatnonzero(level < np.percentile(heights.min(axis=1), 5) + _NEAR)
     if not ratio and len(stands) >= _SECONDS * fps:
@@ -371,6 +373,9 @@ def travel_notes(points: FloatArray, fps: float, leg_length: float) -> tuple[str
         walks = np.linalg.norm(pairs[:, 1], axis=1) > _STEP
         if walks.mean() > 0.5:
             ratio = differs(pairs[walks, 0], pairs[walks, 1], _ALIKE, _SLIDES)
+            is_fixed = speed < _BOBS * swing and np.std(rises) < _BOBS * np.std(sinks)
+            if not ratio and is_fixed and np.std(sinks) > _SINK:
+                ratio = f"{speed / swing:.1g}"
     if not ratio:
         return ()
     return (
@@ -450,8 +455,8 @@ def asked_unit_notes(clip: Clip) -> tuple[str, ...]:
     if fits(size / typical):
         return ()
     return (
-        f"In the unit that was asked for ({clip.unit:.4g} m) the body is {size / typical:.2g} times "
-        "the usual size.",
+        f"In the unit that was asked for ({clip.unit:.4g} m) the body is {size / typical:.2g} "
+        "times the usual size.",
     )
 
 
@@ -497,7 +502,8 @@ def find_rate(seconds: float, written: str = "") -> tuple[float, tuple[str, ...]
     """Find the frames per second that were written as a frame time, with notes.
 
     The most usual rate is taken that rounds to (or is cut to) the digits that are written, else a
-    whole number, else what is written; the last two are told where the digits are few. `written`: the text of the time; "": all digits hold.
+    whole number, else what is written; the last two are told where the digits are few. `written`:
+    the text of the time; "": all digits hold.
 
     >>> find_rate(0.0083333, "0.0083333")[0], find_rate(0.033, "0.033")[0]
     (120.0, 30.0)
@@ -522,13 +528,13 @@ def find_rate(seconds: float, written: str = "") -> tuple[float, tuple[str, ...]
     usual = fitting(_RATES) or fitting(_OTHER_RATES)
     if not usual:
         usual = fitting([whole]) or [1.0 / seconds]
-        if exact or slack > step:
+        if exact or step < 1e-3 * seconds:
             return usual[0], ()
         near = sorted(_RATES, key=lambda fps: abs(math.log(fps * seconds)))[:2]
         return usual[0], (
-            f"The frame time {written} is that of no usual rate: {usual[0]:.6g} frames a second are "
-            f"taken; the nearest usual rates are {near[0]:g} and {near[1]:g}. Give the right one "
-            "(--fps) if this is wrong.",
+            f"The frame time {written} is that of no usual rate: {usual[0]:.6g} frames a second "
+            f"are taken; the nearest usual rates are {near[0]:g} and {near[1]:g}. Give the right "
+            "one (--fps) if this is wrong.",
         )
     *others, last = (f"{fps:g}" for fps in sorted({*usual, *exact}))
     is_exact = usual[0] in exact and usual[0] in _RATES

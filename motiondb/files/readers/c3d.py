@@ -11,7 +11,7 @@ the body more than twice too large or too small is corrected, with a note.
 
 The markers are Vicon's Plug-in Gait (LASI RASI, LPSI RPSI or SACR, LKNE LANK LTOE LHEE, LSHO LELB
 LWRA LWRB, C7 CLAV STRN T10, LFHD RFHD LBHD RBHD); the CMU database's names of the pelvis (LFWT RFWT
-LBWT RBWT) are accepted too. What all of them have before or behind (``Anna:``, ``_1``) is the performer's.
+LBWT RBWT) are accepted too. What all have before or behind (``Anna:``, ``_1``) is the performer's.
 Notation: W is the distance between LASI and RASI; left, up and ahead are the axes of the pelvis
 (left: RASI to LASI; ahead: from the middle of the back markers, orthogonal).
 
