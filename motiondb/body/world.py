@@ -76,8 +76,8 @@ _SINK, _SINKS = 0.05, (0.8, (0.5, 1.6))
 both. Of 540 real captures those with such a correlation have ratios of .63 to 1.29."""
 _BOBS = 0.15  # Of the legs' rise and sink that of the hips: .32 or more in 540 real captures
 _GLIDES, _OUTRUNS = 1.5, 2.0
-"""Metres a second of the hips, faster than a body glides; and ratio to the faster foot past them,
-in the medians: 1.29 at most in 540 real captures."""
+"""Metres a second of the hips, faster than a body glides ahead; and ratio to the faster foot past
+them, in the medians: 1.29 at most in 540 real captures."""
 _RADIANS, _NO_ANGLE, _TRAVELS, _MOVED = 3.2, 0.1, 0.3, 1e-3
 """Degrees that no joint exceeds where angles in radians are read as degrees (a half turn is 3.14);
 degrees that are none but rounding; metres that the root travels, and a joint in a body that moves
@@ -356,10 +356,13 @@ def travel_notes(points: FloatArray, fps: float, leg_length: float) -> tuple[str
         return "" if not is_alike or usual[0] < both / steps < usual[1] else f"{both / steps:.2g}"
 
     swings = step(feet - hips[:, None])
-    speed = float(np.median(np.linalg.norm(step(hips), axis=-1)))
-    swing = float(np.median(np.linalg.norm(swings, axis=-1).max(axis=1)))
+    flat = step(hips)[:, [0, 2]]
+    speed = float(np.median(np.linalg.norm(flat, axis=-1)))
+    swing = float(np.median(np.linalg.norm(swings[..., [0, 2]], axis=-1).max(axis=1)))
     sinks = -np.take_along_axis(step(below), lower, axis=1)[:, 0]
-    ratio = f"{speed / swing:.2g}" if _GLIDES < speed > _OUTRUNS * swing > 0.0 else ""
+    is_glide = speed < _GLIDES and float(np.linalg.norm(flat.mean(axis=0))) > speed / 2.0
+    slides = speed > max(_TRAVELS, _OUTRUNS * swing) and swing > 0.0 and not is_glide
+    ratio = f"{speed / swing:.2g}" if slides else ""
     rises = step(hips[:, 1])
     if not ratio and np.sqrt(np.mean(sinks**2)) > _SINK:
         ratio = differs(rises, sinks, *_SINKS)

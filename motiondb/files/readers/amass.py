@@ -149,7 +149,7 @@ def _with_y_up(clip: Clip) -> Clip:
     up, notes = (found.up, found.notes) if found.is_sure else ("z", ())
     stands = world.upright(points)
     other = "y" if found.up == "y" else max(stands, key=lambda axis: stands[axis])
-    is_sunk = np.nanmedian(np.nanmin(points[..., 2], axis=1)) < 0.0  # a body on the floor is not
+    is_sunk = (positions[..., 2].min(axis=1) < 0.0).mean() > 0.5  # a body on the floor is not
     if not found.is_sure and other != "z" and (found.up != "z" or is_sunk):
         notes = (f"z is taken for up, as in AMASS; it may be {other}. Give the axis (--up) if so.",)
     turn = np.broadcast_to(world.to_y_up(up), (clip.n_frames, 4))

@@ -292,7 +292,8 @@ def _front_notes(markers: Markers) -> tuple[str, ...]:
     for names, way in ways.items():
         others = np.nansum([other for name, other in ways.items() if name != names], axis=0)
         ahead = np.sum(way * rotation.normalize(others), axis=-1) if len(ways) > 2 else np.ones(1)
-        if np.median(ahead[np.isfinite(ahead)]) < _BACKWARDS:
+        known = ahead[np.isfinite(ahead)]
+        if len(known) and np.median(known) < _BACKWARDS:
             wrong.append(names)
     if not wrong:
         return ()
