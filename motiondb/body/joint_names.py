@@ -3,14 +3,15 @@
 A *convention* names, for every role (a joint of :mod:`motiondb.body.body`), the joint that has
 this role in the skeletons of some program; ``end:NAME`` means the end site of NAME. Names are
 compared without namespace, prefix, case and separators, so that ``mixamorig:LeftUpLeg``,
-``Neo_LeftUpLeg`` and ``LeftUpLeg`` are equal; so are names with a first or last word, or a number,
-that nearly all joints share (``Actor01_``, ``_jnt``, ``.001``). The convention with the most
+``Neo_LeftUpLeg`` and ``LeftUpLeg`` are equal. Where this finds no body, what nearly all names begin
+or end with (``J_Bip_``, ``robot``, ``Jnt``) and numbers of joints (``.001``) are left out, and a
+side may be spelled in any way and place (``L_UpLeg``, ``UpLegLeft``). The convention with the most
 required roles is taken, then the one with the most roles, then the first; roles that it does not
 find are taken from the others, where the joint hangs where it should. :func:`joint_map` refuses a
 skeleton without hips, knees, ankles, shoulders, elbows and a neck, and lists its joints.
 
-Where a spine has more joints than the canonical one, the joints nearest to a quarter and to half of
-the way from the pelvis to the neck are taken. Skeletons of Vicon Shogun have the names of
+Where the joints of the trunk have other names, those nearest to a third and to three fifths of the
+way from the pelvis to the neck are taken. Skeletons of Vicon Shogun have the names of
 MotionBuilder.
 """
 
@@ -49,10 +50,9 @@ _PREFIX = re.compile(
     r"^(mixamorig\d*|character\d*_|neo_|cc_base_|bip\d+|joint_|m_avg_|f_avg_|def[-_]|org[-_])"
 )
 _SEPARATORS = re.compile(r"[\s_.\-]")
-_FIRST_WORD = re.compile(r"^[A-Za-z]*?[0-9]*(?:[\s_.\-]+|(?<=[a-z0-9])(?=[A-Z]))")
-_LAST_WORD = re.compile(r"[\s_.\-][A-Za-z0-9]+$")
-_NUMBER_AFTER = re.compile(r"[\s_.\-]?[0-9]+$")
-_MOST = 0.8  # Share of the joints that have a word in common which names none: a root may lack it
+_SPACE = re.compile(r".*[:|]")  # Namespaces, and the joints above in a path
+_NUMBERS = (re.compile(r"^[\s_.\-]*[0-9]+"), re.compile(r"[0-9]+[\s_.\-]*$"))
+_MOST = 0.8  # Share of the joints that have in common what names none: a root may lack it
 _MAX_LISTED = 40  # Joints that a message lists: those of a body without fingers
 
 
@@ -118,6 +118,26 @@ def _read_conventions(table: str) -> dict[str, Roles]:
 
 CONVENTIONS: Mapping[str, Roles] = MappingProxyType(_read_conventions(_TABLE))
 """Name of a convention -> role -> normalised joint name."""
+_SPELT = MappingProxyType(
+    {
+        f"{end}{spelt}": f"{end}{side}{part}"
+        for end in ("", "end:")
+        for part in set(re.findall(r"[a-z0-9]+", _TABLE.replace("end:", "")))
+        for side, words in (
+            ("l", "l left lft"),
+            ("r", "r right rgt"),
+            ("", "c m center centre mid"),
+        )
+        for word in words.split()
+        for spelt in (word + part, part + word)
+    }
+)  # A joint's name with its side spelled in any way -> with l, r or nothing before
+_SIDES_FIRST: Mapping[str, Roles] = MappingProxyType(
+    {
+        name: {role: _SPELT.get(joint, joint) for role, joint in roles.items()}
+        for name, roles in CONVENTIONS.items()
+    }
+)
 
 
 def normalised(name: str) -> str:
@@ -126,7 +146,7 @@ def normalised(name: str) -> str:
     >>> normalised("mixamorig:LeftUpLeg"), normalised("CC_Base_L_Thigh"), normalised("DEF-thigh.L")
     ('leftupleg', 'lthigh', 'thighl')
     """
-    return _SEPARATORS.sub("", _PREFIX.sub("", name.rsplit(":", 1)[-1].lower()))
+    return _SEPARATORS.sub("", _PREFIX.sub("", _SPACE.sub("", name).lower()))
 
 
 _SIDES = re.compile(r"left|right|lft|rgt|(?<![a-z])[lr](?![a-z])", re.IGNORECASE)
@@ -178,16 +198,16 @@ def _on_other_side(name: str) -> list[str]:
 def joint_map(skeleton: Skeleton, user_map: Mapping[str, str] | None = None) -> dict[str, int]:
     """Find the joint of every role; `user_map` (role -> name or ``end:NAME``) goes before."""
     numbers = _numbers([normalised(name) for name in skeleton.names], skeleton)
-    best, chosen = _best_convention(numbers)
+    conventions = CONVENTIONS
+    best, chosen = _best_convention(numbers, conventions)
     if any(role not in chosen for role in REQUIRED):
-        plain = _numbers(_without_shared(skeleton.names), skeleton)
-        other, found = _best_convention(plain)
+        plain = _numbers([_SPELT.get(n, n) for n in _without_shared(skeleton.names)], skeleton)
+        other, found = _best_convention(plain, _SIDES_FIRST)
         if _worth(found) > _worth(chosen):
-            best, chosen = other, found
-            numbers = plain | numbers
+            best, chosen, numbers, conventions = other, found, plain, _SIDES_FIRST
     roles = {role: _of_equals(role, joints) for role, joints in chosen.items()}
     roles |= _read_user_map(user_map or {}, skeleton)
-    _fill(roles, numbers, skeleton)
+    _fill(roles, numbers, conventions, skeleton)
     missing = [role for role in REQUIRED if role not in roles]
     if missing:
         names = ", ".join(name[:_MAX_LISTED] for name in skeleton.names[:_MAX_LISTED])
@@ -222,11 +242,13 @@ def _numbers(names: Sequence[str], skeleton: Skeleton) -> Numbers:
     return numbers
 
 
-def _best_convention(numbers: Numbers) -> tuple[str, dict[str, list[int]]]:
+def _best_convention(
+    numbers: Numbers, conventions: Mapping[str, Roles]
+) -> tuple[str, dict[str, list[int]]]:
     """Return the convention that fits best, and the joints of each of its roles."""
     maps = {
         name: {role: numbers[joint] for role, joint in roles.items() if joint in numbers}
-        for name, roles in CONVENTIONS.items()
+        for name, roles in conventions.items()
     }
     best = max(maps, key=lambda name: _worth(maps[name]))
     return best, maps[best]
@@ -238,24 +260,34 @@ def _worth(found: Mapping[str, object]) -> tuple[int, int]:
 
 
 def _without_shared(names: Sequence[str]) -> list[str]:
-    """Return normalised names without a first or last word, or number, that most joints share.
+    """Return normalised names without what most begin or end with, and without running numbers.
 
-    >>> _without_shared(["Ana_Hips_jnt", "Ana_LeftLeg_jnt", "Ana_Neck_jnt"])
-    ['hips', 'leftleg', 'neck']
-    >>> _without_shared(["Hips_01", "LeftLeg_02", "Neck_03"])
+    >>> _without_shared(["J_Bip_C_HipsJnt", "J_Bip_L_LegJnt", "J_Bip_C_NeckJnt"])
+    ['chips', 'lleg', 'cneck']
+    >>> _without_shared(["00_Hips", "01_LeftLeg", "02_Neck"])
     ['hips', 'leftleg', 'neck']
     """
-    left = [name.rsplit(":", 1)[-1] for name in names]
-    for pattern in (_FIRST_WORD, _LAST_WORD, _NUMBER_AFTER, _FIRST_WORD, _LAST_WORD):
-        words = [found[0] if (found := pattern.search(name)) else "" for name in left]
-        word, count = Counter(words).most_common(1)[0]
-        if pattern is _NUMBER_AFTER:
-            word, count = "", sum(map(bool, words))
-        if count < _MOST * len(left) or (pattern is not _NUMBER_AFTER and not word):
-            continue
-        shared = [bool(w) and word in ("", w) for w in words]
-        left = [pattern.sub("", n, count=1) if s else n for n, s in zip(left, shared)]
+    left = [_SPACE.sub("", name).lower() for name in names]
+    for _ in range(2):
+        for number in _NUMBERS:
+            if sum(bool(number.search(name)) for name in left) >= _MOST * len(left):
+                left = [number.sub("", name) for name in left]
+        first = _shared(left).rstrip("0123456789")
+        left = [name.removeprefix(first) for name in left]
+        last = _shared([name[::-1] for name in left])[::-1].lstrip("0123456789")
+        left = [name.removesuffix(last) for name in left]
     return [normalised(name) for name in left]
+
+
+def _shared(names: Sequence[str]) -> str:
+    """Return the longest text that most names begin with."""
+    shared = ""
+    while True:
+        longer = Counter(n[: len(shared) + 1] for n in names if n.startswith(shared))
+        text, count = longer.most_common(1)[0]
+        if text == shared or count < _MOST * len(names):
+            return shared
+        shared = text
 
 
 def _of_equals(role: str, joints: Sequence[int]) -> int:
@@ -284,37 +316,43 @@ def same_names(skeleton: Skeleton, roles: Mapping[str, int]) -> tuple[str, ...]:
     return tuple(notes)
 
 
+_TRUNK = MappingProxyType({"spine": 1 / 3, "chest": 0.6})
+"""Shares of the way from the hips to the neck: they give the joints that the names give in
+skeletons of Mixamo, CMU, Poser, Bandai-Namco and SMPL."""
 _ABOVE = MappingProxyType({"toe": "ankle", "wrist": "elbow", "head": "neck"})
 
 
-def _fill(roles: dict[str, int], numbers: Numbers, skeleton: Skeleton) -> None:
+def _fill(
+    roles: dict[str, int],
+    numbers: Numbers,
+    conventions: Mapping[str, Roles],
+    skeleton: Skeleton,
+) -> None:
     """Add roles that the convention lacks: ends from other conventions, the trunk from its chain.
 
-    The joints of the trunk are those nearest to a quarter and to half of the way from the hips to
-    the neck, whatever their names.
+    Joints of the trunk are those nearest to ``_TRUNK``, whatever their names.
     """
     if any(role not in roles for role in REQUIRED):
         return
     for role in (*(f"{s}_{end}" for s in "lr" for end in ("toe", "wrist")), "head"):
         side, _, end = role.rpartition("_")
         above = roles[f"{side}_{_ABOVE[end]}" if side else _ABOVE[end]]
-        for names in CONVENTIONS.values():
+        for names in conventions.values():
             for joint in numbers.get(names.get(role, ""), []):
                 free = joint not in roles.values() and role not in roles
                 if free and joint >= 0 and is_below(skeleton.parents, joint, above):
                     roles[role] = joint
-    if {"spine", "chest"} & roles.keys():
-        return
     chain = _trunk(skeleton, roles)
     shares = np.cumsum(np.linalg.norm(skeleton.offsets[[*chain, roles["neck"]]], axis=1))
     if not chain or not shares[-1] > 0.0:
         return
     shares = shares[:-1] / shares[-1]
-    spine, chest = (int(np.abs(shares - share).argmin()) for share in (0.25, 0.5))
-    if spine == chest:
-        roles["spine" if shares[spine] < 0.375 else "chest"] = chain[spine]
-    else:
-        roles |= {"spine": chain[spine], "chest": chain[chest]}
+    for role, share in _TRUNK.items():
+        first = chain.index(roles["spine"]) + 1 if roles.get("spine") in chain else 0
+        last = chain.index(roles["chest"]) if roles.get("chest") in chain else len(chain)
+        if role not in roles and first < last:
+            nearest = first + int(np.abs(shares[first:last] - share).argmin())
+            roles[role] = chain[nearest]
 
 
 def _trunk(skeleton: Skeleton, roles: Mapping[str, int]) -> list[int]:

@@ -271,7 +271,9 @@ def up_axis(clip: Clip, user_map: Mapping[str, str] | None = None) -> str:
 
 
 def _find_up(clip: Clip, roles: Mapping[str, int], points: FloatArray) -> world.Found:
-    """Find the axis that is up from joints (frames, 21, 3), and from the rest pose."""
+    """Find the axis that is up from joints (frames, 21, 3) and the rest pose, or as stated."""
+    if clip.up:
+        return world.find_up(points, clip.fps, stated=clip.up)
     n_joints = len(clip.skeleton.names)
     rest = replace(
         clip,
@@ -280,7 +282,7 @@ def _find_up(clip: Clip, roles: Mapping[str, int], points: FloatArray) -> world.
         joint_positions=None,
     )
     stands = world.rest_up(_measured(rest, roles)[0][0])
-    return world.find_up(points, clip.fps, stated=clip.up, rest=stands)
+    return world.find_up(points, clip.fps, rest=stands)
 
 
 def _measured(clip: Clip, roles: Mapping[str, int]) -> tuple[FloatArray, FloatArray]:

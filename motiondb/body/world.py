@@ -50,6 +50,7 @@ _FLOOR_WITHIN = 0.06  # Metres from 0 of a floor at 0: real feet reach .07
 _OFF_FLOOR, _ON_FLOOR = 0.25, 0.2
 """Metres from 0: an axis with its lowest points beyond the first is doubted if another one, along
 which the body stands as still, has them within the second."""
+_HELD = 0.5  # Share of the frames that a body stands on something, below which it flies
 _STILL, _NEAR, _LEVEL = 0.3, 0.1, 0.15
 """A point that carries the body moves slower than this (m/s), is this near to the lowest point of
 its frame, which is this near to the take's ground (metres)."""
@@ -70,9 +71,17 @@ _STEP, _ALIKE, _SLIDES = 0.5, 0.9, (0.9, 4.0)
 """Metres a second that feet on the ground move past the hips while a body steps; correlation of
 this with the travel; and ratios of both outside which their units differ. Of 540 real captures
 those with such a correlation have ratios of 1.0 (walks) to 2.9 (runs and jumps)."""
-_RADIANS, _TRAVELS = 3.2, 0.3
-"""Degrees that no joint exceeds where angles in radians are read as degrees (a half turn is 3.14),
-and metres that the root travels then."""
+_SINK, _SINKS = 0.05, (0.8, (0.5, 1.6))
+"""Metres a second by which legs bend; correlation of this with the hips' way down, and ratios of
+both. Of 540 real captures those with such a correlation have ratios of .63 to 1.29."""
+_BOBS = 0.15  # Of the legs' rise and sink that of the hips: .32 or more in 540 real captures
+_GLIDES, _OUTRUNS = 1.5, 2.0
+"""Metres a second of the hips, faster than a body glides ahead; and ratio to the faster foot past
+them, in the medians: 1.29 at most in 540 real captures."""
+_RADIANS, _NO_ANGLE, _TRAVELS, _MOVED = 3.2, 0.1, 0.3, 1e-3
+"""Degrees that no joint exceeds where angles in radians are read as degrees (a half turn is 3.14);
+degrees that are none but rounding; metres that the root travels, and a joint in a body that moves
+without angles."""
 
 INCH = 0.0254  # Metres
 UNITS: Mapping[str, float] = MappingProxyType(
@@ -142,11 +151,11 @@ def find_up(
     rest pose stands, "" for none.
     """
     held, lows = _held(points, fps)
-    upright = _axis_values(_direction(points))
+    stands = upright(points)
     scores = tuple(
         _STANDS * held[up]
         + _FLOOR * math.exp(-0.5 * min(abs(lows[up]) / _FLOOR_WITHIN, 9.0) ** 2)
-        + _POSTURE * max(upright[up], 0.0)
+        + _POSTURE * max(stands[up], 0.0)
         + _REST * (rest == up)
         + _USUAL * ((stated or usual) == up)
         for up in UPS
@@ -155,6 +164,8 @@ def find_up(
     is_sure = scores[UPS.index(best)] - scores[UPS.index(second)] >= _SURE
     if abs(lows[best]) > _OFF_FLOOR:
         is_sure &= all(abs(lows[up]) > _ON_FLOOR or held[up] < held[best] - 0.05 for up in UPS)
+    if held[best] < _HELD and stands[best] < _UPRIGHT:  # in the air, as in hops
+        is_sure &= max(stands.values()) < _UPRIGHT
     if stated:
         doubt = f"{stated} is up, as it was said; the body moves as if {best} were."
         notes = (doubt,) if is_sure and best != stated else ()
@@ -207,11 +218,12 @@ def _axis_values(way: FloatArray) -> dict[str, float]:
     return dict(zip(UPS, (y, z, x, -y, -z, -x)))
 
 
-def _direction(points: FloatArray) -> FloatArray:
-    """Return the median direction (3,) from the feet to the neck."""
+def upright(points: FloatArray) -> dict[str, float]:
+    """Return the cosine with each axis of the way from feet to neck; joints (frames, 21, 3)."""
     way = points[:, _I["neck"]] - points[:, [_I["l_ankle"], _I["r_ankle"]]].mean(axis=1)
     known = np.isfinite(way).all(axis=1)
-    return np.median(rotation.normalize(way[known]), axis=0) if known.any() else np.zeros(3)
+    way = rotation.normalize(way[known]) if known.any() else np.zeros((1, 3))
+    return _axis_values(np.median(way, axis=0))
 
 
 def _held(points: FloatArray, fps: float) -> tuple[dict[str, float], dict[str, float]]:
@@ -274,6 +286,16 @@ def side_notes(points: FloatArray, has_toes: bool) -> tuple[str, ...]:
                 f"the {part}s, or of the hips, look exchanged. Name them with --joint-map, or give "
                 "--swap-sides.",
             )
+    lost = [
+        np.linalg.norm(points[:, _I[f"{a}_toe"]] - points[:, _I[f"{a}_ankle"]], axis=-1)
+        - np.linalg.norm(points[:, _I[f"{a}_toe"]] - points[:, _I[f"{b}_ankle"]], axis=-1)
+        for a, b in ("lr", "rl")
+    ]
+    if has_toes and min(float(np.nanmedian(further)) for further in lost) > 0.0:
+        return (
+            "Both toes are nearer to the other ankle for most of the take: the names of the toes "
+            "look exchanged. Name them with --joint-map, or rename the markers.",
+        )
     toes, knees = [], []
     for side in "lr":
         hip, knee, ankle, toe = (
@@ -308,7 +330,7 @@ def travel_notes(points: FloatArray, fps: float, leg_length: float) -> tuple[str
     """Note feet that slide as if the root had another unit; joints (frames, 21, 3), y up, metres.
 
     While a foot stands, it moves past the hips as fast as these move ahead: compared second by
-    second, since one foot or the other stands for most of a walk.
+    second, since one foot or the other stands for most of a walk. Legs that bend let the hips sink.
     """
     lag = max(1, round(fps / 15.0))
     points = points[np.isfinite(points).all(axis=(1, 2))] * (body.LEG_LENGTH / leg_length)
@@ -318,42 +340,66 @@ def travel_notes(points: FloatArray, fps: float, leg_length: float) -> tuple[str
     feet = points[:, [_I["l_ankle"], _I["r_ankle"]]]
     toes = points[:, [_I["l_toe"], _I["r_toe"]], 1]
     heights = np.minimum(feet[..., 1] - body.ANKLE_HEIGHT, toes - _TOE_HEIGHT)
+    below = heights - hips[:, 1:2]
+    lower = np.maximum(below[lag:], below[:-lag]).argmin(axis=1)[:, None]
 
     def step(places: FloatArray) -> FloatArray:
-        return (places[lag:] - places[:-lag])[..., [0, 2]] * fps / lag
+        return (places[lag:] - places[:-lag]) * fps / lag
 
-    past, travel = -step(feet - hips[:, None]), step(hips)
-    level = np.maximum(heights[lag:], heights[:-lag])
-    past = past[np.arange(len(past)), level.argmin(axis=1)]
-    stands = level.min(axis=1) < np.percentile(heights.min(axis=1), 5) + _NEAR
-    if stands.sum() < _SECONDS * fps:
-        return ()
-    seconds = np.array_split(np.flatnonzero(stands), max(1, round(stands.sum() / fps)))
-    pairs = np.array([[travel[s].mean(axis=0), past[s].mean(axis=0)] for s in seconds if len(s)])
-    pairs = pairs.reshape(-1, 2, 2)
-    pairs = pairs[np.linalg.norm(pairs[:, 1], axis=1) > _STEP]
-    if len(pairs) <= len(seconds) / 2:  # it does not walk for most of the take
-        return ()
-    own, both, steps = np.einsum("wad,wbd->ab", pairs, pairs)[[0, 0, 1], [0, 1, 1]].tolist()
-    ratio, like = both / steps, both / math.sqrt(own * steps + 1e-30)
-    if like < _ALIKE or _SLIDES[0] < ratio < _SLIDES[1]:
+    def differs(
+        travel: FloatArray, past: FloatArray, like: float, usual: tuple[float, float]
+    ) -> str:
+        own, both, steps = (
+            np.sum(a * b) for a, b in ((travel, travel), (travel, past), (past, past))
+        )
+        is_alike = both > like * math.sqrt(own * steps) > 0.0
+        return "" if not is_alike or usual[0] < both / steps < usual[1] else f"{both / steps:.2g}"
+
+    swings = step(feet - hips[:, None])
+    flat = step(hips)[:, [0, 2]]
+    speed = float(np.median(np.linalg.norm(flat, axis=-1)))
+    swing = float(np.median(np.linalg.norm(swings[..., [0, 2]], axis=-1).max(axis=1)))
+    sinks = -np.take_along_axis(step(below), lower, axis=1)[:, 0]
+    is_glide = speed < _GLIDES and float(np.linalg.norm(flat.mean(axis=0))) > speed / 2.0
+    slides = speed > max(_TRAVELS, _OUTRUNS * swing) and swing > 0.0 and not is_glide
+    ratio = f"{speed / swing:.2g}" if slides else ""
+    rises = step(hips[:, 1])
+    if not ratio and np.sqrt(np.mean(sinks**2)) > _SINK:
+        ratio = differs(rises, sinks, *_SINKS)
+    level = np.maximum(heights[lag:], heights[:-lag]).min(axis=1)
+    stands = np.flatnonzero(level < np.percentile(heights.min(axis=1), 5) + _NEAR)
+    if not ratio and len(stands) >= _SECONDS * fps:
+        past = -np.take_along_axis(swings, lower[..., None], axis=1)[:, 0]
+        both = np.stack([step(hips), past], axis=1)[..., [0, 2]]
+        seconds = np.array_split(both[stands], max(1, round(len(stands) / fps)))
+        pairs = np.array([second.mean(axis=0) for second in seconds])
+        walks = np.linalg.norm(pairs[:, 1], axis=1) > _STEP
+        if walks.mean() > 0.5:
+            ratio = differs(pairs[walks, 0], pairs[walks, 1], _ALIKE, _SLIDES)
+            is_fixed = speed < _BOBS * swing and np.std(rises) < _BOBS * np.std(sinks)
+            if not ratio and is_fixed and np.std(sinks) > _SINK:
+                ratio = f"{speed / swing:.1g}"
+    if not ratio:
         return ()
     return (
-        f"The root travels {ratio:.2g} times as far as the feet step: they slide. The root may "
+        f"The root travels {ratio} times as far as the feet carry it: they slide. The root may "
         "have another unit than the bones. Export the capture again with one unit.",
     )
 
 
 def angle_notes(clip: Clip) -> tuple[str, ...]:
-    """Note a clip that travels while no joint turns: its angles may be in radians."""
+    """Note a clip of which no joint turns, but for less than angles in radians do."""
     cosines = np.abs(clip.local_rotations[..., 0]).min(initial=1.0)
     turned = math.degrees(2.0 * math.acos(min(float(cosines), 1.0)))
     travel = np.ptp(clip.root_positions, axis=0).max(initial=0.0)
-    if not 0.0 < turned < _RADIANS or travel < _TRAVELS:
+    moved = clip.joint_positions
+    if moved is not None and np.ptp(moved[:, 1:], axis=0).max(initial=0.0) > _MOVED:
+        return ()  # a motion of positions alone
+    if turned >= _RADIANS or (turned < _NO_ANGLE and travel < _TRAVELS):
         return ()
     return (
-        f"No joint turns by more than {turned:.2g} degrees while the root travels {travel:.2g} m: "
-        "the angles may be in radians. Export them in degrees.",
+        f"No joint turns by more than {turned:.2g} degrees in the whole take, and the root travels "
+        f"{travel:.2g} m: the angles may be in radians, or missing. Export them in degrees.",
     )
 
 
@@ -383,18 +429,37 @@ def checked_unit(unit: float, size: float, typical: float) -> tuple[float, tuple
     `size`: of the body, in file units; `typical`: of an adult, metres.
     """
     ratio = size * unit / typical
-    if not 1e-9 < ratio < 1e9 or 1 / _DOUBTFUL_UNIT < ratio < _DOUBTFUL_UNIT:
+    if not 0.0 < ratio < math.inf or fits(ratio):
         return unit, ()
     likely = (*_MEANT, *(unit * factor for factor in _SCALED))
     meant = min(likely, key=lambda metres: abs(math.log(size * metres / typical)))
-    if math.isclose(meant, unit):
+    if not fits(size * meant / typical):
         return unit, (
             f"In the file's unit ({unit:.4g} m) the body is {ratio:.2g} times the usual size, and "
-            "no other unit fits better. Give the unit if it is wrong.",
+            "no other unit fits. Give the unit if it is wrong.",
         )
     return meant, (
         f"The file says that its unit is {unit:.4g} m; the body would be {ratio:.2g} times the "
         f"usual size, so {meant:.4g} m is taken. Give the unit if it is wrong.",
+    )
+
+
+def fits(ratio: float) -> bool:
+    """Say whether a body that is larger than an adult by a ratio may have the unit it is in."""
+    return 1 / _DOUBTFUL_UNIT < ratio < _DOUBTFUL_UNIT
+
+
+def asked_unit_notes(clip: Clip) -> tuple[str, ...]:
+    """Note a body, in a unit that was asked for, that is no person's."""
+    lengths = clip.skeleton.offsets
+    if clip.joint_positions is not None:
+        lengths = np.median(clip.joint_positions[:: max(1, clip.n_frames // 100)], axis=0)
+    size, typical = body_size(clip.skeleton, np.linalg.norm(lengths, axis=-1))
+    if fits(size / typical):
+        return ()
+    return (
+        f"In the unit that was asked for ({clip.unit:.4g} m) the body is {size / typical:.2g} "
+        "times the usual size.",
     )
 
 
@@ -440,7 +505,8 @@ def find_rate(seconds: float, written: str = "") -> tuple[float, tuple[str, ...]
     """Find the frames per second that were written as a frame time, with notes.
 
     The most usual rate is taken that rounds to (or is cut to) the digits that are written, else a
-    whole number, else what is written. `written`: the text of the time; "": all digits hold.
+    whole number, else what is written; the last two are told where the digits are few. `written`:
+    the text of the time; "": all digits hold.
 
     >>> find_rate(0.0083333, "0.0083333")[0], find_rate(0.033, "0.033")[0]
     (120.0, 30.0)
@@ -461,10 +527,18 @@ def find_rate(seconds: float, written: str = "") -> tuple[float, tuple[str, ...]
         near = [f for f, o in over.items() if abs(o) <= slack or 0 <= o < step * 0.999999]
         return sorted(near, key=lambda fps: abs(over[fps]))
 
-    usual = fitting(_RATES) or fitting(_OTHER_RATES) or fitting([whole])
-    if not usual:
-        return 1.0 / seconds, ()
     exact = [whole] if abs(whole * seconds - 1.0) < 1e-9 else []
+    usual = fitting(_RATES) or fitting(_OTHER_RATES)
+    if not usual:
+        usual = fitting([whole]) or [1.0 / seconds]
+        if exact or step < 1e-3 * seconds:
+            return usual[0], ()
+        near = sorted(_RATES, key=lambda fps: abs(math.log(fps * seconds)))[:2]
+        return usual[0], (
+            f"The frame time {written} is that of no usual rate: {usual[0]:.6g} frames a second "
+            f"are taken; the nearest usual rates are {near[0]:g} and {near[1]:g}. Give the right "
+            "one (--fps) if this is wrong.",
+        )
     *others, last = (f"{fps:g}" for fps in sorted({*usual, *exact}))
     is_exact = usual[0] in exact and usual[0] in _RATES
     if not others or is_exact or slack > step:  # or written with five digits or more

@@ -8,12 +8,13 @@ untrusted data: any exception of a reader that is not an error of this project b
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from motiondb.body.joint_names import mirror_joints
-from motiondb.body.world import as_asked
+from motiondb.body.world import as_asked, asked_unit_notes
 from motiondb.errors import CaptureError
 from motiondb.files.folder import CAPTURE_ENDINGS, FORMATS, skeleton_path
 from motiondb.files.limits import (
@@ -153,6 +154,8 @@ def read_takes_bytes(
 
 def _as_asked(clip: Clip, path: object, options: ReadOptions) -> Clip:
     """Return a clip in the world that the user names; a C3D is read so, from its markers."""
+    if options.unit is not None:
+        clip = replace(clip, notes=clip.notes + asked_unit_notes(clip))
     if clip.format == "c3d":
         return clip
     names = mirror_joints(clip.skeleton) if options.swap_sides else None

@@ -225,6 +225,18 @@ DECORATED = {
     "a number after": [f"{name}.001" for name in MIXAMO],
     "other numbers after": [f"{name}_{n:02}" for n, name in enumerate(MIXAMO)],
     "both": [f"a_{name}_x" for name in MIXAMO],
+    "words before": [f"Ana_Rig_{name}" for name in MIXAMO],
+    "a word after without mark": [f"{name}Jnt" for name in MIXAMO],
+    "small letters alone": [f"actor{name.lower()}" for name in MIXAMO],
+    "other numbers before": [f"{n:02}_{name}" for n, name in enumerate(MIXAMO)],
+    "a name and other numbers": [f"Ana_{n}_{name}" for n, name in enumerate(MIXAMO)],
+    "a path": [f"|Bob|{name}" for name in MIXAMO],
+    "sides elsewhere": [
+        name.replace("Left", "L_").replace("Right", "R_") for name in (f"J_{m}" for m in MIXAMO)
+    ],
+    "sides behind": [
+        re.sub("(Left|Right)(.*)", r"\2_\1", name) for name in (f"J_{m}" for m in MIXAMO)
+    ],
 }
 
 
@@ -293,7 +305,7 @@ def test_of_two_joints_with_one_name_the_right_one_is_taken_and_told(
     skeleton = chain(**{joint: name})
     roles = joint_map(skeleton)
     assert roles[role] == body.INDEX[role]
-    (note,) = same_names(skeleton, roles)
+    note, *_ = same_names(skeleton, roles)
     assert note.startswith("2 joints are called ")
     assert role in note
 
@@ -305,6 +317,19 @@ def test_ends_and_the_trunk_are_found_under_names_of_other_programs() -> None:
     assert [roles[role] for role in found] == [body.INDEX[role] for role in found]
     assert "l_toe" not in roles  # "l_ball" is no name of any convention
     assert joint_map(chain(l_toe="ball_l"))["l_toe"] == body.INDEX["l_toe"]
+
+
+def test_a_trunk_has_its_roles_under_any_names() -> None:
+    """Lengths of Mixamo's X Bot; the collars hang from the last joint of the spine."""
+    names = "Hips LeftUpLeg LeftLeg LeftFoot RightUpLeg RightLeg RightFoot Spine Spine1 Spine2 Neck"
+    names += " LeftArm LeftForeArm RightArm RightForeArm"
+    parents = np.array([-1, 0, 1, 2, 0, 4, 5, 0, 7, 8, 9, 9, 11, 9, 13])
+    offsets = np.zeros((15, 3))
+    offsets[7:11, 1] = 9.9, 11.7, 13.5, 15.0
+    wanted = joint_map(Skeleton(tuple(names.split()), parents, offsets))
+    for other in ("Lumbar Ribs Thorax0", "Lumbar Spine1 Ribs", "Lumbar Ribs Spine2"):
+        renamed = names.replace("Spine Spine1 Spine2", other)
+        assert joint_map(Skeleton(tuple(renamed.split()), parents, offsets)) == wanted, other
 
 
 def test_sides_are_exchanged_for_all_joints_or_told() -> None:

@@ -54,6 +54,18 @@ def test_a_walk_shows_every_axis() -> None:
     assert found.notes == ("y is up, as it was said; the body moves as if z were.",)
 
 
+@pytest.mark.parametrize("up", world.UPS)
+def test_hops_in_place_are_read_or_told(up: str) -> None:
+    """Nothing carries a body that is mostly in the air, and another axis may be at 0 by chance."""
+    times = np.arange(90) / FPS
+    for heading in range(0, 360, 15):
+        for place in PLACES:
+            points = np.repeat(positions("stand", heading, place)[:1], 90, axis=0)
+            points[..., 1] += 0.2 * np.abs(np.sin(2 * np.pi * times))[:, None]
+            found = world.find_up(in_world(points, up), FPS, rest="y")
+            assert bool(found.notes) == (up != "y")
+
+
 def test_captures_of_a_skeleton_decide_together() -> None:
     points = in_world(positions("back", 90.0, PLACES[1]), "z")
     lies = world.find_up(points, FPS, rest="y")
@@ -128,6 +140,16 @@ def test_one_exchanged_pair_is_named(part: str) -> None:
     assert f"The left {part} is right of the right one" in note
 
 
+def test_exchanged_toes_are_told() -> None:
+    points = walk()
+    assert world.side_notes(points, True) == ()
+    left, right = body.INDEX["l_toe"], body.INDEX["r_toe"]
+    points[:, [left, right]] = points[:, [right, left]]
+    (note,) = world.side_notes(points, True)
+    assert note.startswith("Both toes are nearer to the other ankle for most of the take")
+    assert world.side_notes(points, False) == ()
+
+
 def test_feet_that_slide_are_told() -> None:
     points = walk()
     leg = retarget.legs_of(points)
@@ -137,9 +159,32 @@ def test_feet_that_slide_are_told() -> None:
         slow[..., 2] -= (1.0 - factor) * points[:, :1, 2]
         (note,) = world.travel_notes(slow, FPS, leg)
         assert note.startswith(f"The root travels {factor:.1g}"[:24])
+    for factor in (10.0, 100.0):
+        (note,) = world.travel_notes(points + (factor - 1.0) * points[:, :1], FPS, leg)
+        assert note.startswith("The root travels ")
     in_place = points.copy()
     in_place[..., 2] = positions("stand")[:1, :, 2]
     assert world.travel_notes(in_place, FPS, leg) == ()
+    bob = 0.03 * np.sin(10.0 * np.arange(len(points)) / FPS)[:, None]
+    treadmill, locked = points.copy(), points.copy()
+    for moved, joints in ((treadmill, [0]), (locked, list(range(1, 21)))):
+        moved[..., 2] -= points[:, :1, 2]
+        moved[:, joints, 1] += bob * (1 if joints == [0] else -1)
+    assert world.travel_notes(treadmill, FPS, leg) == ()
+    assert len(world.travel_notes(locked, FPS, leg)) == 1
+
+
+@pytest.mark.parametrize("factor", [0.01, 0.3937, 1.0, 2.54])
+def test_hips_that_sink_otherwise_than_legs_bend_are_told(factor: float) -> None:
+    """Knee bends in place."""
+    bend = 0.5 - 0.5 * np.cos(np.arange(90) / 10.0)
+    points = np.repeat(positions("stand")[:1], 90, axis=0)
+    legs = [body.INDEX[f"{side}_{part}"] for side in "lr" for part in ("ankle", "toe")]
+    points[..., 1] -= 0.4 * factor * bend[:, None]
+    points[:, legs, 1] += 0.4 * bend[:, None]
+    notes = world.travel_notes(points, FPS, retarget.legs_of(points[:1]))
+    assert len(notes) == (factor != 1.0)
+    assert all(f"travels {factor:.2g} times" in note for note in notes)
 
 
 def test_radians_read_as_degrees_are_told() -> None:
@@ -149,7 +194,15 @@ def test_radians_read_as_degrees_are_told() -> None:
     (note,) = world.angle_notes(replace(a_clip(), local_rotations=radians, root_positions=root))
     assert note.startswith("No joint turns by more than ")
     assert world.angle_notes(replace(a_clip(), root_positions=root)) == ()
-    assert world.angle_notes(replace(a_clip(), local_rotations=radians)) == ()  # it only stands
+    assert world.angle_notes(replace(a_clip(), local_rotations=radians)) != ()  # it only stands
+    still = replace(a_clip(), local_rotations=np.tile(rotation.IDENTITY, (len(turns), 21, 1)))
+    assert world.angle_notes(still) == ()  # a T-pose
+    travels = replace(still, root_positions=root)
+    (note,) = world.angle_notes(travels)
+    assert note.startswith("No joint turns by more than 0 degrees in the whole take, and the root ")
+    by_places = np.tile(still.skeleton.offsets, (len(turns), 1, 1))
+    by_places[:, 1] += 0.1 * np.sin(np.arange(len(turns)))[:, None]
+    assert world.angle_notes(replace(travels, joint_positions=by_places)) == ()
 
 
 @pytest.mark.parametrize("said", [0.001, 0.01, 0.0254, 1.0])
@@ -157,6 +210,12 @@ def test_radians_read_as_degrees_are_told() -> None:
 def test_a_unit_that_makes_no_person_is_corrected(said: float, meant: float) -> None:
     unit, notes = world.checked_unit(said, 0.9 / meant, 0.85)
     assert (unit, bool(notes)) == (meant, said != meant)
+
+
+def test_a_unit_that_no_other_fits_is_told() -> None:
+    unit, (note,) = world.checked_unit(1.0, 1e-10, 0.85)
+    assert unit == 1.0
+    assert note.endswith("and no other unit fits. Give the unit if it is wrong.")
 
 
 RATES = [
@@ -168,15 +227,23 @@ RATES = [
     ("0.0417083", 24000 / 1001, False), ("0.0069", 144.0, False), ("0.005", 200.0, False),
     ("0.0625", 16.0, False), ("0.010000", 100.0, False), ("0.020000", 50.0, False),
     ("0.008", 120.0, True), ("0.004", 240.0, True), ("0.02", 50.0, False), ("0.04", 25.0, False),
-    ("0.01", 100.0, False),
+    ("0.01", 100.0, False), ("0.0084", 119.0, True), ("0.009", 111.0, True), ("0.028", 36.0, True),
+    ("0.0213", 47.0, True), ("0.0170648", 58.6, False), ("0.011765", 85.0, False),
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("written", "fps", "is_told"), RATES)
 def test_the_rate_that_a_frame_time_means(written: str, fps: float, is_told: bool) -> None:
     found, notes = world.find_rate(float(written), written)
-    assert found == pytest.approx(fps, rel=1e-9)
+    assert found == pytest.approx(fps, rel=1e-9 if fps != 58.6 else 1e-4)
     assert bool(notes) == is_told
+
+
+def test_an_unusual_rate_of_few_digits_names_the_usual_ones_beside_it() -> None:
+    assert world.find_rate(0.0084, "0.0084")[1] == (
+        "The frame time 0.0084 is that of no usual rate: 119 frames a second are taken; the "
+        "nearest usual rates are 120 and 100. Give the right one (--fps) if this is wrong.",
+    )
 
 
 def test_whole_rates_come_back_from_every_number_of_digits() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,8 +13,10 @@ from hypothesis import strategies as st
 from motiondb.body import body
 from motiondb.body.world import UNITS, find_unit
 from motiondb.errors import CaptureError
+from motiondb.files.bvh_writer import write_bvh
+from motiondb.files.formats import read_capture
 from motiondb.files.units import unit_from_name
-from motiondb.records import Skeleton
+from motiondb.records import Clip, Skeleton
 
 
 @given(name=st.sampled_from(sorted(UNITS)), leg=st.floats(0.60, 1.15))
@@ -67,3 +70,18 @@ def test_units_by_name() -> None:
             f"unit: expected one of m, cmu, inch, cm, mm or a number of metres, found {name!r}. "
             "Give one."
         )
+
+
+@pytest.mark.parametrize(("unit", "is_told"), [(None, False), (0.01, False), (1.0, True)])
+def test_a_unit_that_was_asked_for_and_fits_no_person_is_told(
+    tmp_path: Path, unit: float | None, is_told: bool
+) -> None:
+    turns = np.tile([1.0, 0.0, 0.0, 0.0], (2, 21, 1))
+    path = tmp_path / "a.bvh"
+    write_bvh(Clip(body.standard_skeleton(), 30.0, turns, np.zeros((2, 3)), unit=0.01), path)
+    notes = read_capture(path, unit=unit).notes
+    assert notes == (
+        ("In the unit that was asked for (1 m) the body is 1e+02 times the usual size.",)
+        if is_told
+        else ()
+    )

@@ -6,7 +6,8 @@ by ``smpl_scaling`` where there is one; a frame rate. ``smpl_rotations`` tells r
 quaternions, matrices and 6D apart. Only the 22 joints of the body are read: fingers, jaw and eyes,
 ``betas`` and ``gender`` are skipped, and every performer gets the mean body below. The world of
 AMASS has z up, which a posture cannot contradict; another axis is up where the motion shows it over
-the whole take. The world is turned so that y is up; where the user names the axis, it stays.
+the whole take, and told where the body stands along it. The world is turned so that y is up; where
+the user names the axis, it stays.
 
 Sizes and types of the arrays are checked before any array is unpacked, because a few kilobytes of
 compressed zeros can unpack to gigabytes.
@@ -119,7 +120,7 @@ def read_amass(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Cl
             f"found {trans.shape}. Export the file again.",
         )
     check_clip_size(n_frames, N_JOINTS, len(data), path, options.limits)
-    fps = options.fps or _frame_rate(arrays, names, path)
+    fps, rate_notes = (options.fps, ()) if options.fps else _frame_rate(arrays, names, path)
     scale = float(np.ravel(_array(arrays, _SCALE, names, path))[0]) if _SCALE in arrays else 1.0
     arrays.clear()  # they hold more than the joints of the body, and are large
     good, notes = _good_frames([*joints, trans], path, options.skip_bad_frames)
@@ -132,7 +133,7 @@ def read_amass(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Cl
         root_positions=(trans[good].astype(float) / scale + np.array(_TABLE[0][2])) * unit,
         format="amass",
         unit=unit,
-        notes=notes + rotation_notes,
+        notes=rate_notes + notes + rotation_notes,
     )
     return replace(clip, up=options.up) if options.up else _with_y_up(clip)
 
@@ -146,8 +147,11 @@ def _with_y_up(clip: Clip) -> Clip:
             points[:, body.INDEX[role]] = positions[:, joint]
     found = world.find_up(points, clip.fps, usual="z")
     up, notes = (found.up, found.notes) if found.is_sure else ("z", ())
-    if up != found.up == "y":  # the axis of SMPL's rest pose, and of other data sets
-        notes = ("z is taken for up, as in AMASS; it may be y. Give the axis (--up) if so.",)
+    stands = world.upright(points)
+    other = "y" if found.up == "y" else max(stands, key=lambda axis: stands[axis])
+    is_sunk = (positions[..., 2].min(axis=1) < 0.0).mean() > 0.5  # a body on the floor is not
+    if not found.is_sure and other != "z" and (found.up != "z" or is_sunk):
+        notes = (f"z is taken for up, as in AMASS; it may be {other}. Give the axis (--up) if so.",)
     turn = np.broadcast_to(world.to_y_up(up), (clip.n_frames, 4))
     rotations = clip.local_rotations.copy()
     rotations[:, 0] = rotation.multiply(turn, rotations[:, 0])
@@ -239,8 +243,9 @@ def _good_frames(
 
 def _frame_rate(
     arrays: dict[str, NDArray[np.generic]], names: tuple[str, ...], path: object
-) -> float:
-    """Return the frame rate under any of its usual names."""
+) -> tuple[float, tuple[str, ...]]:
+    """Return the frame rate under the first of its usual names that there is, and notes."""
+    rates: dict[str, float] = {}
     for name in _RATES:
         if name in arrays:
             values = _array(arrays, name, names, path)
@@ -250,7 +255,16 @@ def _frame_rate(
                     f"expected one number in {name}, found {values.size}. "
                     "Give the right frame rate with --fps.",
                 )
-            return check_rate(float(values.reshape(-1).astype(float)[0]), path, name)
-    raise CaptureError(
-        path, "expected a frame rate (mocap_framerate or fps), found none. Give it with --fps."
+            rates[name] = float(values.reshape(-1).astype(float)[0])
+    if not rates:
+        raise CaptureError(
+            path, "expected a frame rate (mocap_framerate or fps), found none. Give it with --fps."
+        )
+    first, *others = rates
+    fps = check_rate(rates[first], path, first)
+    if all(math.isclose(rates[name], fps, rel_tol=1e-3) for name in others):
+        return fps, ()
+    said = " and ".join(f"{name} {rate:g}" for name, rate in rates.items())
+    return fps, (
+        f"The file has {said}; {fps:g} is taken. Give the right one (--fps) if this is wrong.",
     )

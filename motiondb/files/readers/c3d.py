@@ -11,9 +11,9 @@ the body more than twice too large or too small is corrected, with a note.
 
 The markers are Vicon's Plug-in Gait (LASI RASI, LPSI RPSI or SACR, LKNE LANK LTOE LHEE, LSHO LELB
 LWRA LWRB, C7 CLAV STRN T10, LFHD RFHD LBHD RBHD); the CMU database's names of the pelvis (LFWT RFWT
-LBWT RBWT) are accepted too. Notation: W is the distance between LASI and RASI; left, up and ahead
-are the axes of the pelvis (left: RASI to LASI; ahead: from the middle of the back markers,
-orthogonal).
+LBWT RBWT) are accepted too. What all have before or behind (``Anna:``, ``_1``) is the performer's.
+Notation: W is the distance between LASI and RASI; left, up and ahead are the axes of the pelvis
+(left: RASI to LASI; ahead: from the middle of the back markers, orthogonal).
 
 - hip: from the middle of LASI and RASI 0.36 W to the side, 0.19 W back, 0.30 W down (Bell,
   Brand, Pedersen, Human Movement Science 8, 1989);
@@ -27,7 +27,8 @@ These are plain regressions: good to 1 to 4 cm, enough to recognise a motion, no
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -178,6 +179,13 @@ def _orthogonal(vector: FloatArray, direction: FloatArray) -> FloatArray:
     return rotation.normalize(vector - np.sum(vector * along, axis=-1, keepdims=True) * along)
 
 
+_LABEL = re.compile("(?:(.*):)?([^:]*)()")
+_LABEL_WITHIN = re.compile(f"(.*?)({'|'.join((*USED, *ALIASES))})(.*?)[0-9_]*", re.IGNORECASE)
+_FRONT_AND_BACK = (
+    *("LASI LPSI", "RASI RPSI", "LASI SACR", "RASI SACR", "LTOE LANK", "RTOE RANK", "CLAV C7"),
+    *("STRN T10", "LFHD LBHD", "RFHD RBHD"),
+)
+_BACKWARDS = -0.3  # Median cosine with the other pairs; it is .72 or more in 14 real captures
 _UNIT_NAMES = MappingProxyType(
     {"mill": "mm", "cent": "cm", "mete": "m", "metr": "m", "inch": "inch", "in": "inch", "": "mm"}
 )  # First four letters of names, after which some programs cut
@@ -188,7 +196,7 @@ def read_c3d(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip
     """Read the clip in the bytes of a C3D file; bad frames are those that lack a needed marker."""
     file = read_c3d_file(data, path, options.skip_bad_frames)
     check_clip_size(file.n_frames, len(body.JOINTS), len(data), path, options.limits)
-    tracks = _named(file, path, options.swap_sides)
+    tracks, name_notes = _named(file, path, options.swap_sides)
     rate = check_rate(file.fps, path) if options.fps is None else options.fps
     filled, gap_notes = fill_gaps(tracks, rate, _NEEDED)
     if missing := missing_markers(set(filled)):
@@ -219,22 +227,27 @@ def read_c3d(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip
         root_positions=points[:, 0],
         format="c3d",
         unit=unit,
-        notes=file.notes + gap_notes + bad_notes + unit_notes + up_notes,
+        notes=file.notes
+        + name_notes
+        + _front_notes(markers)
+        + gap_notes
+        + bad_notes
+        + unit_notes
+        + up_notes,
         up="y",
     )
 
 
-def _named(file: C3DFile, path: object, swap_sides: bool) -> dict[str, FloatArray]:
-    """Tracks (frames, 3) of the used markers by name, of the subject that has most of them."""
-    subjects: dict[str, dict[str, int]] = {}
-    for number, label in enumerate(file.labels):
-        subject, _, name = label.rpartition(":")
-        name = ALIASES.get(name.upper(), name.upper())
-        if name in USED:
-            if swap_sides:
-                name = {"L": "R", "R": "L"}.get(name[0], name[0]) + name[1:]
-            subjects.setdefault(subject, {}).setdefault(name, number)
-    whole = [subject for subject, found in subjects.items() if {"LASI", "RASI"} <= set(found)]
+def _named(
+    file: C3DFile, path: object, swap_sides: bool
+) -> tuple[dict[str, FloatArray], tuple[str, ...]]:
+    """Tracks (frames, 3) of the used markers by name, of the subject that has most; notes."""
+    subjects, within = (_subjects(file.labels, label) for label in (_LABEL, _LABEL_WITHIN))
+    if any(_is_whole(found) for found in within.values()) and not any(
+        _is_whole(found) for found in subjects.values()
+    ):
+        subjects = within
+    whole = [subject for subject, found in subjects.items() if _is_whole(found)]
     if len(whole) > 1:
         raise CaptureError(
             path,
@@ -242,7 +255,52 @@ def _named(file: C3DFile, path: object, swap_sides: bool) -> dict[str, FloatArra
             "Export one performer a file.",
         )
     best = subjects[whole[0]] if whole else max(subjects.values(), key=len, default={})
-    return {name: file.track(number) for name, number in best.items()}
+    twice = ", ".join(sorted(name for name, numbers in best.items() if len(numbers) > 1))
+    notes = (f"Markers that occur more than once, of which the first is taken: {twice}.",)
+    tracks = {name: file.track(numbers[0]) for name, numbers in best.items()}
+    if swap_sides:
+        other = {"L": "R", "R": "L"}
+        tracks = {other.get(name[0], name[0]) + name[1:]: t for name, t in tracks.items()}
+    return tracks, notes if twice else ()
+
+
+def _is_whole(found: Mapping[str, object]) -> bool:
+    """Say whether a subject has a pelvis."""
+    return {"LASI", "RASI"} <= set(found)
+
+
+def _subjects(labels: Sequence[str], pattern: re.Pattern[str]) -> dict[str, dict[str, list[int]]]:
+    """Return the numbers of the labels of each used marker, by what else is in the label."""
+    subjects: dict[str, dict[str, list[int]]] = {}
+    for number, label in enumerate(labels):
+        if found := pattern.fullmatch(label):
+            before, name, after = found.groups("")
+            name = ALIASES.get(name.upper(), name.upper())
+            if name in USED:
+                subjects.setdefault(before + after, {}).setdefault(name, []).append(number)
+    return subjects
+
+
+def _front_notes(markers: Markers) -> tuple[str, ...]:
+    """Note markers of the front that are behind those of the back, if the others are not."""
+    ways = {
+        f"{front} and {back}": rotation.normalize(markers[front] - markers[back])
+        for front, back in (names.split() for names in _FRONT_AND_BACK)
+        if front in markers and back in markers
+    }
+    wrong = []
+    for names, way in ways.items():
+        others = np.nansum([other for name, other in ways.items() if name != names], axis=0)
+        ahead = np.sum(way * rotation.normalize(others), axis=-1) if len(ways) > 2 else np.ones(1)
+        known = ahead[np.isfinite(ahead)]
+        if len(known) and np.median(known) < _BACKWARDS:
+            wrong.append(names)
+    if not wrong:
+        return ()
+    return (
+        f"Front is behind back for most of the take, other than for the rest: {', '.join(wrong)}. "
+        "Their names look exchanged. Rename the markers.",
+    )
 
 
 def _good_frames(

@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from motiondb.body import kinematics, rotation
+from motiondb.body import kinematics, rotation, world
 from motiondb.body.joint_names import joint_map
 from motiondb.errors import CaptureError
 from motiondb.files.limits import ReadOptions
@@ -237,6 +237,29 @@ def test_a_motion_shows_that_y_is_up() -> None:
     assert len(clip.notes) == 1
     assert clip.notes[0].startswith("y is taken for up")
     np.testing.assert_allclose(clip.root_positions[0], [0.0, height[0] - 0.22, 0.03], atol=1e-9)
+
+
+@pytest.mark.parametrize("up", [up for up in world.UPS if up != "z"])
+def test_a_body_that_stands_still_along_another_axis_is_told(up: str) -> None:
+    poses = np.zeros((30, 66))
+    poses[:, :3] = rotation.log(rotation.conjugate(world.to_y_up(up)))
+    poses[:, 16 * 3 + 2], poses[:, 17 * 3 + 2] = -1.2, 1.2  # arms hang
+    clip = read_amass(npz(poses=poses, trans=np.zeros((30, 3)), fps=30), "a.npz")
+    assert clip.notes == (
+        f"z is taken for up, as in AMASS; it may be {up}. Give the axis (--up) if so.",
+    )
+
+
+def test_of_two_rates_the_one_that_is_taken_is_told() -> None:
+    assert read(mocap_framerate=120.0, fps=120).notes == ()
+    clip = read(mocap_framerate=120.0, fps=30)
+    assert (clip.fps, clip.notes) == (
+        120.0,
+        (
+            "The file has mocap_framerate 120 and fps 30; 120 is taken. Give the right one (--fps) "
+            "if this is wrong.",
+        ),
+    )
 
 
 def test_bad_frames_can_be_left_out() -> None:

@@ -325,6 +325,44 @@ def test_missing_markers_are_named() -> None:
     )
 
 
+@pytest.mark.parametrize("label", ["Ana_{}", "subject1_{}", "{}_1", "Bob{}", "Ben:{}_x"])
+def test_what_labels_share_is_no_part_of_them(label: str) -> None:
+    plain = read_c3d(write(tracks()), "a.c3d")
+    named = {label.format(name): track for name, track in tracks().items()}
+    named["Elsewhere"] = tracks()["C7"]
+    clip = read_c3d(write(named), "a.c3d")
+    np.testing.assert_array_equal(clip.root_positions, plain.root_positions)
+    assert clip.notes == plain.notes
+
+
+def test_numbers_behind_labels_are_no_part_of_them() -> None:
+    plain = read_c3d(write(tracks()), "a.c3d")
+    named = {f"{name}_{n}": track for n, (name, track) in enumerate(tracks().items())}
+    clip = read_c3d(write(named), "a.c3d")
+    np.testing.assert_array_equal(clip.local_rotations, plain.local_rotations)
+
+
+def test_a_marker_that_occurs_twice_is_told() -> None:
+    again = tracks() | {"Lasi": tracks()["RTOE"]}
+    clip = read_c3d(write(again), "a.c3d")
+    assert clip.notes[0] == (
+        "Markers that occur more than once, of which the first is taken: LASI."
+    )
+    plain = read_c3d(write(tracks()), "a.c3d")
+    np.testing.assert_array_equal(clip.root_positions, plain.root_positions)
+
+
+@pytest.mark.parametrize("names", ["LASI LPSI", "RASI RPSI", "CLAV C7", "LFHD LBHD"])
+def test_front_and_back_exchanged_are_told(names: str) -> None:
+    assert not any("Front" in note for note in read_c3d(write(moving()), "a.c3d").notes)
+    front, back = names.split()
+    markers = moving()
+    markers[front], markers[back] = markers[back], markers[front]
+    notes = [n for n in read_c3d(write(markers), "a.c3d").notes if n.startswith("Front is behind")]
+    assert len(notes) == 1
+    assert f"{front} and {back}" in notes[0]
+
+
 def test_two_performers_are_refused() -> None:
     markers = {
         f"{who}:{name}": track for who in ("Ben", "Anna") for name, track in tracks().items()
