@@ -103,10 +103,8 @@ def ask_many(
     with session.reading():
         posed = [_or_error(_pose, session, motion_of, question) for question in questions]
         errors = [each for each in posed if isinstance(each, MotionDBError)]
-        file = DatabaseFile(session.store.path.resolve(), _state(session.store))
-        if len(errors) < len(posed):  # not so of a database that has not learned
-            _check_opened(session, file, workers)
-    if len(errors) == len(posed):
+        file = _file_for(workers, session) if len(errors) < len(posed) else None
+    if file is None:  # such as of a database that has not learned
         yield from errors
         return
     try:
@@ -171,8 +169,9 @@ def _state(opened: store.Store) -> str:
     return repr((store.revision(opened), store.learning_mark(opened)))
 
 
-def _check_opened(session: Session, file: DatabaseFile, workers: Cluster) -> None:
-    """Refuse workers that cannot open the database."""
+def _file_for(workers: Cluster, session: Session) -> DatabaseFile:
+    """The database of a session; ClusterError where workers cannot open it."""
+    file = DatabaseFile(session.store.path.resolve(), _state(session.store))
     if not session.store.read_only:
         raise ClusterError(
             f"{file.path}: expected a database that workers can open, too, found one that this "
@@ -183,9 +182,10 @@ def _check_opened(session: Session, file: DatabaseFile, workers: Cluster) -> Non
             workers.each(close, file)
             raise ClusterError(
                 f"{worker}: expected a worker that can open {file.path}, found one that cannot "
-                f"({fault}). Put the database or a copy of it, with its cache, into a folder that "
-                "all workers see under the same path, and ask it there."
+                f"({str(fault).rstrip('.')}). Put the database or a copy of it, with its cache, "
+                "into a folder that all workers see under the same path, and ask it there."
             )
+    return file
 
 
 _lent = dict[DatabaseFile, "Lent[Session]"]()

@@ -82,7 +82,7 @@ def test_a_database_that_workers_cannot_open_is_refused(
             asked(db, Others())
     assert str(error.value) == (
         f"tcp://w:1: expected a worker that can open {learned_copy}, found one that cannot (m: "
-        "expected a file.). Put the database or a copy of it, with its cache, into a folder that "
+        "expected a file). Put the database or a copy of it, with its cache, into a folder that "
         "all workers see under the same path, and ask it there."
     )
 
