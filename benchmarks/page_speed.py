@@ -36,6 +36,7 @@ from measured_run import machine
 import motiondb
 from motiondb import AddSettings, LearnSettings, store
 from motiondb.body import rotation
+from motiondb.files import packed_files
 from motiondb.records import Caption, CaptureInfo
 from real_tasks.real_page import table
 
@@ -112,7 +113,7 @@ def fill_catalogue(database: Path, count: int, seed: int = 0) -> None:
                     part.n_frames, part.duration, 0, 0.8, f"{action}.bvh", run,
                     {"performer": performer, "licence": "CC0-1.0"},
                 )  # fmt: skip
-                packed = store.pack_source(f"{action}.bvh", str(number).encode(), "bvh")
+                packed = packed_files.pack_source(f"{action}.bvh", str(number).encode(), "bvh")
                 caption = Caption(f"a person does {action.replace('_', ' ')}")
                 store.save_capture(db.store, info, part, packed, [caption])
             store.finish_run(db.store, run)

@@ -104,8 +104,10 @@ def motion_positions(
     )
 
 
-def to_clip(motion: Motion) -> Clip:
+def to_clip(motion: Motion | Clip) -> Clip:
     """Turn a motion into a clip on the canonical skeleton, in the performer's size."""
+    if isinstance(motion, Clip):
+        return motion
     return Clip(
         skeleton=body.standard_skeleton(motion.leg_length),
         fps=MOTION_FPS,

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motiondb import answers, store
-from motiondb.database.arguments import checked_verbs
+from motiondb.database.values import listed
 from motiondb.errors import QueryError, suggestion
 from motiondb.records import Caption, CaptureInfo
 from motiondb.store import CAPTION, COLUMNS, Store
@@ -23,7 +23,6 @@ FOLDER = "/"  # How the name of a folder of captures ends
 ANY = "*"  # In a pattern of names: any letters
 
 
-@checked_verbs
 class Archive:
     """What changes the captures of a database.
 
@@ -140,7 +139,7 @@ class Archive:
 
     def _chosen(self, names: Iterable[str], where: str) -> list[CaptureInfo]:
         """The captures of some names, and those that match a filter; each once."""
-        infos = [store.load_capture(self.store, name) for name in names]
+        infos = [store.load_capture(self.store, name) for name in listed("names", names)]
         infos += store.load_captures(self.store, where) if where.strip() else []
         return list({info.capture_id: info for info in infos}.values())
 
@@ -201,7 +200,9 @@ class Archive:
         with store.transaction(opened):
             everyone = {info.name: info for info in store.load_captures(opened)}
             if captures is not None:
-                chosen = [store.load_capture(opened, name).name for name in captures]
+                chosen = [
+                    store.load_capture(opened, name).name for name in listed("captures", captures)
+                ]
                 renamed = _names_by_pattern(chosen, old, new)
             elif old.endswith(FOLDER):
                 renamed = _folder_names(everyone, old, new)

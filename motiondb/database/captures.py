@@ -16,7 +16,6 @@ import numpy as np
 
 from motiondb import answers, store
 from motiondb.database.archive import Archive
-from motiondb.database.arguments import checked_verbs
 from motiondb.database.catalogue import browsing
 from motiondb.errors import QueryError
 from motiondb.records import (
@@ -33,9 +32,9 @@ from motiondb.records import (
 )
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
-    from motiondb.database.arguments import Example
     from motiondb.database.catalogue import exporting
     from motiondb.database.tables import Tables
+    from motiondb.database.values import Example
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
     from motiondb.search.takings import Taking
@@ -44,7 +43,6 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
 _UNUSUAL = re.compile(r"[^\w.-]+")  # Characters that names of files of matches do not have
 
 
-@checked_verbs
 class Captures(Archive):
     """The captures of a database; :class:`Archive` says what the arguments are.
 

@@ -29,7 +29,7 @@ from uuid import uuid4
 
 import numpy as np
 
-from motiondb.database.arguments import checked
+from motiondb.database.values import check_text
 from motiondb.errors import ClusterError
 from motiondb.files.safe_files import open_file
 from motiondb.symbols.hmm_jobs import one_blas_thread
@@ -98,8 +98,8 @@ class Cluster:
 
     _answered: Future | None = None
 
-    @checked
     def __init__(self, address: str, tell: Callable[[str], None] | None = None) -> None:
+        check_text("address", address)  # dask starts a cluster of its own for None
         self.address, self._tell = address, tell
         self._started: LocalCluster | None = None
         self._kept: dict[int, _Kept] = {}

@@ -22,6 +22,7 @@ from motiondb.database.catalogue.exporting import (
     write_motion,
 )
 from motiondb.database.catalogue.parts import write_bytes
+from motiondb.files import packed_files
 from motiondb.files.bvh_writer import to_bvh
 from motiondb.files.own_files import WRITER, check_overwriting, digest_of, provenance_path
 from motiondb.records import MOTION_FPS, BoolArray, Caption, CaptureInfo, Motion
@@ -214,7 +215,7 @@ def keep_generated(
     store.check_new_name(name, "capture")
     clip = to_clip(motion)
     file = f"{name.replace('/', '_')}.bvh"
-    source = store.pack_source(file, to_bvh(clip, file).encode(), "bvh")
+    source = packed_files.pack_source(file, to_bvh(clip, file).encode(), "bvh")
     licences = "; ".join(sorted({s.licence for s in provenance.sources if s.licence}))
     info = CaptureInfo(
         0,

@@ -10,13 +10,12 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from motiondb import answers, store
-from motiondb.database.arguments import check_least, checked_verbs, seeds_from
 from motiondb.database.captures import Captures
 from motiondb.database.session import Session
+from motiondb.database.values import check_least, check_text, listed, seeds_from
 from motiondb.workers import HERE
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
-    from motiondb.database.arguments import Example
     from motiondb.database.catalogue.exporting import MotionChanges
     from motiondb.database.cluster import Cluster
     from motiondb.database.generating import ActionPlace, Generated
@@ -24,6 +23,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.database.joining import Joined
     from motiondb.database.questions import Question
     from motiondb.database.scenes.scenes import Scenes
+    from motiondb.database.values import Example
     from motiondb.errors import MotionDBError
     from motiondb.learn.drift import Drift
     from motiondb.learn.knowledge import Knowledge
@@ -37,7 +37,6 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.search.described import Description
 
 
-@checked_verbs
 class MotionDB(Captures):
     """A motion database: add captures, learn, ask, generate. Use it in a ``with`` statement.
 
@@ -452,6 +451,7 @@ class MotionDB(Captures):
         """
         from motiondb.database import generating
 
+        check_text("words", words)
         return generating.generate(
             self.session, words, seeds_from(seed, 1), method, exact, anyway, places=places
         )[0]
@@ -497,7 +497,7 @@ class MotionDB(Captures):
         """
         from motiondb.database import joining
 
-        return joining.join_parts(self.session, parts, changes)
+        return joining.join_parts(self.session, listed("parts", parts), changes)
 
     def check(self) -> list[str]:
         """Faults of the store, none in a sound one."""

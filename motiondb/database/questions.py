@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ParamSpec, TypeAlias, TypeVar
 
 from motiondb import store
-from motiondb.database import arguments
 from motiondb.database.lent import Lent
 from motiondb.database.session import Session
+from motiondb.database.values import check_least
 from motiondb.errors import ClusterError, MotionDBError, QueryError, StoreError
 from motiondb.workers import runs
 
@@ -120,7 +120,7 @@ def _pose(session: Session, motion_of: Callable[[Question], Motion], question: Q
     from motiondb.database import searching
 
     check(question)
-    arguments.check_least("limit", question.limit, 1)
+    check_least("limit", question.limit, 1)
     motion = motion_of(question) if question.like else None
     allowed = None  # said in a word, and not by as many numbers for each of many questions
     if question.where.strip():

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motiondb import store
-from motiondb.database import arguments
 from motiondb.database.catalogue.filter_words import take_filter_words
 from motiondb.database.loading import nearby_table
 from motiondb.database.session import Session
+from motiondb.database.values import check_least, check_text
 from motiondb.errors import QueryError
 from motiondb.language.question.readings import say
 from motiondb.learn.learned import Learned
@@ -39,7 +39,8 @@ def search(
     exact: bool,
 ) -> WordAnswer:
     """The answer to a question in words, as ``MotionDB.search`` gives it."""
-    arguments.check_least("limit", limit, 1)
+    check_text("words", words)
+    check_least("limit", limit, 1)
     with session.reading():
         allowed = allowed_captures(session, where, exact)
         check_any(session.searchable)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from motiondb import store
-from motiondb.database.arguments import checked_verbs
 from motiondb.errors import MotionDBError
 from motiondb.files.arrays import NO_PYARROW
 from motiondb.records import MOTION_FPS, Caption, Match
@@ -22,7 +21,6 @@ if TYPE_CHECKING:
     from motiondb.search.by_words import WordAnswer
 
 
-@checked_verbs
 class Tables:
     """Arrow tables of a database; they need the library pyarrow (``motiondb[arrow]``).
 

@@ -16,9 +16,10 @@ from pathlib import Path
 import numpy as np
 
 from motiondb.body import rotation
+from motiondb.body.retarget import to_clip
 from motiondb.errors import CaptureError
 from motiondb.files.safe_files import whole_file
-from motiondb.records import Clip, FloatArray, Skeleton
+from motiondb.records import Clip, FloatArray, Motion, Skeleton
 
 DEFAULT_ORDER = "ZYX"
 _DEFAULT = tuple(f"{axis}rotation" for axis in DEFAULT_ORDER)
@@ -27,9 +28,23 @@ _CLOSE = 1e-7
 rotations count as equal: both below the resolution that is written."""
 
 
-def write_bvh(clip: Clip, path: Path | str) -> None:
-    """Write a clip as BVH in its own unit, whole or not at all (CaptureError)."""
-    write_atomically(Path(path), to_bvh(clip, path).encode())
+def write_bvh(motion: Clip | Motion, path: str | Path) -> None:
+    """Write a clip or a motion as BVH; the file appears whole or not at all.
+
+    Parameters
+    ----------
+    motion : Clip or Motion
+        A clip is written in its own unit; a motion on the canonical body in the performer's size,
+        30 frames a second.
+    path : str or Path
+        The file.
+
+    Raises
+    ------
+    MotionDBError
+        When it has no frames or numbers that are not finite, or the file cannot be written.
+    """
+    write_atomically(Path(path), to_bvh(to_clip(motion), path).encode())
 
 
 def to_bvh(clip: Clip, path: object = "clip") -> str:

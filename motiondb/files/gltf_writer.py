@@ -24,9 +24,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.body import kinematics, rotation
+from motiondb.body.retarget import to_clip
 from motiondb.errors import CaptureError
 from motiondb.files.bvh_writer import check_clip, write_atomically
-from motiondb.records import Clip, FloatArray
+from motiondb.records import Clip, FloatArray, Motion
 
 FLOAT, USHORT, UINT = 5126, 5123, 5125  # Component types of glTF
 _TYPES = MappingProxyType({1: "SCALAR", 3: "VEC3", 4: "VEC4", 16: "MAT4"})
@@ -92,11 +93,21 @@ class Buffer:
         }
 
 
-def write_gltf(clip: Clip, path: Path | str, owner: str = "") -> None:
-    """Write a clip as glTF, whole or not at all; `owner`: who holds the rights, and a licence."""
+def write_gltf(motion: Clip | Motion, path: str | Path, owner: str = "") -> None:
+    """Write a clip or a motion as glTF (.glb or .gltf); see :func:`write_bvh`.
+
+    Parameters
+    ----------
+    motion : Clip or Motion
+        As in :func:`write_bvh`.
+    path : str or Path
+        The file.
+    owner : str
+        Who holds the rights, and a licence, for the file.
+    """
     path = Path(path)
     check_ending(path)
-    document, data = to_gltf(clip, path)
+    document, data = to_gltf(to_clip(motion), path)
     document["asset"] = ASSET | ({"copyright": owner} if owner else {})
     write_document(document, data, path)
 

@@ -15,6 +15,7 @@ HEEDED = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler
 INTERRUPTED = """
 import os
 from motiondb import store
+from motiondb.store import learned
 from motiondb.cli import main, printing
 
 def interrupt(*_):
@@ -33,7 +34,7 @@ SAVED = "interrupted: complete changes up to then are saved, and nothing else\n"
     [
         (["add", KICK], "store.save_relations", UNCHANGED),
         (["add", KICK], "printing.number", SAVED),  # of the captures that were added
-        (["learn", "--symbols", "2"], "store.learned.finish_run", UNCHANGED),
+        (["learn", "--symbols", "2"], "learned.finish_run", UNCHANGED),
     ],
 )
 def test_interrupted(

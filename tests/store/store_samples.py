@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from motiondb import store
+from motiondb.files import packed_files
 from motiondb.records import (
     Association,
     Caption,
@@ -59,7 +60,7 @@ def add(
         database,
         info(name, run_id, **changes),
         motion(len(name), n_frames),
-        store.pack_source(f"{name}.bvh", f"HIERARCHY {name}".encode(), "bvh"),
+        packed_files.pack_source(f"{name}.bvh", f"HIERARCHY {name}".encode(), "bvh"),
         [Caption(text) for text in words],
     )
 

@@ -11,6 +11,7 @@ from holding import holding
 
 from motiondb import store
 from motiondb.errors import StoreError
+from motiondb.files import packed_files
 from motiondb.store import compaction
 from motiondb.store.connection import handle
 
@@ -21,7 +22,7 @@ def test_compacting_gives_the_room_back_and_loses_nothing(
     noise = np.random.default_rng(0).bytes(1_500_000)
     run_id = store.start_run(database, "add")
     for name in ("a", "bb", "ccc"):
-        source = store.pack_source(f"{name}.bvh", name.encode() + noise, "bvh")
+        source = packed_files.pack_source(f"{name}.bvh", name.encode() + noise, "bvh")
         store.save_capture(database, samples.info(name, run_id), samples.motion(len(name)), source)
     infos = store.load_captures(database)
     learning = samples.learning(infos, store.start_run(database, "learn"))
@@ -43,7 +44,7 @@ def test_compacting_gives_the_room_back_and_loses_nothing(
                 compacted,
                 samples.info("e", run_id),
                 samples.motion(),
-                store.pack_source("a.bvh", b"a" + noise, "bvh"),
+                packed_files.pack_source("a.bvh", b"a" + noise, "bvh"),
             )
     assert [item.name for item in database.path.parent.iterdir()] == ["motions.duckdb"]
 

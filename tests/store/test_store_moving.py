@@ -13,7 +13,7 @@ import pytest
 
 from motiondb import store
 from motiondb.errors import QueryError, StoreError
-from motiondb.files import safe_files
+from motiondb.files import packed_files, safe_files
 from motiondb.store import moving
 from motiondb.store.catalogue import parquet_files, places
 from motiondb.store.connection import migrations
@@ -35,11 +35,11 @@ def filled(
     for number, n_frames in enumerate(N_FRAMES):
         name = "abcde"[number]
         skeleton = b"bones" if number in (1, 2) else None
-        source = store.pack_source(
+        source = packed_files.pack_source(
             f"{name}.amc", name.encode() * 999, "amc", skeleton and "s.asf", skeleton
         )
         if number == 4:
-            source = store.leave_out(source)
+            source = packed_files.leave_out(source)
         store.save_capture(
             database, samples.info(name, run_id), samples.motion(number, n_frames), source
         )
@@ -377,7 +377,7 @@ def test_compacting_moves_and_gives_the_room_back(
     database: store.Store, samples: ModuleType, tmp_path: Path
 ) -> None:
     noise = np.random.default_rng(0).bytes(1_500_000)
-    source = store.pack_source("a.bvh", noise, "bvh")
+    source = packed_files.pack_source("a.bvh", noise, "bvh")
     run_id = store.start_run(database, "add")
     store.save_capture(database, samples.info("a", run_id), samples.motion(), source)
     before = content(database)

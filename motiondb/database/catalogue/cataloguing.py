@@ -27,6 +27,7 @@ from motiondb.database.catalogue.sheets import Sheets, captions_within, sheet_no
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.files import folder as files
+from motiondb.files import packed_files
 from motiondb.files.safe_files import is_file, is_folder, odd_kind
 from motiondb.files.sheets import EventSheet, SheetEntry, capture_name
 from motiondb.records import Caption, CaptureInfo, Event
@@ -394,7 +395,7 @@ class _Chosen:
     new: tuple[ReadFile, ...]
     known: tuple[tuple[str, str], ...]
     problems: tuple[str, ...]
-    filled: tuple[store.Source, ...]  # Files of known captures that were without their bytes
+    filled: tuple[packed_files.Source, ...]  # Files of known captures that were without their bytes
     notes: tuple[str, ...]
 
 

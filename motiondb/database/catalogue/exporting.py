@@ -15,13 +15,13 @@ from types import MappingProxyType
 
 import numpy as np
 
-from motiondb import store
 from motiondb.answers.catalogue import Exported
 from motiondb.body import body, changes, retarget
 from motiondb.body.joint_names import joint_map
 from motiondb.body.joint_proposals import map_text
 from motiondb.database.catalogue.parts import check_motion_file, write_bytes, write_clip
 from motiondb.errors import CaptureError, QueryError, SkeletonError
+from motiondb.files import packed_files
 from motiondb.files.arrays import ARRAY_ENDINGS, write_arrays
 from motiondb.files.limits import MAX_FPS, MIN_FPS
 from motiondb.files.own_files import check_overwriting
@@ -341,7 +341,9 @@ def _contacts(clip: Clip, asked: MotionChanges) -> BoolArray:
     return np.asarray(found[np.minimum(frames, len(found) - 1)])
 
 
-def write_added(info: CaptureInfo, source: store.Source, path: Path, unit: float) -> Exported:
+def write_added(
+    info: CaptureInfo, source: packed_files.Source, path: Path, unit: float
+) -> Exported:
     """Write the file that was added, and the skeleton of an AMC beside it."""
     said: tuple[str, ...] = ()
     skeleton = path.with_suffix(".asf") if source.skeleton_data is not None else None

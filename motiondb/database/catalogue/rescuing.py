@@ -14,6 +14,7 @@ from motiondb import store
 from motiondb.body import retarget
 from motiondb.database.catalogue.file_reading import read_stored
 from motiondb.errors import MotionDBError, StoreError
+from motiondb.files import packed_files
 from motiondb.files.bvh_writer import to_bvh
 from motiondb.files.safe_files import check_file_name, log_of, output_file, sweep_databases
 from motiondb.records import MOTION_FPS, CaptureInfo, Motion, Run
@@ -137,7 +138,7 @@ def _save_capture(new: store.Store, salvaged: store.SalvagedCapture, run: Run | 
         if motion is None:
             info, motion = _read_anew(info, source, run)
             notes.append("its motion was read from its file again")
-        packed = store.pack_source(
+        packed = packed_files.pack_source(
             source.own_name,
             source.data,
             source.format,
@@ -156,7 +157,7 @@ def _save_capture(new: store.Store, salvaged: store.SalvagedCapture, run: Run | 
 
 
 def _read_anew(
-    info: CaptureInfo, source: store.Source, run: Run | None
+    info: CaptureInfo, source: packed_files.Source, run: Run | None
 ) -> tuple[CaptureInfo, Motion]:
     """The motion of a stored file, read as it was when it was added."""
     parameters = run.parameters if run else {}
@@ -167,11 +168,11 @@ def _read_anew(
     return facts, retarget.to_motion(clip, joint_map)
 
 
-def _written_anew(info: CaptureInfo, motion: Motion) -> tuple[CaptureInfo, store.Source]:
+def _written_anew(info: CaptureInfo, motion: Motion) -> tuple[CaptureInfo, packed_files.Source]:
     """A file for a motion whose file was lost."""
     clip = retarget.to_clip(motion)
     file = f"{info.name.replace('/', '_')}.bvh"
-    packed = store.pack_source(file, to_bvh(clip, file).encode(), "bvh")
+    packed = packed_files.pack_source(file, to_bvh(clip, file).encode(), "bvh")
     notes = (*info.notes, "the file was lost; this is the canonical motion, rescued")
     facts = replace(
         info,

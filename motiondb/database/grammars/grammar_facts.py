@@ -16,12 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb import answers, store
-from motiondb.database.arguments import seeded
 from motiondb.database.generated_files import sources_of
 from motiondb.database.grammars.grammar_editing import EDIT, UNDONE
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
 from motiondb.database.grammars.grammar_words import Meaning
 from motiondb.database.learned_grammar import LearnedGrammar
+from motiondb.database.values import seeded
 from motiondb.grammar.cfg import context_free
 from motiondb.grammar.cfg.context_free import Grammar, Tree
 from motiondb.grammar.cfg.loops import format_loops

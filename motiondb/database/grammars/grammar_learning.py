@@ -14,8 +14,8 @@ from itertools import pairwise
 import numpy as np
 
 from motiondb import store
-from motiondb.database.arguments import seeded
 from motiondb.database.learned_grammar import LearnedGrammar, load_learned_grammar
+from motiondb.database.values import seeded
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg import context_free, parse
 from motiondb.grammar.sentences import partition

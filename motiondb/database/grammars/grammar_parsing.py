@@ -20,6 +20,7 @@ from motiondb.answers.grammars import ParseAnswer, ParsedSentence, ParseFault
 from motiondb.answers.plain import extended
 from motiondb.database.grammars.grammar_sequences import Material
 from motiondb.database.learned_grammar import LearnedGrammar
+from motiondb.files import packed_files
 from motiondb.files.formats import read_file
 from motiondb.files.limits import ReadOptions
 from motiondb.files.safe_files import is_file
@@ -95,7 +96,7 @@ def take_of(material: Material, example: str | Path | Motion) -> int | None:
     if isinstance(example, Motion):
         return None
     if is_file(example):
-        sha256 = store.digest(read_file(Path(example), ReadOptions()))
+        sha256 = packed_files.digest(read_file(Path(example), ReadOptions()))
         sources = enumerate(material.learned.sources)
         return next((take for take, source in sources if source.sha256 == sha256), None)
     info = store.load_capture(material.database, str(example), or_file=True)

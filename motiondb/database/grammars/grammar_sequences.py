@@ -18,10 +18,10 @@ from functools import cached_property
 import numpy as np
 
 from motiondb import store
-from motiondb.database.arguments import seeded
 from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.generated_files import keep_generated
 from motiondb.database.learned_grammar import LearnedGrammar, load_learned_grammar
+from motiondb.database.values import seeded
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar import synthesis
 from motiondb.grammar.cfg import context_free, parse

@@ -32,7 +32,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb import store
-from motiondb.database.arguments import seeded
 from motiondb.database.grammars.grammar_sequences import (
     LONGEST_STRING,
     GrammarSequence,
@@ -41,6 +40,7 @@ from motiondb.database.grammars.grammar_sequences import (
 )
 from motiondb.database.learned_grammar import LearnedGrammar
 from motiondb.database.loading import nearby_table
+from motiondb.database.values import seeded
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar.derivation.complete import Completions, complete, sample_completion
 from motiondb.grammar.derivation.pattern import ANY, GAP, Pattern, PatternSymbol, read_pattern

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motiondb import answers, pictures, store
-from motiondb.database.arguments import checked_verbs, seeded
 from motiondb.database.captures import Captures
 from motiondb.database.catalogue.parts import cut_motion
 from motiondb.database.generated_files import source_spans, write_with_provenance
@@ -33,6 +32,7 @@ from motiondb.database.grammars.grammar_sequences import (
     terminals_of,
 )
 from motiondb.database.learned_grammar import LearnedGrammar
+from motiondb.database.values import listed, seeded
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg import prefix
 from motiondb.grammar.cfg.context_free import derive_by
@@ -49,7 +49,6 @@ if TYPE_CHECKING:
 SHOWN_TREES = 12  # Most trees in a picture of the sentences
 
 
-@checked_verbs
 class Grammars:
     """The grammars of a database, available as ``db.grammars``.
 
@@ -102,9 +101,8 @@ class Grammars:
             When the captures, the name or a setting are not valid, or no grammar can be learned
             from the captures. Nothing is saved then.
         """
-        return grammar_learning.learn_grammar(
-            self._session.store, list(captures), name, settings or GrammarSettings(), progress
-        )
+        names, settings = listed("captures", captures), settings or GrammarSettings()
+        return grammar_learning.learn_grammar(self._session.store, names, name, settings, progress)
 
     def names(self) -> list[str]:
         """Return the names of all grammars."""

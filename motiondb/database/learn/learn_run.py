@@ -6,10 +6,10 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 from motiondb import store
-from motiondb.database.arguments import seeded
 from motiondb.database.learn.start import find_start
 from motiondb.database.loading import keep_what_follows, load_features
 from motiondb.database.session import damage_sentence
+from motiondb.database.values import seeded
 from motiondb.errors import MotionDBError, QueryError, StoreError
 from motiondb.learn import fitting
 from motiondb.learn.knowledge import Knowledge, begin

@@ -20,9 +20,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from motiondb.database.arguments import seeded
 from motiondb.database.scenes.scene_clips import SceneClips
 from motiondb.database.scenes.scene_texts import SceneText
+from motiondb.database.values import seeded
 from motiondb.errors import SceneError
 from motiondb.scene.energy.binding import RuleTable, bind
 from motiondb.scene.energy.scene_arrays import SceneState

@@ -17,7 +17,6 @@ import numpy as np
 from motiondb import pictures, store
 from motiondb.answers.scenes import SceneAnswer
 from motiondb.body import body
-from motiondb.database.arguments import checked_verbs
 from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.generated_files import keep_generated
 from motiondb.database.learn import updating
@@ -79,7 +78,6 @@ def _quiet(_what: str, _share: float, _error: float) -> None:
     """Ignore the progress."""
 
 
-@checked_verbs
 class Scenes:
     """The scenes of a database; reached as ``db.scenes``.
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from motiondb import store
 from motiondb.body import body
 from motiondb.errors import QueryError, StoreError
+from motiondb.files import packed_files
 from motiondb.records import Caption, Relation
 from motiondb.store.catalogue.captures import (
     N_JOINTS,
@@ -25,13 +26,13 @@ from motiondb.store.poses import POSE_SIZE, pack_poses, unpack_poses
 def test_what_goes_in_comes_out(database: store.Store, samples: ModuleType) -> None:
     run_id = store.start_run(database, "add", {"folder": "captures"})
     data, skeleton = b"bytes of the file\r\n\x00\xff", b"bytes of the skeleton"
-    source = store.pack_source("16_01.amc", data, "amc", "16.asf", skeleton)
+    source = packed_files.pack_source("16_01.amc", data, "amc", "16.asf", skeleton)
     captions = (Caption("walk, turn"), Caption("sit", 0.1, 0.3), Caption("a tail", 0.25))
     saved = store.save_capture(
         database, samples.info("16/16_01", run_id), samples.motion(3), source, captions
     )
     assert (saved.capture_id, saved.motion_frames, saved.leg_length) == (1, 12, 0.75)
-    assert saved.sha256 == store.digest(data + skeleton)
+    assert saved.sha256 == packed_files.digest(data + skeleton)
     samples.assert_equal(store.load_capture(database, "16/16_01"), saved)
     (listed,) = store.load_captures(database)
     samples.assert_equal(listed, saved)
@@ -58,7 +59,7 @@ def test_flattening_is_undone_exactly(seed: int, n_frames: int) -> None:
 def test_a_motion_that_is_not_finite_is_refused(database: store.Store, samples: ModuleType) -> None:
     motion = samples.motion()
     motion.root_positions[4, 1] = np.nan
-    source = store.pack_source("a.bvh", b"a", "bvh")
+    source = packed_files.pack_source("a.bvh", b"a", "bvh")
     with pytest.raises(StoreError) as error:
         store.save_capture(database, samples.info("a", 1), motion, source)
     assert str(error.value) == (
@@ -71,7 +72,7 @@ def test_a_name_or_content_that_is_known_is_refused(
     database: store.Store, samples: ModuleType
 ) -> None:
     samples.add(database, "a/walk")
-    source = store.pack_source("new.bvh", b"HIERARCHY a/walk", "bvh")
+    source = packed_files.pack_source("new.bvh", b"HIERARCHY a/walk", "bvh")
     info = samples.info("b/walk", 1)
     with pytest.raises(StoreError) as error:
         store.save_capture(database, info, samples.motion(), source)
@@ -84,7 +85,7 @@ def test_a_name_or_content_that_is_known_is_refused(
             database,
             samples.info("a/walk", 1),
             samples.motion(),
-            store.pack_source("x.bvh", b"other", "bvh"),
+            packed_files.pack_source("x.bvh", b"other", "bvh"),
         )
     assert [info.name for info in store.load_captures(database)] == ["a/walk"]
 

@@ -1,0 +1,377 @@
+"""Where the answers stand: __init__.py imports a module when one is used."""
+
+from .catalogue import (
+    CaptionVersion as CaptionVersion,
+)
+from .catalogue import (
+    CaptureFacts as CaptureFacts,
+)
+from .catalogue import (
+    Duplicates as Duplicates,
+)
+from .catalogue import (
+    EventRow as EventRow,
+)
+from .catalogue import (
+    Exported as Exported,
+)
+from .catalogue import (
+    FaultyFile as FaultyFile,
+)
+from .catalogue import (
+    ListedCapture as ListedCapture,
+)
+from .catalogue import (
+    MatchFile as MatchFile,
+)
+from .catalogue import (
+    SameFile as SameFile,
+)
+from .catalogue import (
+    SheetWritten as SheetWritten,
+)
+from .catalogue import (
+    ShownActivity as ShownActivity,
+)
+from .catalogue import (
+    ShownEvent as ShownEvent,
+)
+from .catalogue import (
+    ShownSegment as ShownSegment,
+)
+from .catalogue import (
+    SymbolSegment as SymbolSegment,
+)
+from .catalogue import (
+    TagRow as TagRow,
+)
+from .catalogue import (
+    listed_capture as listed_capture,
+)
+from .catalogue import (
+    shown_event as shown_event,
+)
+from .changes import (
+    AddAnswer as AddAnswer,
+)
+from .changes import (
+    AddReport as AddReport,
+)
+from .changes import (
+    AddResult as AddResult,
+)
+from .changes import (
+    CaptionsSet as CaptionsSet,
+)
+from .changes import (
+    MergeReport as MergeReport,
+)
+from .changes import (
+    Removed as Removed,
+)
+from .changes import (
+    Renamed as Renamed,
+)
+from .changes import (
+    TagsSet as TagsSet,
+)
+from .changes import (
+    Undone as Undone,
+)
+from .database import (
+    BackedUp as BackedUp,
+)
+from .database import (
+    Compacted as Compacted,
+)
+from .database import (
+    DatabaseInfo as DatabaseInfo,
+)
+from .database import (
+    Faults as Faults,
+)
+from .database import (
+    InfoAnswer as InfoAnswer,
+)
+from .grammars import (
+    Alternative as Alternative,
+)
+from .grammars import (
+    AlternativesAnswer as AlternativesAnswer,
+)
+from .grammars import (
+    CompletedSentence as CompletedSentence,
+)
+from .grammars import (
+    CompletionsAnswer as CompletionsAnswer,
+)
+from .grammars import (
+    GrammarAnswer as GrammarAnswer,
+)
+from .grammars import (
+    GrammarEdited as GrammarEdited,
+)
+from .grammars import (
+    GrammarLearned as GrammarLearned,
+)
+from .grammars import (
+    GrammarLearnedAnswer as GrammarLearnedAnswer,
+)
+from .grammars import (
+    GrammarRow as GrammarRow,
+)
+from .grammars import (
+    GrammarRules as GrammarRules,
+)
+from .grammars import (
+    LearnedTake as LearnedTake,
+)
+from .grammars import (
+    Medoid as Medoid,
+)
+from .grammars import (
+    NextTerminal as NextTerminal,
+)
+from .grammars import (
+    OfferedEdits as OfferedEdits,
+)
+from .grammars import (
+    ParseAnswer as ParseAnswer,
+)
+from .grammars import (
+    ParsedSentence as ParsedSentence,
+)
+from .grammars import (
+    ParseFault as ParseFault,
+)
+from .grammars import (
+    SequenceAnswer as SequenceAnswer,
+)
+from .grammars import (
+    TerminalRow as TerminalRow,
+)
+from .grammars import (
+    TerminalSpan as TerminalSpan,
+)
+from .grammars import (
+    TerminalSymbol as TerminalSymbol,
+)
+from .grammars import (
+    Unplayable as Unplayable,
+)
+from .grammars import (
+    WayAnswer as WayAnswer,
+)
+from .grammars import (
+    WrittenSequence as WrittenSequence,
+)
+from .knowledge import (
+    ExportedKnowledge as ExportedKnowledge,
+)
+from .knowledge import (
+    KnowledgeAnswer as KnowledgeAnswer,
+)
+from .knowledge import (
+    ShownKnowledge as ShownKnowledge,
+)
+from .knowledge import (
+    StartAnswer as StartAnswer,
+)
+from .knowledge import (
+    knowledge_answer as knowledge_answer,
+)
+from .learning import (
+    Evaluation as Evaluation,
+)
+from .learning import (
+    LearnAnswer as LearnAnswer,
+)
+from .learning import (
+    LearnedSummary as LearnedSummary,
+)
+from .learning import (
+    LearnResult as LearnResult,
+)
+from .learning import (
+    Score as Score,
+)
+from .learning import (
+    SymbolProbability as SymbolProbability,
+)
+from .learning import (
+    SymbolRow as SymbolRow,
+)
+from .learning import (
+    WordProbability as WordProbability,
+)
+from .learning import (
+    WordRow as WordRow,
+)
+from .learning import (
+    WordScore as WordScore,
+)
+from .learning import (
+    learned_summary as learned_summary,
+)
+from .making import (
+    ActionVerdict as ActionVerdict,
+)
+from .making import (
+    DecodedAction as DecodedAction,
+)
+from .making import (
+    GeneratedAnswer as GeneratedAnswer,
+)
+from .making import (
+    JoinedAnswer as JoinedAnswer,
+)
+from .making import (
+    JoinedPart as JoinedPart,
+)
+from .making import (
+    Source as Source,
+)
+from .making import (
+    Variants as Variants,
+)
+from .making import (
+    WrittenJoin as WrittenJoin,
+)
+from .making import (
+    WrittenMotion as WrittenMotion,
+)
+from .plain import (
+    OPTIONAL as OPTIONAL,
+)
+from .plain import (
+    SPREAD as SPREAD,
+)
+from .plain import (
+    Answer as Answer,
+)
+from .plain import (
+    extended as extended,
+)
+from .plain import (
+    to_json as to_json,
+)
+from .questions import (
+    ActionTree as ActionTree,
+)
+from .questions import (
+    AnythingTree as AnythingTree,
+)
+from .questions import (
+    Comparison as Comparison,
+)
+from .questions import (
+    DescribedWord as DescribedWord,
+)
+from .questions import (
+    ExplainedMatch as ExplainedMatch,
+)
+from .questions import (
+    JoinedTree as JoinedTree,
+)
+from .questions import (
+    JointDistance as JointDistance,
+)
+from .questions import (
+    LastingTree as LastingTree,
+)
+from .questions import (
+    LikeAnswer as LikeAnswer,
+)
+from .questions import (
+    QuestionTree as QuestionTree,
+)
+from .questions import (
+    RepeatedTree as RepeatedTree,
+)
+from .questions import (
+    SearchAnswer as SearchAnswer,
+)
+from .questions import (
+    SideOfAction as SideOfAction,
+)
+from .questions import (
+    UnderstoodQuestion as UnderstoodQuestion,
+)
+from .questions import (
+    WithoutTree as WithoutTree,
+)
+from .questions import (
+    WordsOfQuestion as WordsOfQuestion,
+)
+from .questions import (
+    WordsOverTime as WordsOverTime,
+)
+from .questions import (
+    WrittenAnswer as WrittenAnswer,
+)
+from .questions import (
+    known_words as known_words,
+)
+from .questions import (
+    like_answer as like_answer,
+)
+from .questions import (
+    question_tree as question_tree,
+)
+from .questions import (
+    search_answer as search_answer,
+)
+from .questions import (
+    understood_question as understood_question,
+)
+from .questions import (
+    words_over_time as words_over_time,
+)
+from .scenes import (
+    ActionString as ActionString,
+)
+from .scenes import (
+    CheckedGrammar as CheckedGrammar,
+)
+from .scenes import (
+    DiagramPlayer as DiagramPlayer,
+)
+from .scenes import (
+    DrawnDiagram as DrawnDiagram,
+)
+from .scenes import (
+    DrawnScene as DrawnScene,
+)
+from .scenes import (
+    MeasuredRule as MeasuredRule,
+)
+from .scenes import (
+    NextAction as NextAction,
+)
+from .scenes import (
+    NextActions as NextActions,
+)
+from .scenes import (
+    SceneAnswer as SceneAnswer,
+)
+from .scenes import (
+    SceneDetails as SceneDetails,
+)
+from .scenes import (
+    SceneMade as SceneMade,
+)
+from .scenes import (
+    SceneRow as SceneRow,
+)
+from .scenes import (
+    StartSymbol as StartSymbol,
+)
+from .scenes import (
+    ValidatedActions as ValidatedActions,
+)
+from .scenes import (
+    WrittenScene as WrittenScene,
+)
+from .scenes import (
+    scene_row as scene_row,
+)
