@@ -58,16 +58,15 @@ class Size:
 
 def command_of(command: str, size: Size, db: Path) -> list[str]:
     """The words of a command, to which those of a cluster may be added."""
-    options = {
-        "add": ["add", str(size.captures), "--words", str(size.sheet)],
-        "learn": ["learn"],
-        "batch": ["batch", str(_questions(db))] if command == "batch" else [],
-    }
+    options: list[str] = []
     if command == "add":
         for old in (db, db.with_name(f"{db.name}.wal")):
             old.unlink(missing_ok=True)
         shutil.rmtree(db.with_name(f"{db.name}.cache"), ignore_errors=True)
-    return motiondb_command(*options[command], "--db", str(db))
+        options = [str(size.captures), "--words", str(size.sheet)]
+    elif command == "batch":
+        options = [str(_questions(db))]
+    return motiondb_command(command, *options, "--db", str(db))
 
 
 def _questions(db: Path) -> Path:
