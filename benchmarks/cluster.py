@@ -35,8 +35,7 @@ from measured_run import motiondb_command, run_measured
 
 import motiondb
 
-COMMANDS = ("add", "learn", "batch", "batch, sent")
-ASK_SENT = Path(__file__).parent / "cluster_tasks" / "ask_sent.py"
+COMMANDS = ("add", "learn", "batch")
 NOT_THE_SAME = ("run", "meta", "learning")  # Tables with times and random marks
 N_EXAMPLES = 34  # Examples in the questions of ``batch``, twice as many as words
 EXAMPLE_SECONDS = 3.0
@@ -59,20 +58,15 @@ class Size:
 
 def command_of(command: str, size: Size, db: Path) -> list[str]:
     """The words of a command, to which those of a cluster may be added."""
-    if command == "batch, sent":
-        return [sys.executable, str(ASK_SENT), str(db), str(_questions(db))]
-    return motiondb_command(*_options_of(command, size, db))
-
-
-def _options_of(command: str, size: Size, db: Path) -> list[str]:
+    options: list[str] = []
     if command == "add":
         for old in (db, db.with_name(f"{db.name}.wal")):
             old.unlink(missing_ok=True)
         shutil.rmtree(db.with_name(f"{db.name}.cache"), ignore_errors=True)
-        return ["add", str(size.captures), "--words", str(size.sheet), "--db", str(db)]
-    if command == "learn":
-        return ["learn", "--db", str(db)]
-    return ["batch", str(_questions(db)), "--db", str(db)]
+        options = [str(size.captures), "--words", str(size.sheet)]
+    elif command == "batch":
+        options = [str(_questions(db))]
+    return motiondb_command(command, *options, "--db", str(db))
 
 
 def _questions(db: Path) -> Path:
@@ -113,7 +107,7 @@ def run(command: str, size: Size, n_workers: int) -> Row:
             "clock, s": done.seconds,
             "own, s": done.processor_seconds,
             "own peak, bytes": float(done.peak_bytes),
-            **({"answers": float(int(given[:12], 16))} if command.startswith("batch") else {}),
+            **({"answers": float(int(given[:12], 16))} if command == "batch" else {}),
         }
 
     if n_workers == 0:

@@ -59,7 +59,7 @@ def batch(
 
     The answers are one table (TSV); with --json, every question has one line. Empty lines and lines
     that begin with # are left out. A question that cannot be answered is named, and the exit code
-    is 1 then.
+    is 1 then. With --cluster, workers answer, which open the database under the same path.
     """
     questions = list(_read(file))
     if not questions:

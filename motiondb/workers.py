@@ -38,9 +38,6 @@ class Workers(Protocol):
     def n_workers(self) -> int:
         """Number of pieces that are computed at once."""
 
-    def agree(self, ask: Callable[..., bool], /, *given: object) -> bool:
-        """Whether every worker is another process, and answers ``ask(*given)`` with True."""
-
     def n_pieces(self, seconds: float = math.inf) -> int:
         """Number of pieces into which work of about so many seconds of one processor is divided."""
 
@@ -60,10 +57,6 @@ class Threads:
     """Threads of this process."""
 
     n_workers = N_THREADS
-
-    def agree(self, _ask: Callable[..., bool], /, *_given: object) -> bool:
-        """Never: they are no other processes."""
-        return False
 
     def n_pieces(self, seconds: float = math.inf) -> int:
         """Number of pieces into which work of about so many seconds of one processor is divided."""

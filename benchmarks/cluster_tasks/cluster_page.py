@@ -29,8 +29,8 @@ def write_page(rows: Sequence[Row], growth: Sequence[Row], path: Path) -> None:
         "processors. All but the clock are processor times, which other load changes less. "
         "*Received* is all that workers read from their connections, also from one another; "
         f"*frames held* the most feature frames ({FRAMES_HOUR / 1e6:.1f} MB an hour) that one "
-        "worker had at a time while it learned. Workers of `batch` open the database themselves; "
-        "for *batch, sent*, the same questions, they cannot, and each has a share of the captures.",
+        "worker had at a time while it learned. Workers of `batch` open the database "
+        "themselves.",
         _measured(rows),
         _same(rows),
         "## The model",
@@ -51,7 +51,7 @@ def _measured(rows: Sequence[Row]) -> str:
     head = ["command", "hours", "workers", "clock, s", "asking process, s", "workers, s"]
     head += ["scheduler, s", "tasks", "idle", "received, MB", "frames held, MB"]
     head += ["memory of a worker, MB", "of the scheduler", "of the asking process", "clock / T"]
-    order = ("add", "learn", "batch", "batch, sent")
+    order = ("add", "learn", "batch")
     ordered = sorted(
         rows, key=lambda r: (order.index(r["command"]), r["asked hours"], r["workers"])
     )

@@ -53,8 +53,9 @@ _NEEDED = (
     "scipy.spatial",
     "scipy.stats",
     "motiondb.database.evaluating",
-    "motiondb.database.asking_openers",
-    "motiondb.database.shares",
+    "motiondb.database.questions",
+    "motiondb.database.searching",
+    "motiondb.search.by_example",
     "motiondb.database.catalogue.copy_search",
     "motiondb.database.catalogue.file_reading",
     "motiondb.symbols.acquisition",
@@ -188,8 +189,8 @@ class Cluster:
         """
         return int(np.clip(seconds / _LEAST, 1, PIECES_EACH * self.n_workers))
 
-    def agree(self, ask: Callable[..., bool], /, *given: object) -> bool:
-        """Whether every worker answers ``ask(*given)`` with True; an error counts as no.
+    def each(self, ask: Callable[..., Result], /, *given: object) -> dict[str, Result | Exception]:
+        """What every worker answers to ``ask(*given)``, or its error, by the worker's address.
 
         Parameters
         ----------
@@ -204,10 +205,10 @@ class Cluster:
             When the scheduler goes away.
         """
         try:
-            found = self._client.run(ask, *given, on_error="return")
+            found: dict[str, Result | Exception] = self._client.run(ask, *given, on_error="return")
         except _ENDED as error:
             raise self._gone(_first_line(error)) from None
-        return bool(found) and all(each is True for each in found.values())
+        return found
 
     def map(
         self,

@@ -483,17 +483,21 @@ class MotionDB:
             Words or examples, each with its filter and limit: ``Question("walk")``,
             ``Question(like="ana/kick_1", start=0.5, limit=3)``.
         workers : Cluster, optional
-            Workers that answer; the answers are the same. Where this database was opened to read
-            only and all of them can open it too, they do, and each answers some of the questions;
-            otherwise each is sent a share of the captures, and they answer together. None: this
-            process, one question after the other.
+            Workers that answer some of the questions each; the answers are the same. They open this
+            database themselves: it has to be opened to read only, in a folder that all of them see
+            under the same path. None: this process, one question after the other.
+
+        Raises
+        ------
+        ClusterError
+            When a worker cannot open the database.
         """
-        from motiondb.database import asking_many
+        from motiondb.database import questions as asked
 
         def motion_of(question: Question) -> Motion:
             return self.motion(question.like, question.start, question.end)
 
-        return asking_many.ask_many(self.session, motion_of, questions, workers)
+        return asked.ask_many(self.session, motion_of, questions, workers)
 
     def describe(
         self, example: Example, start: float | None = None, end: float | None = None

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import cache, partial
+from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,13 +15,11 @@ from motiondb.database.values import check_least, check_text
 from motiondb.errors import QueryError
 from motiondb.language.question.readings import say
 from motiondb.learn.learned import Learned
-from motiondb.learn.recognition import FeaturePool
-from motiondb.records import Match, Motion
+from motiondb.records import Float32Array, Match, Motion
 from motiondb.search.asked_words import WrittenWord, find_written
-from motiondb.search.asking import AskedQuestion, ask
-from motiondb.search.by_words import WordAnswer, as_near, search_decoded, word_steps
+from motiondb.search.asking import ask
+from motiondb.search.by_words import WordAnswer, as_near, search_words
 from motiondb.search.reasons import ExplainedWord
-from motiondb.search.steps import Place, Steps, answer_here
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 if TYPE_CHECKING:
@@ -45,66 +42,47 @@ def search(
     check_text("words", words)
     check_least("limit", limit, 1)
     with session.reading():
-        allowed, learned = allowed_captures(session, where, exact), session.searchable
-        check_any(learned)
-        searched_now = searched(session)
-        return answer_words(searched_now, words, allowed, limit, by_symbols, written, exact)
-
-
-@dataclass(frozen=True, eq=False)
-class Searched:
-    """What a question in words is asked of; the functions are called only if needed."""
-
-    learned: Learned
-    pool: Callable[[], FeaturePool]  # Features of all captures
-    # Words that were not learned and are written in captions or tags
-    find_written: Callable[[], dict[str, WrittenWord]]
-
-
-def searched(session: Session) -> Searched:
-    """What a session asks questions in words of."""
-    return Searched(
-        session.searchable,
-        lambda: session.features,
-        partial(session.kept, "written_words", lambda: find_written(session.searchable)),
-    )
+        allowed = allowed_captures(session, where, exact)
+        check_any(session.searchable)
+        return answer_words(session, words, allowed, limit, exact, written, by_symbols)
 
 
 def answer_words(
-    asked: Searched,
+    session: Session,
     words: str,
-    allowed: list[int],
+    allowed: Sequence[int],
     limit: int,
-    by_symbols: bool,
-    written: bool,
     exact: bool,
+    written: bool = True,
+    by_symbols: bool = False,
 ) -> WordAnswer:
     """The answer to a question in words; with near words, if the asked ones match nothing.
 
     `allowed`: Numbers of the captures that are searched.
     """
-    pool = cache(asked.pool)
-    place = Place(allowed, lambda capture: pool().of_capture(capture))
+    learned, pool = session.searchable, cache(lambda: session.features)
+
+    def written_words() -> dict[str, WrittenWord]:
+        return session.kept("written_words", lambda: find_written(learned))
+
+    def features(capture: int) -> Float32Array:
+        return pool().of_capture(capture)
+
     with one_blas_thread():  # for small matrices a second thread takes longer
-        question = ask(asked.learned, words, nearby_table(), asked.find_written, exact, by_symbols)
+        question = ask(learned, words, nearby_table(), written_words, exact, by_symbols)
         if by_symbols:
+            from motiondb.search.by_symbols import search_decoded  # compiled code
+
             return search_decoded(question, allowed, limit)
-        return answer_here(steps_with_near(question, limit, exact, written), place)
-
-
-def steps_with_near(
-    question: AskedQuestion, limit: int, exact: bool, written: bool = True
-) -> Steps[AskedQuestion, WordAnswer]:
-    """Answer a question; with near words, if the asked ones match nothing."""
-    answer = yield from word_steps(question, limit, written)
-    if answer.nothing and answer.matches and not exact:
-        near = question.with_near_words(nearby_table())
-        if near is not None:
-            instead = yield from word_steps(near, limit, written)
-            if not instead.nothing:
-                said = (say(each.sentence.parsed.tree) for each in (question, near))
-                return as_near(instead, *said)
-    return answer
+        answer = search_words(question, allowed, limit, written, features)
+        if answer.nothing and answer.matches and not exact:
+            near = question.with_near_words(nearby_table())
+            if near is not None:
+                instead = search_words(near, allowed, limit, written, features)
+                if not instead.nothing:
+                    said = (say(each.sentence.parsed.tree) for each in (question, near))
+                    return as_near(instead, *said)
+        return answer
 
 
 def check_any(learned: Learned) -> None:

@@ -118,8 +118,6 @@ class Prepared:
     # Those of :func:`prepare`, and ``Learned.place_arrays``; empty where they are not there yet
     evidence: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     places: Mapping[str, NDArray[Any]] = field(default_factory=dict)
-    # The captures whose segments have rows here, of a share (``motiondb.learn.shares``); None: all
-    captures: tuple[int, ...] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,12 +154,6 @@ class Learned(LearnedModel):
     def rows(self) -> dict[int, slice]:
         """Capture number -> its rows of the segment table."""
         return capture_rows(self.segments)
-
-    @cached_property
-    def rows_here(self) -> dict[int, slice]:
-        """``rows`` of the captures whose segments have rows here: all, or those of a share."""
-        captures = None if self.prepared is None else self.prepared.captures
-        return self.rows if captures is None else {c: self.rows[c] for c in captures}
 
     @cached_property
     def places_in_rows(self) -> dict[int, int]:
@@ -234,19 +226,11 @@ class Learned(LearnedModel):
     @cached_property
     def compared(self) -> ComparedSegments:
         """The segments of all captures, as examples are compared with them."""
-        return self.compared_rows(slice(0, len(self.segments.starts)))
-
-    def compared_rows(self, rows: slice) -> ComparedSegments:
-        """Some of the segments, as examples are compared with them."""
         from motiondb.meaning.windows import compared_segments  # compiled code
 
         table, space = self.segments, None if self.fitted_word_map is None else self.meaning_space
-        starts, ends = table.starts[rows] // FEATURE_STEP, -(-table.ends[rows] // FEATURE_STEP)
-        standardised = score_vectors.StandardisedRows(
-            self.score_space, table.scores[rows], table.movement[rows]
-        )
-        frames = np.stack([starts, ends], axis=1)
-        return compared_segments(frames, table.symbols[rows], standardised, space)
+        frames = np.stack([table.starts // FEATURE_STEP, -(-table.ends // FEATURE_STEP)], axis=1)
+        return compared_segments(frames, table.symbols, self.segment_rows, space)
 
     @cached_property
     def has_words(self) -> bool:
@@ -330,7 +314,7 @@ class Learned(LearnedModel):
     @cached_property
     def evidence(self) -> word_evidence.TakeEvidence:
         """Evidence of all words in all captures, from the motion and from captions."""
-        numbers, rows, table = self.word_numbers, self.rows_here, self.segments
+        numbers, rows, table = self.word_numbers, self.rows, self.segments
         written = word_evidence.caption_evidence(self.described, table, rows, numbers)
         ready = None
         if self._ready is not None and self._ready.evidence:

@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motiondb.body.features import FEATURE_STEP, recognition_features
 from motiondb.language.translation import decoding
@@ -85,11 +84,7 @@ class FeaturePool:
         if keep.all():
             return self
         sizes = np.diff(self.bounds)
-        rows: slice | NDArray[np.bool_] = np.repeat(keep, sizes)
-        bounds = np.concatenate([[0], np.cumsum(sizes[keep])])
-        places = np.flatnonzero(keep)
-        if len(places) and places[-1] - places[0] + 1 == len(places):  # no copy
-            rows = slice(int(self.bounds[places[0]]), int(self.bounds[places[-1] + 1]))
+        bounds, rows = np.concatenate([[0], np.cumsum(sizes[keep])]), np.repeat(keep, sizes)
         return FeaturePool(self.capture_ids[keep], bounds, self.features[rows], self.lengths[keep])
 
 

@@ -26,7 +26,6 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from numba import njit
@@ -89,128 +88,71 @@ class Candidate:
     warp: float = float("inf")  # Warping distance; infinite before warping
 
 
-@dataclass(frozen=True, eq=False)
-class Alike:
-    """A capture that resembles an example."""
-
-    resemblance: float
-    capture: int  # Its number
-    row: FloatArray | Float32Array  # Of its best window (:mod:`motiondb.meaning.resemblance`)
-
-
-class Comparison:
-    """An example beside some captures; what was computed of these is kept.
+def find_candidates(
+    query: Query,
+    takes: Takes,
+    distances: FloatArray,
+    n_candidates: int = N_CANDIDATES,
+    frames_of: FramesOf | None = None,
+) -> list[Candidate]:
+    """Intervals of largest ``rough`` score, best first (ties: lowest capture number).
 
     Shapes: `distances` (symbols, symbols).
 
     `frames_of`: Whitened features of the captures. Without them, the second opinion on the words of
     the query is not used.
     """
-
-    def __init__(
-        self, query: Query, takes: Takes, distances: FloatArray, frames_of: FramesOf | None = None
-    ) -> None:
-        self._query, self._takes, self._distances = query, takes, distances
-        self._frames_of = frames_of
-
-    @cached_property
-    def _windows(self) -> Windows:
-        query, segments, bounds = self._query, self._takes.segments, self._takes.bounds
-        aligned = align_captures(
-            query.symbols, query.weights, segments.symbols, bounds, self._distances
-        )
-        return score_windows(segments, bounds, query.vector, aligned, len(query.features))
-
-    @cached_property
-    def _space(self) -> MeaningSpace | None:
-        """What rows are compared by; None if the words of the query are not used."""
-        space = self._query.meaning
-        if space is None or not len(self._takes.captures):
-            return None
-        return space if self._frames_of is not None else replace(space, pooled=None)
-
-    @cached_property
-    def _best_rows(self) -> _BestRows:
-        space = self._space
-        assert space is not None
-        frames_of = self._frames_of if space.pooled is not None else None
-        return _BestRows(self._takes, self._windows, space, frames_of)
-
-    @cached_property
-    def _example(self) -> FloatArray | Float32Array:
-        """The row of the example."""
-        space = self._space
-        assert space is not None
-        return space.rows(self._query.vector, pooled_statistics(self._query.features))
-
-    def most_alike(self) -> list[Alike]:
-        """The captures that resemble the example most, ``FEEDBACK`` of them, the most alike first.
-
-        None where the words of the query are not used.
-        """
-        if self._space is None:
-            return []
-        rows, example = self._best_rows, self._example
-        moving = self._windows.moving * MOVING_LENGTH**2
-        alike = _largest(
-            self._space.most_alike(rows.said, moving, example, example),
-            FEEDBACK,
-            lambda some: row_products(rows.of(some), example),
-        )
-        best = np.argsort(-alike, kind="stable")[:FEEDBACK]
-        captures = self._takes.captures[best].tolist()
-        return list(map(Alike, alike[best].tolist(), captures, rows.of(best)))
-
-    def candidates(
-        self, right: Sequence[Alike], n_captures: int, n_candidates: int = N_CANDIDATES
-    ) -> list[Candidate]:
-        """Intervals of largest ``rough`` score, best first (ties: lowest capture number).
-
-        `right`: The captures that resemble the example most, of all `n_captures`.
-        """
-        tops, windows = self._scores_of_best(right, n_captures, n_candidates), self._windows
-        candidates: list[Candidate] = []
-        weakest: list[float] = []  # a heap of the largest scores so far
-        for n in np.argsort(-tops, kind="stable").tolist():
-            if len(weakest) == n_candidates and tops[n] < weakest[0]:
-                break  # no window of this capture or a later one is among the best
-            own = slice(windows.edges[n], windows.edges[n + 1])
-            places = windows.places[own]
-            scores = windows.rough[own] + (tops[n] - windows.rough[windows.best[n]])
-            for w in _separate_peaks(scores, places):
-                capture, score = int(self._takes.captures[n]), float(scores[w])
-                candidates.append(Candidate(capture, int(places[w, 0]), int(places[w, 1]), score))
-                heapq.heappush(weakest, score)
-                if len(weakest) > n_candidates:
-                    heapq.heappop(weakest)
-        return best_candidates(candidates, n_candidates)
-
-    def _scores_of_best(self, right: Sequence[Alike], n_captures: int, n: int) -> FloatArray:
-        """Scores of the best window of every capture, its cosine replaced by the resemblance.
-
-        Array (captures,); -inf where it is not among the n largest.
-        """
-        windows = self._windows
-        rough = windows.rough[windows.best]
-        if self._space is None:
-            return rough
-        rows, example = self._best_rows, self._example
-        best, weights = right_answers(np.array([each.resemblance for each in right]), n_captures)
-        asked = example
-        if len(best):
-            asked = 0.5 * (example + weights @ np.stack([right[k].row for k in best]))
-        plain = rough - 0.5 * windows.cosine
-        moving = windows.moving * MOVING_LENGTH**2
-        return _largest(
-            plain + 0.5 * self._space.most_alike(rows.said, moving, example, asked),
-            n,
-            lambda some: plain[some] + 0.5 * row_products(rows.of(some), asked),
-        )
+    segments, length = takes.segments, len(query.features)
+    aligned = align_captures(
+        query.symbols, query.weights, segments.symbols, takes.bounds, distances
+    )
+    windows = score_windows(segments, takes.bounds, query.vector, aligned, length)
+    tops = _scores_of_best(query, takes, windows, frames_of, n_candidates)
+    candidates: list[Candidate] = []
+    weakest: list[float] = []  # a heap of the largest scores so far
+    for n in np.argsort(-tops, kind="stable").tolist():
+        if len(weakest) == n_candidates and tops[n] < weakest[0]:
+            break  # no window of this capture or a later one is among the best
+        own = slice(windows.edges[n], windows.edges[n + 1])
+        places = windows.places[own]
+        scores = windows.rough[own] + (tops[n] - windows.rough[windows.best[n]])
+        for w in _separate_peaks(scores, places):
+            capture, score = int(takes.captures[n]), float(scores[w])
+            candidates.append(Candidate(capture, int(places[w, 0]), int(places[w, 1]), score))
+            heapq.heappush(weakest, score)
+            if len(weakest) > n_candidates:
+                heapq.heappop(weakest)
+    return sorted(candidates, key=lambda c: (-c.rough, c.capture, c.start))[:n_candidates]
 
 
-def best_candidates(candidates: list[Candidate], n: int = N_CANDIDATES) -> list[Candidate]:
-    """The n candidates of largest ``rough`` score, best first (ties: lowest capture number)."""
-    return sorted(candidates, key=lambda c: (-c.rough, c.capture, c.start))[:n]
+def _scores_of_best(
+    query: Query, takes: Takes, windows: Windows, frames_of: FramesOf | None, n: int
+) -> FloatArray:
+    """Scores of the best window of every capture, its cosine replaced by the resemblance.
+
+    Array (captures,); -inf where it is not among the n largest.
+    """
+    rough, space = windows.rough[windows.best], query.meaning
+    if space is None or not len(rough):
+        return rough
+    if frames_of is None:
+        space = replace(space, pooled=None)
+    example = space.rows(query.vector, pooled_statistics(query.features))
+    rows = _BestRows(takes, windows, space, frames_of if space.pooled is not None else None)
+    moving = windows.moving * MOVING_LENGTH**2
+    alike = _largest(
+        space.most_alike(rows.said, moving, example, example),
+        FEEDBACK,
+        lambda some: row_products(rows.of(some), example),
+    )
+    best, weights = right_answers(alike)
+    asked = 0.5 * (example + weights @ rows.of(best)) if len(best) else example
+    plain = rough - 0.5 * windows.cosine
+    return _largest(
+        plain + 0.5 * space.most_alike(rows.said, moving, example, asked),
+        n,
+        lambda some: plain[some] + 0.5 * row_products(rows.of(some), asked),
+    )
 
 
 class _BestRows:
@@ -267,25 +209,20 @@ def _largest(
     return values
 
 
-def compared_by_frames(query: Query, candidates: Sequence[Candidate]) -> Sequence[Candidate]:
-    """The candidates, best first, whose frames are compared with the query's.
-
-    For a very long query these are only the first ones, so that the time is bounded
-    (``MOST_CELLS``).
-    """
-    return candidates[: max(8, MOST_CELLS // (3 * len(query.features) ** 2 + 1))]
-
-
 def refine(
-    query: Query, candidates: Sequence[Candidate], features: Mapping[int, Float32Array]
+    query: Query, candidates: Sequence[Candidate], frames_of: Callable[[int], Float32Array]
 ) -> list[Candidate]:
-    """Exact intervals and scores of candidates by subsequence time warping.
+    """Exact intervals and scores of candidates by subsequence time warping, best first.
 
-    With them come intervals of the same captures that nearly agree with the query
-    (:func:`separate` leaves the weaker of two that overlap out).
+    With them come intervals of the same captures that nearly agree with the query. The weaker of
+    two that overlap is left out.
 
-    Shapes: `features` (frames, D).
+    `candidates`: Intervals, best first. For a very long query only the first ones are compared, so
+    that the time is bounded (``MOST_CELLS``). `frames_of`: Whitened features (frames, D) of a
+    capture.
     """
+    candidates = candidates[: max(8, MOST_CELLS // (3 * len(query.features) ** 2 + 1))]
+    features = {capture: frames_of(capture) for capture in {c.capture for c in candidates}}
     refined: list[Candidate] = []
     margin = len(query.features) + 8
     for candidate in candidates:
@@ -296,12 +233,8 @@ def refine(
         if not np.isfinite(distance):
             distance, start, end = _whole(query.features, part)
         refined.append(_scored(candidate, low + start, low + end, distance))
-    return refined + _near_copies(query, candidates, features)
-
-
-def separate(refined: Sequence[Candidate]) -> list[Candidate]:
-    """Refined intervals, best first, without those that overlap a better one."""
-    return without_overlaps(sorted(refined, key=lambda c: (-c.score, c.capture, c.start)))
+    refined += _near_copies(query, candidates, features)
+    return _without_overlaps(sorted(refined, key=lambda c: (-c.score, c.capture, c.start)))
 
 
 def _scored(candidate: Candidate, start: int, end: int, warp: float) -> Candidate:
@@ -335,7 +268,7 @@ def to_activities(
     Shapes: `example`, `takes` (frames, axes).
 
     `answers`: Answers, best first. The order is kept, and so is the interval of an answer that
-    nearly agrees with the query frame by frame. Answers may then overlap.
+    nearly agrees with the query frame by frame.
     """
     wholes = {capture: extents.extent(example, take) for capture, take in takes.items()}
     placed = []
@@ -346,7 +279,7 @@ def to_activities(
             if shared > 0.5 * min(end - start, c.end - c.start):
                 c = replace(c, start=start, end=end)
         placed.append(c)
-    return placed
+    return _without_overlaps(placed)
 
 
 def same_motion(chance: float, warp: float) -> float:
@@ -379,7 +312,7 @@ def _separate_peaks(rough: FloatArray, places: IntArray) -> IntArray:
     return chosen[:n]
 
 
-def without_overlaps(candidates: Sequence[Candidate]) -> list[Candidate]:
+def _without_overlaps(candidates: Sequence[Candidate]) -> list[Candidate]:
     """Leave out intervals that share more than half of their frames with a better one."""
     kept: list[Candidate] = []
     for c in candidates:

@@ -195,7 +195,7 @@ def with_feedback(
     >>> with_feedback(np.array([0.9, 0.5, 0.0]), rows).round(2).tolist()
     [0.95, 0.55, 0.0]
     """
-    best, weights = right_answers(alike, len(alike))
+    best, weights = right_answers(alike)
     if not len(best):
         return alike
     together = rows @ (weights @ rows[best])
@@ -204,21 +204,14 @@ def with_feedback(
     return np.asarray(together)
 
 
-def n_right(n_captures: int) -> int:
-    """Number of captures that are assumed to be right answers."""
-    return max(1, min(FEEDBACK, n_captures // FEWEST_OTHERS))
-
-
-def right_answers(
-    alike: FloatArray | Float32Array, n_captures: int
-) -> tuple[IntArray, FloatArray | Float32Array]:
+def right_answers(alike: FloatArray | Float32Array) -> tuple[IntArray, FloatArray | Float32Array]:
     """Captures that are assumed to be right answers, and their weights, of sum 1; or none.
 
-    Shapes: `alike` (n,): the resemblance to the example of all `n_captures`, or at least of the
-    ``FEEDBACK`` largest.
+    Shapes: `alike` (captures,): their resemblance to the example, at least that of the
+    ``FEEDBACK`` largest; -inf of others.
     """
-    n = n_right(n_captures)
-    best = np.argsort(-alike, kind="stable")[: n if n_captures > n else 0]
+    n = max(1, min(FEEDBACK, len(alike) // FEWEST_OTHERS))
+    best = np.argsort(-alike, kind="stable")[: n if len(alike) > n else 0]
     weights = np.maximum(alike[best], 0.0)
     total = float(weights.sum())
     return (best, weights / total) if total > 0.0 else (best[:0], weights[:0])

@@ -283,11 +283,8 @@ def with_written(
         learned.evidence.with_columns(
             TakeEvidence(
                 learned.segments,
-                learned.rows_here,
-                {
-                    capture: np.tile(constant, (rows.stop - rows.start + 1, 1))
-                    for capture, rows in learned.rows_here.items()
-                },
+                learned.rows,
+                {c: np.tile(constant, (r.stop - r.start + 1, 1)) for c, r in learned.rows.items()},
                 _written_columns(learned, chosen),
             )
         ),
@@ -300,12 +297,12 @@ def with_written(
 def _written_columns(learned: Learned, words: tuple[WrittenWord, ...]) -> dict[int, FloatArray]:
     """Log-odds that captions and tags add to words that were not learned: (segments, words)."""
     number = {word.word: n for n, word in enumerate(words)}
-    columns = dict(caption_evidence(learned.described, learned.segments, learned.rows_here, number))
+    columns = dict(caption_evidence(learned.described, learned.segments, learned.rows, number))
     for n, word in enumerate(words):
         keys = {tag.partition("=")[0] for tag in word.tags}
         if not keys:
             continue
-        for capture, rows in learned.rows_here.items():
+        for capture, rows in learned.rows.items():
             tagged = not keys.isdisjoint(learned.captures[capture].tags)
             if capture not in word.captures and not tagged:
                 continue

@@ -11,20 +11,20 @@ more likely right than wrong and that nothing speaks against come before the oth
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from math import prod
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from motiondb.errors import QueryError
-from motiondb.language.question.readings import KnownQuestion
+from motiondb.language.question.readings import KnownQuestion, Reading, without_amounts
 from motiondb.language.question.tree import NotUsed
-from motiondb.language.translation import decoding
 from motiondb.language.vocabulary import as_said
-from motiondb.learn.recognition import decode
+from motiondb.meaning import by_question
+from motiondb.meaning.by_question import QuestionHit
+from motiondb.meaning.word_evidence import upper_bounds
 from motiondb.records import Match
 from motiondb.search import placing, reasons
 from motiondb.search.asked_words import WrittenWord
@@ -34,26 +34,27 @@ from motiondb.search.chances import (
     NOTHING,
     Found,
     WordSource,
+    are_checked,
     best_strength,
+    chances,
     reaches,
     why_unchecked,
     word_sources,
     words_of_reading,
 )
-from motiondb.search.matches import mark_generated, shown_words, to_seconds
-from motiondb.search.ranking import Judged
-from motiondb.search.reasons import Explanation, explain
-from motiondb.search.seen_frames import Features
-from motiondb.search.steps import Place, Steps, answer_here, take
+from motiondb.search.measured_answers import compare_with_motion
+from motiondb.search.ranking import Judged, likeliest_takes
+from motiondb.search.reasons import Explanation, explain, explain_hit
+from motiondb.search.seen_frames import Features, SeenFrames
 from motiondb.search.takings import Taking, say_not_understood, with_notation
-from motiondb.search.word_steps import FindBest, PlaceAnswers, SayAnswers
+from motiondb.search.word_matches import to_match
+
+if TYPE_CHECKING:
+    from motiondb.language.translation import decoding
 
 LOOKED_AT = 10  # Answers by which it is told whether anything matches, however many are shown
 ORDERS_LOOKED_AT = 30  # The same for actions in order, which not all of them show in this order
 MEASURED = 100  # The same for what is measured, and is hardly told by words
-MOST_DECODED = 50
-"""Largest number of words that are decoded to symbols at once: 200 words need 2 GB, and
-sequences are short."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,25 +189,17 @@ class WordAnswer:
 
 def search_words(
     question: AskedQuestion,
-    allowed: Sequence[int],
+    allowed: Collection[int],
     limit: int = 10,
     written: bool = True,
     features: Features | None = None,
 ) -> WordAnswer:
-    """The intervals that show what a question asks for, best first.
+    """The intervals that show what a question asks for, best first; no search by symbols.
 
     `written`: Whether the captions of the captures count as evidence, in addition to the motion.
     `features`: Recognition features of a capture, by which the boundaries of intervals are refined
     and orders and directions are checked; without them they stay those of segments.
     """
-    place = Place(allowed, features)
-    return answer_here(word_steps(question, limit, written), place)
-
-
-def word_steps(
-    question: AskedQuestion, limit: int, written: bool = True
-) -> Steps[AskedQuestion, WordAnswer]:
-    """Answer a question that is no search by symbols; see :func:`search_words`."""
     if not written:
         question = replace(question, asked=question.asked.by_motion())
     asked, read, learned = question.asked, question.readings, question.asked.learned
@@ -214,35 +207,34 @@ def word_steps(
     n_judged = (
         MEASURED if question.is_measured else ORDERS_LOOKED_AT if question.is_order else LOOKED_AT
     )
-    best = yield from take(question, FindBest(max(limit, n_judged), n_judged))
-    found, judged = best.found, best.found[:n_judged]
-    sure = learned.word_certainty
+    certain = partial(chances, asked, read, are_checked(asked, read))
+    best = _find(question, allowed, max(limit, n_judged), read)
+    found = [Found(*each, certain(*each)) for each in best]
+    judged = found[:n_judged]
     unchecked = why_unchecked(asked, sorted(set().union(*map(words_of_reading, read))))
+    sure = learned.word_certainty
     known = sure is not None and not np.isnan(sure.threshold) and not unchecked
     threshold = sure.threshold if sure is not None and known else None
     replaced = prod(taking.chance for taking in question.taken.values() if taking.is_other)
 
-    def rank(place: Callable[[Found], placing.Placed]) -> _Ranked:
-        judge = Judged(judged, place, is_checked)
-        first = judge.first(limit)
-        shown = [*first, *found[n_judged:]][:limit]
-        return _Ranked(
-            tuple((judge.looked_at(each), place(each)) for each in shown),
-            not question.missing and judge.is_doubtful(first, known, replaced),
-        )
-
-    ranked = yield from _placed_as_needed(question, found, rank)
-    said = yield from take(question, SayAnswers(ranked.shown))
-    shown = [answer.capture for answer, _ in ranked.shown]
-    usual = [hit for _, hit in best.usual] or [each.hit for each in judged]
+    place = cache(partial(_place, question, features=features))  # few are looked at, some twice
+    judge = Judged(judged, place, is_checked)
+    first = judge.first(limit)
+    shown = [*first, *found[n_judged:]][:limit]
+    whys = tuple(explain_hit(asked, answer.capture, answer.hit) for answer in shown)
+    once = tuple(map(without_amounts, read))  # how often and how long was never measured
+    usual = [] if once == read else [hit for _, hit in _find(question, allowed, n_judged, once)]
     return replace(
-        _answer(question),
-        matches=tuple(replace(said[n].match, rank=k) for k, n in enumerate(shown, start=1)),
-        reasons=tuple(said[n].why for n in shown),
-        strength=best_strength(asked, usual, threshold),
+        as_understood(question),
+        matches=tuple(
+            to_match(question, rank, judge.looked_at(answer), place(answer), why)
+            for rank, (answer, why) in enumerate(zip(shown, whys), start=1)
+        ),
+        reasons=whys,
+        strength=best_strength(asked, usual or [each.hit for each in judged], threshold),
         threshold=None if question.missing else threshold,
-        doubtful=ranked.is_doubtful,
-        suggests=tuple(partial(learned.captions_like, n) for n in shown),
+        doubtful=not question.missing and judge.is_doubtful(first, known, replaced),
+        suggests=tuple(partial(learned.captions_like, answer.capture) for answer in shown),
         vocabulary=asked.names,
         sources=word_sources(learned, question.words) + _sources_of_taken(question),
         written=asked.written_words,
@@ -250,48 +242,39 @@ def word_steps(
     )
 
 
-@dataclass(frozen=True)
-class _Ranked:
-    """The answers that are shown, with their places, and whether any is likely right."""
-
-    shown: tuple[tuple[Found, placing.Placed], ...]
-    is_doubtful: bool
-
-
-class _NotPlacedError(Exception):
-    """An answer whose place has to be asked for."""
-
-    def __init__(self, answer: Found) -> None:
-        self.answer = answer
-
-
-def _placed_as_needed(
+def _find(
     question: AskedQuestion,
-    answers: Sequence[Found],
-    rank: Callable[[Callable[[Found], placing.Placed]], _Ranked],
-) -> Steps[AskedQuestion, _Ranked]:
-    """The answers as they are ranked by their places, of which few are asked for at a time."""
-    told, n_more = list[Mapping[int, placing.Placed]](), LOOKED_AT
-    asked_for = set[int]()
-
-    def place(answer: Found) -> placing.Placed:
-        for some in told:
-            if answer.capture in some:
-                return some[answer.capture]
-        raise _NotPlacedError(answer)
-
-    while True:
-        try:
-            return rank(place)
-        except _NotPlacedError as error:
-            at = next(n for n, a in enumerate(answers) if a.capture == error.answer.capture)
-        new = [a for a in answers[at:] if a.capture not in asked_for][:n_more]
-        asked_for.update(a.capture for a in new)
-        n_more *= 2
-        told.append((yield from take(question, PlaceAnswers(tuple(new)))))
+    allowed: Collection[int],
+    limit: int,
+    read: Sequence[Reading],
+) -> list[tuple[int, QuestionHit]]:
+    """The best answers to some readings of a question with their captures, best first."""
+    asked, number, verbs = question.asked, question.asked.numbers, question.sentence.verbs
+    takes, extremes = asked.evidence.takes, asked.evidence.extremes
+    searched = np.isin(extremes.captures, np.fromiter(allowed, np.int64, len(allowed)))
+    return likeliest_takes(
+        extremes.captures[searched],
+        upper_bounds(extremes, read, number, verbs)[searched],
+        lambda capture: by_question.search_take(takes[capture], read, number, verbs),
+        limit,
+    )
 
 
-def _answer(question: AskedQuestion) -> WordAnswer:
+def _place(question: AskedQuestion, answer: Found, features: Features | None) -> placing.Placed:
+    """Where a capture shows the parts of an answer, by segments and then by frames."""
+    asked, capture = question.asked, answer.capture
+    reading = question.readings[answer.hit.reading]
+    places = placing.place_answer(asked, capture, answer.hit, reading, answer.sure.parts)
+    placed = placing.Placed(places)
+    if features is not None:
+        seen = SeenFrames(asked.learned, capture, features)
+        placed = placing.refine_places(asked, seen, reading, places)
+        if question.is_measured:
+            placed = compare_with_motion(question, seen, placed)
+    return placing.sure_of_whole(placed, asked.learned.captures[capture].motion_frames)
+
+
+def as_understood(question: AskedQuestion) -> WordAnswer:
     """How a question was understood, without matches."""
     return WordAnswer(
         (),
@@ -321,48 +304,3 @@ def as_near(answer: WordAnswer, asked: str, near: str) -> WordAnswer:
         for match in answer.matches
     )
     return replace(answer, matches=matches, threshold=None, doubtful=False, near=(asked, near))
-
-
-def search_decoded(question: AskedQuestion, allowed: Sequence[int], limit: int) -> WordAnswer:
-    """The captures whose symbols are nearest to those that the actions of a question decode to."""
-    from motiondb.meaning import alignment  # compiled code, which other questions do without
-
-    asked, answer = question.asked, _answer(question)
-    learned = asked.learned
-    words = tuple(word for action in question.actions for word in action)
-    if len(words) > MOST_DECODED:
-        raise QueryError(
-            f"search --by-symbols: expected at most {MOST_DECODED} words, found {len(words)}. "
-            "Ask for fewer actions, or leave out --by-symbols."
-        )
-    decoded = decode(learned, words)
-    if decoded is None:
-        return answer
-    symbols = np.array(decoded.symbols)
-    weights = np.full(len(symbols), 1.0 / len(symbols))
-    scale = alignment.distance_scale(learned.distances)
-    answers = []
-    for capture in (c for c in allowed if c in learned.rows):
-        rows = learned.rows[capture]
-        score, first, last = alignment.align(
-            symbols, weights, learned.segments.symbols[rows], learned.distances, scale
-        )
-        if last > first:
-            start = int(learned.segments.starts[rows][first])
-            answers.append((score, capture, start, int(learned.segments.ends[rows][last - 1])))
-    answers.sort(key=lambda hit: (-hit[0], hit[1]))
-    occurs = any(np.isclose(hit[0], 1.0) for hit in answers)
-    note = "" if occurs else "; this sequence of symbols does not occur; these are the nearest ones"
-    matches = tuple(
-        Match(
-            rank,
-            learned.captures[capture].name,
-            *to_seconds(learned, capture, start, end),
-            float(score),
-            shown_words(asked, capture, question.words),
-            f"symbols {' '.join(str(s) for s in decoded.symbols)}{note}"
-            + mark_generated(learned, capture, "; "),
-        )
-        for rank, (score, capture, start, end) in enumerate(answers[:limit], start=1)
-    )
-    return replace(answer, matches=matches, decoding=decoded)

@@ -25,15 +25,3 @@ def takes_of(*captures: Made, space: MeaningSpace | None = None) -> by_motion.Ta
     )
     bounds = np.stack([np.concatenate([[0], last[:-1]]), last], axis=1)
     return by_motion.Takes(np.array(numbers), bounds, segments)
-
-
-def candidates_of(
-    query: by_motion.Query,
-    takes: by_motion.Takes,
-    distances: FloatArray,
-    n_candidates: int = by_motion.N_CANDIDATES,
-    frames_of: by_motion.FramesOf | None = None,
-) -> list[by_motion.Candidate]:
-    """The candidates of an example, of captures in one place."""
-    compared = by_motion.Comparison(query, takes, distances, frames_of)
-    return compared.candidates(compared.most_alike(), len(takes.captures), n_candidates)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from made_tables import candidates_of, takes_of
+from made_tables import takes_of
 from sample_motions import sample_motion
 
 from motiondb.body import features
@@ -69,9 +69,8 @@ class World:
         return by_motion.Query(frames, np.argmax(scores, axis=1), weights, vector)
 
     def ask(self, query: by_motion.Query) -> list[by_motion.Candidate]:
-        candidates = candidates_of(query, self.takes, self.distances)
-        compared = by_motion.compared_by_frames(query, candidates)
-        return by_motion.separate(by_motion.refine(query, compared, self.features))
+        candidates = by_motion.find_candidates(query, self.takes, self.distances)
+        return by_motion.refine(query, candidates, self.features.__getitem__)
 
 
 @pytest.fixture(scope="module")
@@ -94,9 +93,8 @@ def test_a_stored_part_finds_itself_first(world: World, capture: int) -> None:
 
 def test_scores_are_as_documented(world: World) -> None:
     query = world.query(world.features[4])
-    for candidate in candidates_of(query, world.takes, world.distances)[:10]:
-        refined = by_motion.refine(query, [candidate], world.features)
-        actual = by_motion.separate(refined)[0]
+    for candidate in by_motion.find_candidates(query, world.takes, world.distances)[:10]:
+        actual = by_motion.refine(query, [candidate], world.features.__getitem__)[0]
         part = world.features[actual.capture][actual.start : actual.end]
         distance = alignment.best_part(query.features, part)[0]
         if np.isfinite(distance):
@@ -113,7 +111,7 @@ def test_the_rough_score_of_a_window_by_hand() -> None:
     query = by_motion.Query(
         np.zeros((10, 3), np.float32), np.array([1]), np.ones(1), np.array([0.0, 1.0])
     )
-    candidates = candidates_of(query, takes, distances)
+    candidates = by_motion.find_candidates(query, takes, distances)
     assert alignment.distance_scale(distances) == 2.0
     assert [(c.capture, c.start, c.end, c.rough) for c in candidates] == [
         (7, 10, 20, 1.0),
@@ -138,12 +136,12 @@ def test_the_second_opinion_on_a_window_by_hand() -> None:
     def frames_of(intervals: list[tuple[int, int, int]]) -> list[Float32Array]:
         return [frames[c][first:end].astype(np.float32) for c, first, end in intervals]
 
-    asked = candidates_of(query, takes, distances, frames_of=frames_of)
+    asked = by_motion.find_candidates(query, takes, distances, frames_of=frames_of)
     # the evidence of both is opposite: resemblance .5 + .3 + .2 and .5 - .3 + .2, in place of 1;
     # with feedback, 7 as the best answer: 1, and the mean of .4 and .4; half of the loss counts
     rough = {c.capture: c.rough for c in asked}
     assert rough == pytest.approx({7: 1.0, 8: 1.0 - 0.5 * 0.6})
-    plain = candidates_of(query, takes, distances)
+    plain = by_motion.find_candidates(query, takes, distances)
     assert {c.capture: c.rough for c in plain} == pytest.approx({7: 1.0, 8: 1.0})
 
 
@@ -164,10 +162,17 @@ def test_answers_are_ordered_apart_and_few(world: World) -> None:
         for b in answers[:n]:
             if a.capture == b.capture:
                 assert min(a.end, b.end) - max(a.start, b.start) <= 0.5 * (a.end - a.start)
-    rough = candidates_of(world.query(world.features[0]), world.takes, world.distances)
+    rough = by_motion.find_candidates(world.query(world.features[0]), world.takes, world.distances)
     per_capture = np.bincount([c.capture for c in rough])
     assert per_capture.max() <= 6
-    assert len(candidates_of(world.query(world.features[0]), world.takes, world.distances, 5)) == 5
+    assert (
+        len(
+            by_motion.find_candidates(
+                world.query(world.features[0]), world.takes, world.distances, 5
+            )
+        )
+        == 5
+    )
 
 
 def test_very_long_queries_look_at_few_candidates(

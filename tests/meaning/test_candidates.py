@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from made_tables import Made, candidates_of, takes_of
+from made_tables import Made, takes_of
 
 from motiondb.meaning import alignment, by_motion
 from motiondb.meaning.resemblance import (
@@ -95,7 +95,7 @@ def test_candidates_are_those_of_a_full_scan(n_candidates: int) -> None:
         vector = unit(rng.normal(size=(1, 9)))[0]
         symbols = np.array([2, 0, 5])
         query = by_motion.Query(np.zeros((length, 2)), symbols, np.full(3, 1 / 3), vector)
-        found = candidates_of(query, takes_of(*takes), distances, n_candidates)
+        found = by_motion.find_candidates(query, takes_of(*takes), distances, n_candidates)
         expected = all_candidates(query, takes, distances, n_candidates)
         assert [(c.capture, c.start, c.end) for c in found] == [c[:3] for c in expected]
         np.testing.assert_allclose([c.rough for c in found], [c[3] for c in expected], atol=1e-6)
@@ -128,7 +128,7 @@ def test_rows_that_cannot_matter_are_not_computed(n_candidates: int, second: boo
         return [frames[capture][low:high] for capture, low, high in intervals]
 
     table = takes_of(*takes, space=query.meaning)
-    found = candidates_of(query, table, distances, n_candidates, frames_of=frames_of)
+    found = by_motion.find_candidates(query, table, distances, n_candidates, frames_of=frames_of)
     expected = all_candidates(query, takes, distances, n_candidates, frames)
     assert [(c.capture, c.start, c.end) for c in found] == [c[:3] for c in expected]
     np.testing.assert_allclose([c.rough for c in found], [c[3] for c in expected], atol=1e-6)
@@ -148,7 +148,7 @@ def test_a_copy_comes_after_its_original(words: bool) -> None:
         space, features = meaning_space(fit, 20) if words else None, np.zeros((30, 2))
         query = by_motion.Query(features, symbols, np.full(3, 1 / 3), vector, space)
         table = takes_of(*takes, space=query.meaning)
-        found = candidates_of(query, table, np.ones((6, 6)) - np.eye(6), 1000)
+        found = by_motion.find_candidates(query, table, np.ones((6, 6)) - np.eye(6), 1000)
         copies = [(c.rough, c.capture, c.start) for c in found if c.capture in (0, 999)]
         assert copies == sorted(copies, key=lambda c: (-c[0], c[1], c[2]))
         own, other = ([(c[0], c[2]) for c in copies if c[1] == n] for n in (0, 999))
@@ -189,5 +189,5 @@ def test_candidates_are_those_of_a_full_scan_where_segments_cancel(
         found = []
         for largest in (bounded, scanned):
             monkeypatch.setattr(by_motion, "_largest", largest)
-            found.append(candidates_of(query, table, distances, 10, frames_of))
+            found.append(by_motion.find_candidates(query, table, distances, 10, frames_of))
         assert [c.capture for c in found[0]] == [c.capture for c in found[1]]
