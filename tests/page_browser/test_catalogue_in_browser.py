@@ -157,6 +157,8 @@ def test_dropped_files_are_added_and_a_reload_keeps_the_job(
     files = [samples_folder / "ana" / f"{name}_1.bvh" for name in ("walk", "run", "jump")]
     drop_files(page, "#view", [*files, sheet])
     page.get_by_text("3 captures ready to be added.").wait_for()
+    page.get_by_text("How the files are to be read").click()
+    page.get_by_label("Axis up").select_option("y")
     page.get_by_role("button", name="Add to the database").click()
     page.get_by_text("Adding has begun").wait_for()
     page.reload()
@@ -167,6 +169,7 @@ def test_dropped_files_are_added_and_a_reload_keeps_the_job(
     assert filled == ["Figure", "Capture", "Length", "Words"]  # nothing else is known of them
     with motiondb.open(tmp_path / "empty.duckdb", read_only=True) as db:
         assert len(db.captures()) == 3
+        assert db.runs()[0]["parameters"]["up"] == "y"
 
 
 def test_an_empty_database_to_which_captures_are_added_says_so(serve_copy, new_page, tmp_path):

@@ -90,15 +90,41 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
       h("option", { value: "" }, "no sheet"),
       sheets.map((name, i) => h("option", { value: name, selected: i === 0 }, name)),
     );
+    const up = choice("up", ["", "y", "z", "x", "-y", "-z", "-x"], "as found");
+    const unit = choice("unit", ["", "m", "cm", "mm", "inch"], "as found");
+    const mirrored = h("input", { type: "checkbox", id: "mirror-world" });
+    const swapped = h("input", { type: "checkbox", id: "swap-sides" });
+    const reading = h(
+      "details",
+      { class: "reading" },
+      h("summary", {}, "How the files are to be read"),
+      h(
+        "div",
+        { class: "row" },
+        h("label", { for: "up" }, "Axis up"),
+        up,
+        h("label", { for: "unit" }, "Unit"),
+        unit,
+      ),
+      h("label", { class: "row", for: "mirror-world" }, mirrored, "Left-handed axes (Unity, DirectX)"),
+      h("label", { class: "row", for: "swap-sides" }, swapped, "Left and right are exchanged in the names"),
+    );
     const form = h(
       "form",
       { class: "row end" },
+      reading,
       sheets.length > 0 ? [h("label", { for: "sheet" }, "Words from"), sheet] : null,
       h("button", { class: "button", type: "submit" }, "Add to the database"),
     );
     form.addEventListener("submit", (event) => {
       event.preventDefault();
-      void begin(body(sheets.length > 0 ? sheet.value || null : null));
+      const how = {
+        up: up.value,
+        unit: unit.value || null,
+        mirror_world: mirrored.checked,
+        swap_sides: swapped.checked,
+      };
+      void begin({ ...body(sheets.length > 0 ? sheet.value || null : null), ...how });
     });
     return form;
   }
@@ -169,6 +195,14 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
   });
   const dialog = openDialog("Add captures", zone, state, roots);
   if (dropped.length > 0) void take(dropped);
+}
+
+function choice(id: string, values: readonly string[], none: string): HTMLSelectElement {
+  return h(
+    "select",
+    { class: "field", id },
+    values.map((value) => h("option", { value }, value || none)),
+  );
 }
 
 function refusedList(refused: readonly { name: string; message: string }[]): HTMLElement | null {
