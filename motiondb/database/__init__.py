@@ -2,7 +2,7 @@
 
 =====================================  ============================================================
 ``motion_db``                          the class :class:`MotionDB`: ask, learn, generate
-``captures``                           its base: captures, words and events, in and out
+``captures``, ``words``, ``symbols``   its topics: the catalogue, captions, what was learned
 ``searching``, ``showing``             questions; facts and pictures of captures and symbols
 ``generating``, ``generated_files``    motion from a sentence; its files and its origin
 ``learn``, ``catalogue``               the steps of learning, and of adding captures and words
