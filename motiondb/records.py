@@ -93,7 +93,7 @@ class Clip:
     of each joint in its parent's frame, metres, in place of ``offsets`` (the root's row repeats
     ``root_positions``)."""
     format: str = "bvh"
-    """One of "bvh", "amc", "deepmimic", "amass", "c3d" or "fbx"."""
+    """One of "bvh", "amc", "deepmimic", "amass", "c3d", "trc" or "fbx"."""
     unit: float = 1.0
     """Metres per length unit of the file."""
     up: str = ""

@@ -480,8 +480,7 @@ class MotionDB:
         Parameters
         ----------
         questions : iterable of Question
-            Words or examples, each with its filter and limit: ``Question("walk")``,
-            ``Question(like="ana/kick_1", start=0.5, limit=3)``.
+            Words or examples, such as ``Question(like="ana/kick_1", start=0.5, limit=3)``.
         workers : Cluster, optional
             Workers that answer some of the questions each; the answers are the same. They open this
             database themselves: it has to be opened to read only, in a folder that all of them see
@@ -494,10 +493,7 @@ class MotionDB:
         """
         from motiondb.database import questions as asked
 
-        def motion_of(question: Question) -> Motion:
-            return self.motion(question.like, question.start, question.end)
-
-        return asked.ask_many(self.session, motion_of, questions, workers)
+        return asked.ask_many(self.session, questions, workers)
 
     def describe(
         self, example: Example, start: float | None = None, end: float | None = None

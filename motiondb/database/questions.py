@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ParamSpec, TypeAlias, TypeVar
 
 from motiondb import store
+from motiondb.database.catalogue.parts import load_example
 from motiondb.database.lent import Lent
 from motiondb.database.session import Session
 from motiondb.database.values import check_least
@@ -84,24 +85,20 @@ class _Posed:
 
 
 def ask_many(
-    session: Session,
-    motion_of: Callable[[Question], Motion],
-    questions: Iterable[Question],
-    workers: Cluster | None,
+    session: Session, questions: Iterable[Question], workers: Cluster | None
 ) -> Iterator[Answer]:
     """The answers in the order of the questions, as ``MotionDB.ask_many`` gives them.
 
-    `motion_of`: Loads the example of a question. No block reads while an answer is looked at: its
-    reader may change the database.
+    No block reads while an answer is looked at: its reader may change the database.
     """
     if workers is None:
         for question in questions:
             with session.reading():
-                found = _or_error(_answer_here, session, motion_of, question)
+                found = _or_error(_answer_here, session, question)
             yield found
         return
     with session.reading():
-        posed = [_or_error(_pose, session, motion_of, question) for question in questions]
+        posed = [_or_error(_pose, session, question) for question in questions]
         errors = [each for each in posed if isinstance(each, MotionDBError)]
         file = _file_for(workers, session) if len(errors) < len(posed) else None
     if file is None:  # such as of a database that has not learned
@@ -115,13 +112,15 @@ def ask_many(
             workers.each(close, file)
 
 
-def _pose(session: Session, motion_of: Callable[[Question], Motion], question: Question) -> _Posed:
+def _pose(session: Session, question: Question) -> _Posed:
     """Look up what is searched, and the example."""
     from motiondb.database import searching
 
     check(question)
     check_least("limit", question.limit, 1)
-    motion = motion_of(question) if question.like else None
+    motion = None
+    if question.like:
+        motion = load_example(session, question.like, question.start, question.end)
     allowed = None  # said in a word, and not by as many numbers for each of many questions
     if question.where.strip():
         allowed = searching.allowed_captures(session, question.where, question.exact)
@@ -140,11 +139,9 @@ def _answer(session: Session, posed: _Posed) -> Found:
     return searching.answer_words(session, asked.words, allowed, asked.limit, asked.exact)
 
 
-def _answer_here(
-    session: Session, motion_of: Callable[[Question], Motion], question: Question
-) -> Found:
+def _answer_here(session: Session, question: Question) -> Found:
     """The answer of this process."""
-    return _answer(session, _pose(session, motion_of, question))
+    return _answer(session, _pose(session, question))
 
 
 def _or_error(

@@ -26,13 +26,15 @@ FORMATS = MappingProxyType(
         ".npz": "amass",
         ".c3d": "c3d",
         ".fbx": "fbx",
+        ".trc": "trc",
     }
 )  # Ending, lower case -> format
+WITH_TAKES = frozenset({"fbx", "c3d", "trc"})
+"""Formats of which one file may hold several captures, takes or performers."""
 CAPTURE_ENDINGS: tuple[str, ...] = tuple(FORMATS)
 """Endings of captures, lower case; ".txt" and ".json" count where they hold DeepMimic's JSON."""
 OTHER_FORMATS = MappingProxyType(
     {
-        ".trc": "marker tracks of Motion Analysis or OpenSim",
         ".trb": "marker tracks of Motion Analysis",
         ".htr": "Motion Analysis HTR",
         ".gtr": "Motion Analysis GTR",

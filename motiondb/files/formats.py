@@ -16,7 +16,7 @@ import numpy as np
 from motiondb.body.joint_names import mirror_joints
 from motiondb.body.world import as_asked, asked_unit_notes
 from motiondb.errors import CaptureError
-from motiondb.files.folder import CAPTURE_ENDINGS, FORMATS, skeleton_path
+from motiondb.files.folder import CAPTURE_ENDINGS, FORMATS, WITH_TAKES, skeleton_path
 from motiondb.files.limits import (
     AS_USUAL,
     ReadOptions,
@@ -139,24 +139,38 @@ def read_takes_bytes(
     options: ReadOptions = AS_USUAL,
 ) -> dict[str, Clip]:
     """Read the clips in the bytes of a capture by the names of their takes; "" for the only one."""
-    if kind != "fbx":
+    if kind not in WITH_TAKES:
         return {"": read_capture_bytes(data, kind, path=path, skeleton=skeleton, options=options)}
-    from motiondb.files.readers.fbx import read_takes
-
     check_options(options, path)
     check_file_size(len(data), path, options.limits)
     with guarded(path):
-        clips = {t: _as_asked(c, path, options) for t, c in read_takes(data, path, options).items()}
+        clips = _read_takes(data, kind, path, options)
+        clips = {take: _as_asked(clip, path, options) for take, clip in clips.items()}
         for clip in clips.values():
             _check(clip, len(data), path, options)
     return clips if len(clips) > 1 else dict(zip(("",), clips.values()))
 
 
+def _read_takes(data: bytes, kind: str, path: object, options: ReadOptions) -> dict[str, Clip]:
+    """Call the reader of a format of which one file may hold several captures."""
+    if kind == "c3d":
+        from motiondb.files.readers.c3d import read_c3d_takes
+
+        return read_c3d_takes(data, path, options)
+    if kind == "trc":
+        from motiondb.files.readers.trc import read_trc_takes
+
+        return read_trc_takes(data, path, options)
+    from motiondb.files.readers.fbx import read_takes
+
+    return read_takes(data, path, options)
+
+
 def _as_asked(clip: Clip, path: object, options: ReadOptions) -> Clip:
-    """Return a clip in the world that the user names; a C3D is read so, from its markers."""
+    """Return a clip in the world that the user names; markers are read so."""
     if options.unit is not None:
         clip = replace(clip, notes=clip.notes + asked_unit_notes(clip))
-    if clip.format == "c3d":
+    if clip.format in ("c3d", "trc"):
         return clip
     names = mirror_joints(clip.skeleton) if options.swap_sides else None
     if names is not None and (names == np.arange(len(names))).all():
@@ -183,7 +197,7 @@ def split_take(path: Path | str) -> tuple[Path, str]:
     """
     text = str(path)
     file, _, take = text.rpartition("#")
-    if file.lower().endswith(".fbx") and not is_file(text):
+    if FORMATS.get(Path(file).suffix.lower()) in WITH_TAKES and not is_file(text):
         return Path(file), take
     return Path(path), ""
 
@@ -223,6 +237,10 @@ def _read(
         from motiondb.files.readers.c3d import read_c3d
 
         return read_c3d(data, path, options)
+    if kind == "trc":
+        from motiondb.files.readers.trc import read_trc
+
+        return read_trc(data, path, options)
     if kind == "fbx":
         from motiondb.files.readers.fbx import read_fbx
 

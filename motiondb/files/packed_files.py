@@ -9,13 +9,13 @@ import hashlib
 import zlib
 from dataclasses import dataclass, replace
 
+from motiondb.files.folder import WITH_TAKES
+
 _LEVEL = 1
 """Compression level of zlib.
 
 Level 6 takes five times as long on captures, and its output is a sixth smaller (measured).
 """
-
-_WITH_TAKES = frozenset({"fbx"})  # Formats of which one file may hold several captures
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,12 +39,12 @@ class Source:
     @property
     def own_name(self) -> str:
         """Name of the file without that of a take."""
-        return self.file_name.rpartition("#")[0] if self.format in _WITH_TAKES else self.file_name
+        return self.file_name.rpartition("#")[0] if self.format in WITH_TAKES else self.file_name
 
     @property
     def take(self) -> str:
         """Name of the take; "" for the only one of its file."""
-        return self.file_name.rpartition("#")[2] if self.format in _WITH_TAKES else ""
+        return self.file_name.rpartition("#")[2] if self.format in WITH_TAKES else ""
 
 
 def digest(data: bytes, skeleton_data: bytes | None = None, take: str = "") -> str:
@@ -70,7 +70,7 @@ def pack_source(
     return Source(
         digest(data, skeleton_data, take),
         format,
-        f"{file_name}#{take}" if format in _WITH_TAKES else file_name,
+        f"{file_name}#{take}" if format in WITH_TAKES else file_name,
         zlib.compress(data, _LEVEL),
         skeleton_name,
         None if skeleton_data is None else zlib.compress(skeleton_data, _LEVEL),

@@ -142,13 +142,12 @@ def test_files_are_read_here_where_no_process_can_start(
 def test_what_is_not_read_is_named(tmp_path: Path, folder: Path) -> None:
     (tmp_path / "elsewhere").mkdir()
     (folder / "link").symlink_to(tmp_path / "elsewhere")
-    for name in ("a.mvnx", "b.MVNX", "c.trc", ".hidden.mvnx"):
+    for name in ("a.mvnx", "b.MVNX", "c.trb", ".hidden.mvnx"):
         (folder / name).touch()
     assert add(folder, tmp_path).notes == (
         f"{folder}/link: a link to a folder is not followed; add that folder by itself",
         f"{folder}/a.mvnx and 1 more: .mvnx (Xsens XML) is not read; export as BVH",
-        f"{folder}/c.trc: .trc (marker tracks of Motion Analysis or OpenSim) is not read; "
-        "export as BVH",
+        f"{folder}/c.trb: .trb (marker tracks of Motion Analysis) is not read; export as BVH",
     )
     (folder / "good.bvh").unlink()
     with pytest.raises(MotionDBError) as caught:

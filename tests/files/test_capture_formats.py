@@ -63,12 +63,13 @@ def test_formats() -> None:
         "amass",
         "c3d",
         "fbx",
+        "trc",
     ]
     with pytest.raises(CaptureError) as caught:
-        capture_format("walk.trc")
+        capture_format("walk.htr")
     assert str(caught.value) == (
-        "walk.trc: expected a capture (.bvh, .amc, .txt, .json, .npz, .c3d, .fbx), found ending "
-        "'.trc'. Rename or convert it."
+        "walk.htr: expected a capture (.bvh, .amc, .txt, .json, .npz, .c3d, .fbx, .trc), found "
+        "ending '.htr'. Rename or convert it."
     )
 
 
@@ -92,8 +93,8 @@ def test_refusals(tmp_path: Path) -> None:
         "none/walk.bvh: expected a readable file, found: no such file or directory."
     )
     with pytest.raises(CaptureError) as caught:
-        read_capture_bytes(b"x", "trc", path="a.trc")
-    assert str(caught.value) == "a.trc: expected a known format, found 'trc'."
+        read_capture_bytes(b"x", "htr", path="a.htr")
+    assert str(caught.value) == "a.htr: expected a known format, found 'htr'."
     for fps in (0.0, -1.0, float("nan"), float("inf")):
         with pytest.raises(CaptureError, match="expected a frame rate above 0, found"):
             read_capture_bytes(b"x", "bvh", path="a.bvh", options=ReadOptions(fps=fps))

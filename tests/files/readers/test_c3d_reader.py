@@ -9,6 +9,7 @@ from odd_c3d import MARKERS
 
 from motiondb.body import body, kinematics, retarget, rotation
 from motiondb.errors import CaptureError
+from motiondb.files.formats import read_takes_bytes
 from motiondb.files.limits import ReadOptions
 from motiondb.files.readers.c3d import read_c3d
 
@@ -210,7 +211,7 @@ def test_markers_never_seen_are_as_absent(names: str) -> None:
     np.testing.assert_allclose(found, joints(write(absent))[0], atol=1e-6)
     assert notes == (f"Never seen, taken as absent: {', '.join(sorted(names.split()))}.",)
     markers["LKNE"][:] = 0.0
-    with pytest.raises(CaptureError, match=r"found none named LKNE .*; never seen: .*LKNE"):
+    with pytest.raises(CaptureError, match=r"found none for LKNE .*; never seen: .*LKNE"):
         read_c3d(write(markers), "a.c3d")
 
 
@@ -294,7 +295,7 @@ def test_names_of_units(name: str, unit: float) -> None:
     with pytest.raises(CaptureError) as caught:
         read_c3d(write(moving(), units="volt", metres=1.0), "a.c3d")
     assert str(caught.value) == (
-        "a.c3d: expected POINT:UNITS mm, cm, m or inch, found 'volt'. Give --unit."
+        "a.c3d: expected the unit mm, cm, m or inch, found 'volt'. Give --unit."
     )
 
 
@@ -317,8 +318,8 @@ def test_missing_markers_are_named() -> None:
     with pytest.raises(CaptureError) as caught:
         read_c3d(write(markers), "a.c3d")
     assert str(caught.value).startswith(
-        "a.c3d: expected the markers of Plug-in Gait, found none named LKNE; "
-        "LPSI and RPSI, or SACR (of the set there are: C7, CLAV, LANK, LASI,"
+        "a.c3d: expected the markers of a whole body, as Plug-in Gait names them, found none for "
+        "LKNE; LPSI and RPSI, or SACR (there are: C7, CLAV, LANK, LASI,"
     )
     assert str(caught.value).endswith(
         "). Rename the markers, or export the solved skeleton as BVH."
@@ -346,7 +347,7 @@ def test_a_marker_that_occurs_twice_is_told() -> None:
     again = tracks() | {"Lasi": tracks()["RTOE"]}
     clip = read_c3d(write(again), "a.c3d")
     assert clip.notes[0] == (
-        "Markers that occur more than once, of which the first is taken: LASI."
+        "Markers that occur more than once, of which the one seen most is taken: LASI."
     )
     plain = read_c3d(write(tracks()), "a.c3d")
     np.testing.assert_array_equal(clip.root_positions, plain.root_positions)
@@ -363,12 +364,17 @@ def test_front_and_back_exchanged_are_told(names: str) -> None:
     assert f"{front} and {back}" in notes[0]
 
 
-def test_two_performers_are_refused() -> None:
+def test_two_performers_are_two_takes() -> None:
     markers = {
         f"{who}:{name}": track for who in ("Ben", "Anna") for name, track in tracks().items()
     }
     with pytest.raises(CaptureError) as caught:
         read_c3d(write(markers), "a.c3d")
     assert str(caught.value) == (
-        "a.c3d: expected one performer, found 2: Anna, Ben. Export one performer a file."
+        "a.c3d: expected one performer, found 2: Anna, Ben. Name one: FILE#Anna."
     )
+    clips = read_takes_bytes(write(markers), "c3d", path="a.c3d")
+    alone = read_c3d(write(tracks()), "a.c3d")
+    assert sorted(clips) == ["Anna", "Ben"]
+    for clip in (clips["Ben"], read_c3d(write(markers), "a.c3d", ReadOptions(take="Ben"))):
+        np.testing.assert_array_equal(clip.local_rotations, alone.local_rotations)

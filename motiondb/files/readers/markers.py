@@ -1,0 +1,464 @@
+"""Markers of a person, or centres of joints, as a clip of joints.
+
+What is kept: the frame rate, the joint centres computed from the markers, the bone lengths
+(medians). What is lost: the markers themselves, and the rotation of bones about their own axis.
+``marker_gaps`` says how gaps are filled. A joint that can be spared (spine, chest, head, wrists,
+toes) is estimated where its markers are lost for longer; a file that lacks others is refused,
+naming the markers. A unit that makes the body more than twice too large or too small is corrected,
+with a note.
+
+``marker_names`` says which names are known; what all have before or behind (``Anna:``, ``_1``) is
+the performer's. Notation: W is the distance between LASI and RASI; left, up and ahead are the axes
+of the pelvis (left: RASI to LASI; ahead: from the middle of the back markers, orthogonal).
+
+- hip: from the middle of LASI and RASI 0.36 W to the side, 0.19 W back, 0.30 W down (Bell,
+  Brand, Pedersen, Human Movement Science 8, 1989);
+- knee and ankle: between the outer and the inner marker, or without an inner one 5 cm and 4 cm from
+  the outer towards the middle, along the pelvis's left axis made orthogonal to the bone;
+- shoulder: 5 cm below the marker along the trunk; elbow: between its markers, or its marker;
+  wrist: between its markers;
+- neck: between C7 and CLAV; chest: between T10 and STRN; head: middle of the head's markers.
+
+A file of centres has them as they are; its neck, if it has none, lies between the shoulders. These
+are plain regressions: good to 1 to 4 cm, enough to recognise a motion, not for clinical use.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from types import MappingProxyType
+
+import numpy as np
+
+from motiondb.body import body, rotation, world
+from motiondb.body.retarget import solve_rotations
+from motiondb.errors import CaptureError
+from motiondb.files.limits import ReadOptions, check_clip_size, check_rate
+from motiondb.files.readers.marker_gaps import (
+    LONGEST_GAP,
+    bridge,
+    fill_gaps,
+    gaps_of,
+    longest_gap,
+    seen,
+)
+from motiondb.files.readers.marker_names import Named, name_markers
+from motiondb.files.text import quoted
+from motiondb.files.units import UNITS
+from motiondb.records import Clip, FloatArray, Skeleton
+
+Markers = Mapping[str, FloatArray]  # Marker name -> array (frames, 3), metres, NaN where lost
+
+
+@dataclass(frozen=True)
+class MarkerFile:
+    """What a file says about its markers."""
+
+    labels: Sequence[str]
+    tracks: Sequence[FloatArray]  # Of each label (frames, 3), file units, NaN where lost
+    fps: float
+    unit: str  # As the file names it, "" for none
+    up: str  # The axis that is up as the file says, "" for none
+    usual_up: str  # The axis of the format
+    format: str
+    notes: tuple[str, ...] = ()
+
+
+_SIDED = {
+    "hips": ("ASI", "HJC"),
+    "knees": ("KNE", "KJC"),
+    "ankles": ("ANK", "AJC"),
+    "shoulders": ("SHO", "SJC"),
+    "elbows": ("ELB", "EJC"),
+}  # What every joint set needs: a marker, or the centre of the joint
+_NEEDED = (
+    *(side + name for names in _SIDED.values() for name in names for side in "LR"),
+    *("LPSI", "RPSI", "SACR", "C7", "CLAV", "NECK"),
+)  # For joints that are not estimated
+_HEAD = ("LFHD", "RFHD", "LBHD", "RBHD", "HEAD")
+_PLUG_IN_GAIT = (
+    *("LASI", "RASI", "LPSI", "RPSI", "SACR", "LKNE", "RKNE", "LANK", "RANK", "LTOE", "RTOE"),
+    *("LHEE", "RHEE", "LSHO", "RSHO", "LELB", "RELB", "LWRA", "RWRA", "LWRB", "RWRB"),
+    *("C7", "CLAV", "STRN", "T10", "LFHD", "RFHD", "LBHD", "RBHD"),
+)
+_KNEE, _ANKLE, _SHOULDER = 0.05, 0.04, 0.05
+"""Metres from the marker to the joint centre: half the width of an adult's knee and ankle with the
+radius of the marker, and the depth of the shoulder joint below the skin. Rounded to a centimetre;
+not tuned."""
+_CHEST_SHARE, _SPINE_SHARE, _HEAD_SHARE = 0.55, 0.45, 0.4
+"""Positions of joints without markers, as fractions from the pelvis to the neck (chest), to the
+chest (spine), and beyond the neck along the trunk (head); close to those of the canonical body."""
+_FOREARM_SHARE, _COLLAR_SHARE = 0.9, 0.2
+"""Length of the forearm by the upper arm, and the collar's place from neck to shoulder: close to
+the canonical body."""
+_TOE_AHEAD, _TOE_DOWN = 0.14, 0.06  # Metres from the ankle to the toe joint on the canonical body
+
+
+def read_markers(
+    file: MarkerFile, n_bytes: int, path: object, options: ReadOptions
+) -> dict[str, Clip]:
+    """Solve the joints of each performer; "" for the only one."""
+    n_frames = len(file.tracks[0]) if file.tracks else 0
+    check_clip_size(n_frames, len(body.JOINTS), n_bytes, path, options.limits)
+    performers = _performers(file.labels)
+    return {
+        name.rpartition(":")[2]: _solve(file, named, path, options)
+        for name, named in (performers or {"": {}}).items()
+    }
+
+
+def only_performer(clips: Mapping[str, Clip], path: object, options: ReadOptions) -> Clip:
+    """Return the clip of the performer that is asked for, or of the only one (CaptureError)."""
+    if len(clips) == 1 and not options.take:
+        return next(iter(clips.values()))
+    if options.take in clips:
+        return clips[options.take]
+    raise CaptureError(
+        path,
+        f"expected one performer, found {len(clips)}: {', '.join(sorted(clips))}. Name one: "
+        f"FILE#{min(clips)}.",
+    )
+
+
+def _performers(labels: Sequence[str]) -> dict[str, Named]:
+    """Return the markers of the performers that have a whole body, else of the best one."""
+    found = name_markers(labels)
+    whole = {who: named for who, named in found.items() if not missing_markers(set(named))}
+    if whole:
+        return whole if len(whole) > 1 else {"": next(iter(whole.values()))}
+    within: dict[str, Named] = {}
+    for number, label in enumerate(labels):
+        if match := _LABEL_WITHIN.fullmatch(label):
+            before, name, after = match.groups("")
+            within.setdefault(before + after, {}).setdefault(name.upper(), []).append(number)
+    best = max([*found.values(), *within.values()], key=len, default={})
+    return {"": best}
+
+
+def missing_markers(names: frozenset[str] | set[str]) -> list[str]:
+    """Return what a set of marker names lacks, as messages say it.
+
+    >>> missing_markers(set(_PLUG_IN_GAIT) - {"LKNE", "C7", "SACR"})
+    ['LKNE']
+    >>> missing_markers({side + names[0] for names in _SIDED.values() for side in "LR"})
+    ['LPSI and RPSI, or SACR', 'C7 or CLAV']
+    """
+    missing = [
+        side + markers[0]
+        for markers in _SIDED.values()
+        for side in "LR"
+        if not {side + name for name in markers} & names
+    ]
+    if {"LASI", "RASI"} <= names and "SACR" not in names and not {"LPSI", "RPSI"} <= names:
+        missing.append("LPSI and RPSI, or SACR")
+    if not {"C7", "CLAV", "NECK"} & names and not {"LSJC", "RSJC"} <= names:
+        missing.append("C7 or CLAV")
+    return missing
+
+
+def joint_centres(markers: Markers) -> FloatArray:
+    """Compute the canonical joints of markers; `markers` (frames, 3); result (frames, 21, 3)."""
+    left, up, ahead, front = _pelvis_axes(markers)
+    points: dict[str, FloatArray] = {}
+    for side, sign in (("l", 1.0), ("r", -1.0)):
+        if "LASI" in markers:
+            width = np.median(np.linalg.norm(markers["LASI"] - markers["RASI"], axis=-1))
+            hip = front + width * (0.36 * sign * left - 0.19 * ahead - 0.30 * up)
+        else:
+            hip = markers[f"{side.upper()}HJC"]
+        points[f"{side}_hip"] = hip
+        points |= _leg(markers, side, sign * left, hip)
+    pelvis = points["pelvis"] = (points["l_hip"] + points["r_hip"]) / 2.0
+    neck = points["neck"] = _neck(markers)
+    chest = pelvis + _CHEST_SHARE * (neck - pelvis)
+    if {"T10", "STRN"} <= set(markers):
+        chest = bridge((markers["T10"] + markers["STRN"]) / 2.0, chest)
+    points["chest"] = chest
+    points["spine"] = pelvis + _SPINE_SHARE * (chest - pelvis)
+    points["head"] = bridge(_mean(markers, *_HEAD), neck + _HEAD_SHARE * (neck - chest))
+    for side in "lr":
+        points |= _arm(markers, side, rotation.normalize(neck - chest), neck)
+    return np.stack([points[name] for name in body.JOINTS], axis=1)
+
+
+def _pelvis_axes(markers: Markers) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return the axes left, up and ahead (frames, 3), and the middle of the front markers."""
+    if "LASI" in markers:
+        front, back = _mean(markers, "LASI", "RASI"), _back(markers)
+        left = rotation.normalize(markers["LASI"] - markers["RASI"])
+        up = rotation.normalize(np.cross(front - back, left))
+    else:
+        front = _mean(markers, "LHJC", "RHJC")
+        left = rotation.normalize(markers["LHJC"] - markers["RHJC"])
+        up = _orthogonal(_neck(markers) - front, left)
+    return left, up, np.cross(left, up), front
+
+
+def _back(markers: Markers) -> FloatArray:
+    """Return the middle of the back of the pelvis (frames, 3), NaN where it is lost."""
+    if not {"LPSI", "RPSI"} <= set(markers):
+        return markers["SACR"]
+    middle = (markers["LPSI"] + markers["RPSI"]) / 2.0
+    return bridge(middle, markers["SACR"]) if "SACR" in markers else middle
+
+
+def _neck(markers: Markers) -> FloatArray:
+    """Return the base of the neck (frames, 3)."""
+    if {"C7", "CLAV"} & set(markers):
+        return _mean(markers, "C7", "CLAV")
+    return markers["NECK"] if "NECK" in markers else _mean(markers, "LSJC", "RSJC")
+
+
+def _centre(markers: Markers, side: str, joint: str, outer: str, inner: str) -> FloatArray | None:
+    """Return a joint's centre, or the middle of its markers on both sides, if there is either."""
+    if (centre := markers.get(side + joint)) is not None:
+        return centre
+    if {side + outer, side + inner} <= set(markers):
+        middle = (markers[side + outer] + markers[side + inner]) / 2.0
+        return bridge(middle, markers[side + outer])
+    return None
+
+
+def _leg(
+    markers: Markers, side: str, outward: FloatArray, hip: FloatArray
+) -> dict[str, FloatArray]:
+    """Return knee, ankle and toe of a side; ``outward`` is the pelvis's axis to that side."""
+    letter = side.upper()
+    knee = _centre(markers, letter, "KJC", "KNE", "KNM")
+    if knee is None:
+        marker = markers[f"{letter}KNE"]
+        knee = marker - _KNEE * _orthogonal(outward, marker - hip)
+    ankle = _centre(markers, letter, "AJC", "ANK", "ANM")
+    if ankle is None:
+        marker = markers[f"{letter}ANK"]
+        ankle = marker - _ANKLE * _orthogonal(outward, marker - markers.get(f"{letter}KNE", knee))
+    shin = rotation.normalize(ankle - knee)
+    ahead = rotation.normalize(np.cross(shin, outward) * (1.0 if side == "l" else -1.0))
+    if (heel := markers.get(f"{letter}HEE")) is not None:
+        ahead = rotation.normalize(bridge(_orthogonal(ankle - heel, shin), ahead))
+    toe = ankle + _TOE_AHEAD * ahead + _TOE_DOWN * shin
+    if f"{letter}TOE" in markers:
+        toe = bridge(markers[f"{letter}TOE"], toe)
+    elif {f"{letter}FM1", f"{letter}FM5"} <= set(markers):
+        toe = bridge((markers[f"{letter}FM1"] + markers[f"{letter}FM5"]) / 2.0, toe)
+    return {f"{side}_knee": knee, f"{side}_ankle": ankle, f"{side}_toe": toe}
+
+
+def _arm(
+    markers: Markers, side: str, trunk_up: FloatArray, neck: FloatArray
+) -> dict[str, FloatArray]:
+    """Return collar, shoulder, elbow and wrist of a side."""
+    letter = side.upper()
+    shoulder = markers.get(f"{letter}SJC")
+    if shoulder is None:
+        shoulder = markers[f"{letter}SHO"] - _SHOULDER * trunk_up
+    elbow = _centre(markers, letter, "EJC", "ELB", "ELM")
+    elbow = markers[f"{letter}ELB"] if elbow is None else elbow
+    wrist = _mean(markers, f"{letter}WJC", f"{letter}WRA", f"{letter}WRB")
+    wrist = bridge(wrist, elbow + _FOREARM_SHARE * (elbow - shoulder))
+    collar = neck + _COLLAR_SHARE * (shoulder - neck)
+    return {
+        f"{side}_collar": collar,
+        f"{side}_shoulder": shoulder,
+        f"{side}_elbow": elbow,
+        f"{side}_wrist": wrist,
+    }
+
+
+def _mean(markers: Markers, *names: str) -> FloatArray:
+    """Return the mean (frames, 3) of those of the named markers that are seen, NaN for none."""
+    none = np.full_like(next(iter(markers.values())), np.nan)
+    tracks = np.stack([markers.get(name, none) for name in names])
+    known = ~np.isnan(tracks)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.where(known, tracks, 0.0).sum(axis=0) / known.sum(axis=0))
+
+
+def _orthogonal(vector: FloatArray, direction: FloatArray) -> FloatArray:
+    """Return the unit vector along the part of ``vector`` that is orthogonal to ``direction``."""
+    along = rotation.normalize(direction)
+    return rotation.normalize(vector - np.sum(vector * along, axis=-1, keepdims=True) * along)
+
+
+_LABEL_WITHIN = re.compile(f"(.*?)({'|'.join(_PLUG_IN_GAIT)})(.*?)[0-9_]*", re.IGNORECASE)
+_FRONT_AND_BACK = (
+    *("LASI LPSI", "RASI RPSI", "LASI SACR", "RASI SACR", "LTOE LANK", "RTOE RANK", "CLAV C7"),
+    *("STRN T10", "LFHD LBHD", "RFHD RBHD"),
+)
+_BACKWARDS = -0.3  # Median cosine with the other pairs; it is .72 or more in 14 real captures
+_UNIT_NAMES = MappingProxyType(
+    {"mill": "mm", "cent": "cm", "mete": "m", "metr": "m", "inch": "inch", "in": "inch", "": "mm"}
+)  # First four letters of names, after which some programs cut
+_LEGS = (("ASI", "KNE", "ANK", 0.9), ("HJC", "KJC", "AJC", world.TYPICAL_LEG))
+"""Markers, or centres, down the leg, and the length of this way on an adult, metres."""
+
+
+def _solve(file: MarkerFile, named: Named, path: object, options: ReadOptions) -> Clip:
+    """Solve the joints of one performer; bad frames are those that lack a needed marker."""
+    tracks = {
+        name: max((file.tracks[n] for n in numbers), key=lambda track: seen(track).sum())
+        for name, numbers in named.items()
+    }
+    twice = ", ".join(sorted(name for name, numbers in named.items() if len(numbers) > 1))
+    notes = file.notes
+    if twice:
+        notes += (
+            f"Markers that occur more than once, of which the one seen most is taken: {twice}.",
+        )
+    if "SACR" in tracks and "LASI" not in tracks:
+        notes += ("Markers named hip are taken for the centres of the hips.",)
+    if options.swap_sides:
+        other = {"L": "R", "R": "L"}
+        tracks = {other.get(name[0], name[0]) + name[1:]: t for name, t in tracks.items()}
+    rate = check_rate(file.fps, path) if options.fps is None else options.fps
+    filled, gap_notes = fill_gaps(tracks, rate, _NEEDED)
+    if missing := missing_markers(set(filled)):
+        labels = {name: file.labels[numbers[0]] for name, numbers in named.items()}
+        there = ", ".join(sorted(labels.get(name, name) for name in filled)) or "none that is known"
+        never = ", ".join(sorted(labels.get(name, name) for name in set(tracks) - set(filled)))
+        raise CaptureError(
+            path,
+            f"expected the markers of a whole body, as Plug-in Gait names them, found none for "
+            f"{'; '.join(missing)} (there are: {there}{never and '; never seen: '}{never}). "
+            "Rename the markers, or export the solved skeleton as BVH.",
+        )
+    tracks, bad_notes = _good_frames(filled, rate, path, options.skip_bad_frames)
+    unit, unit_notes = _find_unit(file.unit, tracks, path, options.unit)
+    markers = {name: track * unit for name, track in tracks.items()}
+    points = joint_centres(markers)
+    up, up_notes = _up(file, points, rate, options.up)
+    turn = np.broadcast_to(world.to_y_up(up), (len(points), 4))
+    if options.mirror_world:
+        mirrored = [-1.0, 1.0, 1.0]
+        turned = {name: rotation.rotate(turn, track) for name, track in markers.items()}
+        points = joint_centres({name: track * mirrored for name, track in turned.items()})
+    else:
+        points = rotation.rotate(turn[:, None], points)
+    return Clip(
+        skeleton=_skeleton(points),
+        fps=rate,
+        local_rotations=solve_rotations(points),
+        root_positions=points[:, 0],
+        format=file.format,
+        unit=unit,
+        notes=notes + _front_notes(markers) + gap_notes + bad_notes + unit_notes + up_notes,
+        up="y",
+    )
+
+
+def _front_notes(markers: Markers) -> tuple[str, ...]:
+    """Note markers of the front that are behind those of the back, if the others are not."""
+    ways = {
+        f"{front} and {back}": rotation.normalize(markers[front] - markers[back])
+        for front, back in (names.split() for names in _FRONT_AND_BACK)
+        if front in markers and back in markers
+    }
+    wrong = []
+    for names, way in ways.items():
+        others = np.nansum([other for name, other in ways.items() if name != names], axis=0)
+        ahead = np.sum(way * rotation.normalize(others), axis=-1) if len(ways) > 2 else np.ones(1)
+        known = ahead[np.isfinite(ahead)]
+        if len(known) and np.median(known) < _BACKWARDS:
+            wrong.append(names)
+    if not wrong:
+        return ()
+    return (
+        f"Front is behind back for most of the take, other than for the rest: {', '.join(wrong)}. "
+        "Their names look exchanged. Rename the markers.",
+    )
+
+
+def _good_frames(
+    tracks: dict[str, FloatArray], fps: float, path: object, skip_bad: bool
+) -> tuple[dict[str, FloatArray], tuple[str, ...]]:
+    """Refuse tracks that lack needed markers for long, or leave out these frames, with a note."""
+    sided = [side + name for names in _SIDED.values() for name in names for side in "LR"]
+    if "LASI" in tracks:
+        sided = [name for name in sided if not name.endswith("HJC")]
+    needed = {name: tracks[name] for name in sided if name in tracks}
+    backs = [name for name in ("LPSI", "RPSI", "SACR") if name in tracks]
+    if "LASI" in tracks:
+        needed[" and ".join(backs)] = _back(tracks)
+    necks = [name for name in ("C7", "CLAV") if name in tracks]
+    if necks:
+        needed["C7 and CLAV"] = _neck(tracks)
+    lost = {name: longest_gap(track) / fps for name, track in needed.items()}
+    lost = {name: seconds for name, seconds in lost.items() if seconds > 0}
+    if not lost:
+        return tracks, ()
+    good = np.all([seen(track) for track in needed.values()], axis=0)
+    if skip_bad and good.any():
+        note = f"Left out {int((~good).sum())} frames with lost markers."
+        return {name: track[good] for name, track in tracks.items()}, (note,)
+    gaps = gaps_of(list(lost), lost)
+    raise CaptureError(
+        path,
+        f"expected no gap above {LONGEST_GAP:g} s, found lost markers: {gaps}. Fill the gaps "
+        "before the export, or pass --skip-bad-frames to leave those frames out.",
+    )
+
+
+def _unit(name: str, path: object) -> float:
+    """Return the metres per unit of a unit's name."""
+    short = name.strip().lower()
+    known = _UNIT_NAMES.get(short[:4], short)
+    if known not in UNITS:
+        raise CaptureError(
+            path, f"expected the unit mm, cm, m or inch, found {quoted(name)}. Give --unit."
+        )
+    return UNITS[known]
+
+
+def _find_unit(
+    name: str, tracks: Markers, path: object, asked: float | None
+) -> tuple[float, tuple[str, ...]]:
+    """Return the unit asked for, or a file's, or the one in which its markers are on a person."""
+    if asked is not None:
+        return asked, ()
+    stated = _unit(name, path)
+    *down, typical = _LEGS[0] if "LASI" in tracks else _LEGS[1]
+    ways = [
+        np.linalg.norm(tracks[side + a] - tracks[side + b], axis=1)
+        for side in "LR"
+        for a, b in pairwise(down)
+    ]
+    return world.checked_unit(stated, float(np.median(np.sum(ways, axis=0))) / 2.0, typical)
+
+
+def _up(
+    file: MarkerFile, points: FloatArray, fps: float, asked: str
+) -> tuple[str, tuple[str, ...]]:
+    """Return the axis that is up, and notes.
+
+    A C3D whose Y_SCREEN has the wrong sign, as Qualisys writes it, is told by a body that stands
+    the other way.
+    """
+    if asked:
+        return asked, ()
+    if not file.up:
+        found = world.find_up(points, fps, usual=file.usual_up)
+        return found.up, found.notes
+    other = file.up.lstrip("-")
+    if file.up != other:
+        found = world.find_up(points, fps, usual=file.up)
+        if found.is_sure and found.up == other:
+            return other, (
+                f"POINT:Y_SCREEN says that {file.up} is up, but the body stands along {other}, "
+                "which is taken. Give the axis (--up) if this is wrong.",
+            )
+    return file.up, ()
+
+
+def _skeleton(points: FloatArray) -> Skeleton:
+    """Return the canonical skeleton with this body's bone lengths (medians over the frames)."""
+    standard = body.standard_skeleton()
+    parents = body.PARENTS.clip(0)
+    lengths = np.median(np.linalg.norm(points - points[:, parents], axis=-1), axis=0)
+    usual = np.linalg.norm(body.OFFSETS, axis=-1)
+    ratio = np.where(usual > 0, lengths / np.where(usual > 0, usual, 1.0), 1.0)
+    collars = [body.INDEX["l_collar"], body.INDEX["r_collar"]]
+    ratio[collars] = ratio[body.INDEX["neck"]]
+    return replace(standard, offsets=body.OFFSETS * ratio[:, None])

@@ -1,0 +1,117 @@
+"""TRC as clips: markers of several sets, and centres of joints, of a person in T-pose."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+from odd_c3d import MARKERS
+
+from motiondb.body import body, kinematics
+from motiondb.errors import CaptureError
+from motiondb.files.limits import ReadOptions
+from motiondb.files.readers.trc import read_trc
+
+_SIDED = {
+    "Hip": (9, 92, 0), "Knee": (9, 50, 1), "Ankle": (9, 9, 0), "BigToe": (9, 2, 14),
+    "Heel": (9, 2, -5), "Shoulder": (18, 145, 0), "Elbow": (45, 145, 0), "Wrist": (70, 145, 0),
+}  # fmt: skip
+CENTRES = (
+    {f"L{name}": place for name, place in _SIDED.items()}
+    | {f"R{name}": (-x, y, z) for name, (x, y, z) in _SIDED.items()}
+    | {"Neck": (0, 148, 0), "Head": (0, 172, 2)}
+)
+"""Centres as OpenPose and Pose2Sim name them, centimetres, y up."""
+
+
+def trc(places: Mapping[str, tuple[float, ...]], unit: str = "cm", scale: float = 1.0) -> bytes:
+    """Write points that move ahead by 1 cm a frame, with a blank cell in the second frame."""
+    heads = "".join(f"{name}\t\t\t" for name in places)
+    axes = "".join(f"X{n}\tY{n}\tZ{n}\t" for n in range(1, len(places) + 1))
+    lines = [
+        "PathFileType\t4\t(X/Y/Z)\ta.trc",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits",
+        f"60.00\t60.00\t20\t{len(places)}\t{unit}",
+        f"Frame#\tTime\t{heads}",
+        f"\t\t{axes}",
+        "",
+    ]
+    for frame in range(20):
+        numbers = [
+            f"{scale * (v + frame * (k == 2)):.6f}"
+            for p in places.values()
+            for k, v in enumerate(p)
+        ]
+        if frame == 1:
+            numbers[:3] = ["", "", ""]
+        lines.append("\t".join([str(frame + 1), f"{frame / 60:.3f}", *numbers]))
+    return "\n".join(lines).encode()
+
+
+def joints(data: bytes) -> Mapping[str, np.ndarray]:
+    """Return the joints in the first frame, centimetres."""
+    clip = read_trc(data, "a.trc")
+    positions, _ = kinematics.clip_positions(clip)
+    return dict(zip(body.JOINTS, 100.0 * positions[0]))
+
+
+@pytest.mark.parametrize(("unit", "scale"), [("mm", 10.0), ("m", 0.01), ("cm", 1.0)])
+def test_markers_in_any_unit(unit: str, scale: float) -> None:
+    clip = read_trc(trc(MARKERS, unit, scale), "a.trc")
+    assert (clip.fps, clip.format, clip.n_frames, clip.up) == (60.0, "trc", 20, "y")
+    assert joints(trc(MARKERS, unit, scale))["l_knee"] == pytest.approx([10, 50, 0], abs=1.0)
+
+
+def test_an_inner_marker_gives_the_middle_of_the_joint() -> None:
+    inner = {"LKneeMed": (3, 50, 0), "RKneeMed": (-3, 50, 0)}
+    assert joints(trc({**MARKERS, **inner}))["l_knee"] == pytest.approx([9, 50, 0], abs=0.5)
+
+
+OTHERS = {"ASI": "IAS", "PSI": "IPS", "KNE": "FLE", "ANK": "FAL", "SHO": "SAJ", "ELB": "HLE",
+          "WRA": "RSP", "WRB": "USP", "TOE": "FM2", "FHD": "HDF", "BHD": "HDB"}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        lambda side, place: f"{side}_{OTHERS[place]}",
+        lambda side, place: f"{side.lower()}.{place}_study",
+        lambda side, place: f"Kim_{side}{place}",
+    ],
+    ids=["ISB", "study", "performer"],
+)
+def test_markers_of_other_sets_are_as_those_of_plug_in_gait(name) -> None:
+    renamed = {
+        name(label[0], label[1:]) if label[1:] in OTHERS else label: place
+        for label, place in MARKERS.items()
+    }
+    plain, other = joints(trc(MARKERS)), joints(trc(renamed))
+    np.testing.assert_allclose(list(other.values()), list(plain.values()), atol=1e-9)
+
+
+def test_centres_of_joints_are_the_joints() -> None:
+    found = joints(trc(CENTRES))
+    for role, name in (("l_hip", "LHip"), ("r_knee", "RKnee"), ("l_ankle", "LAnkle"),
+                       ("r_shoulder", "RShoulder"), ("l_elbow", "LElbow"), ("r_wrist", "RWrist"),
+                       ("neck", "Neck"), ("l_toe", "LBigToe")):  # fmt: skip
+        assert found[role] == pytest.approx(CENTRES[name], abs=1.0), role
+
+
+@pytest.mark.parametrize(
+    ("data", "told"),
+    [
+        (b"hello", "expected a TRC file"),
+        (trc(MARKERS).replace(b"0.017", b"0.017\tx"), "line 8: expected numbers, found 'x'"),
+        (b"\n".join(trc(MARKERS).split(b"\n")[:6]), "expected at least 1 frame, found 0"),
+        (trc(CENTRES).replace(b"LKnee", b"Other"), "found none for LKNE"),
+        (trc(MARKERS).replace(b"60.00\t60.00", b"\t"), "expected"),
+    ],
+)
+def test_what_is_no_capture_is_refused_with_the_reason(data: bytes, told: str) -> None:
+    with pytest.raises(CaptureError, match=told):
+        read_trc(data, "a.trc")
+
+
+def test_a_given_rate_holds() -> None:
+    assert read_trc(trc(MARKERS), "a.trc", ReadOptions(fps=30.0)).fps == 30.0
