@@ -224,7 +224,7 @@ class Archive:
             changed = {before: after for before, after in renamed.items() if before != after}
             if changed:
                 numbers = {everyone[name].capture_id: new for name, new in changed.items()}
-                with updating.changing(opened, "rename", {"old": old, "new": new}, numbers):
+                with updating.changing(opened, "rename", {"old": old, "new": new}, numbers, False):
                     _rename(opened, numbers)
         return changed
 
@@ -262,7 +262,9 @@ class Archive:
                 names[store.SYNONYMS] = "synonyms"
                 there = [*names]
             parameters = {"run": number, "kind": kind}
-            with updating.changing(opened, store.UNDO, parameters, there) as change:
+            counts = bool(added or removed or store.SYNONYMS in there)
+            counts |= any(e.captions is not None for e in changed)
+            with updating.changing(opened, store.UNDO, parameters, there, counts) as change:
                 for edit in added:
                     store.remove_capture(opened, edit.capture_id)
                 renamed = [e for e in changed if names[e.capture_id] != e.name]

@@ -125,7 +125,8 @@ def learning_mark(store: Store) -> str:
     size = load_learning_size(store)
     query = "SELECT started, version, parameters FROM run WHERE run_id = ?"
     run = store.connection.execute(query, [size.run_id]).fetchone()
-    return repr((vars(size), run, content_revision(store)))
+    named = "SELECT max(run_id) FROM run WHERE kind IN ('rename', 'undo')"  # a name may tell who
+    return repr((vars(size), run, content_revision(store), store.connection.value(named)))
 
 
 def is_learned(store: Store) -> bool:
