@@ -83,6 +83,7 @@ from motiondb.store.catalogue.where import (
 from motiondb.store.compaction import backup, compact, count_rows, unused_bytes
 from motiondb.store.connection.faults import DamagedFileError, damage_sentence
 from motiondb.store.connection.handle import Store, bounded_memory, released
+from motiondb.store.connection.migrations import motiondb_version
 from motiondb.store.connection.opening import open_store
 from motiondb.store.connection.transactions import (
     check_writable,
@@ -127,6 +128,7 @@ if TYPE_CHECKING:
         save_provenance,
         to_provenance,
     )
+    from motiondb.store.catalogue.known_files import KnownFile, load_known_files, save_known_files
     from motiondb.store.checks import check_quickly, check_store
     from motiondb.store.grammars import (
         Derivation,
@@ -168,6 +170,7 @@ if TYPE_CHECKING:
 _LATER = {
     "catalogue.edits": "SYNONYMS UNDO Edit find_undoable load_edits noting_edits",
     "catalogue.generated": "Provenance SourceCapture load_provenance save_provenance to_provenance",
+    "catalogue.known_files": "KnownFile load_known_files save_known_files",
     "checks": "check_quickly check_store",
     "grammars": "Derivation GrammarSize GrammarSource StoredGrammar load_derivation "
     "load_derivations load_grammar load_grammar_names load_grammar_sizes "
