@@ -164,8 +164,12 @@ def learning_mark(store: Store) -> str:
     size = load_learning_size(store)
     query = "SELECT started, version, parameters FROM run WHERE run_id = ?"
     run = store.connection.execute(query, [size.run_id]).fetchone()
-    named = "SELECT max(run_id) FROM run WHERE kind IN ('rename', 'undo')"  # a name may tell who
-    return repr((vars(size), run, content_revision(store), store.connection.value(named)))
+    names = (  # which may tell the performer
+        "SELECT run_id, started, parameters FROM run WHERE kind IN ('rename', 'undo') "
+        "ORDER BY run_id DESC LIMIT 1"
+    )
+    named = store.connection.execute(names).fetchone()
+    return repr((vars(size), run, content_revision(store), named))
 
 
 def is_learned(store: Store) -> bool:

@@ -124,8 +124,8 @@ def _options(job: FileToRead) -> str:
 def _digest(job: FileToRead) -> str:
     """The digest of a file of one capture; "" if it cannot be read."""
     try:
-        data, *skeleton = (read_file(path, job.options()) for path in _files(job))
-        return digest(data, *skeleton)
+        parts = [read_file(path, job.options()) for path in _files(job)]
+        return digest(parts[0], parts[1] if parts[1:] else None)
     except CaptureError:
         return ""
 
