@@ -105,9 +105,20 @@ def add(
             help="Keep the motions without the files, which then cannot be exported as they were.",
         ),
     ] = False,
+    check_bytes: Annotated[
+        bool,
+        typer.Option(
+            "--check-bytes",
+            help="Compare the bytes of known files, too, not only their size and time.",
+        ),
+    ] = False,
     cluster: options.Cluster = None,
 ) -> None:
-    """Add captures, with captions and events of sheets; files with faults are left out (exit 1)."""
+    """Add captures, with captions and events of sheets; files with faults are left out (exit 1).
+
+    Files that are as they were when they were added are not read again, and are no faults if they
+    were faulty then.
+    """
     for folder in folders:
         motiondb.check_captures(folder)
     settings = motiondb.AddSettings(
@@ -125,6 +136,7 @@ def add(
         prefix=prefix,
         replace=replacing,
         originals=not no_originals,
+        check_bytes=check_bytes,
     )
     with (
         printing.cluster(cluster) as workers,
@@ -155,6 +167,8 @@ def add(
         for name, known in report.known:
             if name != known:
                 printing.say(f"  {name} is the same file as {known}")
+        heads = [problem.splitlines()[0] for problem in report.known_faulty]
+        printing.say(*(f"  known to be faulty, and as before: {head}" for head in heads))
         printing.print_notes(report.notes)
         printing.note_drift(drift)
         if wordless and report.added:

@@ -15,7 +15,8 @@ import math
 import shutil
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,8 @@ import typer
 import motiondb
 
 if TYPE_CHECKING:
+    from rich.progress import Progress
+
     from motiondb.cli.options import Shared, SharedOfClips
 
 
@@ -294,19 +297,12 @@ def _bars(enabled: bool) -> Iterator[Callable[[str, float, str], None]]:
     if not enabled:
         yield lambda _what, _share, _remark: None
         return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (
-        TextColumn("{task.description:22}"),
-        BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %"),
-        TextColumn("{task.fields[remark]}"),
-    )
-    with Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True)) as bar:
+    with ExitStack() as shown:
+        started = cache(lambda: shown.enter_context(_progress_bar()))  # with the first step
         tasks: dict[str, Any] = {}
 
         def show(what: str, share: float, remark: str) -> None:
+            bar = started()
             for name, task in tasks.items():
                 if name != what:
                     bar.update(task, completed=1.0)
@@ -317,7 +313,21 @@ def _bars(enabled: bool) -> Iterator[Callable[[str, float, str], None]]:
 
         yield show
         for task in tasks.values():
-            bar.update(task, completed=1.0)
+            started().update(task, completed=1.0)
+
+
+def _progress_bar() -> Progress:
+    """Bars on standard error, which begin with a block."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (
+        TextColumn("{task.description:22}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"),
+        TextColumn("{task.fields[remark]}"),
+    )
+    return Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True))
 
 
 def print_sources(sources: Sequence[motiondb.Source]) -> None:

@@ -183,6 +183,14 @@ CREATE TABLE same_file (
     capture_id BIGINT NOT NULL
 );
 
+-- Files that `add` has read, so that those that are the same need not be read again.
+CREATE TABLE known_file (
+    path VARCHAR PRIMARY KEY,               -- absolute
+    state VARCHAR NOT NULL,                 -- JSON: size, time and access of it and its skeleton
+    options VARCHAR NOT NULL,               -- JSON: version and options that it was read with
+    readings VARCHAR NOT NULL               -- JSON: takes, digests, problems and axes up
+);
+
 -- ── Derived: what `learn` makes, replaced as a whole ─────────────────────────────────────────
 
 -- One row where `learn` has run: the sizes of everything below.

@@ -28,6 +28,8 @@ class AddReport:
     events: int = 0  # Number of events saved with ``added``
     without_performer: int = 0  # Number of captures of ``added`` whose performer is not given
     replaced: tuple[str, ...] = ()  # Those of ``added`` that took the place of another capture
+    # A sentence per file that could not be used before either, and is as it was then
+    known_faulty: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

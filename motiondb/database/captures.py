@@ -287,7 +287,7 @@ class Captures:
             changed = {before: after for before, after in renamed.items() if before != after}
             if changed:
                 numbers = {everyone[name].capture_id: new for name, new in changed.items()}
-                with updating.changing(opened, "rename", {"old": old, "new": new}, numbers):
+                with updating.changing(opened, "rename", {"old": old, "new": new}, numbers, False):
                     store.rename_captures(opened, numbers)
         return changed
 

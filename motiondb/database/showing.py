@@ -130,6 +130,10 @@ def capture_activities(session: Session, capture_id: int) -> list[answers.ShownA
     words were learned, each comes with those that its motion most likely shows. Empty if the
     capture does one thing throughout.
     """
+    return session.kept(("activities", capture_id), lambda: _activities(session, capture_id))
+
+
+def _activities(session: Session, capture_id: int) -> list[answers.ShownActivity]:
     motion = store.load_motion(session.store, capture_id)
     features = recognition_features(motion)
     runs = find_activities(features, np.random.default_rng(0))

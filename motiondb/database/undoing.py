@@ -25,7 +25,9 @@ def undo(session: Session, run: int | None) -> answers.Undone:
             names[store.SYNONYMS] = "synonyms"
             there = [*names]
         parameters = {"run": number, "kind": kind}
-        with updating.changing(opened, store.UNDO, parameters, there) as change:
+        counts = bool(added or removed or store.SYNONYMS in there)
+        counts |= any(e.captions is not None for e in changed)
+        with updating.changing(opened, store.UNDO, parameters, there, counts) as change:
             for edit in added:
                 store.remove_capture(opened, edit.capture_id)
             renamed = [e for e in changed if names[e.capture_id] != e.name]

@@ -142,7 +142,7 @@ def draw_figure(axes: Axes, view: View, frame: int, x: float, line_width: float 
     points = view.points[frame] + np.array([x, 0.0])
     depth = view.depths[frame]
     order = sorted(BONES, key=lambda bone: float(depth[bone[0]] + depth[bone[1]]))
-    axes.add_patch(
+    axes.add_artist(
         Ellipse((x, 0.0), 0.62, 0.62 * np.sin(ELEVATION), color=style.SHADOW, lw=0, zorder=1)
     )
     lines = LineCollection(
@@ -156,7 +156,7 @@ def draw_figure(axes: Axes, view: View, frame: int, x: float, line_width: float 
         clip_on=False,
     )
     axes.add_collection(lines, autolim=False)
-    axes.add_patch(
+    axes.add_artist(
         Circle(
             tuple(head_centre(points)),
             HEAD_RADIUS,

@@ -187,7 +187,7 @@ def draw_timeline(
     letter = 0.075 * seconds_per_inch
     for (left, right, label, key), lane in zip(timeline.spans, lanes(timeline.spans)):
         colours: Any = {"facecolor": style.tint(key), "edgecolor": "white", "linewidth": 0.8}
-        axes.add_patch(Rectangle((left, lane + 0.08), right - left, 0.84, gid="span", **colours))
+        axes.add_artist(Rectangle((left, lane + 0.08), right - left, 0.84, gid="span", **colours))
         text = fit_label(label, right - left - 0.5 * letter, letter)
         if text:
             style.write(axes, (left + right) / 2.0, lane + 0.52, text, 7.5, gid="label")

@@ -138,6 +138,9 @@ from .catalogue.generated import (
 from .catalogue.generated import (
     to_provenance as to_provenance,
 )
+from .catalogue.known_files import KnownFile as KnownFile
+from .catalogue.known_files import load_known_files as load_known_files
+from .catalogue.known_files import save_known_files as save_known_files
 from .catalogue.names import (
     check_new_name as check_new_name,
 )
@@ -240,6 +243,7 @@ from .connection.handle import (
 from .connection.handle import (
     released as released,
 )
+from .connection.migrations import motiondb_version as motiondb_version
 from .connection.opening import (
     open_store as open_store,
 )

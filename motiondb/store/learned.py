@@ -44,6 +44,7 @@ TABLES = (
     "transition_count",
     "parameter",
 )
+_OF_SYMBOLS = ("symbol", "symbol_state", "symbol_distance", "space_stress", "cluster")
 SEGMENT_TABLES = ("segment", "segment_score")
 """Those of captures: the segments of a capture stay while others are added or removed."""
 _PIECE = 65_536  # Numbers in one row of the table ``parameter``
@@ -63,15 +64,34 @@ class LearningSize:
     n_words: int
 
 
-def save_learning(store: Store, learning: StoredLearning, kept: Collection[int] = ()) -> None:
+def save_learning(
+    store: Store,
+    learning: StoredLearning,
+    kept: Collection[int] = (),
+    former: StoredLearning | None = None,
+) -> None:
     """Replace everything derived by ``learning`` and finish its run, in one transaction.
 
     `kept`: Captures whose segments stay as they are; ``learning`` has those of all others.
+    `former`: What is stored, with the same symbols and space. Rows that are the same stay, too, and
+    get the new run.
     """
     run_id, symbols, space = learning.run_id, learning.symbols, learning.space
+    parameters = learning.parameters
     with transaction(store) as connection:
         for table in TABLES:
-            connection.execute(f"DELETE FROM {table}")
+            if former is not None and table in _OF_SYMBOLS:
+                connection.execute(f"UPDATE {table} SET run_id = ?", [run_id])
+            elif former is not None and table == "parameter":
+                same = _same_values(parameters, former.parameters)
+                given = [list(same)]
+                connection.execute(
+                    "DELETE FROM parameter WHERE name NOT IN (SELECT unnest($1))", given
+                )
+                connection.execute("UPDATE parameter SET run_id = ?", [run_id])
+                parameters = {n: v for n, v in parameters.items() if n not in same}
+            else:
+                connection.execute(f"DELETE FROM {table}")
         _delete_segments(connection, kept)
         forget_unused(store, SCORES)
         connection.execute(
@@ -86,14 +106,33 @@ def save_learning(store: Store, learning: StoredLearning, kept: Collection[int] 
                 len(learning.association.words),
             ],
         )
-        _insert_symbols(connection, symbols, space, run_id)
-        _insert_space(connection, space, run_id)
+        if former is None:
+            _insert_symbols(connection, symbols, space, run_id)
+            _insert_space(connection, space, run_id)
         _insert_segments(connection, learning.segments, run_id)
         store.local.changed.add("segment_revision")
         _insert_association(connection, learning.association, run_id)
         _insert_transitions(connection, learning.transition_counts, run_id)
-        _insert_parameters(connection, learning.parameters, run_id)
+        _insert_parameters(connection, parameters, run_id)
         finish_run(store, run_id)
+
+
+def _same_values(
+    values: Mapping[str, FloatArray | str], former: Mapping[str, FloatArray | str]
+) -> set[str]:
+    """Names of the values that are equal to the last bit."""
+    return {
+        name
+        for name, value in values.items()
+        if (old := former.get(name)) is not None and _as_bytes(value) == _as_bytes(old)
+    }
+
+
+def _as_bytes(value: FloatArray | str) -> object:
+    if isinstance(value, str):
+        return value
+    array = np.asarray(value, dtype=np.float64)
+    return array.shape, array.tobytes()
 
 
 def load_learning(store: Store, *, scores: bool = True) -> StoredLearning:
@@ -125,7 +164,12 @@ def learning_mark(store: Store) -> str:
     size = load_learning_size(store)
     query = "SELECT started, version, parameters FROM run WHERE run_id = ?"
     run = store.connection.execute(query, [size.run_id]).fetchone()
-    return repr((vars(size), run, content_revision(store)))
+    names = (  # which may tell the performer
+        "SELECT run_id, started, parameters FROM run WHERE kind IN ('rename', 'undo') "
+        "ORDER BY run_id DESC LIMIT 1"
+    )
+    named = store.connection.execute(names).fetchone()
+    return repr((vars(size), run, content_revision(store), named))
 
 
 def is_learned(store: Store) -> bool:

@@ -99,7 +99,11 @@ def test_add_export_remove_compact(command: Any, some: Path, samples_folder: Pat
     assert "1 already there, 1 problem; 4 captures in motions.duckdb." in ended.out
     assert "  bow again is the same file as ana/bow_1" in ended.out
     assert f"  {some}/broken.bvh" in ended.err
+    ended = command("add", some)
+    assert (ended.code, ended.err) == (0, "")
+    assert f"  known to be faulty, and as before: {some}/broken.bvh" in ended.out
     report = json.loads(command("add", some, "--json").out)
+    assert len(report["known_faulty"]) > 0
     assert (report["added"], report["captures"], len(report["known"])) == ([], 4, 5)
     assert answer(command("export", "ana/bow_1", "-o", "b.bvh", "--json"))["output"] == "b.bvh"
     assert answer(command("remove", "ana/bow_1", "--json")) == {"removed": ["ana/bow_1"]}

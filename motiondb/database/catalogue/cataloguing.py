@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,7 +16,6 @@ from typing import TYPE_CHECKING
 from motiondb import store
 from motiondb.answers.changes import AddReport
 from motiondb.body import world
-from motiondb.database.catalogue import copy_search
 from motiondb.database.catalogue.file_reading import (
     AddSettings,
     FileToRead,
@@ -23,6 +23,7 @@ from motiondb.database.catalogue.file_reading import (
     Readings,
     read_all,
 )
+from motiondb.database.catalogue.known_files import KnownFiles
 from motiondb.database.catalogue.sheets import Sheets, captions_within, sheet_notes
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
@@ -52,7 +53,6 @@ def add_captures(
     workers: Cluster | None = None,
 ) -> AddReport:
     """Add files, and all captures below folders, as ``MotionDB.add`` does."""
-    tell = progress or (lambda _what, _done, _total: None)
     if settings.prefix:
         store.check_new_name(f"{settings.prefix}x", "capture")
     sheets = sheets.below(settings.prefix)
@@ -74,14 +74,16 @@ def add_captures(
         for name, path in sorted(names.items())
     ]
     store.check_writable(opened)
-    readings = read_all(jobs, settings.jobs, workers)
+    known = KnownFiles(opened, jobs)
+    tell = progress if progress and known.lacking else lambda _what, _done, _total: None
     adding = _Adding(
         opened,
         folders,
         sheets,
         settings,
         workers or HERE,
-        readings,
+        known,
+        known.read(settings.jobs, workers),
         {j.name: j for j in jobs},
         tell,
     )
@@ -136,6 +138,7 @@ class _Adding:
     sheets: Sheets
     settings: AddSettings
     workers: Workers
+    known: KnownFiles
     readings: Iterator[Readings]
     jobs: Mapping[str, FileToRead]  # By the name of the file's capture
     tell: Progress
@@ -156,7 +159,7 @@ class _Adding:
     def read(self) -> list[Readings]:
         """Read files that fit into memory together; the file of the database is free meanwhile."""
         batch, n_bytes = list[Readings](), 0
-        with store.released(self.opened):
+        with store.released(self.opened) if self.known.lacking else nullcontext():
             for reading in self.readings:
                 batch.append(reading)
                 n_bytes += sum(each.n_bytes for each in reading)
@@ -175,6 +178,8 @@ class _Adding:
             for of_file in readings:
                 others = self.found.get(of_file.skeleton, ())
                 if of_file.found is None or of_file.found.is_sure or len(others) < 2:
+                    continue
+                if of_file.is_known:
                     continue
                 up, is_sure = world.pooled(others)
                 own = world.up_notes(of_file.found)
@@ -206,25 +211,36 @@ class _Adding:
     def save(self, batch: Sequence[Readings]) -> AddReport:
         """Save what is new in a batch, in one transaction; gives the report of it."""
         opened, sheets, settings = self.opened, self.sheets, self.settings
-        is_last = self.n_read == self.n_files
         readings = [reading for of_file in batch for reading in of_file]
         self.takes += [tuple(r.name for r in of_file) for of_file in batch if len(of_file) > 1]
-        faults = [r.problem for r in readings if r.problem]
+        faults = [r.problem for r in readings if r.problem and not r.is_known]
         self.left.faulty.update({r.path: r.problem for r in readings if r.problem})
         with store.reading(opened):  # where nothing is new, nothing is written
             chosen = _sort_readings(opened, readings, settings.replace)
             part = _report_known(opened, sheets, chosen, faults)
             self.left.same.update(_renamed(readings, chosen))
-            is_noted = not is_last or store.is_noted(opened, self.left)
-        if not (chosen.new or chosen.filled) and is_noted:
-            return part
-        with store.bounded_memory(opened, sum(reading.n_bytes for reading in readings)):
-            return self._save_chosen(readings, faults, is_last)
+            is_noted = self.n_read < self.n_files or store.is_noted(opened, self.left)
+        if chosen.new or chosen.filled:
+            with store.bounded_memory(opened, sum(reading.n_bytes for reading in readings)):
+                part = self._save_chosen(readings, faults)
+        elif self.known.noted or not is_noted:
+            with store.transaction(opened):
+                self._save_notes()
+        self.known.noted.clear()
+        return replace(
+            part, known_faulty=tuple(r.problem for r in readings if r.problem and r.is_known)
+        )
 
-    def _save_chosen(
-        self, readings: Sequence[ReadFile], faults: Sequence[str], is_last: bool
-    ) -> AddReport:
+    def _save_notes(self) -> None:
+        """Save what is noted of the files of a batch, and after the last one of those left out."""
+        store.save_known_files(self.opened, self.known.noted)
+        if self.n_read == self.n_files:
+            store.save_not_saved(self.opened, self.left)
+
+    def _save_chosen(self, readings: Sequence[ReadFile], faults: Sequence[str]) -> AddReport:
         """Save what is new, if others have not added it meanwhile; look for copies of it."""
+        from motiondb.database.catalogue import copy_search  # compiled code
+
         opened, sheets, settings = self.opened, self.sheets, self.settings
         outlines, made = copy_search.load_outlines(opened), dict[int, copy_search.Made]()
         with store.transaction(opened):
@@ -243,8 +259,7 @@ class _Adding:
                 )
                 store.save_relations(opened, found)
                 part = replace(part, relations=tuple(found))
-            if is_last:
-                store.save_not_saved(opened, self.left)
+            self._save_notes()
         copy_search.load_outlines(opened, made)  # so that the next ``add`` has them
         return part
 
@@ -425,6 +440,11 @@ def _sort_readings(opened: store.Store, readings: Sequence[ReadFile], replacing:
                 f"{reading.path}: expected a new name, found another capture called "
                 f"{reading.name}. Put a folder before the new names (--prefix FOLDER/), or let "
                 "the new files take the place of the old ones (--replace)."
+            )
+        elif reading.is_known:
+            problems.append(
+                f"{reading.path}: expected the capture that it was added as, found that another "
+                "process removed it meanwhile. Add it again."
             )
         else:
             digests[reading.source.sha256] = reading.name

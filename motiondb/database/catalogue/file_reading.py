@@ -101,6 +101,8 @@ class AddSettings:
     kept."""
     originals: bool = True
     """Keep the files as they are, so that they can be exported bit for bit."""
+    check_bytes: bool = False
+    """Look at the bytes of files whose size and time of modification are known, too."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,6 +119,7 @@ class ReadFile:
     skeleton: str = ""  # Digest of its joints where the axis up was found from the motion
     found: Found | None = None  # This axis
     problem: str = ""  # Why the file cannot be saved; "" where it can
+    is_known: bool = False  # It was read before, and is the same; then motion and bytes are missing
 
     @property
     def n_bytes(self) -> int:
@@ -142,6 +145,21 @@ class FileToRead:
     def seconds(self, n_bytes: int) -> float:
         """Seconds that reading so many bytes may take."""
         return self.settings.limits.seconds_for(n_bytes)
+
+    def options(self) -> ReadOptions:
+        """How it is read, by its sheet and the settings."""
+        settings, entry = self.settings, self.entry
+        fps = entry.fps if entry and entry.fps else settings.fps
+        up = entry.up if entry and entry.up else settings.up
+        return extended(ReadOptions, settings, fps=fps, up=up)
+
+    def skeleton(self) -> Path | None:
+        """The skeleton file of an AMC; CaptureError if it is not found."""
+        entry, path = self.entry, self.path
+        named = entry.skeleton if entry and path.suffix.lower() == ".amc" else None
+        if not named:
+            return skeleton_path(path)
+        return named_skeleton(path, named, self.folder, self.settings.outside_skeletons)
 
 
 def read_all(
@@ -408,20 +426,12 @@ def _size(path: Path) -> int:
 
 def _load(job: FileToRead) -> _Loaded | Readings:
     """Load a file and its skeleton; an error becomes the problem of the reading."""
-    settings, entry, path = job.settings, job.entry, job.path
+    path, options = job.path, job.options()
     try:
         with guarded(path, job.seconds(_size(path))):
-            fps = entry.fps if entry and entry.fps else settings.fps
-            up = entry.up if entry and entry.up else settings.up
-            options = extended(ReadOptions, settings, fps=fps, up=up)
             kind = capture_format(path)
             data = read_file(path, options)
-            named = entry.skeleton if entry and path.suffix.lower() == ".amc" else None
-            asf = (
-                named_skeleton(path, named, job.folder, settings.outside_skeletons)
-                if named
-                else skeleton_path(path)
-            )
+            asf = job.skeleton()
             skeleton_data = read_file(asf, options) if asf else None
             return _Loaded(options, kind, data, asf, skeleton_data)
     except MotionDBError as error:

@@ -36,7 +36,8 @@ def recounted(opened: store.Store, change: Change, wanted: set[int]) -> Iterator
 
     `wanted`: Numbers of the captures that change.
     """
-    model = from_stored(store.load_learning(opened, scores=False))
+    stored = store.load_learning(opened, scores=False)
+    model = from_stored(stored)
     counts, reference = model.counted.counts, model.counted.reference
     known = set(model.segments.capture_ids.tolist())
     wanted = wanted & known
@@ -55,7 +56,7 @@ def recounted(opened: store.Store, change: Change, wanted: set[int]) -> Iterator
     change.new_words = _unknown_words(opened, change.counted, model)
     counted = counting.Counted(counts, reference)
     model = with_counts(replace(model, segments=added), change.run_id, kept | set(new), counted)
-    store.save_learning(opened, to_stored(model), kept)
+    store.save_learning(opened, to_stored(model), kept, stored)
 
 
 def _unknown_words(

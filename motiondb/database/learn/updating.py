@@ -26,26 +26,32 @@ class Change:
 
 @contextmanager
 def changing(
-    opened: store.Store, kind: str, parameters: Mapping[str, object], touched: Iterable[int] = ()
+    opened: store.Store,
+    kind: str,
+    parameters: Mapping[str, object],
+    touched: Iterable[int] = (),
+    counts: bool = True,
 ) -> Iterator[Change]:
     """A transaction with a separate run around :func:`counted`."""
     with (
         store.running(opened, kind, parameters) as run_id,
-        counted(opened, run_id, touched) as change,
+        counted(opened, run_id, touched, counts) as change,
     ):
         yield change
 
 
 @contextmanager
-def counted(opened: store.Store, run_id: int, touched: Iterable[int] = ()) -> Iterator[Change]:
+def counted(
+    opened: store.Store, run_id: int, touched: Iterable[int] = (), counts: bool = True
+) -> Iterator[Change]:
     """Surround a change of captures or words, inside a transaction, so that counts stay true.
 
     What was changed is noted, so that it can be undone. Nothing is counted if the database has not
-    learned.
+    learned, or if names and tags alone change (``counts`` is False).
     """
     change, wanted = Change(run_id), set(touched)
     with store.noting_edits(opened, run_id, wanted):
-        if not store.is_learned(opened):
+        if not (counts and store.is_learned(opened)):
             yield change
             return
         from motiondb.database.learn.recounting import recounted  # loads much of learning

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import shutil
 import weakref
 from collections.abc import Callable, Iterator
@@ -15,7 +16,7 @@ import pytest
 
 import motiondb
 from motiondb.body import body, changes, retarget, rotation, world
-from motiondb.database.catalogue import cataloguing
+from motiondb.database.catalogue import cataloguing, file_reading, known_files
 from motiondb.database.catalogue.file_reading import AddSettings, Readings, read_joint_map
 from motiondb.database.catalogue.sheets import ImportReport
 from motiondb.errors import MotionDBError, QueryError
@@ -65,9 +66,10 @@ def test_adding_again_changes_nothing(
         again = db.add(some / "another name.bvh")
         assert again.known == (("another name", "ana/bow_1"),)
     after = contents(path)
-    assert len(after.pop("same_file")) == 1  # nothing else is noted of the file
+    assert len(after.pop("same_file")) == 1  # nothing else is noted of the file,
+    assert len(after.pop("known_file")) == 5  # but that it need not be read again
     assert {t: rows for t, rows in after.items() if t != "meta"} == {
-        t: rows for t, rows in before.items() if t not in ("meta", "same_file")
+        t: rows for t, rows in before.items() if t not in ("meta", "same_file", "known_file")
     }
 
 
@@ -287,7 +289,7 @@ def test_a_batch_is_gone_before_the_next_one_is_read(
     tmp_path: Path, some: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """So memory does not grow with the number of batches."""
-    read_all, read, alive = cataloguing.read_all, list[weakref.ref[object]](), list[int]()
+    read_all, read, alive = known_files.read_all, list[weakref.ref[object]](), list[int]()
 
     def watched(*given: Any) -> Iterator[Readings]:
         for readings in read_all(*given):
@@ -295,7 +297,7 @@ def test_a_batch_is_gone_before_the_next_one_is_read(
             read.extend(weakref.ref(each) for each in readings)
             yield readings
 
-    monkeypatch.setattr(cataloguing, "read_all", watched)
+    monkeypatch.setattr(known_files, "read_all", watched)
     monkeypatch.setattr(cataloguing, "BATCH_BYTES", 1)
     with motiondb.open(tmp_path / "m.duckdb") as db:
         assert len(db.add(some).added) == 4
@@ -447,3 +449,76 @@ def test_captions_beyond_the_end_are_problems_with_their_line(tmp_path: Path, so
             "'frames as seconds' from 0 s to 81 s. Times are seconds; the words were left out.",
         )
         assert [c.words for c in db.words.captions("ana/bow_1")] == ["rounded"]
+
+
+def reads(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The names of the files that are read from now on."""
+    names: list[str] = []
+    read_all = file_reading.read_all
+
+    def noting(jobs: list[Any], *more: Any) -> Iterator[Readings]:
+        names.extend(job.name for job in jobs)
+        return read_all(jobs, *more)
+
+    monkeypatch.setattr(known_files, "read_all", noting)
+    return names
+
+
+def test_files_that_are_as_they_were_are_not_read_again(
+    tmp_path: Path, some: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bow, kick, read = some / "ana/bow_1.bvh", some / "boris/kick_1.bvh", reads(monkeypatch)
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        assert len(db.add(some).added) == len(read) == 4
+        read.clear()
+        os.utime(bow)  # the same bytes at another time
+        assert len(db.add(some, settings=AddSettings(replace=True)).known) == 4
+        assert len(db.add(some, settings=AddSettings(check_bytes=True)).known) == 4
+        assert read == []
+        assert len(db.add(some, settings=AddSettings(up="z")).known) == 4
+        assert len(read) == 4  # how they are read is another
+        db.add(some)
+        read.clear()
+        times, text = kick.stat(), kick.read_text()
+        kick.write_text(text.replace("0.0", "0.1", 1))  # in place, of the same size
+        os.utime(kick, ns=(times.st_atime_ns, times.st_mtime_ns))
+        assert len(db.add(some).known) == 4  # the limit, in the guide
+        (problem,) = db.add(some, settings=AddSettings(check_bytes=True)).problems
+        assert problem.startswith(f"{kick}: expected a new name")
+        assert read == ["boris/kick_1"]
+        read.clear()
+        db.remove(["ana/bow_1"])
+        shutil.move(some / "boris/punch_1.bvh", some / "moved.bvh")
+        again = db.add(some)
+        assert again.added == ("ana/bow_1",)
+        assert ("moved", "boris/punch_1") in again.known
+        assert {*read} == {"ana/bow_1", "boris/kick_1", "moved"}
+
+
+def test_a_faulty_file_is_told_once_as_new(
+    tmp_path: Path, some: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broken = some / "broken.amc"
+    broken.write_text(AMC)
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        (problem,) = db.add(some).problems
+        assert "expected its skeleton" in problem
+        again = db.add(some)
+        assert (again.problems, again.known_faulty) == ((), (problem,))
+        assert [f.problem for f in db.faulty_files()] == [problem]
+        broken.write_text(AMC + "\n")
+        (some / "broken.asf").write_text("no skeleton")
+        assert problem not in db.add(some).problems  # another one, as it is read again
+        read = reads(monkeypatch)
+        again = db.add(some)
+        assert (len(again.known_faulty), read) == (1, [])
+        assert len(db.add(some, settings=AddSettings(check_bytes=True)).problems) == 1
+        assert read == ["broken"]
+
+
+def test_files_left_out_are_filled_in_though_they_are_known(tmp_path: Path, some: Path) -> None:
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(some, settings=AddSettings(originals=False))
+        assert len(db.add(some).known) == 4
+        out = db.export("ana/jump_1", tmp_path / "j.bvh").output
+        assert out.read_bytes() == (some / "ana/jump_1.bvh").read_bytes()

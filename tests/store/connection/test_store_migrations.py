@@ -23,6 +23,7 @@ RELEASED = {
     5: "cffbf88c1aef44219d0c6970f9327b1fe1c2f2290bad33fbb7a9b7a5627fa979",
     6: "2ab94e7df4613c04d0e56b366d02f9a703998a5f8ca84721a8d9f04f4bc75aa2",
     7: "62933493a19d253e04be87dfe7d0599a93a3504cb186cdf60ec15578c81ee060",
+    8: "8f8446fdeb3a6a4ebd37ff69aa0c57bf1a7b021f288ba9f0d822994c238910d5",
 }
 """Version -> SHA-256 of the SQL of its tables, without comments. A further version gets a row, and
 a row never changes after its release: write a migration instead."""
@@ -95,13 +96,14 @@ def test_a_database_that_two_versions_wrote_stays_sound(
 
 
 _WITHOUT_PLACES = """
+    DROP TABLE known_file;
     ALTER TABLE segment_score DROP scores_at;
     DROP TABLE parquet_file;
     ALTER TABLE motion DROP poses_at;
     ALTER TABLE source DROP data_at;
     ALTER TABLE source DROP skeleton_data_at;
     UPDATE meta SET value = '5' WHERE key = 'schema';
-"""  # From the tables of version 7 to those of version 5
+"""  # From the tables of version 8 to those of version 5
 _FORMER_SEGMENTS = """
     ALTER TABLE segment ADD COLUMN ordinal BIGINT;
     UPDATE segment SET ordinal = n FROM (SELECT capture_id AS c, start_frame AS f,

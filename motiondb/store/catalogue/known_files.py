@@ -1,0 +1,32 @@
+"""Files that ``add`` has read, as they were then; what the texts hold is for ``add`` to say."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from motiondb.store.connection.handle import Store
+from motiondb.store.connection.transactions import transaction
+
+
+@dataclass(frozen=True)
+class KnownFile:
+    """A file when it was read."""
+
+    state: str  # Size, time and access of the file and its skeleton file
+    options: str  # How it was read
+    readings: str  # What was found
+
+
+def load_known_files(store: Store) -> dict[str, KnownFile]:
+    """Load the files that were read, by their absolute paths."""
+    rows = store.connection.execute("FROM known_file").fetchall()
+    return {path: KnownFile(*row) for path, *row in rows}
+
+
+def save_known_files(store: Store, files: Mapping[str, KnownFile]) -> None:
+    """Note files that were read, in place of what was noted of them."""
+    with transaction(store) as connection:
+        for path, file in files.items():
+            row = [path, file.state, file.options, file.readings]
+            connection.execute("INSERT OR REPLACE INTO known_file VALUES (?, ?, ?, ?)", row)
