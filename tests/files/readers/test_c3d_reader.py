@@ -145,6 +145,16 @@ def test_short_gaps_are_filled_and_long_ones_refused() -> None:
     assert clip.notes == ("Left out 60 frames with lost markers.",)
 
 
+def test_a_shoulder_lost_for_long_keeps_its_place_on_the_trunk() -> None:
+    markers = tracks(200)
+    whole = read_c3d(write(markers), "a.c3d")
+    markers["LSHO"] = markers["LSHO"].copy()
+    markers["LSHO"][30:150] = np.nan
+    clip = read_c3d(write(markers), "a.c3d")
+    assert "Lost for long and filled from the markers beside them: LSHO (1.2 s)." in clip.notes
+    np.testing.assert_allclose(clip.local_rotations, whole.local_rotations, atol=1e-5)
+
+
 @pytest.mark.parametrize(
     ("frames", "lost"),
     [(slice(60, 90), 0.0), (slice(60, 190), 0.0), (slice(0, 120), np.nan), (slice(130, 240), 0.0)],
