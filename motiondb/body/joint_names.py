@@ -96,6 +96,8 @@ Xsens: left right
     l5 t12 neck head *upperleg *lowerleg *foot *toe *upperarm *forearm *hand
 Rokoko: left right
     spine1 spine3 neck head *thigh *shin *foot *toe *arm *forearm *hand
+SOMA: left right
+    spine1 chest neck1 head *leg *shin *foot *toebase *arm *forearm *hand
 motiondb: l r
     spine chest neck head *hip *knee *ankle *toe *shoulder *elbow *wrist
 """

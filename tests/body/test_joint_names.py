@@ -88,6 +88,9 @@ SPELLINGS = {
     "Rokoko": """Hips LeftThigh LeftShin LeftFoot LeftToe LeftToeTip RightThigh RightShin RightFoot
         RightToe RightToeTip Spine1 Spine2 Spine3 Spine4 LeftShoulder LeftArm LeftForeArm LeftHand
         Neck Head RightShoulder RightArm RightForeArm RightHand""",
+    "SOMA": """Root Hips Spine1 Spine2 Chest Neck1 Neck2 Head HeadEnd LeftShoulder LeftArm
+        LeftForeArm LeftHand RightShoulder RightArm RightForeArm RightHand LeftLeg LeftShin LeftFoot
+        LeftToeBase LeftToeEnd RightLeg RightShin RightFoot RightToeBase RightToeEnd""",
     "motiondb": " ".join(body.JOINTS),
 }
 

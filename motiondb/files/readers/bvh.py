@@ -62,6 +62,8 @@ for more joints than any limit allows."""
 _SCALE_WITHIN = 1e-3  # Difference of a scale channel from 1 that is rounding
 _COUNT_LINE = re.compile(rb"[\s]*(frames|frame[ \t]*time)[ \t]*:?[ \t]*([^\s]*)[^\n]*\n?", re.I)
 
+_ROTATED = re.compile(rb"\boffset(?:[ \t]+[-+.\w]+){6}", re.I)
+
 Tokens = list[tuple[int, str]]  # (line number, word) in the order of the text
 
 
@@ -75,6 +77,7 @@ class _Node:
     is_end: bool = False
     offset: tuple[float, float, float] | None = None
     channels: tuple[str, ...] = ()
+    is_rotated: bool = False  # OFFSET has a rotation, too
 
 
 @dataclass
@@ -167,7 +170,10 @@ def _read_node(state: _State, tokens: Tokens, place: int) -> int:
 
 
 def _read_offset(state: _State, tokens: Tokens, place: int) -> int:
-    """Read OFFSET with its three numbers; return the next place."""
+    """Read OFFSET with its three numbers; return the next place.
+
+    Three more are the rest pose's rotation, as SOMA has it: the channels hold it, too.
+    """
     line = tokens[place][0]
     texts = [token for _, token in tokens[place + 1 : place + 4]]
     values = [number(text) for text in texts]
@@ -181,6 +187,11 @@ def _read_offset(state: _State, tokens: Tokens, place: int) -> int:
         state.fault(line, "expected OFFSET inside a joint, found it outside.")
     else:
         state.nodes[state.stack[-1]].offset = (x, y, z)
+    more = [text for at, text in tokens[place + 4 : place + 8] if at == line]
+    if len(more) == 3 and None not in map(number, more):
+        if state.stack:
+            state.nodes[state.stack[-1]].is_rotated = True
+        return place + 7
     return place + 4
 
 
@@ -225,6 +236,13 @@ def _skeleton(state: _State) -> Skeleton | None:
             state.fault(
                 node.line, f"expected an OFFSET for {quoted(node.name)}, found none; write one."
             )
+        n_turns = sum(channel.endswith("rotation") for channel in node.channels)
+        if node.is_rotated and not node.is_end and n_turns < 3:
+            state.fault(
+                node.line,
+                f"expected 3 rotation channels for {quoted(node.name)}, whose OFFSET has a "
+                f"rotation, found {n_turns}. Export it again.",
+            )
     if not joints:
         state.fault(1, "expected a ROOT joint, found none. Is this a BVH file?")
         return None
@@ -261,6 +279,8 @@ def read_bvh(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip
         faults.append((None, "expected a line MOTION, found none. The file may be cut short."))
         raise CaptureError(path, shorten(faults))
     notes: list[str] = []
+    if _ROTATED.search(header):
+        notes.append("OFFSETs with six numbers: the last three, a rotation, are in the channels.")
     counts = _read_counts(data, motion.end(), options.fps, faults, notes)
     n_frames, file_fps, block_start = counts
     if skeleton is None:

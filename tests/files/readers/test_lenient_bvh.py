@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -52,6 +54,17 @@ def test_a_whole_number_of_frames_with_a_point() -> None:
 def test_frames_that_are_missing_are_refused(count: int, end: str) -> None:
     with pytest.raises(CaptureError, match=f"expected {count} frames as the header says, found 5"):
         read(count=f"Frames: {count}", end=end)
+
+
+def test_an_offset_with_a_rotation_that_the_channels_hold() -> None:
+    head = re.sub(r"(OFFSET \S+ \S+ \S+)", r"\1 0.0 -1e-3 90.0", HEAD)
+    check(
+        read(head=head),
+        "OFFSETs with six numbers: the last three, a rotation, are in the channels.",
+    )
+    one = re.sub(r"CHANNELS 3 \w+ \w+ (\w+)", r"CHANNELS 1 \1", head)
+    with pytest.raises(CaptureError, match="expected 3 rotation channels for"):
+        read(head=one)
 
 
 @pytest.mark.parametrize("before", [True, False])
