@@ -8,10 +8,11 @@ from typing import Literal
 from motiondb.answers.plain import OPTIONAL
 from motiondb.learn.drift import Drift
 from motiondb.records import Relation
+from motiondb.tabled import Tabled
 
 
-@dataclass(frozen=True)
-class AddReport:
+@dataclass(frozen=True, repr=False)
+class AddReport(Tabled):
     """The result of ``add``."""
 
     added: tuple[str, ...]  # Names of new captures
@@ -30,8 +31,8 @@ class AddReport:
     replaced: tuple[str, ...] = ()  # Those of ``added`` that took the place of another capture
 
 
-@dataclass(frozen=True)
-class MergeReport:
+@dataclass(frozen=True, repr=False)
+class MergeReport(Tabled):
     """The result of ``merge``."""
 
     added: tuple[str, ...]  # Names of new captures

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from motiondb.database.questions import Posed, Question, answer, check, or_error
+from motiondb.database.values import listed
 from motiondb.errors import MotionDBError
 from motiondb.workers import Workers
 
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 def ask_many(
     session: Session,
     motion_of: Callable[[Question], Motion],
-    questions: Iterable[Question],
+    questions: Iterable[Question | str],
     workers: Workers | None,
 ) -> Iterator[Answer]:
     """The answers in the order of the questions, as ``MotionDB.ask_many`` gives them.
@@ -32,8 +33,11 @@ def ask_many(
     `motion_of`: Loads the example of a question. No block reads while an answer is looked at: its
     reader may change the database.
     """
+    if isinstance(questions, str):
+        listed("questions", questions)  # refuses it
+    asked = (Question(each) if isinstance(each, str) else each for each in questions)
     if workers is None:
-        for question in questions:
+        for question in asked:
             with session.reading():
                 found = or_error(_answer_here, _Opened(session, motion_of), question)
             yield found
@@ -42,7 +46,7 @@ def ask_many(
 
     with session.reading():
         opened = _Opened(session, motion_of)
-        posed = [or_error(_Opened.pose, opened, question) for question in questions]
+        posed = [or_error(_Opened.pose, opened, question) for question in asked]
         errors = [each for each in posed if isinstance(each, MotionDBError)]
         answers: Iterator[Answer]
         if len(errors) == len(posed):  # such as of a database that has not learned
@@ -69,7 +73,7 @@ class _Opened:
         values.check_least("limit", question.limit, 1)
         motion = self.motion_of(question) if question.like else None
         allowed = None  # said in a word, and not by as many numbers for each of many questions
-        if question.where.strip():
+        if question.where:
             allowed = searching.allowed_captures(self.session, question.where, question.exact)
         searching.check_any(self.session.searchable)
         return Posed(question, allowed, motion)

@@ -10,6 +10,7 @@ from motiondb.errors import MotionDBError, QueryError
 
 if TYPE_CHECKING:
     from motiondb.database.searching import Searched
+    from motiondb.database.values import Where
     from motiondb.records import Motion
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
@@ -35,8 +36,8 @@ class Question:
         The name of a capture, or of a file, as the example.
     start, end : float, optional
         Part of the example, s.
-    where : str
-        A filter on the catalogue: the captures that are searched.
+    where : str or names
+        A filter on the catalogue, or names: the captures that are searched.
     limit : int
         Largest number of matches.
     exact : bool
@@ -47,7 +48,7 @@ class Question:
     like: str = ""
     start: float | None = None
     end: float | None = None
-    where: str = ""
+    where: Where = ""
     limit: int = 10
     exact: bool = False
 

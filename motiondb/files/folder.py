@@ -26,6 +26,7 @@ FORMATS = MappingProxyType(
         ".npz": "amass",
         ".c3d": "c3d",
         ".fbx": "fbx",
+        ".nc": "movement",
     }
 )  # Ending, lower case -> format
 CAPTURE_ENDINGS: tuple[str, ...] = tuple(FORMATS)

@@ -153,10 +153,10 @@ def read_takes_bytes(
 
 
 def _as_asked(clip: Clip, path: object, options: ReadOptions) -> Clip:
-    """Return a clip in the world that the user names; a C3D is read so, from its markers."""
+    """Return a clip in the world that the user names; a C3D, and positions, are read so."""
     if options.unit is not None:
         clip = replace(clip, notes=clip.notes + asked_unit_notes(clip))
-    if clip.format == "c3d":
+    if clip.format in ("c3d", "movement"):
         return clip
     names = mirror_joints(clip.skeleton) if options.swap_sides else None
     if names is not None and (names == np.arange(len(names))).all():
@@ -227,6 +227,10 @@ def _read(
         from motiondb.files.readers.fbx import read_fbx
 
         return read_fbx(data, path, options)
+    if kind == "movement":
+        from motiondb.files.readers.movement import read_movement
+
+        return read_movement(data, path, options)
     raise CaptureError(path, f"expected a known format, found {kind!r}.")
 
 

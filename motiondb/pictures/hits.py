@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -94,8 +93,4 @@ def cut_motion(motion: Motion, match: Match) -> Motion:
             f"{motion.n_frames / MOTION_FPS:.2f} s, found one from {match.start:.2f} s on. Run "
             f"motiondb learn again, so that search and captures agree."
         )
-    return replace(
-        motion,
-        local_rotations=motion.local_rotations[start:end],
-        root_positions=motion.root_positions[start:end],
-    )
+    return motion[start:end]

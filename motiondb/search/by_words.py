@@ -40,13 +40,14 @@ from motiondb.search.chances import (
     word_sources,
     words_of_reading,
 )
-from motiondb.search.matches import mark_generated, shown_words, to_seconds
+from motiondb.search.matches import mark_generated, match_rows, shown_words, to_seconds
 from motiondb.search.ranking import Judged
 from motiondb.search.reasons import Explanation, explain
 from motiondb.search.seen_frames import Features
 from motiondb.search.steps import Place, Steps, answer_here, take
 from motiondb.search.takings import Taking, say_not_understood, with_notation
 from motiondb.search.word_steps import FindBest, PlaceAnswers, SayAnswers
+from motiondb.tabled import Tabled
 
 LOOKED_AT = 10  # Answers by which it is told whether anything matches, however many are shown
 ORDERS_LOOKED_AT = 30  # The same for actions in order, which not all of them show in this order
@@ -56,8 +57,8 @@ MOST_DECODED = 50
 sequences are short."""
 
 
-@dataclass(frozen=True, eq=False)
-class WordAnswer:
+@dataclass(frozen=True, eq=False, repr=False)
+class WordAnswer(Tabled):
     """Matches of a question in words, and how the question was understood.
 
     Attributes
@@ -133,6 +134,10 @@ class WordAnswer:
     near: tuple[()] | tuple[str, str] = ()
     # For each match, finds the captions that its motion suggests
     suggests: tuple[Callable[[], tuple[str, ...]], ...] = field(default=(), repr=False)
+
+    def _rows(self) -> tuple[str, list[dict[str, object]]]:
+        title = "; ".join(filter(None, (self.not_understood, self.understood, self.nothing)))
+        return title, match_rows(self.matches)
 
     @cached_property
     def explanations(self) -> tuple[Explanation, ...]:

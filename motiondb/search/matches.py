@@ -8,7 +8,7 @@ import numpy as np
 
 from motiondb.language.vocabulary import as_said
 from motiondb.learn.learned import Learned
-from motiondb.records import MOTION_FPS
+from motiondb.records import MOTION_FPS, Match
 from motiondb.search.asked_words import AskedWords
 
 
@@ -17,6 +17,12 @@ def to_seconds(learned: Learned, capture: int, start: int, end: int) -> tuple[fl
     duration = learned.captures[capture].duration
     low = round(start / MOTION_FPS, 3)
     return min(low, duration), round(min(end / MOTION_FPS, duration), 3)
+
+
+def match_rows(matches: Sequence[Match]) -> list[dict[str, object]]:
+    """The matches as rows of a table."""
+    columns = ("rank", "capture", "start", "end", "probability", "words")
+    return [{**{c: getattr(m, c) for c in columns}, "found": m.reason} for m in matches]
 
 
 def shown_words(asked: AskedWords, capture: int, words: Sequence[str]) -> tuple[str, ...]:

@@ -63,12 +63,13 @@ def test_formats() -> None:
         "amass",
         "c3d",
         "fbx",
+        "movement",
     ]
     with pytest.raises(CaptureError) as caught:
         capture_format("walk.trc")
     assert str(caught.value) == (
-        "walk.trc: expected a capture (.bvh, .amc, .txt, .json, .npz, .c3d, .fbx), found ending "
-        "'.trc'. Rename or convert it."
+        "walk.trc: expected a capture (.bvh, .amc, .txt, .json, .npz, .c3d, .fbx, .nc), found "
+        "ending '.trc'. Rename or convert it."
     )
 
 

@@ -221,7 +221,7 @@ def read_c3d(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip
     else:
         points = rotation.rotate(turn[:, None], points)
     return Clip(
-        skeleton=_skeleton(points),
+        skeleton=skeleton_of(points),
         fps=rate,
         local_rotations=solve_rotations(points),
         root_positions=points[:, 0],
@@ -374,7 +374,7 @@ def _up(file: C3DFile, points: FloatArray, fps: float, asked: str) -> tuple[str,
     return file.up, ()
 
 
-def _skeleton(points: FloatArray) -> Skeleton:
+def skeleton_of(points: FloatArray) -> Skeleton:
     """Return the canonical skeleton with this body's bone lengths (medians over the frames)."""
     standard = body.standard_skeleton()
     parents = body.PARENTS.clip(0)
