@@ -280,14 +280,18 @@ def export(
     if printing.as_json(shared, exported):
         return
     what = "the added file" if exported.is_added_file else f"in {exported.unit}"
-    if exported.unit == "cmu" and not exported.is_added_file:
-        what += f", which is {motiondb.unit_from_name('cmu'):.4f} m; --unit cm for centimetres"
     printing.say(
         f"{exported.capture} written to {exported.output}: "
         f"{printing.number(exported.frames, 'frame')} at {exported.fps:g} a second, {what}"
     )
     if exported.skeleton is not None:
         printing.say(f"  its skeleton: {exported.skeleton}")
+    if exported.unit == "cmu" and not exported.is_added_file:
+        size = 100.0 * motiondb.unit_from_name("cmu")
+        printing.say(
+            f"Lengths are in the capture's own unit (1 unit = {size:.2f} cm). Use --unit cm for "
+            "centimetres."
+        )
     for line in exported.changes:
         printing.say(f"  {line}")
 

@@ -14,6 +14,16 @@ from motiondb.cli import options, printing
 app = options.Commands()
 
 NOT_MEASURED = "-"  # Stands for a probability that was not measured
+AsCsv = Annotated[
+    Path | None,
+    typer.Option(
+        "--csv",
+        allow_dash=True,
+        callback=options.output_name,
+        help="Write the answers as a table, CSV if .csv, else TSV; - prints CSV.",
+    ),
+    options.WRITTEN,
+]
 Example = Annotated[str, typer.Argument(help="A file, or the name of a stored capture.")]
 
 
@@ -36,6 +46,7 @@ def search(
     png: options.Png = None,
     html: options.Html = None,
     export: options.ExportFolder = None,
+    as_csv: AsCsv = None,
 ) -> None:
     """Search for intervals that show actions, given by words, in their order.
 
@@ -67,6 +78,9 @@ def search(
         if export:
             _write_matches(base, answer, export, words)
     _note_words(answer, silent=explain and not shared.json)
+    if as_csv:
+        _write_csv(answer.matches, as_csv)
+        return
     if printing.as_json(shared, motiondb.search_answer(answer, explain)):
         return
     if answer.not_understood:
@@ -79,6 +93,22 @@ def search(
     )
     if explain:
         _print_explanations(answer)
+
+
+def _write_csv(matches: Sequence[motiondb.Match], path: Path) -> None:
+    """Write the answers as a table, or print them (-)."""
+    columns = ["rank", "capture", "start", "end", "score", "probability"]
+    columns += ["interval_probability", "words", "reason"]
+    every = [[getattr(match, column) for column in columns] for match in matches]
+    rows = [
+        [" ".join(v) if isinstance(v, tuple) else "" if v is None else str(v) for v in row]
+        for row in every
+    ]
+    if str(path) == "-":
+        printing.print_csv(columns, rows)
+    else:
+        motiondb.write_table(path, columns, rows)
+        printing.warn(f"{printing.number(len(rows), 'answer')} in {path}")
 
 
 def _write_matches(
@@ -131,6 +161,7 @@ def like(
     html: options.Html = None,
     export: options.ExportFolder = None,
     up: options.Up = "",
+    as_csv: AsCsv = None,
 ) -> None:
     """Search for intervals that move like an example.
 
@@ -155,6 +186,9 @@ def like(
         if export:
             _write_matches(base, answer, export, f"like {example}")
     printing.note(answer.unchecked)
+    if as_csv:
+        _write_csv(answer.matches, as_csv)
+        return
     if printing.as_json(shared, motiondb.like_answer(answer)):
         return
     _print_answer(answer, reasons=any(m.reason for m in answer))

@@ -67,7 +67,7 @@ def write_with_provenance(
     if said or asked.are_any:
         unit = unit_in(path, done.clip)
         written |= {"changes": said, "fps": done.clip.fps, "unit": unit}
-    runs = {"frames": frame_runs(made, done.clip.fps)}
+    runs = {"frames": frame_runs(made, done.clip.fps / asked.speed)}
     write_bytes(beside, json.dumps({**written, **kept, **runs}, indent=1).encode())
     return {"output": str(path), "provenance": str(beside), "changes": said, "fit": done.fit}
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from motiondb import store
-from motiondb.errors import MotionDBError
+from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.arrays import NO_PYARROW
 from motiondb.records import MOTION_FPS, Caption, Match
 
@@ -37,6 +37,24 @@ class Tables:
 
     def __init__(self, session: Session) -> None:
         self._session = session
+
+    def sql(self, query: str) -> tuple[list[str], list[tuple[Any, ...]]]:
+        """Names of the columns, and rows, of the answer to one SELECT about the tables of the file.
+
+        ``schema/README.md`` describes the tables. Files other than the database are not read.
+
+        Raises
+        ------
+        QueryError
+            When the database was not opened with ``read_only``, or DuckDB refuses the question.
+        """
+        if not self._session.store.read_only:
+            raise QueryError(
+                "sql: expected a database that is opened to read only, found one that may write. "
+                "Open it with read_only=True."
+            )
+        with self._session.reading():
+            return self._session.store.connection.select(query)
 
     def captures(self, where: Where = "") -> pa.Table:
         """The catalogue: its columns, captions as a list of texts, and a column for every tag.

@@ -99,7 +99,9 @@ def check_motion_file(path: Path, others: Sequence[str] = ()) -> None:
         check_usd(path)
 
 
-def write_clip(clip: Clip, path: Path, owner: str = "") -> tuple[str, ...]:
+def write_clip(
+    clip: Clip, path: Path, owner: str = "", reduce_keys: float = 0.0
+) -> tuple[str, ...]:
     """Write a clip in the format that the ending says; return what the file has otherwise.
 
     `owner`: written where the format has a place for it.
@@ -117,7 +119,7 @@ def write_clip(clip: Clip, path: Path, owner: str = "") -> tuple[str, ...]:
 
         write_usd(clip, path)
     else:
-        write_gltf(clip, path, owner)
+        return write_gltf(clip, path, owner, reduce_keys)
     return ()
 
 
