@@ -107,7 +107,10 @@ def add(
     ] = False,
     cluster: options.Cluster = None,
 ) -> None:
-    """Add captures, with captions and events of sheets; files with faults are left out (exit 1)."""
+    """Add captures, with captions and events of sheets.
+
+    Unreadable files are skipped and listed (exit code 1).
+    """
     for folder in folders:
         motiondb.check_captures(folder)
     settings = motiondb.AddSettings(

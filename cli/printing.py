@@ -114,7 +114,7 @@ def print_question(
 
     Unknown words are printed separately, on standard error.
     """
-    say(f"understood: {understood}")
+    say(f"read as: {understood}")
     for left in not_used:
         if left.text not in unknown:
             say(f"{left.text!r} is not used in {what}: {left.reason}")

@@ -36,7 +36,8 @@ def search(
     by_symbols: Annotated[
         bool,
         typer.Option(
-            "--by-symbols", help="Decode the words to symbols and align these (as in paper A)."
+            "--by-symbols",
+            help="Match by motion symbols instead of words (the 2015 paper).",
         ),
     ] = False,
     explain: Annotated[
@@ -224,7 +225,7 @@ def _print_matches(matches: Sequence[motiondb.Match], reasons: bool, unscored: b
     columns += ["interval"] * has_interval + ["words"] + ["found"] * reasons
     printing.print_table(columns, rows)
     if any(NOT_MEASURED in row for row in rows):
-        printing.say(f"({NOT_MEASURED}: how often such an answer is right was not measured)")
+        printing.say(f"({NOT_MEASURED}: no reliable probability for this kind of question)")
 
 
 def _two_digits(probability: float | None) -> str:
@@ -330,7 +331,10 @@ def compare(
     farthest = ", ".join(f"{each.joint} {each.distance:.3f} m" for each in told.joints[:5])
     printing.say(f"farthest apart: {farthest}")
     marks = [told.alignment[n * (len(told.alignment) - 1) // 8] for n in range(9)]
-    printing.say("aligned (s): " + ", ".join(f"{a:.2f}={b:.2f}" for a, b in marks))
+    printing.say(
+        f"time in {first} -> time in {second} (s): "
+        + ", ".join(f"{a:.2f} -> {b:.2f}" for a, b in marks)
+    )
     printing.say_pictures(png)
 
 

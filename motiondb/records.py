@@ -355,7 +355,7 @@ class Match:
     """Orders the answers, largest first; of actions in order and of what is measured, probable
     answers come first."""
     words: tuple[str, ...] = ()
-    """Words of the question that the capture shows, or words of the interval."""
+    """Words that are learned or written for the interval, likeliest first."""
     reason: str = ""
     """Why it was found."""
     probability: float | None = None

@@ -104,6 +104,14 @@ def new_page(
     return page
 
 
+def legend(page: Figure, more: str = "") -> None:
+    """Say at the top right which side of the body has which colour, and what else is there."""
+    width, height = page.get_size_inches()
+    said = ((2.55, "left limbs", LEFT), (1.85, "right limbs", RIGHT), (1.1, more, FAINT))
+    for inches, text, colour in said:
+        page.text(1.0 - inches / width, 1.0 - 0.24 / height, text, color=colour, va="center")
+
+
 def add_axes(
     page: Figure, left: float, low: float, width: float, height: float, label: str
 ) -> Axes:
