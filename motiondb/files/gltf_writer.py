@@ -398,7 +398,7 @@ def _check_scene(characters: Sequence[Character], ball: FloatArray | None, path:
     for character in characters:
         check_clip(character.clip, path)
     if ball is not None and not np.isfinite(ball).all():
-        raise CaptureError(path, "expected finite places of the ball, found NaN or infinity.")
+        raise CaptureError(path, "expected finite positions of the ball, found NaN or infinity.")
 
 
 def _add_character(character: Character, parts: _Parts, buffer: Buffer) -> int:

@@ -159,7 +159,7 @@ def test_actions_come_from_the_places_that_were_asked_for(db: MotionDB) -> None:
         db.generate("walk", places=[wrong])
     last = first.places[1][1] - 1
     for place in (last + 1, -1):
-        told = rf"places: expected a place from 0 to {last} for action 2 \(walk\), found {place}\."
+        told = rf"places: expected a number from 0 to {last} for action 2 \(walk\), found {place}\."
         with pytest.raises(QueryError, match=told):
             db.generate("kick, then walk", places=[picked, motiondb.ActionPlace(place)])
 

@@ -236,7 +236,12 @@ def test_the_ball_is_round_and_seen_from_outside(tmp_path: Path) -> None:
         ([], "s.glb", None, "expected at least 1 character"),
         ([Character("A", a_clip()), Character("A", a_clip())], "s.glb", None, "two A"),
         ([Character("A", a_clip())], "s.fbx", None, "expected the ending .glb or .gltf"),
-        ([Character("A", a_clip())], "s.glb", BALL * np.nan, "expected finite places of the ball"),
+        (
+            [Character("A", a_clip())],
+            "s.glb",
+            BALL * np.nan,
+            "expected finite positions of the ball",
+        ),
         ([Character("A", a_clip(0))], "s.glb", None, "expected at least 1 frame"),
     ],
 )

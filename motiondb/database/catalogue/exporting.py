@@ -355,7 +355,7 @@ def _say_fit(rig: Path, fit: Fit) -> list[str]:
     return [
         f"onto {rig.name}: {fit.driven} of {fit.joints} joints follow the motion, the others hang "
         f"from them; the legs are {fit.scale:.2f} times those of the canonical body",
-        f"onto: the feet are {mm(fit.foot_error)} mm from their places in the mean "
+        f"onto: the feet are {mm(fit.foot_error)} mm from their positions in the mean "
         f"({mm(fit.most_foot_error)} at most), the hands {mm(fit.hand_error)} mm "
         f"({mm(fit.most_hand_error)} at most; {fit.hands}); feet in contact slip "
         f"{100 * fit.slip:.1f} cm/s, in the motion {100 * fit.slip_of_motion:.1f}",

@@ -216,7 +216,7 @@ def terminals_of(grammar: context_free.Grammar, text: str | Sequence[str]) -> tu
             raise QueryError(
                 f"{name!r}: expected terminals of the grammar ({shown}) with spaces between them,"
                 " found another name."
-                f"{suggestion(name, grammar.terminals) or ' motiondb grammar show tells them.'}"
+                f"{suggestion(name, grammar.terminals) or ' motiondb grammar show lists them.'}"
             )
     return names
 
