@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -75,7 +75,7 @@ def _draw_row(
             (t - start) * MOTION_FPS / max(view.n_frames - 1, 1) for t in (part.start, part.end)
         ]
         ends = [(0.5 + s * (n_figures - 1)) * metres_wide / n_figures for s in share]
-        look = {"color": _PARTS[number % len(_PARTS)]}
+        look: dict[str, Any] = {"color": _PARTS[number % len(_PARTS)]}
         axes.plot(ends, [-0.06, -0.06], lw=2.5, solid_capstyle="butt", gid="part", **look)
         style.write(axes, sum(ends) / 2.0, metres_high - 0.36, part.words, 6.5, **look)
     _draw_path(
