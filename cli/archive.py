@@ -57,9 +57,7 @@ def _is_sure(names: list[str]) -> bool:
     try:
         return typer.confirm(f"Remove {printing.number(len(names), 'capture')}?", err=True)
     except typer.Abort:  # the end of the input, or Ctrl-C
-        raise motiondb.QueryError(
-            "remove: expected yes or no, found no answer. Remove them with --yes."
-        ) from None
+        raise motiondb.QueryError("remove: nothing was removed. Answer y, or pass --yes.") from None
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -95,7 +93,7 @@ def undo(
     ):
         if names:
             printing.say(f"  {what}: {_listed(names)}")
-    printing.say(f"  to have it again: motiondb undo {done.run}")
+    printing.say(f"  to redo: motiondb undo {done.run}")
 
 
 @app.command()

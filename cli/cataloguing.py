@@ -114,10 +114,10 @@ def add(
     ] = False,
     cluster: options.Cluster = None,
 ) -> None:
-    """Add captures, with captions and events of sheets; files with faults are left out (exit 1).
+    """Add captures, with captions and events of sheets.
 
-    Files that are as they were when they were added are not read again, and are no faults if they
-    were faulty then.
+    Unreadable files are skipped and listed (exit code 1). Files that are as they were when they
+    were added are not read again, and are no faults if they were faulty then.
     """
     for folder in folders:
         motiondb.check_captures(folder)
@@ -294,14 +294,18 @@ def export(
     if printing.as_json(shared, exported):
         return
     what = "the added file" if exported.is_added_file else f"in {exported.unit}"
-    if exported.unit == "cmu" and not exported.is_added_file:
-        what += f", which is {motiondb.unit_from_name('cmu'):.4f} m; --unit cm for centimetres"
     printing.say(
         f"{exported.capture} written to {exported.output}: "
         f"{printing.number(exported.frames, 'frame')} at {exported.fps:g} a second, {what}"
     )
     if exported.skeleton is not None:
         printing.say(f"  its skeleton: {exported.skeleton}")
+    if exported.unit == "cmu" and not exported.is_added_file:
+        size = 100.0 * motiondb.unit_from_name("cmu")
+        printing.say(
+            f"Lengths are in the capture's own unit (1 unit = {size:.2f} cm). Use --unit cm for "
+            "centimetres."
+        )
     for line in exported.changes:
         printing.say(f"  {line}")
 

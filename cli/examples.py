@@ -15,11 +15,14 @@ motiondb export ana/walk_1 --from 1 --to 2.5 -o step.glb
 motiondb export ana/walk_1 --loop --in-place --fps 60 --unit m -o cycle.bvh
 motiondb export ana/walk_1 --onto rig.fbx -o walk_on_rig.bvh
 motiondb joints rig.fbx -o rig.map
+motiondb export ana/walk_1 --speed 1.2 --reduce-keys 0.5 -o walk.glb
 motiondb join ana/walk_1:0-2 ana/jump_1:0.5-2.5 -o walk_jump.bvh
 motiondb join ana/walk_1:0-2 ana/kick_1:1-3 -o joined.bvh
 motiondb list --where 'performer=ana and duration>5' --sort -duration
 motiondb list --csv > captures.csv
 motiondb list --faulty
+motiondb list --columns name,duration,licence
+motiondb sql "SELECT format, count(*) FROM capture GROUP BY format"
 motiondb remove ana/walk_1
 motiondb remove --where 'performer=ana and caption~test'
 motiondb undo

@@ -137,11 +137,13 @@ def _say_fewer(number: int, asked: int, took_all_places: bool) -> str:
     """That there are fewer different motions than asked for, and why.
 
     >>> _say_fewer(1, 3, True)
-    '1 of 3 written: no other place shows this about as clearly'
+    '1 of 3 written: no other excerpt shows this about as clearly'
     >>> _say_fewer(2, 3, False)
     '2 of 3 written: no other was found'
     """
-    why = "no other place shows this about as clearly" if took_all_places else "no other was found"
+    why = (
+        "no other excerpt shows this about as clearly" if took_all_places else "no other was found"
+    )
     return f"{number} of {asked} written: {why}"
 
 
@@ -167,7 +169,7 @@ def _say_smoothness(facts: answers.WrittenMotion) -> str:
 
     def both(value: float | None, source: float | None, unit: str, digits: int = 1) -> str:
         text = "not measured (no foot stands)" if value is None else f"{value:.{digits}f} {unit}"
-        return text if source is None else f"{text}, in the sources {source:.{digits}f}"
+        return text if source is None else f"{text} (originals {source:.{digits}f})"
 
     def cm(value: float | None, source: float | None, unit: str) -> str:
         own, theirs = (None if v is None else 100.0 * v for v in (value, source))
@@ -175,10 +177,10 @@ def _say_smoothness(facts: answers.WrittenMotion) -> str:
 
     jump = both(of.speed_jump, of.speed_jump_of_sources, "m/s", 2)
     return (
-        f"feet slip {cm(of.foot_slip, of.foot_slip_of_sources, 'cm/s')}; "
+        f"foot sliding {cm(of.foot_slip, of.foot_slip_of_sources, 'cm/s')}, "
         f"toes {cm(of.toe_slip, of.toe_slip_of_sources, 'cm/s')}; "
-        f"feet float {cm(of.floating, of.floating_of_sources, 'cm')}; "
-        f"the speed jumps by at most {jump}"
+        f"feet hover {cm(of.floating, of.floating_of_sources, 'cm')}; "
+        f"largest jolt {jump}"
     )
 
 

@@ -74,9 +74,13 @@ def info(shared: options.Shared) -> None:
     for key, value in vars(facts).items():
         if value is None or key in ("start", "compact_pays"):
             continue
-        if key.endswith("bytes"):
-            what = key.replace("bytes", "").strip("_") or "size"
-            printing.say(f"{what + ':':22} {value / 1e6:.1f} MB")
+        if key == "current":
+            printing.say(f"{'learned data out of date:':22} {'no' if value else 'yes'}")
+        elif key.endswith("bytes"):
+            what = {"bytes": "size", "unused_bytes": "reclaimable"}.get(key)
+            what = what or key.removesuffix("_bytes")
+            more = " (motiondb compact)" if key == "unused_bytes" else ""
+            printing.say(f"{what + ':':22} {value / 1e6:.1f} MB{more}")
         else:
             shown = ", ".join(value) if isinstance(value, list) else value
             printing.say(f"{key.replace('_', ' ') + ':':22} {shown}")

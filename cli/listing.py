@@ -1,7 +1,8 @@
-"""Command list: the catalogue as a table, CSV or JSON; repeated captures; faulty files."""
+"""Commands list and sql: the catalogue and all tables, as a table, CSV or JSON."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Annotated
 
 import typer
@@ -25,6 +26,7 @@ FILE_COLUMNS = [
     "sha256",
 ]
 """Columns of the catalogue in CSV; captions and tags follow."""
+USUAL_COLUMNS = ["name", "duration", "fps", "format", "performer", "caption"]
 
 
 @app.command("list")
@@ -40,8 +42,12 @@ def list_captures(
             "--sort", help="Column or tag to sort by; with - in front, the largest first."
         ),
     ] = "",
+    columns: Annotated[
+        str,
+        typer.Option("--columns", help="Columns and tags to print, such as name,duration,licence."),
+    ] = "",
     as_csv: Annotated[
-        bool, typer.Option("--csv", help="Print CSV with all columns and tags.")
+        bool, typer.Option("--csv", help="Print CSV with all columns and tags, or --columns.")
     ] = False,
     duplicates: Annotated[
         bool, typer.Option("--duplicates", help="List groups of copies, cuts and mirror images.")
@@ -76,31 +82,63 @@ def list_captures(
     ):
         return
     said = {i.name: "; ".join(c.words for c in captions.get(i.capture_id, ())) for i in shown}
+    _print_captures(infos, shown, said, columns, as_csv)
+
+
+def _print_captures(
+    infos: Sequence[motiondb.CaptureInfo],
+    shown: Sequence[motiondb.CaptureInfo],
+    said: Mapping[str, str],
+    columns: str,
+    as_csv: bool,
+) -> None:
+    """Print the shown ones of some captures, whose captions are said, as a table or CSV."""
+    tags = {tag for info in infos for tag in info.tags} - {*FILE_COLUMNS, "caption"}
+    known = [*FILE_COLUMNS, "caption", *sorted(tags)]
+    chosen = [each.strip() for each in columns.split(",") if each.strip()]
+    for column in chosen:
+        if column not in known:
+            raise motiondb.QueryError(
+                f"list: expected columns among {', '.join(known)}, found {column!r}."
+            )
+
+    def cell(info: motiondb.CaptureInfo, column: str) -> object:
+        if column == "caption":
+            return said[info.name] if as_csv else said[info.name][:LONGEST_CAPTION]
+        value = getattr(info, column) if column in FILE_COLUMNS else info.tags.get(column, "")
+        if as_csv or not isinstance(value, float):
+            return value
+        return f"{value:g}" if column == "fps" else f"{value:.2f}"
+
+    printed = chosen or (known if as_csv else USUAL_COLUMNS)
+    rows = [[cell(info, column) for column in printed] for info in shown]
     if as_csv:
-        tags = sorted({tag for info in shown for tag in info.tags} - {*FILE_COLUMNS, "caption"})
-        printing.print_csv(
-            [*FILE_COLUMNS, "caption", *tags],
-            [
-                [getattr(i, column) for column in FILE_COLUMNS]
-                + [said[i.name], *(i.tags.get(tag, "") for tag in tags)]
-                for i in shown
-            ],
-        )
+        printing.print_csv(printed, rows)
         return
-    rows = [
-        [
-            i.name,
-            f"{i.duration:.2f}",
-            f"{i.fps:g}",
-            i.format,
-            i.tags.get("performer", ""),
-            said[i.name][:LONGEST_CAPTION],
-        ]
-        for i in shown
-    ]
-    printing.print_table(["name", "duration", "fps", "format", "performer", "caption"], rows)
+    printing.print_table(printed, rows)
     fewer = f", {len(shown)} shown" if len(shown) < len(infos) else ""
     printing.say(f"{printing.number(len(infos), 'capture')}{fewer}")
+
+
+@app.command()
+def sql(
+    shared: options.Shared,
+    query: Annotated[str, typer.Argument(help="One SELECT about the tables of the database.")],
+    as_csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
+) -> None:
+    """Ask the tables of the database in SQL; schema/README.md describes them.
+
+    Nothing is changed, and no other file is read.
+    """
+    with shared.database() as base:
+        columns, rows = base.tables.sql(query)
+    if printing.as_json(shared, {"columns": columns, "rows": rows}):
+        return
+    if as_csv:
+        printing.print_csv(columns, rows)
+        return
+    printing.print_table(columns, rows)
+    printing.say(printing.number(len(rows), "row"))
 
 
 def _list_faulty(shared: options.Shared, as_csv: bool) -> None:

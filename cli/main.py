@@ -19,7 +19,7 @@ from motiondb.cli import options, printing
 
 COMMANDS = {
     "cataloguing": ("add", "show", "export", "joints", "fetch"),
-    "listing": ("list",),
+    "listing": ("list", "sql"),
     "archive": ("remove", "undo", "rename", "merge", "backup", "tags"),
     "learning": ("learn", "evaluate", "symbols"),
     "search": ("search", "like", "describe", "compare"),

@@ -176,19 +176,19 @@ class Changes:
     unit: Annotated[
         str | None,
         typer.Option(
-            "--unit", help="Length unit of the file: m, cm, mm, inch or a number of metres."
+            "--unit",
+            help="Length unit of the file: m, cm, mm, inch, a number of metres, or as-added "
+            "for the capture's own.  [default: cm for BVH of captures in other formats]",
         ),
     ] = None
     fps: Annotated[
         float | None, typer.Option("--fps", min=1.0, max=2000.0, help="Frames per second.")
     ] = None
-    loop: Annotated[
-        bool, typer.Option("--loop", help="Cut out a cycle and close it: its first frame follows.")
-    ] = False
+    loop: Annotated[bool, typer.Option("--loop", help="Trim to one seamless cycle.")] = False
     in_place: Annotated[
-        bool, typer.Option("--in-place", help="Take the travel over the ground out.")
+        bool, typer.Option("--in-place", help="Remove travel, keep the motion on the spot.")
     ] = False
-    mirror: Annotated[bool, typer.Option("--mirror", help="Exchange left and right.")] = False
+    mirror: Annotated[bool, typer.Option("--mirror", help="Mirror left and right.")] = False
     onto: Annotated[
         Path | None,
         typer.Option("--onto", help="A rig (.bvh, .fbx, .glb): put the motion on its joints."),
@@ -200,12 +200,36 @@ class Changes:
         ),
     ] = None
 
+    speed: Annotated[
+        float, typer.Option("--speed", help="Tempo of the file: 1.2 is a fifth faster.")
+    ] = 1.0
+    reduce_keys: Annotated[
+        float | None,
+        typer.Option(
+            "--reduce-keys",
+            min=0.001,
+            max=45.0,
+            help="Leave out keys within so many degrees, or centimetres (glTF alone: the other "
+            "formats hold every frame).",
+        ),
+    ] = None
+
     def read(self) -> motiondb.MotionChanges:
         """The changes, with the joint map read from its file."""
-        metres = None if self.unit is None else motiondb.unit_from_name(self.unit)
+        as_added = self.unit == "as-added"
+        metres = None if self.unit is None or as_added else motiondb.unit_from_name(self.unit)
         names = {} if self.joint_map is None else motiondb.read_joint_map(self.joint_map)
         return motiondb.MotionChanges(
-            metres, self.fps, self.loop, self.in_place, self.mirror, self.onto, names
+            metres,
+            self.fps,
+            self.loop,
+            self.in_place,
+            self.mirror,
+            self.onto,
+            names,
+            own_unit=as_added,
+            speed=self.speed,
+            reduce_keys=self.reduce_keys,
         )
 
 

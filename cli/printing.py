@@ -117,7 +117,7 @@ def print_question(
 
     Unknown words are printed separately, on standard error.
     """
-    say(f"understood: {understood}")
+    say(f"read as: {understood}")
     for left in not_used:
         if left.text not in unknown:
             say(f"{left.text!r} is not used in {what}: {left.reason}")
@@ -215,7 +215,7 @@ def say_tsv(cells: Sequence[str]) -> None:
 def print_csv(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     """Print CSV; control characters in cells are escapes, formulas become text."""
     writer = csv.writer(sys.stdout, lineterminator="\n")
-    writer.writerow(columns)
+    writer.writerow([motiondb.plain_cell(visible(column)) for column in columns])
     writer.writerows([motiondb.plain_cell(visible(str(cell))) for cell in row] for row in rows)
 
 

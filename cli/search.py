@@ -14,6 +14,16 @@ from motiondb.cli import options, printing
 app = options.Commands()
 
 NOT_MEASURED = "-"  # Stands for a probability that was not measured
+AsCsv = Annotated[
+    Path | None,
+    typer.Option(
+        "--csv",
+        allow_dash=True,
+        callback=options.output_name,
+        help="Write the answers as a table, CSV if .csv, else TSV; - prints CSV.",
+    ),
+    options.WRITTEN,
+]
 Example = Annotated[str, typer.Argument(help="A file, or the name of a stored capture.")]
 
 
@@ -26,7 +36,8 @@ def search(
     by_symbols: Annotated[
         bool,
         typer.Option(
-            "--by-symbols", help="Decode the words to symbols and align these (as in paper A)."
+            "--by-symbols",
+            help="Match by motion symbols instead of words (the 2015 paper).",
         ),
     ] = False,
     explain: Annotated[
@@ -36,6 +47,7 @@ def search(
     png: options.Png = None,
     html: options.Html = None,
     export: options.ExportFolder = None,
+    as_csv: AsCsv = None,
 ) -> None:
     """Search for intervals that show actions, given by words, in their order.
 
@@ -67,6 +79,9 @@ def search(
         if export:
             _write_matches(base, answer, export, words)
     _note_words(answer, silent=explain and not shared.json)
+    if as_csv:
+        _write_csv(answer.matches, as_csv)
+        return
     if printing.as_json(shared, motiondb.search_answer(answer, explain)):
         return
     if answer.not_understood:
@@ -79,6 +94,22 @@ def search(
     )
     if explain:
         _print_explanations(answer)
+
+
+def _write_csv(matches: Sequence[motiondb.Match], path: Path) -> None:
+    """Write the answers as a table, or print them (-)."""
+    columns = ["rank", "capture", "start", "end", "score", "probability"]
+    columns += ["interval_probability", "words", "reason"]
+    every = [[getattr(match, column) for column in columns] for match in matches]
+    rows = [
+        [" ".join(v) if isinstance(v, tuple) else "" if v is None else str(v) for v in row]
+        for row in every
+    ]
+    if str(path) == "-":
+        printing.print_csv(columns, rows)
+    else:
+        motiondb.write_table(path, columns, rows)
+        printing.warn(f"{printing.number(len(rows), 'answer')} in {path}")
 
 
 def _write_matches(
@@ -131,6 +162,7 @@ def like(
     html: options.Html = None,
     export: options.ExportFolder = None,
     up: options.Up = "",
+    as_csv: AsCsv = None,
 ) -> None:
     """Search for intervals that move like an example.
 
@@ -155,6 +187,9 @@ def like(
         if export:
             _write_matches(base, answer, export, f"like {example}")
     printing.note(answer.unchecked)
+    if as_csv:
+        _write_csv(answer.matches, as_csv)
+        return
     if printing.as_json(shared, motiondb.like_answer(answer)):
         return
     _print_answer(answer, reasons=any(m.reason for m in answer))
@@ -190,7 +225,7 @@ def _print_matches(matches: Sequence[motiondb.Match], reasons: bool, unscored: b
     columns += ["interval"] * has_interval + ["words"] + ["found"] * reasons
     printing.print_table(columns, rows)
     if any(NOT_MEASURED in row for row in rows):
-        printing.say(f"({NOT_MEASURED}: how often such an answer is right was not measured)")
+        printing.say(f"({NOT_MEASURED}: no reliable probability for this kind of question)")
 
 
 def _two_digits(probability: float | None) -> str:
@@ -296,7 +331,10 @@ def compare(
     farthest = ", ".join(f"{each.joint} {each.distance:.3f} m" for each in told.joints[:5])
     printing.say(f"farthest apart: {farthest}")
     marks = [told.alignment[n * (len(told.alignment) - 1) // 8] for n in range(9)]
-    printing.say("aligned (s): " + ", ".join(f"{a:.2f}={b:.2f}" for a, b in marks))
+    printing.say(
+        f"time in {first} -> time in {second} (s): "
+        + ", ".join(f"{a:.2f} -> {b:.2f}" for a, b in marks)
+    )
     printing.say_pictures(png)
 
 

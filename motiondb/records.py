@@ -8,17 +8,17 @@ every parent comes before its children.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Annotated, Any, Self, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motiondb import hmmlearn_models
+from motiondb.errors import QueryError
 
 if TYPE_CHECKING:
     from hmmlearn.hmm import GaussianHMM
-
 FloatArray = NDArray[np.float64]
 Float32Array = NDArray[np.float32]
 BoolArray = NDArray[np.bool_]
@@ -27,6 +27,22 @@ IntArray = NDArray[np.int64]
 MOTION_FPS = 30.0  # Frames per second of every canonical :class:`~motiondb.records.Motion`
 
 LARGEST = 1e9  # Bound on every number of a file
+
+
+class Sliced:
+    """Frames that can be cut: ``motion[10:20]``."""
+
+    def __getitem__(self, frames: slice) -> Self:
+        if not isinstance(frames, slice) or frames.step not in (None, 1):
+            raise TypeError(f"expected consecutive frames, such as motion[10:20], found [{frames}]")
+        arrays = {name: each for name, each in vars(self).items() if isinstance(each, np.ndarray)}
+        cut = {name: np.ascontiguousarray(value[frames]) for name, value in arrays.items()}
+        if not len(cut["root_positions"]):
+            raise QueryError(
+                f"frames: expected some of {len(arrays['root_positions'])}, found none in "
+                f"{frames.start}:{frames.stop}. Give others."
+            )
+        return cast(Self, replace(cast(Any, self), **cut))
 
 
 class Axes:
@@ -77,7 +93,7 @@ class Skeleton:
 
 
 @dataclass(frozen=True, eq=False)
-class Clip:
+class Clip(Sliced):
     """One capture, on its own skeleton and at its own frame rate."""
 
     skeleton: Skeleton
@@ -93,7 +109,7 @@ class Clip:
     of each joint in its parent's frame, metres, in place of ``offsets`` (the root's row repeats
     ``root_positions``)."""
     format: str = "bvh"
-    """One of "bvh", "amc", "deepmimic", "amass", "c3d", "trc" or "fbx"."""
+    """One of "bvh", "amc", "deepmimic", "amass", "c3d", "trc", "fbx" or "movement"."""
     unit: float = 1.0
     """Metres per length unit of the file."""
     up: str = ""
@@ -140,7 +156,7 @@ class Clip:
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class Motion(Sliced):
     """A motion on the canonical body (``motiondb.body.body``) at 30 frames a second.
 
     World frame: right-handed, y up, the ground at y = 0.
@@ -339,7 +355,7 @@ class Match:
     """Orders the answers, largest first; of actions in order and of what is measured, probable
     answers come first."""
     words: tuple[str, ...] = ()
-    """Words of the question that the capture shows, or words of the interval."""
+    """Words that are learned or written for the interval, likeliest first."""
     reason: str = ""
     """Why it was found."""
     probability: float | None = None

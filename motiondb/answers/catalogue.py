@@ -7,6 +7,7 @@ from pathlib import Path
 
 from motiondb.answers.plain import OPTIONAL, SPREAD, extended
 from motiondb.records import Caption, CaptureInfo, DuplicateGroup, Event, Fit
+from motiondb.tabled import Tabled
 
 
 @dataclass(frozen=True)
@@ -75,8 +76,8 @@ def listed_capture(info: CaptureInfo, captions: tuple[Caption, ...] = ()) -> Lis
     return extended(ListedCapture, info, words=tuple(captions))
 
 
-@dataclass(frozen=True, kw_only=True)
-class CaptureFacts:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class CaptureFacts(Tabled):
     """The facts of a capture as text shows them: captions, copies and sources are sentences."""
 
     capture: str

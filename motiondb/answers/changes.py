@@ -8,10 +8,11 @@ from typing import Literal
 from motiondb.answers.plain import OPTIONAL
 from motiondb.learn.drift import Drift
 from motiondb.records import Relation
+from motiondb.tabled import Tabled
 
 
-@dataclass(frozen=True)
-class AddReport:
+@dataclass(frozen=True, repr=False)
+class AddReport(Tabled):
     """The result of ``add``."""
 
     added: tuple[str, ...]  # Names of new captures
@@ -32,8 +33,8 @@ class AddReport:
     known_faulty: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class MergeReport:
+@dataclass(frozen=True, repr=False)
+class MergeReport(Tabled):
     """The result of ``merge``."""
 
     added: tuple[str, ...]  # Names of new captures

@@ -8,10 +8,11 @@ from typing import Any
 
 from motiondb.answers.knowledge import StartAnswer
 from motiondb.learn.drift import Drift
+from motiondb.tabled import Tabled
 
 
-@dataclass(frozen=True)
-class DatabaseInfo:
+@dataclass(frozen=True, repr=False)
+class DatabaseInfo(Tabled):
     """What is in a database; what it has not learned is None."""
 
     database: str

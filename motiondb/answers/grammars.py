@@ -9,6 +9,7 @@ from motiondb.answers.making import Source
 from motiondb.answers.plain import OPTIONAL
 from motiondb.answers.questions import DescribedWord
 from motiondb.grammar.derivation.edit import Region
+from motiondb.tabled import Tabled
 
 
 @dataclass(frozen=True)
@@ -76,8 +77,8 @@ class TerminalRow:
     medoid: Medoid
 
 
-@dataclass(frozen=True)
-class GrammarAnswer:
+@dataclass(frozen=True, repr=False)
+class GrammarAnswer(Tabled):
     """Everything about a grammar."""
 
     grammar: str

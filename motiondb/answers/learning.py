@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 from motiondb.answers.knowledge import StartAnswer
 from motiondb.learn.drift import Drift
+from motiondb.tabled import Tabled
 
 if TYPE_CHECKING:
     from motiondb.learn.learned_model import LearnedModel
@@ -118,8 +119,8 @@ class WordScore:
     chance: float
 
 
-@dataclass(frozen=True)
-class Evaluation:
+@dataclass(frozen=True, repr=False)
+class Evaluation(Tabled):
     """How well a database answers about captures that it has not learned from."""
 
     where: str

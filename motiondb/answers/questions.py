@@ -17,6 +17,7 @@ from motiondb.language.vocabulary import as_said
 from motiondb.records import Match
 from motiondb.search.chances import WordSource
 from motiondb.search.reasons import Explanation
+from motiondb.tabled import Tabled
 
 if TYPE_CHECKING:
     from motiondb.language.question.readings import KnownQuestion
@@ -293,8 +294,8 @@ class JointDistance:
     distance: float
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(Tabled):
     """Two motions, aligned by dynamic time warping on the standard body."""
 
     first: str

@@ -57,7 +57,7 @@ def solved(
 ) -> tuple[Motion, world.Found]:
     """Turn a clip into a motion as :func:`to_motion`, and say which axis was taken for up."""
     roles = joint_map(clip.skeleton, user_map)
-    keypoints, found = _keypoints(clip, roles)
+    keypoints, found = keypoints_of(clip, roles)
     leg_length = legs_of(keypoints)
     if not keep_implausible:
         reason = cleaning.implausible(keypoints, clip.fps, leg_length)
@@ -151,12 +151,12 @@ def solve_rotations(points: FloatArray) -> FloatArray:
     def at(name: str) -> FloatArray:
         return points[:, _I[name]]
 
-    world[:, 0] = _frame(at("l_hip") - at("r_hip"), at("spine") - at("pelvis"))
-    chest = _frame(at("l_shoulder") - at("r_shoulder"), at("neck") - at("chest"))
+    world[:, 0] = frame_of(at("l_hip") - at("r_hip"), at("spine") - at("pelvis"))
+    chest = frame_of(at("l_shoulder") - at("r_shoulder"), at("neck") - at("chest"))
     left = rotation.rotate(world[:, 0], _axis(0, n_frames)) + rotation.rotate(
         chest, _axis(0, n_frames)
     )
-    world[:, _I["spine"]] = _frame(left, at("chest") - at("spine"))
+    world[:, _I["spine"]] = frame_of(left, at("chest") - at("spine"))
     world[:, _I["chest"]] = chest
     local[:, 0] = world[:, 0]
     _set_local(local, world, "spine")
@@ -220,7 +220,7 @@ def _axis(number: int, n_frames: int) -> FloatArray:
     return np.broadcast_to(np.eye(3)[number], (n_frames, 3))
 
 
-def _frame(left: FloatArray, up: FloatArray) -> FloatArray:
+def frame_of(left: FloatArray, up: FloatArray) -> FloatArray:
     """Return rotations with x axis ``left``, and y axis ``up`` made orthogonal to it."""
     x = rotation.normalize(left)
     z = rotation.normalize(np.cross(x, up))
@@ -250,10 +250,10 @@ def legs_of(points: FloatArray) -> float:
 
 def clip_keypoints(clip: Clip, user_map: Mapping[str, str] | None = None) -> FloatArray:
     """Places (frames, 21, 3) of the canonical joints, y up; those a clip lacks are estimated."""
-    return _keypoints(clip, joint_map(clip.skeleton, user_map))[0]
+    return keypoints_of(clip, joint_map(clip.skeleton, user_map))[0]
 
 
-def _keypoints(clip: Clip, roles: Mapping[str, int]) -> tuple[FloatArray, world.Found]:
+def keypoints_of(clip: Clip, roles: Mapping[str, int]) -> tuple[FloatArray, world.Found]:
     """Positions (frames, 21, 3) of the canonical joints of a clip whose roles are found, y up."""
     points, rotations = _measured(clip, roles)
     found = _find_up(clip, roles, points)

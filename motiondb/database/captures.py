@@ -7,7 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from motiondb import answers, store
 from motiondb.database.catalogue import browsing
@@ -25,18 +25,22 @@ from motiondb.records import (
     Relation,
 )
 from motiondb.store import CAPTION, COLUMNS, Store
+from motiondb.tabled import Listed, Tupled
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
+    from matplotlib.figure import Figure
+
     from motiondb.database.catalogue import sheets
     from motiondb.database.generated_files import Made
     from motiondb.database.session import Session
-    from motiondb.database.values import Example
+    from motiondb.database.values import Example, Where
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
     from motiondb.search.takings import Taking
     from motiondb.store import Provenance
 
 FOLDER = "/"  # How the name of a folder of captures ends
+_SHOWN_COLUMNS = ("name", "duration", "fps", "format", "tags")  # Of a list of captures
 ANY = "*"  # In a pattern of names: any letters
 _UNUSUAL = re.compile(r"[^\w.-]+")  # Characters that names of files of matches do not have
 
@@ -61,7 +65,7 @@ class Captures:
         """The open store."""
         return self.session.store
 
-    def __call__(self, where: str = "", exact: bool = False, sort: str = "") -> list[CaptureInfo]:
+    def __call__(self, where: Where = "", exact: bool = False, sort: str = "") -> list[CaptureInfo]:
         """The catalogue.
 
         ``exact``: whether words of ``where`` that are in no caption and no tag match nothing;
@@ -70,6 +74,7 @@ class Captures:
         of number.
         """
         with self.session.reading():
+            where = self.session.filter(where)
             if exact or not where.strip():
                 infos = store.load_captures(self.store, where)
             else:
@@ -77,10 +82,11 @@ class Captures:
 
                 filters = filter_words.take_filter_words(self.store, where)[0]
                 infos = store.load_captures(self.store, filters)
-            return browsing.sort_captures(self.session, infos, sort) if sort else infos
+            infos = browsing.sort_captures(self.session, infos, sort) if sort else infos
+            return Listed(infos, *_SHOWN_COLUMNS)
 
     def browse(
-        self, where: str = "", sort: str = "name", offset: int = 0, limit: int = 100
+        self, where: Where = "", sort: str = "name", offset: int = 0, limit: int = 100
     ) -> browsing.BrowsedPage:
         """Some rows of the catalogue, with captions, for a program that shows it page by page.
 
@@ -93,19 +99,20 @@ class Captures:
         limit : int
             Largest number of rows.
         """
-        return browsing.browse(self.session, where, sort, offset, limit)
+        return browsing.browse(self.session, self.session.filter(where), sort, offset, limit)
 
     def browsed(self, name: str) -> browsing.BrowsedCapture | None:
         """The row of the capture of exactly this name; None if there is none."""
         with self.session.reading():
             return browsing.rows_by_name(self.session).get(name)
 
-    def facets(self, where: str = "") -> tuple[browsing.Facet, ...]:
+    def facets(self, where: Where = "") -> tuple[browsing.Facet, ...]:
         """How many captures have each value of columns and tags."""
-        return browsing.facets(self.session, where)
+        return browsing.facets(self.session, self.session.filter(where))
 
-    def taken_in_filter(self, where: str) -> Mapping[str, Taking]:
+    def taken_in_filter(self, where: Where) -> Mapping[str, Taking]:
         """The known words that replace words of a filter that are in no caption and no tag."""
+        where = self.session.filter(where)
         if not where.strip():
             return {}
         from motiondb.database.catalogue import filter_words
@@ -121,9 +128,9 @@ class Captures:
         """Copies, mirror images and cuts; of one capture, or of all."""
         with self.session.reading():
             full = store.load_capture(self.store, name).name if name else None
-            return store.load_relations(self.store, full)
+            return Listed(store.load_relations(self.store, full))
 
-    def duplicates(self, where: str = "") -> tuple[DuplicateGroup, ...]:
+    def duplicates(self, where: Where = "") -> tuple[DuplicateGroup, ...]:
         """Groups of captures that repeat one another, with at least one that matches."""
         from motiondb.search.copies import group_duplicates
 
@@ -131,17 +138,17 @@ class Captures:
             durations = {info.name: info.duration for info in self()}
             groups = group_duplicates(self.relations(), durations)
             wanted = {info.name for info in self(where)}
-            return tuple(group for group in groups if wanted & set(group.captures))
+            return Tupled(group for group in groups if wanted & set(group.captures))
 
     def faulty_files(self) -> list[answers.FaultyFile]:
         """The files that could not be read when they were added, until they are without fault."""
         with self.session.reading():
-            return [answers.FaultyFile(*row) for row in store.load_faulty(self.store)]
+            return Listed(answers.FaultyFile(*row) for row in store.load_faulty(self.store))
 
     def same_files(self) -> list[answers.SameFile]:
         """The files that were added although a capture of another name has their content."""
         with self.session.reading():
-            return [answers.SameFile(*row) for row in store.load_same_files(self.store)]
+            return Listed(answers.SameFile(*row) for row in store.load_same_files(self.store))
 
     def tag_rows(self) -> list[answers.TagRow]:
         """Every tag with its number of captures and of different values, by name."""
@@ -150,7 +157,9 @@ class Captures:
             for info in store.load_captures(self.store):
                 for key, value in info.tags.items():
                     values.setdefault(key, []).append(value)
-        return [answers.TagRow(key, len(of), len(set(of))) for key, of in sorted(values.items())]
+        return Listed(
+            answers.TagRow(key, len(of), len(set(of))) for key, of in sorted(values.items())
+        )
 
     def events(self, name: str) -> tuple[Event, ...]:
         """Instants of a capture, by frames of its motion (30 a second)."""
@@ -168,16 +177,16 @@ class Captures:
         known = self.all_events().values()
         events = Counter(event.name for of_one in known for event in of_one)
         captures = Counter(name for of_one in known for name in {e.name for e in of_one})
-        return [
+        return Listed(
             answers.EventRow(name, count, captures[name]) for name, count in sorted(events.items())
-        ]
+        )
 
     def segments(self, name: str) -> list[answers.ShownSegment]:
         """Symbols of a capture with their times (seconds); empty if it is not learned."""
         from motiondb.database import showing
 
         with self.session.reading():
-            return showing.searched_segments(self.session, name)
+            return Listed(showing.searched_segments(self.session, name))
 
     def activities(self, name: str) -> list[answers.ShownActivity]:
         """The successive activities of a capture; empty if there is only one."""
@@ -185,7 +194,7 @@ class Captures:
 
         with self.session.reading():
             info = store.load_capture(self.store, name)
-            return showing.capture_activities(self.session, info.capture_id)
+            return Listed(showing.capture_activities(self.session, info.capture_id))
 
     def provenance(self, name: str) -> Provenance:
         """Origin of every frame of a generated capture; without sources for a captured one."""
@@ -200,7 +209,7 @@ class Captures:
         with self.session.reading():
             return showing.describe_capture(self.session, name)
 
-    def draw(self, name: str, path: str | Path) -> Path:
+    def draw(self, name: str, path: str | Path | None = None) -> Path | Figure:
         """Draw a capture as a strip of stick figures over its timelines, as PNG."""
         from motiondb.database import showing
 
@@ -217,7 +226,7 @@ class Captures:
             name = store.load_capture(self.store, name).name
             return pictures.draw_animation(load_example(self.session, name, start, end), path)
 
-    def remove(self, names: Iterable[str] = (), where: str = "") -> list[str]:
+    def remove(self, names: Iterable[str] = (), where: Where = "") -> list[str]:
         """Remove captures, all or none, and return their full names.
 
         Their counts are removed from the learned model. :meth:`undo` brings them back until the
@@ -292,7 +301,7 @@ class Captures:
         return changed
 
     def set_tags(
-        self, tags: Mapping[str, str], names: Iterable[str] = (), where: str = ""
+        self, tags: Mapping[str, str], names: Iterable[str] = (), where: Where = ""
     ) -> list[str]:
         """Set tags, such as the performer and the licence; return the captures that have changed.
 
@@ -360,6 +369,21 @@ class Captures:
         from motiondb.database.catalogue import sheets
 
         return sheets.import_events(self.store, sheet)
+
+    def to_movement(self, name: str, start: float | None = None, end: float | None = None) -> Any:  # noqa: ANN401
+        """A capture, or a part of it, as an ``xarray.Dataset`` in the form of movement.
+
+        Poses of the capture's own joints at its own rate, metres, in the world of its file; one
+        individual, called as its performer. Confidence is NaN. ``to_netcdf`` of the data set
+        writes a file that ``add`` reads again. It needs the extra ``movement``.
+        """
+        from motiondb.database.catalogue import exporting, parts
+        from motiondb.files.readers.movement import to_dataset
+
+        with self.session.reading():
+            info = store.load_capture(self.store, name)
+            clip = parts.cut_clip(exporting.load_clip(self.session, info.name), start, end)
+        return to_dataset(clip, info.tags.get("performer", "id_0"), info.path)
 
     def features(
         self,
@@ -456,16 +480,18 @@ class Captures:
     def draw_matches(
         self,
         answer: WordAnswer | ExampleAnswer,
-        path: str | Path,
+        path: str | Path | None = None,
         title: str = "",
         example: Motion | None = None,
-    ) -> Path:
+    ) -> Path | Figure:
         """Draw the first matches, below an example if given, as rows of stick figures (PNG)."""
         from motiondb.database import searching
 
         return searching.draw_matches(self.session, answer.matches, path, title, example)
 
-    def draw_reasons(self, answer: WordAnswer, path: str | Path, title: str = "") -> Path:
+    def draw_reasons(
+        self, answer: WordAnswer, path: str | Path | None = None, title: str = ""
+    ) -> Path | Figure:
         """Draw the best match over a timeline of contributions for each word, as PNG.
 
         QueryError is raised for an answer without reasons, such as one by symbols.
@@ -475,9 +501,10 @@ class Captures:
         return searching.draw_reasons(self.session, answer, path, title)
 
 
-def chosen(session: Session, names: Iterable[str], where: str) -> list[CaptureInfo]:
+def chosen(session: Session, names: Iterable[str], where: Where) -> list[CaptureInfo]:
     """The captures of some names, and those that match a filter; each once."""
     infos = [store.load_capture(session.store, name) for name in listed("names", names)]
+    where = session.filter(where)
     infos += store.load_captures(session.store, where) if where.strip() else []
     return list({info.capture_id: info for info in infos}.values())
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -26,6 +26,9 @@ from motiondb.files import packed_files
 from motiondb.files.bvh_writer import to_bvh
 from motiondb.files.own_files import WRITER, check_overwriting, digest_of, provenance_path
 from motiondb.records import MOTION_FPS, BoolArray, Caption, CaptureInfo, Motion
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 class Made(Protocol):
@@ -64,12 +67,12 @@ def write_with_provenance(
     if said or asked.are_any:
         unit = unit_in(path, done.clip)
         written |= {"changes": said, "fps": done.clip.fps, "unit": unit}
-    runs = {"frames": frame_runs(made, done.clip.fps)}
+    runs = {"frames": frame_runs(made, done.clip.fps / asked.speed)}
     write_bytes(beside, json.dumps({**written, **kept, **runs}, indent=1).encode())
     return {"output": str(path), "provenance": str(beside), "changes": said, "fit": done.fit}
 
 
-def draw_generated(made: Made, title: str, path: str | Path) -> Path:
+def draw_generated(made: Made, title: str, path: str | Path | None = None) -> Path | Figure:
     """Draw a strip of stick figures over the sources of the frames, as PNG."""
     timeline = pictures.Timeline("sources", source_spans(made))
     return pictures.save_png(pictures.strip_figure(made.motion, title, [timeline]), path)

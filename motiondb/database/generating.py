@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -49,6 +50,10 @@ from motiondb.search.takings import (
     with_likeliest,
     write_otherwise,
 )
+from motiondb.tabled import Tabled
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 LEAST_PICKED = 15  # Fewest frames (0.5 s) of an excerpt that is picked: seams need as much
 MOST_VARIANTS = 100  # Motions of one sentence that are made at once
@@ -79,8 +84,8 @@ class ActionPlace:
     end: float = 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class Generated:
+@dataclass(frozen=True, eq=False, repr=False)
+class Generated(Tabled):
     """A motion that was made from a sentence, and how."""
 
     motion: Motion
@@ -133,6 +138,19 @@ class Generated:
     """For each action of stitched motion the number of its place, from 0, and the number of places
     that show it about as clearly; -1 for an excerpt that is none of them, or that was picked."""
 
+    def _rows(self) -> tuple[str, list[dict[str, object]]]:
+        rows: list[dict[str, object]] = [
+            {
+                "action": one.words,
+                "start": one.start / MOTION_FPS,
+                "end": one.end / MOTION_FPS,
+                "shown": {True: "shown", False: "not shown", None: "not sure"}[one.shown],
+                "reason": one.reason,
+            }
+            for one in self.shown
+        ]
+        return f"{self.words!r}, {self.motion.duration:.2f} s, seed {self.seed}", rows
+
     @property
     def unknown(self) -> Mapping[str, tuple[str, ...]]:
         """Words of the sentence that are not known -> nearest known words."""
@@ -184,7 +202,7 @@ class Generated:
         written = write_with_provenance(self, facts, Path(path), changes, self.changed)
         return answers.extended(answers.WrittenMotion, facts, **written)
 
-    def draw(self, path: str | Path) -> Path:
+    def draw(self, path: str | Path | None = None) -> Path | Figure:
         """Draw a strip of stick figures over the sources of the frames, as PNG."""
         return draw_generated(self, self.words, path)
 

@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,12 +20,16 @@ from motiondb.generate.joining import Seam, join
 from motiondb.generate.material import SequenceMotion
 from motiondb.generate.stitching import Piece
 from motiondb.records import MOTION_FPS, Motion
+from motiondb.tabled import Tabled
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _PART = re.compile(r"(.+):(\d*\.?\d*)-(\d*\.?\d*)")
 
 
-@dataclass(frozen=True, eq=False)
-class Joined:
+@dataclass(frozen=True, eq=False, repr=False)
+class Joined(Tabled):
     """A motion of parts of captures."""
 
     motion: Motion
@@ -37,6 +42,11 @@ class Joined:
     """How far the parts were apart where they meet, as far as they meet in the motion."""
     changed: tuple[str, ...] = ()
     """How the motion was changed after the parts were joined."""
+
+    def _rows(self) -> tuple[str, list[dict[str, object]]]:
+        return f"{self.motion.duration:.2f} s of {len(self.parts)} parts", [
+            vars(part) for part in self.parts
+        ]
 
     def facts(self) -> answers.JoinedAnswer:
         """The parts, the seams and the sources, for JSON; times in seconds."""
@@ -58,7 +68,7 @@ class Joined:
         written = write_with_provenance(self, facts, Path(path), changes, self.changed)
         return answers.extended(answers.WrittenJoin, facts, **written)
 
-    def draw(self, path: str | Path) -> Path:
+    def draw(self, path: str | Path | None = None) -> Path | Figure:
         """Draw a strip of stick figures over the sources of the frames, as PNG."""
         return draw_generated(self, " + ".join(part.capture for part in self.parts), path)
 

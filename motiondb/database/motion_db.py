@@ -28,7 +28,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.database.scenes.scenes import Scenes
     from motiondb.database.symbols import Symbols
     from motiondb.database.tables import Tables
-    from motiondb.database.values import Example
+    from motiondb.database.values import Example, Where
     from motiondb.database.words import Words
     from motiondb.errors import MotionDBError
     from motiondb.learn.knowledge import Knowledge
@@ -52,15 +52,15 @@ class MotionDB:
     quaternions w, x, y, z; motions on the canonical body at 30 frames a second.
 
     ``name`` is the name of a capture, and ``names`` several. ``where`` is a filter on columns and
-    tags of the catalogue, such as "performer=14"; a verb with both takes the captures of either.
-    ``example`` is a file, the name of a stored capture, or a motion; ``start`` and ``end`` are the
-    part of it, in seconds. ``progress`` is called with the name of the step, the number done, and
-    the total number; of learning, with the step and the share that is done. QueryError is raised
-    where there is no such capture, a filter cannot be read, or a part lies outside its capture, and
-    another MotionDBError where a file cannot be read or written; nothing is changed then.
-    ``exact`` leaves out words that no caption holds; otherwise a word that may be taken as a known
-    one is replaced. NotLearnedError is raised where the database has not learned, or learned no
-    words and the question needs them.
+    tags of the catalogue, such as "performer=14", or a list of names; a verb with both takes the
+    captures of either. ``example`` is a file, the name of a stored capture, or a motion; ``start``
+    and ``end`` are the part of it, in seconds. ``progress`` is called with the name of the step,
+    the number done, and the total number; of learning, with the step and the share that is done.
+    QueryError is raised where there is no such capture, a filter cannot be read, or a part lies
+    outside its capture, and another MotionDBError where a file cannot be read or written; nothing
+    is changed then. ``exact`` leaves out words that no caption holds; otherwise a word that may be
+    taken as a known one is replaced. NotLearnedError is raised where the database has not learned,
+    or learned no words and the question needs them.
 
     Parameters
     ----------
@@ -298,11 +298,11 @@ class MotionDB:
 
         return load_example(self.session, example, start, end)
 
-    def clip(self, name: str) -> Clip:
-        """A stored capture on its own skeleton and at its own rate, as it was read when added."""
-        from motiondb.database.catalogue.exporting import load_clip
+    def clip(self, name: str, start: float | None = None, end: float | None = None) -> Clip:
+        """A stored capture, or a part, on its own skeleton and at its own rate, as it was read."""
+        from motiondb.database.catalogue import exporting, parts
 
-        return load_clip(self.session, name)
+        return parts.cut_clip(exporting.load_clip(self.session, name), start, end)
 
     def export(
         self,
@@ -313,9 +313,7 @@ class MotionDB:
         canonical: bool = False,
         changes: exporting.MotionChanges | None = None,
     ) -> answers.Exported:
-        """Write a capture to a file; in its original format, the bytes are those that were added.
-
-        A part of a capture, and a changed motion, are always written as a new file.
+        """Write a capture to a file: whole in its own format the bytes that were added.
 
         Parameters
         ----------
@@ -338,7 +336,7 @@ class MotionDB:
         settings: LearnSettings | None = None,
         progress: Progress | None = None,
         start: str | Path | Knowledge | None = None,
-        where: str = "",
+        where: Where = "",
         workers: Cluster | None = None,
     ) -> LearnedModel:
         """Derive symbols, their space and their words from all captures; replaces earlier ones.
@@ -352,7 +350,7 @@ class MotionDB:
             ``db.symbols.export_knowledge``. Its symbols and words are taken over, and own captions
             count more the more there are. None: the start that the database used before, if any;
             "none": nothing.
-        where : str
+        where : str or names
             Learn from these captures alone. The others are not searched; :meth:`evaluate` measures
             the answers about them.
         workers : Cluster, optional
@@ -368,12 +366,13 @@ class MotionDB:
         from motiondb.database.learn import learn_run
         from motiondb.learn.recognition import LearnSettings
 
+        asked = self.session.filter(where)
         return learn_run.learn(
-            self.store, settings or LearnSettings(), progress, start, where, workers or HERE
+            self.store, settings or LearnSettings(), progress, start, asked, workers or HERE
         )
 
     def evaluate(
-        self, where: str = "", progress: Progress | None = None, workers: Cluster | None = None
+        self, where: Where = "", progress: Progress | None = None, workers: Cluster | None = None
     ) -> answers.Evaluation:
         """Measure the answers about captures that the database has not learned from.
 
@@ -389,7 +388,8 @@ class MotionDB:
         """
         from motiondb.database.evaluating import evaluate
 
-        return evaluate(self.session, where, progress or (lambda _what, _share: None), workers)
+        asked, tell = self.session.filter(where), progress or (lambda _what, _share: None)
+        return evaluate(self.session, asked, tell, workers)
 
     def is_learned(self) -> bool:
         """Whether the database has learned."""
@@ -408,7 +408,7 @@ class MotionDB:
     def search(
         self,
         words: str,
-        where: str = "",
+        where: Where = "",
         limit: int = 10,
         by_symbols: bool = False,
         written: bool = True,
@@ -441,7 +441,7 @@ class MotionDB:
         example: Example,
         start: float | None = None,
         end: float | None = None,
-        where: str = "",
+        where: Where = "",
         limit: int = 10,
         meaning: bool | None = None,
         exact: bool = False,
@@ -470,7 +470,7 @@ class MotionDB:
             )
 
     def ask_many(
-        self, questions: Iterable[Question], workers: Cluster | None = None
+        self, questions: Iterable[Question | str], workers: Cluster | None = None
     ) -> Iterator[WordAnswer | ExampleAnswer | MotionDBError]:
         """Answer many questions, in their order.
 
@@ -479,8 +479,8 @@ class MotionDB:
 
         Parameters
         ----------
-        questions : iterable of Question
-            Words or examples, such as ``Question(like="ana/kick_1", start=0.5, limit=3)``.
+        questions : iterable of Question or str
+            Words ("walk"), or questions, such as ``Question(like="ana/kick_1", limit=3)``.
         workers : Cluster, optional
             Workers that answer some of the questions each; the answers are the same. They open this
             database themselves: it has to be opened to read only, in a folder that all of them see

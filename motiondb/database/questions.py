@@ -17,12 +17,13 @@ from motiondb import store
 from motiondb.database.catalogue.parts import load_example
 from motiondb.database.lent import Lent
 from motiondb.database.session import Session
-from motiondb.database.values import check_least
+from motiondb.database.values import check_least, listed
 from motiondb.errors import ClusterError, MotionDBError, QueryError, StoreError
 from motiondb.workers import runs
 
 if TYPE_CHECKING:
     from motiondb.database.cluster import Cluster
+    from motiondb.database.values import Where
     from motiondb.records import Motion
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
@@ -47,8 +48,8 @@ class Question:
         The name of a capture, or of a file, as the example.
     start, end : float, optional
         Part of the example, s.
-    where : str
-        A filter on the catalogue: the captures that are searched.
+    where : str or names
+        A filter on the catalogue, or names: the captures that are searched.
     limit : int
         Largest number of matches.
     exact : bool
@@ -59,7 +60,7 @@ class Question:
     like: str = ""
     start: float | None = None
     end: float | None = None
-    where: str = ""
+    where: Where = ""
     limit: int = 10
     exact: bool = False
 
@@ -85,20 +86,23 @@ class _Posed:
 
 
 def ask_many(
-    session: Session, questions: Iterable[Question], workers: Cluster | None
+    session: Session, questions: Iterable[Question | str], workers: Cluster | None
 ) -> Iterator[Answer]:
     """The answers in the order of the questions, as ``MotionDB.ask_many`` gives them.
 
     No block reads while an answer is looked at: its reader may change the database.
     """
+    if isinstance(questions, str):
+        listed("questions", questions)  # refuses it
+    asked = (Question(each) if isinstance(each, str) else each for each in questions)
     if workers is None:
-        for question in questions:
+        for question in asked:
             with session.reading():
                 found = _or_error(_answer_here, session, question)
             yield found
         return
     with session.reading():
-        posed = [_or_error(_pose, session, question) for question in questions]
+        posed = [_or_error(_pose, session, question) for question in asked]
         errors = [each for each in posed if isinstance(each, MotionDBError)]
         file = _file_for(workers, session) if len(errors) < len(posed) else None
     if file is None:  # such as of a database that has not learned
@@ -122,7 +126,7 @@ def _pose(session: Session, question: Question) -> _Posed:
     if question.like:
         motion = load_example(session, question.like, question.start, question.end)
     allowed = None  # said in a word, and not by as many numbers for each of many questions
-    if question.where.strip():
+    if question.where:
         allowed = searching.allowed_captures(session, question.where, question.exact)
     searching.check_any(session.searchable)
     return _Posed(question, allowed, motion)

@@ -23,6 +23,9 @@ from motiondb.search.reasons import ExplainedWord
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from motiondb.database.values import Where
     from motiondb.pictures import Timeline
 
 SHOWN_MATCHES = 8  # Most matches in a picture: more would be too small on a screen
@@ -32,7 +35,7 @@ LEAST_SHARE = 0.005  # Nats from which on a contribution is drawn: smaller ones 
 def search(
     session: Session,
     words: str,
-    where: str,
+    where: Where,
     limit: int,
     by_symbols: bool,
     written: bool,
@@ -94,8 +97,9 @@ def check_any(learned: Learned) -> None:
         )
 
 
-def allowed_captures(session: Session, where: str, exact: bool) -> list[int]:
+def allowed_captures(session: Session, where: Where, exact: bool) -> list[int]:
     """Numbers of the captures that a filter lets through; all that can be searched without one."""
+    where = session.filter(where)
     if not where.strip():
         return list(session.searchable.captures)
     filters = where if exact else take_filter_words(session.store, where)[0]
@@ -103,8 +107,12 @@ def allowed_captures(session: Session, where: str, exact: bool) -> list[int]:
 
 
 def draw_matches(
-    session: Session, matches: Sequence[Match], path: str | Path, title: str, example: Motion | None
-) -> Path:
+    session: Session,
+    matches: Sequence[Match],
+    path: str | Path | None,
+    title: str,
+    example: Motion | None,
+) -> Path | Figure:
     """Draw the first matches as rows of stick figures, with the example above them."""
     from motiondb import pictures
 
@@ -114,7 +122,9 @@ def draw_matches(
     return pictures.save_png(pictures.hits_figure(hits, title, query), path)
 
 
-def draw_reasons(session: Session, answer: WordAnswer, path: str | Path, title: str) -> Path:
+def draw_reasons(
+    session: Session, answer: WordAnswer, path: str | Path | None, title: str
+) -> Path | Figure:
     """Draw the capture of the best match over a timeline of contributions for each word."""
     from motiondb import pictures
 

@@ -18,6 +18,7 @@ from motiondb import store
 
 if TYPE_CHECKING:
     from motiondb.database.loading import FeaturesMade
+    from motiondb.database.values import Where
     from motiondb.learn.learned import Learned
     from motiondb.learn.recognition import FeaturePool
     from motiondb.records import Motion
@@ -49,6 +50,14 @@ class Session:
     def close(self) -> None:
         """Close the file; a second call does nothing."""
         self.store.close()
+
+    def filter(self, where: Where) -> str:
+        """The text of a filter; a list of names becomes one for their captures alone."""
+        if isinstance(where, str):
+            return where
+        with self.reading():
+            numbers = [str(store.load_capture(self.store, name).capture_id) for name in where]
+        return f"capture_id in ({', '.join(numbers or ['-1'])})"
 
     @contextmanager
     def reading(self) -> Iterator[None]:

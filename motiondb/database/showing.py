@@ -21,6 +21,8 @@ from motiondb.search.described import describe
 from motiondb.symbols.activities import find_activities
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from motiondb.database.session import Session
 
 LIKELY = 0.2  # Probability from which on a word is named
@@ -171,7 +173,7 @@ def _likely_words(session: Session, capture_id: int, low: int, high: int) -> lis
     return [learned.association.words[w] for w in order if mean[w] > LIKELY]
 
 
-def draw_capture(session: Session, name: str, path: str | Path) -> Path:
+def draw_capture(session: Session, name: str, path: str | Path | None) -> Path | Figure:
     """A strip of stick figures with the timelines of symbols and words under it."""
     info = store.load_capture(session.store, name)
     motion = store.load_motion(session.store, info.capture_id)
@@ -249,7 +251,7 @@ def symbol_rows(learned: Learned, n_words: int = 3) -> list[answers.SymbolRow]:
     return rows
 
 
-def draw_symbols(learned: Learned, path: str | Path) -> Path:
+def draw_symbols(learned: Learned, path: str | Path | None) -> Path | Figure:
     """The symbol space with its clusters, every symbol with its most probable word, as PNG."""
     labels = [row.words[0].word if row.words else "" for row in symbol_rows(learned, 1)]
     return pictures.save_png(pictures.space_figure(learned.space, labels), path)

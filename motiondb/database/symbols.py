@@ -6,8 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motiondb import answers, store
+from motiondb.tabled import Listed
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
+    from matplotlib.figure import Figure
+
     from motiondb.database.session import Session
     from motiondb.learn.drift import Drift
     from motiondb.learn.knowledge import Knowledge
@@ -29,7 +32,7 @@ class Symbols:
         """Every symbol: cluster, segments, captures, mean length (seconds), most probable words."""
         from motiondb.database import showing
 
-        return showing.symbol_rows(self.session.learned, n_words)
+        return Listed(showing.symbol_rows(self.session.learned, n_words))
 
     def segments(self, symbol: int) -> list[answers.SymbolSegment]:
         """Segments of a symbol, those that it fits best first; times in seconds.
@@ -38,9 +41,9 @@ class Symbols:
         """
         from motiondb.database import showing
 
-        return showing.symbol_segments(self.session.learned, symbol)
+        return Listed(showing.symbol_segments(self.session.learned, symbol))
 
-    def draw(self, path: str | Path) -> Path:
+    def draw(self, path: str | Path | None = None) -> Path | Figure:
         """Draw the symbol space with its clusters, every symbol with its word, as PNG."""
         from motiondb.database import showing
 

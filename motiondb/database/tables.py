@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from motiondb import store
-from motiondb.errors import MotionDBError
+from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.arrays import NO_PYARROW
 from motiondb.records import MOTION_FPS, Caption, Match
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
     from motiondb.database.session import Session
+    from motiondb.database.values import Where
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
 
@@ -37,18 +38,36 @@ class Tables:
     def __init__(self, session: Session) -> None:
         self._session = session
 
-    def captures(self, where: str = "") -> pa.Table:
+    def sql(self, query: str) -> tuple[list[str], list[tuple[Any, ...]]]:
+        """Names of the columns, and rows, of the answer to one SELECT about the tables of the file.
+
+        ``schema/README.md`` describes the tables. Files other than the database are not read.
+
+        Raises
+        ------
+        QueryError
+            When the database was not opened with ``read_only``, or DuckDB refuses the question.
+        """
+        if not self._session.store.read_only:
+            raise QueryError(
+                "sql: expected a database that is opened to read only, found one that may write. "
+                "Open it with read_only=True."
+            )
+        with self._session.reading():
+            return self._session.store.connection.select(query)
+
+    def captures(self, where: Where = "") -> pa.Table:
         """The catalogue: its columns, captions as a list of texts, and a column for every tag.
 
         Durations are in seconds, leg lengths in metres. The column of a tag is called ``tag.NAME``.
 
         Parameters
         ----------
-        where : str
+        where : str or names
             Filter on the catalogue.
         """
         with self._session.reading():
-            infos = store.load_captures(self._session.store, where)
+            infos = store.load_captures(self._session.store, self._session.filter(where))
             captions = store.load_captions(self._session.store)
         columns: dict[str, Any] = {c: [getattr(i, c) for i in infos] for c in store.COLUMNS}
         columns["captions"] = [[c.words for c in captions.get(i.capture_id, ())] for i in infos]

@@ -11,11 +11,13 @@ from motiondb.database.captures import chosen
 from motiondb.errors import QueryError
 from motiondb.records import Caption, CaptureInfo
 from motiondb.store import Store
+from motiondb.tabled import Listed
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
     from motiondb.database.catalogue import sheets
     from motiondb.database.learn import updating
     from motiondb.database.session import Session
+    from motiondb.database.values import Where
     from motiondb.search.chances import WordSource
 
 
@@ -72,7 +74,7 @@ class Words:
                 store.save_captions(self.store, number, [*old, *new])
         return change
 
-    def add(self, words: str, names: Iterable[str] = (), where: str = "") -> list[str]:
+    def add(self, words: str, names: Iterable[str] = (), where: Where = "") -> list[str]:
         """Add a caption of the whole capture, and count it.
 
         Returns the names of the captures that did not have it.
@@ -118,7 +120,7 @@ class Words:
             for number, words in _versions(edits, info.capture_id, info.run_id, now)
         ]
 
-    def export(self, path: str | Path, where: str = "") -> answers.SheetWritten:
+    def export(self, path: str | Path, where: Where = "") -> answers.SheetWritten:
         """Write captions and tags as a sheet that ``import_sheet`` reads again without loss.
 
         It is CSV for the ending .csv, else TSV.
@@ -126,7 +128,7 @@ class Words:
         from motiondb.database.catalogue import sheets
 
         with self.session.reading():
-            return sheets.export_words(self.store, path, where)
+            return sheets.export_words(self.store, path, self.session.filter(where))
 
     def import_sheet(self, sheet: str | Path) -> sheets.ImportReport:
         """Replace words and tags by those of a sheet; captures without words in it keep theirs."""
@@ -157,7 +159,7 @@ class Words:
         """Every word with its captions and its most probable symbols, commonest word first."""
         from motiondb.database import showing
 
-        return showing.word_rows(self.session.learned)
+        return Listed(showing.word_rows(self.session.learned))
 
     def sources(self, words: Iterable[str]) -> tuple[WordSource, ...]:
         """The captions from which some learned words were learned; empty without a start."""

@@ -35,10 +35,15 @@ def write_arrays(clip: Clip, path: Path, contacts: BoolArray | None = None) -> N
     data = io.BytesIO()
     ending = path.suffix.lower()
     if ending == ".npz":
-        found: dict[str, Any] = {} if contacts is None else {"contacts": contacts}
+        found: dict[str, Any] = {}
+        if contacts is not None:
+            found = {"contacts": contacts, "contact_names": np.array(["left_foot", "right_foot"])}
         np.savez_compressed(
             data,
             fps=clip.fps,
+            units=np.array("metres, seconds; right-handed world"),
+            up=np.array("y" if contacts is not None else clip.up or "unknown"),
+            quaternion_order=np.array("w, x, y, z; relative to the parent"),
             time=times,
             joints=np.array(clip.skeleton.names),
             parents=clip.skeleton.parents,

@@ -27,6 +27,7 @@ FORMATS = MappingProxyType(
         ".c3d": "c3d",
         ".fbx": "fbx",
         ".trc": "trc",
+        ".nc": "movement",
     }
 )  # Ending, lower case -> format
 WITH_TAKES = frozenset({"fbx", "c3d", "trc"})

@@ -167,10 +167,10 @@ def _read_takes(data: bytes, kind: str, path: object, options: ReadOptions) -> d
 
 
 def _as_asked(clip: Clip, path: object, options: ReadOptions) -> Clip:
-    """Return a clip in the world that the user names; markers are read so."""
+    """Return a clip in the world that the user names; markers and positions are read so."""
     if options.unit is not None:
         clip = replace(clip, notes=clip.notes + asked_unit_notes(clip))
-    if clip.format in ("c3d", "trc"):
+    if clip.format in ("c3d", "trc", "movement"):
         return clip
     names = mirror_joints(clip.skeleton) if options.swap_sides else None
     if names is not None and (names == np.arange(len(names))).all():
@@ -245,6 +245,10 @@ def _read(
         from motiondb.files.readers.fbx import read_fbx
 
         return read_fbx(data, path, options)
+    if kind == "movement":
+        from motiondb.files.readers.movement import read_movement
+
+        return read_movement(data, path, options)
     raise CaptureError(path, f"expected a known format, found {kind!r}.")
 
 

@@ -19,6 +19,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,7 +60,7 @@ class Buffer:
     def __init__(self) -> None:
         self.data = bytearray()
         self.views: list[dict[str, int]] = []
-        self.accessors: list[dict[str, object]] = []
+        self.accessors: list[dict[str, Any]] = []
 
     def add(self, values: NDArray[np.generic], component: int, target: int | None = None) -> int:
         """Append an array (rows,) or (rows, columns); return the number of its accessor."""
@@ -93,7 +94,9 @@ class Buffer:
         }
 
 
-def write_gltf(motion: Clip | Motion, path: str | Path, owner: str = "") -> None:
+def write_gltf(
+    motion: Clip | Motion, path: str | Path, owner: str = "", reduce_keys: float = 0.0
+) -> tuple[str, ...]:
     """Write a clip or a motion as glTF (.glb or .gltf); see :func:`write_bvh`.
 
     Parameters
@@ -104,12 +107,30 @@ def write_gltf(motion: Clip | Motion, path: str | Path, owner: str = "") -> None
         The file.
     owner : str
         Who holds the rights, and a licence, for the file.
+    reduce_keys : float
+        Degrees, and centimetres, within which keys are left out; 0: a key a frame.
+
+    Returns
+    -------
+    tuple of str
+        How many keys were left out, if any should be.
     """
     path = Path(path)
     check_ending(path)
-    document, data = to_gltf(to_clip(motion), path)
+    clip = to_clip(motion)
+    parts, buffer = _no_parts(), Buffer()
+    check_clip(clip, path)
+    roots = _add_body(clip, parts, buffer, "", "body", (0.35, 0.55, 0.8), reduce_keys)
+    document, data = _document(roots, "motion", parts, buffer)
     document["asset"] = ASSET | ({"copyright": owner} if owner else {})
     write_document(document, data, path)
+    if not reduce_keys:
+        return ()
+    counts = [buffer.accessors[sampler["input"]]["count"] for sampler in parts["samplers"]]
+    return (
+        f"keys: {sum(counts):,} of {len(counts) * clip.n_frames:,}, within {reduce_keys:g} degrees "
+        f"and {reduce_keys:g} cm",
+    )
 
 
 def check_ending(path: Path) -> None:
@@ -127,14 +148,6 @@ def write_document(document: dict[str, object], data: bytes, path: Path) -> None
     uri = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
     document["buffers"] = [{"byteLength": len(data), "uri": uri}]
     write_atomically(path, json.dumps(document, separators=(",", ":")).encode())
-
-
-def to_gltf(clip: Clip, path: object = "clip") -> tuple[dict[str, object], bytes]:
-    """Return the JSON document of a clip, and the buffer that it describes."""
-    check_clip(clip, path)
-    parts, buffer = _no_parts(), Buffer()
-    roots = _add_body(clip, parts, buffer, "", "body", (0.35, 0.55, 0.8))
-    return _document(roots, "motion", parts, buffer)
 
 
 def material(name: str, colour: Colour) -> dict[str, object]:
@@ -248,14 +261,22 @@ def inverse_binds(clip: Clip, buffer: Buffer) -> dict[str, int]:
 
 
 def tracks(
-    clip: Clip, buffer: Buffer, times: int, first: int = 0
+    clip: Clip, buffer: Buffer, first: int = 0, tolerance: float = 0.0
 ) -> tuple[list[dict[str, object]], list[dict[str, object]]]:
     """Return a rotation track for each joint, and a translation track where it moves."""
     turns = rotation.unroll(rotation.normalize(clip.local_rotations))
     samplers: list[dict[str, object]] = []
     channels: list[dict[str, object]] = []
 
+    seconds = (np.arange(clip.n_frames) / clip.fps).astype(np.float32)
+    all_times = buffer.add(seconds, FLOAT)
+
     def track(joint: int, kind: str, values: FloatArray) -> None:
+        times = all_times
+        if tolerance:
+            kept = _keys(values, tolerance)
+            values, times = values[kept], buffer.add(seconds[kept], FLOAT)
+        values = _xyzw(values) if kind == "rotation" else values
         output = buffer.add(values.astype(np.float32), FLOAT)
         samplers.append({"input": times, "output": output, "interpolation": "LINEAR"})
         target = {"node": first + joint, "path": kind}
@@ -263,12 +284,34 @@ def tracks(
 
     track(0, "translation", clip.root_positions)
     for joint in range(len(clip.skeleton.names)):
-        track(joint, "rotation", _xyzw(turns[:, joint]))
+        track(joint, "rotation", turns[:, joint])
         if joint and clip.joint_positions is not None:
             places = clip.joint_positions[:, joint]
             if np.ptp(places, axis=0).max() > _MOVES:
                 track(joint, "translation", places)
     return samplers, channels
+
+
+def _keys(values: FloatArray, tolerance: float) -> list[int]:
+    """Frames between which values (frames, 3 or 4) are interpolated within degrees, or cm.
+
+    The key that is farthest off is added until none is (Ramer, Douglas and Peucker).
+    """
+    kept, spans = {0, len(values) - 1}, [(0, len(values) - 1)]
+    while spans:
+        low, high = spans.pop()
+        share = np.arange(1, high - low) / max(high - low, 1)
+        true, (first, last) = values[low + 1 : high], values[[[low], [high]]]
+        if values.shape[1] == 4:
+            cosines = np.abs(np.sum(rotation.slerp(first, last, share) * true, axis=1))
+            off = np.degrees(2.0 * np.arccos(np.minimum(cosines, 1.0)))
+        else:
+            off = 100.0 * np.linalg.norm(first + share[:, None] * (last - first) - true, axis=1)
+        if len(off) and off.max() > tolerance:
+            middle = low + 1 + int(off.argmax())
+            kept.add(middle)
+            spans += [(low, middle), (middle, high)]
+    return sorted(kept)
 
 
 def _xyzw(q: FloatArray) -> FloatArray:
@@ -319,7 +362,7 @@ def to_gltf_scene(
     return _document(roots, "scene", parts, buffer)
 
 
-_Parts = Mapping[str, list[dict[str, object]]]
+_Parts = Mapping[str, list[dict[str, Any]]]
 
 
 def _no_parts() -> _Parts:
@@ -355,7 +398,7 @@ def _check_scene(characters: Sequence[Character], ball: FloatArray | None, path:
     for character in characters:
         check_clip(character.clip, path)
     if ball is not None and not np.isfinite(ball).all():
-        raise CaptureError(path, "expected finite places of the ball, found NaN or infinity.")
+        raise CaptureError(path, "expected finite positions of the ball, found NaN or infinity.")
 
 
 def _add_character(character: Character, parts: _Parts, buffer: Buffer) -> int:
@@ -369,7 +412,13 @@ def _add_character(character: Character, parts: _Parts, buffer: Buffer) -> int:
 
 
 def _add_body(
-    clip: Clip, parts: _Parts, buffer: Buffer, prefix: str, paint: str, colour: Colour
+    clip: Clip,
+    parts: _Parts,
+    buffer: Buffer,
+    prefix: str,
+    paint: str,
+    colour: Colour,
+    reduce_keys: float = 0.0,
 ) -> list[int]:
     """Append joints and body, named after `prefix`, of a colour; numbers of root and body."""
     first, n_joints = len(parts["nodes"]), len(clip.skeleton.names)
@@ -380,8 +429,7 @@ def _add_body(
     parts["materials"].append(material(paint, colour))
     joints = list(range(first, first + n_joints))
     parts["skins"].append({"joints": joints, "skeleton": first, **inverse_binds(clip, buffer)})
-    times = buffer.add((np.arange(clip.n_frames) / clip.fps).astype(np.float32), FLOAT)
-    samplers, channels = tracks(clip, buffer, times, first)
+    samplers, channels = tracks(clip, buffer, first, reduce_keys)
     shift = len(parts["samplers"])
     parts["samplers"].extend(samplers)
     parts["channels"].extend(

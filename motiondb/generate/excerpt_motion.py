@@ -248,7 +248,7 @@ def _check_places(rows: Sequence[_Rows], wishes: Sequence[PlaceWish]) -> None:
         last = int(row.places.max())
         if wish.excerpt is None and wish.place is not None and not 0 <= wish.place <= last:
             raise QueryError(
-                f"places: expected a place from 0 to {last} for action {number}"
+                f"places: expected a number from 0 to {last} for action {number}"
                 f" ({' '.join(row.of.action.words)}), found {wish.place}. Choose one of those, or"
                 " None for any."
             )

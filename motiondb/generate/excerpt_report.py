@@ -92,12 +92,13 @@ def _say_places(shown: ShownExcerpt) -> list[str]:
     if shown.place < 0 and not shown.does:
         return []
     if shown.place < 0 and shown.n_places == 1:
-        return ["1 other place shows it more clearly, but joins less well"]
+        return ["1 other excerpt shows it more clearly, but joins less well"]
     if shown.place < 0:
-        return [f"{shown.n_places} other places show it more clearly, but join less well"]
+        return [f"{shown.n_places} other excerpts show it more clearly, but join less well"]
     if shown.n_places == 1:
-        return ["no other place shows it about as clearly, so other seeds take the same one"]
-    return [f"place {shown.place + 1} of {shown.n_places} that show it about as clearly"]
+        return ["only one good excerpt, so --seed changes nothing here"]
+    number = f"this is number {shown.place + 1}. --seed picks others"
+    return [f"{shown.n_places} similar excerpts found; {number}"]
 
 
 def source_span(shown: ShownExcerpt) -> tuple[float, float]:

@@ -297,8 +297,8 @@ def _no_source(action: PlannedAction) -> str:
     parts = [*map(" ".join, action.groups)] if len(action.groups) > 1 else []
     near = f"Each by itself is known: {', '.join(parts)}. " if parts else ""
     return (
-        f"generate: expected captures that show {said + without!r}, found none whose captions say "
-        f"so. {near}Ask for it otherwise, or pass --anyway to make the nearest."
+        f"generate: no caption mentions {said + without!r}. {near}"
+        "Ask for it otherwise, or pass --anyway for the closest motion."
     )
 
 

@@ -341,12 +341,16 @@ def _judge_words(
     learned, judge, unsure = seen.learned, seen.judge, ""
     probability, is_whole = _probability(seen, words)
     if probability is None:
-        return None, None, "no other capture shows it, so that nothing can confirm it"
+        return (
+            None,
+            None,
+            "only one capture is described this way, so there is nothing to check against",
+        )
     companion = None
     if not asked.directions:
         companion = find_companion(learned, judge, words, asked.performer)
     if companion is not None:
-        return None, None, f"all captions that could confirm it list {companion!r} too"
+        return None, None, f"cannot be confirmed, since every caption of it also says {companion!r}"
     mixed = is_mixed(learned, judge, words, asked.performer)
     if asked.placed is not None and mixed:
         if probability >= SHOWN:
@@ -364,7 +368,11 @@ def _judge_words(
     may_deny = is_whole and not (is_measured or mixed or seen.looked.is_as_asked)
     if probability < NOT_SHOWN and may_deny:
         return False, probability, unsure or "it does not look like other captures of it"
-    return None, probability, unsure or f"{said} only a little by its looks"
+    return (
+        None,
+        probability,
+        unsure or f"it resembles the captures that are described as {said} only a little",
+    )
 
 
 def _probability(seen: _Seen, words: Sequence[str]) -> tuple[float | None, bool]:

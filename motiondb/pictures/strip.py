@@ -57,6 +57,7 @@ def strip_figure(motion: Motion, title: str = "", timelines: Sequence[Timeline] 
     layout = _layout(view, timelines)
     with style.drawing():
         figure = style.new_page(_WIDTH, layout.tops[-1], title, (_LEFT, 0.24))
+        style.legend(figure)
         for row in range(len(layout.rows)):
             _draw_row(figure, view, layout, row)
     return figure

@@ -8,10 +8,12 @@ of their own, never through pyplot, and files are renamed to their final name wh
 
 from __future__ import annotations
 
+import io
 import warnings
 import zlib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -102,6 +104,14 @@ def new_page(
     return page
 
 
+def legend(page: Figure, more: str = "") -> None:
+    """Say at the top right which side of the body has which colour, and what else is there."""
+    width, height = page.get_size_inches()
+    said = ((2.55, "left limbs", LEFT), (1.85, "right limbs", RIGHT), (1.1, more, FAINT))
+    for inches, text, colour in said:
+        page.text(1.0 - inches / width, 1.0 - 0.24 / height, text, color=colour, va="center")
+
+
 def add_axes(
     page: Figure, left: float, low: float, width: float, height: float, label: str
 ) -> Axes:
@@ -126,18 +136,32 @@ def tint(key: int | str) -> str:
     return TINTS[number % len(TINTS)]
 
 
-def save_png(figure: Figure, path: str | Path) -> Path:
-    """Write a figure as PNG, whole or not at all; equal figures give equal bytes."""
+def save_png(figure: Figure, path: str | Path | None) -> Path | Figure:
+    """Write a figure as PNG, whole or not at all; equal figures give equal bytes.
+
+    Without a path return the figure, which shows itself in a notebook.
+    """
+    if path is None:
+        vars(figure)["_repr_png_"] = partial(_png, figure)
+        return figure
     path = Path(path)
     if path.suffix.lower() != ".png":
         raise QueryError(
             f"{path}: expected a name that ends in .png, found {path.suffix or 'no ending'!r}. "
             "Pictures are written as PNG."
         )
-    with output_file(path) as draft, drawing():
-        figure.savefig(draft, format="png", dpi=DOTS_PER_INCH, metadata={"Software": SEAL})
+    with output_file(path) as draft:
+        draft.write_bytes(_png(figure))
         seal(draft)
     return path
+
+
+def _png(figure: Figure) -> bytes:
+    """The bytes of a figure as PNG."""
+    data = io.BytesIO()
+    with drawing():
+        figure.savefig(data, format="png", dpi=DOTS_PER_INCH, metadata={"Software": SEAL})
+    return data.getvalue()
 
 
 def check_gif(path: str | Path) -> Path:

@@ -19,14 +19,15 @@ from motiondb.meaning.word_map import clearest
 from motiondb.records import Float32Array, Match, Motion
 from motiondb.search.asked_words import learned_words
 from motiondb.search.chances import NOTHING, reaches, why_unchecked
-from motiondb.search.matches import mark_generated, to_seconds
+from motiondb.search.matches import mark_generated, match_rows, to_seconds
 from motiondb.symbols.hmm_jobs import one_blas_thread
+from motiondb.tabled import Tabled
 
 TOGETHER = 32  # Intervals that are projected at once: as many as fit the processor's cache
 
 
-@dataclass(frozen=True, eq=False)
-class ExampleAnswer(Sequence[Match]):
+@dataclass(frozen=True, eq=False, repr=False)
+class ExampleAnswer(Tabled, Sequence[Match]):
     """The matches of an example, best first, as a sequence.
 
     Attributes
@@ -57,6 +58,9 @@ class ExampleAnswer(Sequence[Match]):
     def nothing(self) -> str:
         """That nothing matches; "" if something may."""
         return NOTHING if self.matches_anything is False else ""
+
+    def _rows(self) -> tuple[str, list[dict[str, object]]]:
+        return self.nothing or f"{len(self)} intervals that move alike", match_rows(self.matches)
 
     def __len__(self) -> int:
         return len(self.matches)

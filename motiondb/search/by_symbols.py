@@ -54,7 +54,7 @@ def search_decoded(question: AskedQuestion, allowed: Sequence[int], limit: int) 
             learned.captures[capture].name,
             *to_seconds(learned, capture, start, end),
             float(score),
-            shown_words(asked, capture, question.words),
+            shown_words(asked, capture, start, end, question.words),
             f"symbols {' '.join(str(s) for s in decoded.symbols)}{note}"
             + mark_generated(learned, capture, "; "),
         )

@@ -42,12 +42,14 @@ from motiondb.search.chances import (
     word_sources,
     words_of_reading,
 )
+from motiondb.search.matches import match_rows
 from motiondb.search.measured_answers import compare_with_motion
 from motiondb.search.ranking import Judged, likeliest_takes
 from motiondb.search.reasons import Explanation, explain, explain_hit
 from motiondb.search.seen_frames import Features, SeenFrames
 from motiondb.search.takings import Taking, say_not_understood, with_notation
 from motiondb.search.word_matches import to_match
+from motiondb.tabled import Tabled
 
 if TYPE_CHECKING:
     from motiondb.language.translation import decoding
@@ -57,8 +59,8 @@ ORDERS_LOOKED_AT = 30  # The same for actions in order, which not all of them sh
 MEASURED = 100  # The same for what is measured, and is hardly told by words
 
 
-@dataclass(frozen=True, eq=False)
-class WordAnswer:
+@dataclass(frozen=True, eq=False, repr=False)
+class WordAnswer(Tabled):
     """Matches of a question in words, and how the question was understood.
 
     Attributes
@@ -134,6 +136,10 @@ class WordAnswer:
     near: tuple[()] | tuple[str, str] = ()
     # For each match, finds the captions that its motion suggests
     suggests: tuple[Callable[[], tuple[str, ...]], ...] = field(default=(), repr=False)
+
+    def _rows(self) -> tuple[str, list[dict[str, object]]]:
+        title = "; ".join(filter(None, (self.not_understood, self.understood, self.nothing)))
+        return title, match_rows(self.matches)
 
     @cached_property
     def explanations(self) -> tuple[Explanation, ...]:

@@ -29,6 +29,7 @@ from motiondb.meaning.description_map import score_probabilities
 from motiondb.meaning.place_fitting import window_vectors
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.search.asked_words import AskedWords
+from motiondb.tabled import Tupled
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ def describe(learned: Learned, motion: Motion, n_words: int = 5) -> tuple[Descri
                 tuple(int(s) for s in symbols[group]),
             )
         )
-    return tuple(answers)
+    return Tupled(answers)
 
 
 def word_probabilities(learned: Learned, vectors: FloatArray) -> FloatArray:

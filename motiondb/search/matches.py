@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from motiondb.language.vocabulary import as_said
 from motiondb.learn.learned import Learned
-from motiondb.records import MOTION_FPS
-from motiondb.search.asked_words import AskedWords
+from motiondb.records import MOTION_FPS, Match
+from motiondb.search.asked_words import AskedWords, learned_words
+from motiondb.search.described import segment_words
+
+_LIKELY, _WRITTEN = 0.5, 0.999  # Probabilities of words that an answer has, and of written ones
+_MOST_WORDS = 6  # Of an answer
 
 
 def to_seconds(learned: Learned, capture: int, start: int, end: int) -> tuple[float, float]:
@@ -19,17 +24,35 @@ def to_seconds(learned: Learned, capture: int, start: int, end: int) -> tuple[fl
     return min(low, duration), round(min(end / MOTION_FPS, duration), 3)
 
 
-def shown_words(asked: AskedWords, capture: int, words: Sequence[str]) -> tuple[str, ...]:
-    """Asked words that are likelier than not in the capture.
+def match_rows(matches: Sequence[Match]) -> list[dict[str, object]]:
+    """The matches as rows of a table."""
+    columns = ("rank", "capture", "start", "end", "probability", "words")
+    return [{**{c: getattr(m, c) for c in columns}, "found": m.reason} for m in matches]
 
+
+def shown_words(
+    asked: AskedWords, capture: int, start: int, end: int, first: Sequence[str] = ()
+) -> tuple[str, ...]:
+    """Words that are learned or written for an interval (frames) of a capture, likeliest first.
+
+    `first`: Words that come before the others where they are among them.
     Words whose probability no own caption has checked count only where they are written.
     """
-    number, take = asked.numbers, asked.evidence.takes[capture]
-    top = np.maximum(take.windows.max(axis=0), take.whole)
+    learned, written = asked.learned, {each.word for each in asked.written_words}
+    known = replace(learned_words(learned), counts_captions=asked.counts_captions)
+    table, rows = learned.segments, learned.rows[capture]
+    starts, ends = table.starts[rows], table.ends[rows]
+    within = np.minimum(ends, end) - np.maximum(starts, start)
+    inside = 2 * within > np.minimum(ends - starts, end - start)
+    seen = segment_words(known, capture).probabilities[inside].max(axis=0, initial=0.0)
+    seen = np.where(known.checked | (seen > _WRITTEN), seen, 0.0)
+    likely = [known.names[w] for w in np.argsort(-seen, kind="stable") if seen[w] > _LIKELY]
+    likely.sort(key=lambda word: first.index(word) if word in first else len(first))
     said = asked.evidence.written.get(capture)
-    here = asked.checked if said is None else asked.checked | (said.max(axis=0) > 0.0)
-    shown = (word for word in words if top[number[word]] > 0.0 and here[number[word]])
-    return tuple(map(as_said, shown))
+    also = [w for w in asked.added if w in written and said is not None]
+    names = likely[:_MOST_WORDS]
+    names += [w for w in also if said is not None and said[:, asked.numbers[w]].max() > 0.0]
+    return tuple(map(as_said, names))
 
 
 def mark_generated(learned: Learned, capture: int, before: str = "") -> str:

@@ -28,6 +28,7 @@ from motiondb.meaning.by_question import QuestionHit, Statement
 from motiondb.meaning.word_evidence import WINDOW_MARGIN, joint_log_odds
 from motiondb.records import MOTION_FPS, FloatArray, IntArray
 from motiondb.search.asked_words import AskedWords
+from motiondb.tabled import Tabled
 
 
 @dataclass(frozen=True)
@@ -296,8 +297,8 @@ class ExplainedExclusion:
     words: tuple[ExplainedWord, ...]
 
 
-@dataclass(frozen=True)
-class Explanation:
+@dataclass(frozen=True, repr=False)
+class Explanation(Tabled):
     """Parts of the log-odds that rank an answer.
 
     ``math.fsum`` of the parts of ``words`` (prior, written, likeness, symbols), of ``together``

@@ -126,12 +126,12 @@ class Taking:
         Examples
         --------
         >>> Taking("stroll", (("walk", 0.995),)).sentence()
-        "'stroll' is not in the captions; taken as walk (0.9), which may mean more"
+        "'stroll' is not in the captions; replaced by walk (0.9), a close match"
         """
         said = [w if self.is_same else f"{w} ({say_chance(p)})" for w, p in self.words]
         if self.is_taken:
-            more = ", which may mean more" if self.is_other else ""
-            return f"{self.word!r} is not {where}; taken as {' or '.join(said)}{more}"
+            more = ", a close match" if self.is_other else ""
+            return f"{self.word!r} is not {where}; replaced by {' or '.join(said)}{more}"
         if self.nearest:
             near = ", ".join(word for word, _ in self.nearest)
             return f"{self.word!r} is not {where}; ranked by meaning; nearest known words: {near}"

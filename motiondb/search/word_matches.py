@@ -59,7 +59,7 @@ def to_match(
         learned.captures[capture].name,
         *to_seconds(learned, capture, start, end),
         float(1.0 / (1.0 + np.exp(-reasons.total(why)))),
-        shown_words(asked, capture, question.words),
+        shown_words(asked, capture, start, end, question.words),
         with_notation(reason, question.taken),
         whole if is_known else None,
         placing.interval_probability(whole, places, reading) if is_known else None,

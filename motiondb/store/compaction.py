@@ -173,10 +173,7 @@ def backup(store: Store, path: Path, check: Callable[[Path], Sequence[str]]) -> 
     """Copy one state into a new file, which gets its name when `check` finds no faults in it."""
     check_file_name(path)
     if path.exists():
-        raise QueryError(
-            f"{path}: expected the name of a new file, found a file of that name. "
-            "Give another name."
-        )
+        raise QueryError(f"{path} already exists. Choose another name.")
     if not path.absolute().parent.is_dir():
         raise StoreError(
             f"{path}: expected a folder that is there, found none. Make it, or give another name."

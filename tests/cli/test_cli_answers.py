@@ -150,14 +150,14 @@ def test_nothing_matches_is_said_above_the_nearest(command: Any, learned_file: P
     ended = command("search", "kick", *where)
     assert (ended.code, ended.err) == (0, "")
     understood, *told = ended.out.splitlines()
-    assert understood == "understood: kick"
+    assert understood == "read as: kick"
     assert told[0] == "nothing in this database matches; the nearest:"
     columns = "rank capture start end score probability interval words found"
     assert told[1].split() == columns.split()
     ended = command("like", "boris/kick_1", *where)
     assert ended.out.startswith("nothing in this database matches; the nearest:\n")
     ended = command("search", "kick", "--where", "name=nobody", "--db", learned_file)
-    assert ended.out == "understood: kick\nnothing in this database matches\n"
+    assert ended.out == "read as: kick\nnothing in this database matches\n"
 
 
 def test_answers_by_symbols_carry_their_certificate(command: Any, learned_file: Path) -> None:

@@ -24,6 +24,17 @@ def test_export_changes_the_motion_and_says_how(
     assert (clip.fps, clip.unit) == (60.0, 1.0)
 
 
+def test_tempo_and_keys(command, learned_file: Path, tmp_path: Path) -> None:
+    out, options = tmp_path / "walk.glb", ["--speed", "1.25", "--reduce-keys", "0.5"]
+    text = command("export", "ana/walk_1", "-o", out, *options, "--db", learned_file).out
+    assert "1.25 times as fast: 4.90 s became 3.93 s" in text
+    assert re.search(r"keys: [0-9,]+ of [0-9,]+, within 0.5 degrees", text)
+    refused = command(
+        "export", "ana/walk_1", "-o", tmp_path / "a.bvh", *options, "--db", learned_file
+    )
+    assert (refused.code, "expected .glb or .gltf to reduce keys" in refused.err) == (2, True)
+
+
 def test_join(command, learned_file: Path, tmp_path: Path) -> None:
     out, parts = tmp_path / "j.bvh", ["ana/walk_1:0-2", "ana/jump_1:0.5-"]
     facts = answer(command("join", *parts, "-o", out, "--db", learned_file, "--json"))

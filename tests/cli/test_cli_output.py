@@ -217,3 +217,22 @@ def test_an_empty_name_is_not_the_working_folder(
     assert ended.code == 2
     assert "expected the name of a folder or a file, found an empty name." in ended.err
     assert [*tmp_path.iterdir()] == []
+
+
+def test_answers_columns_and_sql_as_csv(command: Any, learned_file: Path, tmp_path: Path) -> None:
+    given = ("--db", learned_file)
+    kick = command("search", "kick", "--limit", "1", "--csv", "-", *given).out.splitlines()
+    assert kick[0].startswith("rank,capture,start,end,score,probability,")
+    assert (len(kick), kick[1].split(",")[0]) == (2, "1")
+    told = command("like", "goran/kick_1", "--limit", "2", "--csv", tmp_path / "a.tsv", *given)
+    assert (told.out, told.err) == ("", f"2 answers in {tmp_path / 'a.tsv'}\n")
+    some = ("list", "--columns", "name,licence", "--limit", "1", *given)
+    assert command(*some, "--csv").out == "name,licence\nana/bow_1,CC0-1.0\n"
+    assert command(*some).out.splitlines()[0] == "name       licence"
+    assert command("list", "--columns", "nme", *given).code == 2
+    count = "SELECT count(*) AS n FROM capture"
+    assert command("sql", count, "--csv", *given).out == "n\n101\n"
+    assert json.loads(command("sql", count, "--json", *given).out) == {
+        "columns": ["n"],
+        "rows": [[101]],
+    }

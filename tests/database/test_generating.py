@@ -120,11 +120,12 @@ def test_there_are_no_more_variants_than_places(db: MotionDB) -> None:
     made = db.generate_variants("throw", 3)
     assert len(made) == 1
     assert made[0].took_all_places
-    assert made[0].shown[0].done[-1] == (
-        "no other place shows it about as clearly, so other seeds take the same one"
-    )
+    assert made[0].shown[0].done[-1] == ("only one good excerpt, so --seed changes nothing here")
     kicks = db.generate_variants("kick", 8)
-    assert kicks[0].shown[0].done[-1] == f"place 1 of {len(kicks)} that show it about as clearly"
+    assert (
+        kicks[0].shown[0].done[-1]
+        == f"{len(kicks)} similar excerpts found; this is number 1. --seed picks others"
+    )
     places = {(s.name, kick.shown[0].done[0]) for kick in kicks for s in kick.provenance.sources}
     assert 1 < len(kicks) < 8
     assert len(places) == len(kicks)
@@ -158,7 +159,7 @@ def test_actions_come_from_the_places_that_were_asked_for(db: MotionDB) -> None:
         db.generate("walk", places=[wrong])
     last = first.places[1][1] - 1
     for place in (last + 1, -1):
-        told = rf"places: expected a place from 0 to {last} for action 2 \(walk\), found {place}\."
+        told = rf"places: expected a number from 0 to {last} for action 2 \(walk\), found {place}\."
         with pytest.raises(QueryError, match=told):
             db.generate("kick, then walk", places=[picked, motiondb.ActionPlace(place)])
 
@@ -282,5 +283,5 @@ def test_the_command_ends_with_1_where_an_action_is_missing(
     assert told["shown"] is False
     assert [one["shown"] for one in told["shown_actions"]] == [True, False]
     told = command("generate", "throw", "--variants", "3", *common).out
-    assert told.endswith("1 of 3 written: no other place shows this about as clearly\n")
+    assert told.endswith("1 of 3 written: no other excerpt shows this about as clearly\n")
     assert Path("new-1.bvh.provenance.json").exists()

@@ -339,7 +339,7 @@ def _asked(path: Path) -> tuple[object, ...]:
     """Answers for which everything in the cache is needed, and the notes on files."""
     with motiondb.open(path, read_only=True) as db:
         found = db.search("jump").matches, db.like("ana/bow_1").matches, db.describe("ana/jump_1")
-        return repr(found), tuple(db.store.notes)
+        return str(motiondb.to_json(found)), tuple(db.store.notes)
 
 
 def test_the_cache_is_neither_read_nor_written_through_links(few: Path, tmp_path: Path) -> None:

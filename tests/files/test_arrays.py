@@ -26,6 +26,8 @@ def test_a_capture_as_npz_csv_and_parquet(tmp_path: Path, some: Path) -> None:
     np.testing.assert_allclose(told["velocities"][1], speed, atol=1e-9)
     assert told["joints"].tolist() == list(clip.joint_names)
     assert told["contacts"].shape == (30, 2)
+    assert told["contact_names"].tolist() == ["left_foot", "right_foot"]
+    assert (str(told["up"]), str(told["quaternion_order"])[:10]) == ("y", "w, x, y, z")
     assert told["contacts"].any()
     again = motiondb.forward_kinematics(
         told["parents"], told["offsets"], told["local_rotations"], told["root_positions"]

@@ -64,12 +64,13 @@ def test_formats() -> None:
         "c3d",
         "fbx",
         "trc",
+        "movement",
     ]
     with pytest.raises(CaptureError) as caught:
         capture_format("walk.htr")
     assert str(caught.value) == (
-        "walk.htr: expected a capture (.bvh, .amc, .txt, .json, .npz, .c3d, .fbx, .trc), found "
-        "ending '.htr'. Rename or convert it."
+        "walk.htr: expected a capture (.bvh, .amc, .txt, .json, .npz, .c3d, .fbx, .trc, .nc), "
+        "found ending '.htr'. Rename or convert it."
     )
 
 

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sample_motions import sample_clip
 
 from motiondb.body import body, kinematics, rotation
 from motiondb.errors import CaptureError
-from motiondb.files.gltf_writer import Character, write_gltf, write_gltf_scene
+from motiondb.files.gltf_writer import Character, _keys, write_gltf, write_gltf_scene
 from motiondb.records import Clip
 
 COMPONENTS = {5126: np.float32, 5123: np.uint16, 5125: np.uint32}
@@ -102,6 +103,29 @@ def test_a_viewer_sees_the_motion(tmp_path: Path, ending: str, moved: bool) -> N
         if channel["target"]["path"] == "rotation":  # no quaternion turns the long way round
             keys = values(document, data, animation["samplers"][channel["sampler"]]["output"])
             assert np.sum(keys[1:] * keys[:-1], axis=1).min() >= 0.0
+
+
+def test_left_out_keys_lie_between_those_that_are_kept() -> None:
+    turns = rotation.from_euler(np.linspace(0.0, 80.0, 41)[:, None], "Z")
+    assert _keys(turns, 0.1) == [0, 40]
+    turns[20:] = rotation.multiply(rotation.from_euler(np.array([[5.0]]), "X"), turns[20:])
+    assert _keys(turns, 0.1) == [0, 19, 20, 40]
+    line = np.linspace(0.0, 1.0, 11)[:, None] * np.ones(3)
+    line[5, 1] += 0.02
+    assert _keys(line, 3.0) == [0, 10]
+    assert _keys(line, 1.0) == [0, 4, 5, 6, 10]
+    assert _keys(line[:1], 1.0) == [0]
+
+
+def test_a_file_has_fewer_keys_and_says_so(tmp_path: Path) -> None:
+    still = sample_clip("ana/bow_1")
+    (said,) = write_gltf(still, tmp_path / "a.glb", reduce_keys=1.0)
+    document, data = load(tmp_path / "a.glb")
+    samplers = document["animations"][0]["samplers"]
+    counts = [len(values(document, data, sampler["input"])) for sampler in samplers]
+    assert counts == [len(values(document, data, sampler["output"])) for sampler in samplers]
+    assert said.startswith(f"keys: {sum(counts):,} of {22 * still.n_frames:,}, ")
+    assert sum(counts) < 11 * still.n_frames
 
 
 def test_the_body_hangs_on_its_joints(tmp_path: Path) -> None:
@@ -212,7 +236,12 @@ def test_the_ball_is_round_and_seen_from_outside(tmp_path: Path) -> None:
         ([], "s.glb", None, "expected at least 1 character"),
         ([Character("A", a_clip()), Character("A", a_clip())], "s.glb", None, "two A"),
         ([Character("A", a_clip())], "s.fbx", None, "expected the ending .glb or .gltf"),
-        ([Character("A", a_clip())], "s.glb", BALL * np.nan, "expected finite places of the ball"),
+        (
+            [Character("A", a_clip())],
+            "s.glb",
+            BALL * np.nan,
+            "expected finite positions of the ball",
+        ),
         ([Character("A", a_clip(0))], "s.glb", None, "expected at least 1 frame"),
     ],
 )

@@ -34,7 +34,7 @@ def test_a_word_is_taken_as_all_that_is_likely_enough() -> None:
     assert taking.probability == 0.9
     assert taking.shares == pytest.approx((9 / 13, 4 / 13))
     assert taking.sentence() == (
-        "'stroll' is not in the captions; taken as walk (0.9) or go (0.4), which may mean more"
+        "'stroll' is not in the captions; replaced by walk (0.9) or go (0.4), a close match"
     )
 
 
@@ -66,7 +66,7 @@ def test_a_known_word_of_the_same_form_is_not_called_unknown() -> None:
     words = table({"lay": [("set", 0.7)], "lie": [("sleep", 0.6)]})
     taking = take_word("lay", {"lay", "set", "sleep"}, words)
     assert taking.sentence() == (
-        "'lie' is not in the captions; taken as sleep (0.6), which may mean more"
+        "'lie' is not in the captions; replaced by sleep (0.6), a close match"
     )
 
 

@@ -92,7 +92,7 @@ def test_what_is_missing_stands_first_and_without_scores(command: Any, learned_f
     )
     assert lines[0] == "not understood: 'crawling'; these are answers for 'hand' alone"
     assert "score" not in lines[2]
-    assert lines[-2] == "(-: how often such an answer is right was not measured)"
+    assert lines[-2] == "(-: no reliable probability for this kind of question)"
 
 
 @pytest.mark.parametrize(
@@ -100,7 +100,10 @@ def test_what_is_missing_stands_first_and_without_scores(command: Any, learned_f
     [
         ("crawl to a ball", "not understood: 'crawl'"),
         ("zombie walk", "not sure: zombie (not in the captions)"),
-        ("stroll", "not sure: walk (for stroll) ('stroll' is not in the captions; taken as walk ("),
+        (
+            "stroll",
+            "not sure: walk (for stroll) ('stroll' is not in the captions; replaced by walk (",
+        ),
     ],
 )
 def test_a_motion_of_the_rest_is_not_called_shown(

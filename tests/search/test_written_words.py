@@ -136,6 +136,6 @@ def test_commands_say_where_words_are_written(db: MotionDB, command: Any) -> Non
     facts = json.loads(command("search", "exhausted walk", "--json", "--db", path).out)
     assert facts["written"][0]["tags"] == ["style=exhausted"]
     listed = command("list", "--where", "caption~stroll", "--db", path)
-    assert "filter: 'stroll' is not there; taken as walk (" in listed.err
+    assert "filter: 'stroll' is not there; replaced by walk (" in listed.err
     exact = command("list", "--where", "caption~stroll", "--exact", "--db", path)
     assert (exact.err, exact.out.splitlines()[-1]) == ("", "0 captures")

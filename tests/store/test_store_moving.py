@@ -122,7 +122,7 @@ def test_a_write_that_fails_leaves_whole_files_and_is_continued(
         with pytest.raises(StoreError) as error:
             store.move_motions(filled, place)
     assert str(error.value) == (
-        f"{place}/{written[1]}: expected a place that can be used, found: the disk is full. "
+        f"{place}/{written[1]}: expected a folder that can be used, found: the disk is full. "
         "Nothing of it was moved. Look at the folder or URL, its permissions and its room."
     )
     assert [path.name for path in (tmp_path / "out").iterdir()] == written[:1]
@@ -467,7 +467,7 @@ def test_a_place_that_is_refused_leaves_the_trash(filled: store.Store, tmp_path:
 
 def test_a_url_needs_its_package(filled: store.Store, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(
-        StoreError, match="nonsense://x: expected a place that can be used, found: "
+        StoreError, match="nonsense://x: expected a folder that can be used, found: "
     ):
         store.move_motions(filled, "nonsense://x")
     monkeypatch.setitem(sys.modules, "fsspec", None)

@@ -53,7 +53,8 @@ class MotionChanges:
     """How a motion is changed before it is written."""
 
     unit: float | None = None
-    """Metres per length unit of the file; None: that of the capture."""
+    """Metres per length unit of the file; None: a centimetre for a new BVH of a capture in another
+    format, otherwise that of the capture."""
     fps: float | None = None
     """Frames per second of the file; None: those of the capture. Rotations are interpolated along
     the shortest arc."""
@@ -70,6 +71,12 @@ class MotionChanges:
     """Role -> joint name, for a rig, or a capture, that no convention fits."""
     is_cycle: bool = False
     """Whether the first frame follows the last already, as after ``loop``."""
+    own_unit: bool = False
+    """Whether the unit of the capture is kept in every file."""
+    speed: float = 1.0
+    """Tempo of the file: 2 is twice as fast, with the frames between interpolated."""
+    reduce_keys: float | None = None
+    """Degrees, and centimetres, within which keys of glTF are left out; None: a key a frame."""
 
     @property
     def of_motion(self) -> MotionChanges:
@@ -85,7 +92,7 @@ class MotionChanges:
     @property
     def are_any(self) -> bool:
         """Whether anything is asked for."""
-        return self != MotionChanges(joint_map=self.joint_map)
+        return self != MotionChanges(joint_map=self.joint_map, own_unit=self.own_unit)
 
 
 def check_joint_map(asked: MotionChanges, uses_names: bool) -> None:
@@ -110,6 +117,13 @@ def check_changes(asked: MotionChanges, path: Path) -> None:
     if unit is not None and not LEAST_UNIT <= unit <= LARGEST_UNIT:
         raise QueryError(
             f"unit: expected {LEAST_UNIT:g} to {LARGEST_UNIT:g} metres, found {unit:g}."
+        )
+    if not 0.1 <= asked.speed <= 10.0:
+        raise QueryError(f"speed: expected 0.1 to 10, found {asked.speed:g}.")
+    if asked.reduce_keys is not None and path.suffix.lower() not in GLTF:
+        raise QueryError(
+            f"{path}: expected .glb or .gltf to reduce keys, found {path.suffix or 'no ending'}. "
+            "BVH, USD and arrays hold every frame, and Blender writes FBX with a key a frame."
         )
     fixed = FIXED_UNITS.get(path.suffix.lower(), unit)
     if unit is not None and unit != fixed:
@@ -171,6 +185,11 @@ def changed(clip: Clip, asked: MotionChanges) -> Changed:
         part, length = changes.in_place(hips.clip, way, asked.loop or asked.is_cycle)
         clip = hips.restored(part)
         said.append(f"in place: {length:.2f} m of travel are taken out, the sway is kept")
+    if asked.speed != 1.0:
+        slower = changes.resampled(clip, clip.fps / asked.speed, asked.loop or asked.is_cycle)
+        said.append(f"{asked.speed:g} times as fast: {clip.duration:.2f} s became ")
+        clip = replace(slower, fps=clip.fps)
+        said[-1] += f"{clip.duration:.2f} s"
     if asked.fps is not None and asked.fps != clip.fps:
         before = clip.fps
         clip = changes.resampled(clip, asked.fps, asked.loop or asked.is_cycle)
@@ -259,6 +278,8 @@ def write_changed(clip: Clip, path: Path, asked: MotionChanges, owner: str = "")
     """Write a clip with changes; a file that has a place for it says whose it is."""
     check_changes(asked, path)
     said: list[str] = []
+    if asked.unit is None and not asked.own_unit and clip.format != "bvh":
+        clip = replace(clip, unit=0.01)
     if path.suffix.lower() != ".bvh":  # BVH has the axes of the file, the others have y up
         with suppress(SkeletonError):  # joints that are not known have no up
             clip, said = _upright(clip, asked)
@@ -269,7 +290,7 @@ def write_changed(clip: Clip, path: Path, asked: MotionChanges, owner: str = "")
 def _write(clip: Clip, path: Path, asked: MotionChanges, owner: str) -> tuple[str, ...]:
     """Write a clip in the format that the ending names; return what is missing in the file."""
     if path.suffix.lower() not in ARRAY_ENDINGS:
-        return write_clip(clip, path, owner)
+        return write_clip(clip, path, owner, asked.reduce_keys or 0.0)
     try:
         write_arrays(clip, path, _contacts(clip, asked))
     except SkeletonError as error:
@@ -334,7 +355,7 @@ def _say_fit(rig: Path, fit: Fit) -> list[str]:
     return [
         f"onto {rig.name}: {fit.driven} of {fit.joints} joints follow the motion, the others hang "
         f"from them; the legs are {fit.scale:.2f} times those of the canonical body",
-        f"onto: the feet are {mm(fit.foot_error)} mm from their places in the mean "
+        f"onto: the feet are {mm(fit.foot_error)} mm from their positions in the mean "
         f"({mm(fit.most_foot_error)} at most), the hands {mm(fit.hand_error)} mm "
         f"({mm(fit.most_hand_error)} at most; {fit.hands}); feet in contact slip "
         f"{100 * fit.slip:.1f} cm/s, in the motion {100 * fit.slip_of_motion:.1f}",

@@ -34,11 +34,7 @@ def cut_motion(motion: Motion, start: float | None, end: float | None, step: int
     high = motion.n_frames if end is None else min(round(end * MOTION_FPS), motion.n_frames)
     if not 0 <= low < high:
         raise QueryError(outside(motion.n_frames / MOTION_FPS, start, end))
-    return replace(
-        motion,
-        local_rotations=motion.local_rotations[low:high],
-        root_positions=motion.root_positions[low:high],
-    )
+    return motion[low:high]
 
 
 def cut_clip(clip: Clip, start: float | None, end: float | None) -> Clip:
@@ -48,14 +44,7 @@ def cut_clip(clip: Clip, start: float | None, end: float | None) -> Clip:
     high = clip.n_frames if end is None else min(round(end * clip.fps), clip.n_frames)
     if not 0 <= low < high:
         raise QueryError(outside(clip.duration, start, end))
-    part = slice(low, high)
-    moved = clip.joint_positions
-    return replace(
-        clip,
-        local_rotations=clip.local_rotations[part],
-        root_positions=clip.root_positions[part],
-        joint_positions=None if moved is None else np.ascontiguousarray(moved[part]),
-    )
+    return clip[low:high]
 
 
 def _check_finite(duration: float, start: float | None, end: float | None) -> None:
@@ -110,7 +99,9 @@ def check_motion_file(path: Path, others: Sequence[str] = ()) -> None:
         check_usd(path)
 
 
-def write_clip(clip: Clip, path: Path, owner: str = "") -> tuple[str, ...]:
+def write_clip(
+    clip: Clip, path: Path, owner: str = "", reduce_keys: float = 0.0
+) -> tuple[str, ...]:
     """Write a clip in the format that the ending says; return what the file has otherwise.
 
     `owner`: written where the format has a place for it.
@@ -128,7 +119,7 @@ def write_clip(clip: Clip, path: Path, owner: str = "") -> tuple[str, ...]:
 
         write_usd(clip, path)
     else:
-        write_gltf(clip, path, owner)
+        return write_gltf(clip, path, owner, reduce_keys)
     return ()
 
 

@@ -28,6 +28,7 @@ from motiondb.grammar.cfg import context_free
 from motiondb.grammar.cfg.parse import ParseError, parse_passage
 from motiondb.grammar.terminals.labelling import Reader, Transcription, make_reader, read_string
 from motiondb.records import MOTION_FPS, Motion
+from motiondb.tabled import Tabled
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session
@@ -37,8 +38,8 @@ MOST_UNLIKE = 0.5
 reported as unlike."""
 
 
-@dataclass(frozen=True, eq=False)
-class ParsedMotion:
+@dataclass(frozen=True, eq=False, repr=False)
+class ParsedMotion(Tabled):
     """A motion as a string of terminals, with its sentences or the parse error."""
 
     string: tuple[str, ...]

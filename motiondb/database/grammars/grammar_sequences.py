@@ -28,6 +28,7 @@ from motiondb.grammar.cfg import context_free, parse
 from motiondb.grammar.derivation import edit
 from motiondb.grammar.derivation.derive import draw_chain
 from motiondb.records import MOTION_FPS, CaptureInfo, Motion
+from motiondb.tabled import Tabled
 
 MAX_NAME = 200
 """Most characters in the name of a saved sequence, so that it can be the name of a file."""
@@ -40,8 +41,8 @@ N_ALTERNATIVES = 4  # Default number of alternatives for a region
 LONGEST_CHAIN = 600.0  # Longest chain of sentences, in seconds; it bounds the time and memory
 
 
-@dataclass(frozen=True, eq=False)
-class GrammarSequence:
+@dataclass(frozen=True, eq=False, repr=False)
+class GrammarSequence(Tabled):
     """Sentences of a grammar as motion."""
 
     grammar: str
@@ -215,13 +216,13 @@ def terminals_of(grammar: context_free.Grammar, text: str | Sequence[str]) -> tu
             raise QueryError(
                 f"{name!r}: expected terminals of the grammar ({shown}) with spaces between them,"
                 " found another name."
-                f"{suggestion(name, grammar.terminals) or ' motiondb grammar show tells them.'}"
+                f"{suggestion(name, grammar.terminals) or ' motiondb grammar show lists them.'}"
             )
     return names
 
 
-@dataclass(frozen=True, eq=False)
-class Edit:
+@dataclass(frozen=True, eq=False, repr=False)
+class Edit(Tabled):
     """A region of a sequence with its alternatives."""
 
     before: context_free.Tree

@@ -208,7 +208,7 @@ def generate_completion(
     if length is not None:
         raise QueryError(
             f"length: expected none with a pattern, found {length}. Write the number of terminals "
-            f"as places: '? ? ?'."
+            f"as positions: '? ? ?'."
         )
     pattern = pattern_of(material, _learned(session), like, exact)
     rng = seeded(seed)

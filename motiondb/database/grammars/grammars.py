@@ -43,6 +43,8 @@ from motiondb.records import MOTION_FPS, CaptureInfo, Motion
 from motiondb.search.takings import Taking
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from motiondb.database.session import Session
 
 SHOWN_TREES = 12  # Most trees in a picture of the sentences
@@ -175,7 +177,7 @@ class Grammars:
         """Return the facts of a grammar, for printing or JSON; times in seconds."""
         return grammar_facts.grammar_facts(self.material(name), self.meanings(name))
 
-    def draw_trees(self, name: str, path: str | Path) -> Path:
+    def draw_trees(self, name: str, path: str | Path | None = None) -> Path | Figure:
         """Draw the trees of the sentences: each different one once, the most frequent first."""
         learned = self.load(name)
         counts: dict[tuple[int, ...], list[int]] = {}
@@ -193,7 +195,7 @@ class Grammars:
             title += f", {SHOWN_TREES} of them here"
         return pictures.save_png(pictures.trees_figure(trees, title, learned.tints), path)
 
-    def draw_strings(self, name: str, path: str | Path) -> Path:
+    def draw_strings(self, name: str, path: str | Path | None = None) -> Path | Figure:
         """Draw the terminals with figures and words, and the captures as strings, as PNG.
 
         A terminal is left out above the strings if the capture of its medoid was removed.
@@ -228,7 +230,9 @@ class Grammars:
             bars.append(pictures.StringBar(source.name, source.n_frames / MOTION_FPS, lines))
         return pictures.save_png(pictures.strings_figure(cards, bars, learned.name), path)
 
-    def draw_parse(self, name: str, parsed: ParsedMotion, path: str | Path) -> Path:
+    def draw_parse(
+        self, name: str, parsed: ParsedMotion, path: str | Path | None = None
+    ) -> Path | Figure:
         """Draw the trees of a parsed motion, at least one, as PNG."""
         learned = self.load(name)
         trees = [
@@ -237,7 +241,7 @@ class Grammars:
         ]
         return pictures.save_png(pictures.trees_figure(trees, learned.name, learned.tints), path)
 
-    def draw_edit(self, name: str, edited: Edit, path: str | Path) -> Path:
+    def draw_edit(self, name: str, edited: Edit, path: str | Path | None = None) -> Path | Figure:
         """Draw a sequence and the alternatives of its region, which is marked, as trees."""
         learned, region = self.load(name), edited.region
         numbers = range(len(edited.alternatives))
@@ -249,7 +253,9 @@ class Grammars:
         title = f"{learned.name}: what {region.symbol} may derive"
         return pictures.save_png(pictures.trees_figure(trees, title, learned.tints), path)
 
-    def draw_sequence(self, sequence: GrammarSequence, path: str | Path) -> Path:
+    def draw_sequence(
+        self, sequence: GrammarSequence, path: str | Path | None = None
+    ) -> Path | Figure:
         """Draw a sequence as a strip of figures over its terminals and sources, as PNG."""
         tints = self.load(sequence.grammar).tints
         spans = [

@@ -19,7 +19,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -48,6 +48,9 @@ from motiondb.scene.report.report_records import (
     LimbReport,
     PaceReport,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 # The report of a scene as text and as facts for JSON.
 
@@ -433,7 +436,7 @@ def read_motions(folder: Path, names: list[str]) -> dict[str, Motion]:
     return {name: retarget.to_motion(read_capture(folder / f"{name}.bvh")) for name in names}
 
 
-def draw_folder(folder: Path, png: Path) -> Path:
+def draw_folder(folder: Path, png: str | Path | None) -> Path | Figure:
     """Draw the paths of the characters of a scene's folder over its diagram."""
     record = read_scene_folder(folder)
     diagram = read_diagram(record.diagram, str(folder))

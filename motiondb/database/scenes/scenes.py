@@ -51,13 +51,16 @@ from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish.placed import Placed
 from motiondb.scene.services import services
 from motiondb.search.takings import Taking
+from motiondb.tabled import Tabled
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from motiondb.database.session import Session
 
 
-@dataclass(frozen=True, eq=False)
-class Scene:
+@dataclass(frozen=True, eq=False, repr=False)
+class Scene(Tabled):
     """A made scene: how it was made, its record, and the origin of every frame of each player."""
 
     made: MadeScene
@@ -341,7 +344,7 @@ class Scenes:
         opened = self._session.store
         return {p.name: store.load_motion(opened, p.capture_id) for p in record.players}
 
-    def draw(self, name: str, png: Path) -> Path:
+    def draw(self, name: str, png: str | Path | None = None) -> Path | Figure:
         """Draw the paths of a kept scene's characters over its diagram."""
         record = self.load(name)
         diagram, motions = read_diagram(record.diagram, name), self.motions(record)
@@ -403,7 +406,9 @@ class Scenes:
         return read_scene_text(diagram)
 
     @classmethod
-    def draw_diagram(cls, diagram: str | Path | SceneText, path: str | Path) -> Path:
+    def draw_diagram(
+        cls, diagram: str | Path | SceneText, path: str | Path | None = None
+    ) -> Path | Figure:
         """Draw a tactics diagram as PNG."""
         text = diagram if isinstance(diagram, SceneText) else cls.read_diagram(diagram)
         return pictures.save_png(pictures.tactics_figure(text.diagram), path)
@@ -424,9 +429,9 @@ class Scenes:
         return scene_folder.read_scene_folder(Path(folder))
 
     @staticmethod
-    def draw_folder(folder: str | Path, path: str | Path) -> Path:
+    def draw_folder(folder: str | Path, path: str | Path | None = None) -> Path | Figure:
         """Draw the paths of the characters of a folder's scene over its diagram, as PNG."""
-        return scene_folder.draw_folder(Path(folder), Path(path))
+        return scene_folder.draw_folder(Path(folder), path)
 
     @staticmethod
     def facts(scene: store.StoredScene) -> SceneAnswer:

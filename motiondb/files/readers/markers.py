@@ -338,7 +338,7 @@ def _solve(file: MarkerFile, named: Named, path: object, options: ReadOptions) -
     else:
         points = rotation.rotate(turn[:, None], points)
     return Clip(
-        skeleton=_skeleton(points),
+        skeleton=skeleton_of(points),
         fps=rate,
         local_rotations=solve_rotations(points),
         root_positions=points[:, 0],
@@ -452,7 +452,7 @@ def _up(
     return file.up, ()
 
 
-def _skeleton(points: FloatArray) -> Skeleton:
+def skeleton_of(points: FloatArray) -> Skeleton:
     """Return the canonical skeleton with this body's bone lengths (medians over the frames)."""
     standard = body.standard_skeleton()
     parents = body.PARENTS.clip(0)

@@ -155,7 +155,7 @@ def _check_size(pattern: Pattern, n_states: int) -> None:
     if n_states > MOST_STATES:
         raise GrammarError(
             f"pattern: expected one that needs at most {MOST_STATES} states, found more in"
-            f" {pattern.text!r}. Give fewer places after a gap."
+            f" {pattern.text!r}. Give fewer positions after a gap."
         )
 
 

@@ -105,7 +105,9 @@ def _read(node: Node, not_used: list[NotUsed]) -> list[Reading]:
             parts = [_without(reading, excluded) for reading in _read(node.part, not_used)]
         case Repeated():
             if node.most is not None:
-                reason = "search cannot tell that it is not seen more often"
+                reason = (
+                    f"it cannot be checked; captures with at least {max(node.least, 1)} are shown"
+                )
                 not_used.append(NotUsed(say_count(0, node.most), reason))
             parts = [_repeat(r, max(node.least, 1)) for r in _read(node.part, not_used)]
         case Lasting():
@@ -232,7 +234,7 @@ def _lasting(reading: Reading, node: Lasting, not_used: list[NotUsed]) -> Readin
         not_used.append(NotUsed(say_duration(node.least, node.most), reason))
         return reading
     if node.most is not None:
-        reason = "search cannot tell that it ends by then"
+        reason = "it cannot be checked; longer ones are shown, too"
         not_used.append(NotUsed(say_duration(0.0, node.most), reason))
     part = reading.parts[0]
     return replace(reading, parts=(replace(part, seconds=max(part.seconds, node.least)),))

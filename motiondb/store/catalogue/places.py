@@ -192,7 +192,7 @@ def told(where: str, advice: str) -> Iterator[None]:
     except Exception as error:  # what a file system of fsspec raises is its own choice
         reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
         raise PlaceError(
-            f"{where}: expected a place that can be used, found: {reason.rstrip('.')}. {advice}"
+            f"{where}: expected a folder that can be used, found: {reason.rstrip('.')}. {advice}"
         ) from error
 
 

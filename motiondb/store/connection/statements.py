@@ -28,7 +28,8 @@ import duckdb
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.store.connection.faults import ABORTED, translate
+from motiondb.errors import QueryError
+from motiondb.store.connection.faults import ABORTED, first_sentence, is_damage, translate
 
 T = TypeVar("T")
 Parameters = Sequence[Any] | Mapping[str, Any]
@@ -78,6 +79,24 @@ class Connection:
     def value(self, query: str, parameters: Parameters = ()) -> Any:  # noqa: ANN401  of any type
         """The first value of the answer to a query; None if it has no rows."""
         return next(iter(self.column(query, parameters)), None)
+
+    def select(self, query: str) -> tuple[list[str], list[tuple[Any, ...]]]:
+        """Names of the columns, and rows, of a question of a user, which is one SELECT."""
+        with self._keep_open():
+            raw = self._cursor()
+            try:
+                kinds = [each.type for each in raw.extract_statements(query)]
+                if kinds != [duckdb.StatementType.SELECT]:
+                    raise QueryError("sql: expected one SELECT, found another statement. Ask once.")
+                raw.execute(query)
+                return [column[0] for column in raw.description or ()], raw.fetchall()
+            except duckdb.Error as error:
+                if is_damage(error) or isinstance(error, duckdb.OutOfMemoryException):
+                    self._fail(error)
+                raise QueryError(
+                    f"sql: expected a question that DuckDB answers, found: {first_sentence(error)} "
+                    "schema/README.md lists tables and columns; other files are not read."
+                ) from None
 
     def insert(self, table: str, **columns: Column) -> None:
         """Append rows to a table; a column that is one value has it in every row."""

@@ -117,13 +117,13 @@ def test_question_stands_in_json_and_above_the_answers(learned_file: Path, tmp_p
     assert facts["question"]["tree"]["kind"] == "without"
     assert facts["question"]["not_used"] == [
         {"text": "wlak", "reason": "not in the captions; perhaps walk"},
-        {"text": "for at most 2 s", "reason": "search cannot tell that it ends by then"},
+        {"text": "for at most 2 s", "reason": "it cannot be checked; longer ones are shown, too"},
     ]
     assert {"words", "together", "excluded", "log_odds"} <= set(facts["matches"][0]["explain"])
     lines = copy_context().run(CliRunner().invoke, make_app(), command).stdout.splitlines()
     assert lines[:2] == [
-        "understood: (walk for 2 s), not turn",
-        "'for at most 2 s' is not used in search: search cannot tell that it ends by then",
+        "read as: (walk for 2 s), not turn",
+        "'for at most 2 s' is not used in search: it cannot be checked; longer ones are shown, too",
     ]
     assert any(line.startswith("    not turn: -") for line in lines)
     assert any(line.startswith("    walk: ") and " = usual " in line for line in lines)

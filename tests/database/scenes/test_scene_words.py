@@ -68,7 +68,7 @@ def test_the_command_says_what_a_phrase_is_taken_as(
     (tmp_path / "odd.grammar").write_text(STROLL)
     asked = ("scene", "grammar", "check", tmp_path / "odd.grammar", "--db", learned_file)
     told = command(*asked)
-    assert "odd: 'stroll' is not in the captions; taken as walk (0.9)" in told.err
+    assert "odd: 'stroll' is not in the captions; replaced by walk (0.9)" in told.err
     assert "no clips" not in told.out
     exact = command(*asked, "--exact")
     assert exact.err == ""
@@ -92,4 +92,4 @@ def test_a_pattern_of_a_learned_grammar_takes_nearby_words(
         same = db.grammars.generate("fight", 1, like="... punch ...")
         np.testing.assert_array_equal(made.motion.root_positions, same.motion.root_positions)
     told = command("grammar", "suggest", "fight", "--like", "... jab ...", "--db", learned_copy)
-    assert "'jab' is not in the captions; taken as punch (0." in told.err
+    assert "'jab' is not in the captions; replaced by punch (0." in told.err
