@@ -119,9 +119,13 @@ def only_performer(clips: Mapping[str, Clip], path: object, options: ReadOptions
         return next(iter(clips.values()))
     if options.take in clips:
         return clips[options.take]
+    if len(clips) == 1:
+        told = f"expected no performer to be named, as there is one alone, found {options.take!r}."
+        raise CaptureError(path, told + " Leave it out.")
+    wanted = f"a performer {options.take!r}" if options.take else "one performer"
     raise CaptureError(
         path,
-        f"expected one performer, found {len(clips)}: {', '.join(sorted(clips))}. Name one: "
+        f"expected {wanted}, found {len(clips)}: {', '.join(sorted(clips))}. Name one: "
         f"FILE#{min(clips)}.",
     )
 

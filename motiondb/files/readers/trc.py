@@ -32,19 +32,19 @@ def read_trc_takes(data: bytes, path: object, options: ReadOptions = AS_USUAL) -
     if "\t" not in lines[2]:
         raise CaptureError(path, "expected cells between tabs, found none. Export it with tabs.")
     said = dict(zip(lines[1].split("\t"), lines[2].split("\t")))
-    said = {key.strip(): value.strip() for key, value in said.items()}
+    said = {key.strip().lower(): value.strip() for key, value in said.items()}
     names = [name.strip() for name in lines[3].rstrip().split("\t")[2:]]
     labels = names if any(names[1::3]) else names[::3]  # some write them without blank cells
     frames, places = _places(lines, len(labels), path)
     notes: tuple[str, ...] = ()
-    stated = said.get("NumFrames", "")
+    stated = said.get("numframes", "")
     if stated.isdecimal() and int(stated) != len(places):
         notes = (f"The header says {stated} frames; there are {len(places)}.",)
     places, gap_notes = _with_gaps(frames[:, 0], places)
-    fps, rate_notes = _rate(said.get("DataRate", ""), frames[:, 1], len(places))
+    fps, rate_notes = _rate(said.get("datarate", ""), frames[:, 1], len(places))
     tracks = [places[:, n] for n in range(len(labels))]
     notes += gap_notes + (rate_notes if options.fps is None else ())
-    read = MarkerFile(labels, tracks, fps, said.get("Units", ""), "", "y", "trc", notes)
+    read = MarkerFile(labels, tracks, fps, said.get("units", ""), "", "y", "trc", notes)
     return read_markers(read, len(data), path, options)
 
 
@@ -65,11 +65,6 @@ def _places(lines: list[str], n_markers: int, path: object) -> tuple[FloatArray,
             continue
         while len(cells) > 2 and not cells[-1]:
             cells.pop()
-        wrong = next((cell for cell in cells[2:] if cell and not _is_number(cell)), None)
-        if wrong is not None:
-            raise CaptureError(
-                path, f"line {number}: expected numbers, found {quoted(wrong)}. Export it again."
-            )
         n_cells = 2 + 3 * n_markers
         if len(cells) < n_cells and (len(cells) - 2) % 3:
             raise CaptureError(
@@ -79,7 +74,13 @@ def _places(lines: list[str], n_markers: int, path: object) -> tuple[FloatArray,
             )
         cells = cells[:n_cells] + [""] * (n_cells - len(cells))
         cells[1] = cells[1] if _is_number(cells[1]) else ""
-        rows.append([float(cell) if cell else np.nan for cell in cells])
+        try:
+            rows.append([float(cell) if cell else np.nan for cell in cells])
+        except ValueError:
+            wrong = next(cell for cell in cells if cell and not _is_number(cell))
+            raise CaptureError(
+                path, f"line {number}: expected numbers, found {quoted(wrong)}. Export it again."
+            ) from None
     if not rows:
         raise CaptureError(path, "expected at least 1 frame, found 0. Export the markers again.")
     values = np.array(rows)
@@ -106,7 +107,7 @@ def _with_gaps(numbers: FloatArray, places: FloatArray) -> tuple[FloatArray, tup
 def _rate(said: str, times: FloatArray, n_frames: int) -> tuple[float, tuple[str, ...]]:
     """Return the frames per second of the times if the header says another rate, with a note."""
     fps = float(text) if _is_number(text := said.replace(",", ".")) else 0.0
-    span = float(times[-1] - times[0])
+    span = float(np.nan_to_num(times[-1] - times[0]))
     by_times = (n_frames - 1) / span if span > 0 else fps
     if not MIN_FPS <= by_times <= MAX_FPS or abs(by_times / (fps or np.inf) - 1.0) < (
         _TIMES_WITHIN + _ROUNDED / max(span, _ROUNDED)

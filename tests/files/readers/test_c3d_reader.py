@@ -408,3 +408,20 @@ def test_a_performer_without_a_whole_body_is_told(is_never_seen: bool) -> None:
     assert clip.notes == (
         f"'Bob' has no whole body and is left out; missing or never seen: {told}.",
     )
+
+
+def test_a_performer_that_is_not_there_is_told() -> None:
+    one = write(tracks(), prefix="Ann:")
+    with pytest.raises(CaptureError, match=r"one alone, found 'Ann'\. Leave it out"):
+        read_c3d(one, "a.c3d", ReadOptions(take="Ann"))
+    two = write({f"{who}:{name}": t for who in ("Ann", "Bob") for name, t in tracks().items()})
+    with pytest.raises(CaptureError, match="expected a performer 'Eve', found 2: Ann, Bob"):
+        read_c3d(two, "a.c3d", ReadOptions(take="Eve"))
+
+
+def test_rates_that_contradict_each_other_are_told() -> None:
+    data = write(tracks(), said={"POINT:RATE": 50.0})
+    clip = read_c3d(data, "a.c3d")
+    assert clip.fps == 50.0
+    assert clip.notes[0].startswith("The file has the rates 50, 100; 50 is taken.")
+    assert read_c3d(data, "a.c3d", ReadOptions(fps=100.0)).notes == ()

@@ -172,3 +172,12 @@ def test_the_number_of_a_performer_is_no_part_of_a_name() -> None:
     found = joints(trc({f"{name}_7": place for name, place in MARKERS.items()}))
     plain = joints(trc(MARKERS))
     np.testing.assert_allclose(list(found.values()), list(plain.values()), atol=1e-9)
+
+
+@pytest.mark.parametrize("time", [b"", b"0:00:01", b"0.000"])
+def test_times_that_are_none_say_nothing(time: bytes) -> None:
+    lines = trc(MARKERS).replace(b"DataRate", b"DATARATE").split(b"\n")
+    rows = [row.split(b"\t") for row in lines[6:]]
+    rows = [b"\t".join([row[0], time, *row[2:]]) for row in rows]
+    clip = read_trc(b"\n".join([*lines[:6], *rows]), "a.trc")
+    assert (clip.fps, clip.notes) == (60.0, ())
