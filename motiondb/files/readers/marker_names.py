@@ -27,11 +27,11 @@ KNE kne knee kneelat kneelateral latknee fle kneeout kneeouter knee1 lknee lek k
 KNM kneemed kneemedial medknee mknee fme kneein kneeinner knee2 mek
 ANK ank ankle anklelat anklelateral latankle fal mall lmal latmal ankleout ankleouter lma
 ANM anklemed anklemedial medankle mankle mmal medmal tam anklein ankleinner mma
-TOE toe toes met mt2 fm2 met2 toein bigtoe halluxtip
+TOE toe toes toetip met mt2 fm2 met2 toein bigtoe halluxtip
 FM1 fm1 mt1 met1 footmed 1meta firstmet
 FM5 fm5 mt5 met5 footlat 5meta toeout smalltoe fifthmet
 HEE hee heel fcc calc calca calcaneus heelback
-SHO sho shoulder should saj ac acr acromion shouldertop
+SHO sho shoulder should saj sae ac acr acromion acromium shouldertop
 ELB elb elbow elbowlat elbowlateral latelbow lelbow hle epilat elbowout lhe
 ELM elbowmed elbowmedial medelbow melbow hme epimed elbowin mhe
 WRA wra wri wrist rsp wristrad wristlat latwrist lwrist wristin

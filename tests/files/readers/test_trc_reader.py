@@ -11,6 +11,7 @@ from odd_c3d import MARKERS
 from motiondb.body import body, kinematics
 from motiondb.errors import CaptureError
 from motiondb.files.limits import ReadOptions
+from motiondb.files.readers.marker_names import name_markers
 from motiondb.files.readers.trc import read_trc
 
 _SIDED = {
@@ -181,3 +182,25 @@ def test_times_that_are_none_say_nothing(time: bytes) -> None:
     rows = [b"\t".join([row[0], time, *row[2:]]) for row in rows]
     clip = read_trc(b"\n".join([*lines[:6], *rows]), "a.trc")
     assert (clip.fps, clip.notes) == (60.0, ())
+
+
+@pytest.mark.parametrize(
+    ("label", "marker"),
+    [
+        ("R_SAE", "RSHO"),
+        ("R.Acromium", "RSHO"),
+        ("L.Toe.Tip", "LTOE"),
+        ("Left Knee Inner", "LKNM"),
+        ("L_Lower", ""),
+        ("Lateral", ""),
+        ("RRib", ""),
+        ("RHead", ""),
+        ("R1", ""),
+        ("LTHI", ""),
+        ("RBAK", ""),
+        ("RacketHead", ""),
+    ],
+)
+def test_what_a_label_names(label: str, marker: str) -> None:
+    named = name_markers([label, "C7", "LASI"])[""]
+    assert set(named) - {"C7", "LASI"} == ({marker} if marker else set())
