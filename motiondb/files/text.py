@@ -10,6 +10,7 @@ accepts (``1_0``, ``nan``, ``inf``, digits of other scripts) are faults.
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -216,3 +217,33 @@ def _read_row(
             return None, f"{problem}. {advice}"
         values.append(value)
     return values, None
+
+
+def take_name(name: str) -> str:
+    """Name of a take as part of a capture's name; Blender writes the object before it.
+
+    >>> take_name("Armature|walk"), take_name("Take 001"), take_name("a/b#1")
+    ('walk', 'Take 001', 'a-b-1')
+    """
+    text = re.sub(r"[/\\#]", "-", plain(name).rpartition("|")[2]).strip(" .")
+    return text or "take"
+
+
+def distinct(names: Sequence[str]) -> list[str]:
+    """Return names with a number after those that others have before them.
+
+    >>> distinct(["walk", "run", "walk"])
+    ['walk', 'run', 'walk-2']
+    """
+    given: list[str] = []
+    for name in names:
+        number, new = 2, name
+        while new in given:
+            number, new = number + 1, f"{name}-{number}"
+        given.append(new)
+    return given
+
+
+def plain(name: str) -> str:
+    """Return the name of a node without what would break a line."""
+    return " ".join("".join(c if c.isprintable() else " " for c in name).split()) or "node"

@@ -33,7 +33,9 @@ from motiondb.files.text import (
 from motiondb.records import Clip, FloatArray
 
 DEFAULT_FPS = 120.0  # The rate of the CMU database, from which most AMC files come
-_RATE = re.compile(r"(?im)^\s*:?(?:SAMPLES-PER-SECOND|FRAMES?-PER-SECOND|FPS)[\s:]+(\S+)")
+_RATE = re.compile(
+    r"(?im)^\s*:?(?:(?:SAMPLES|FRAMES?)[-_ ]PER[-_ ]SECOND|FRAME[-_ ]?RATE|FPS)[\s:=]+(\S+)"
+)
 _FRAME_NUMBER = re.compile(rb"(?m)^[ \t]*[0-9]+[ \t\r]*$")
 _MORE_LINES = 400
 """Lines of the first frame that are compared beyond one for each bone, so that the faults of a

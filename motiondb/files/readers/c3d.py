@@ -16,7 +16,8 @@ def read_c3d_takes(data: bytes, path: object, options: ReadOptions = AS_USUAL) -
     """Read the clip of each performer in the bytes of a C3D file; "" for the only one."""
     file = read_c3d_file(data, path, options.skip_bad_frames)
     tracks = [file.track(number) for number in range(len(file.labels))]
-    read = MarkerFile(file.labels, tracks, file.fps, file.unit, file.up, "z", "c3d", file.notes)
+    notes = file.notes + (file.rate_notes if options.fps is None else ())
+    read = MarkerFile(file.labels, tracks, file.fps, file.unit, file.up, "z", "c3d", notes)
     return read_markers(read, len(data), path, options)
 
 

@@ -17,6 +17,7 @@ Source: The C3D File Format, Motion Lab Systems, https://www.c3d.org/HTML/Docume
 from __future__ import annotations
 
 import itertools
+import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -46,6 +47,7 @@ class C3DFile:
     up: str  # The axis that POINT:Y_SCREEN names, such as "z" or "-y"; "" for none
     n_frames: int
     notes: tuple[str, ...]
+    rate_notes: tuple[str, ...]  # Where it tells several rates
     _frames: NDArray[np.uint8]  # (frames, bytes of a frame)
     _machine: int
     _scale: float  # File units per integer; 0.0 for floats
@@ -93,6 +95,7 @@ def read_c3d_file(data: bytes, path: object, skip_bad: bool = False) -> C3DFile:
         up=_up(said),
         n_frames=n_frames,
         notes=notes + scale_notes,
+        rate_notes=said.rate_notes,
         _frames=frames,
         _machine=said.machine,
         _scale=scale,
@@ -122,10 +125,24 @@ class _Said:
         return float(scale), float(rate)
 
     @property
-    def rate(self) -> float:
-        """Frames per second, 0.0 if neither the parameters nor the header tell them."""
+    def rates(self) -> list[float]:
+        """Frames per second as the parameters, the header and the trial tell them."""
         rates = (self.number("POINT:RATE"), self.header_floats[1], self.number("TRIAL:CAMERA_RATE"))
-        return next((rate for rate in rates if 0 < rate < LARGEST), 0.0)
+        return [rate for rate in rates if 0 < rate < LARGEST]
+
+    @property
+    def rate(self) -> float:
+        """Frames per second, 0.0 if nothing tells them."""
+        return next(iter(self.rates), 0.0)
+
+    @property
+    def rate_notes(self) -> tuple[str, ...]:
+        """A note on rates that contradict each other."""
+        if all(math.isclose(rate, self.rate, rel_tol=1e-3) for rate in self.rates):
+            return ()
+        found = ", ".join(f"{rate:g}" for rate in self.rates)
+        return (f"The file has the rates {found}; {self.rate:g} is taken. Give the right one "
+                "(--fps) if this is wrong.",)  # fmt: skip
 
     def texts(self, name: str) -> list[str]:
         """The texts of a parameter, without the spaces and zeros that fill them up."""

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from motiondb.errors import CaptureError
-from motiondb.files.text import quoted
+from motiondb.files.text import plain, quoted
 from motiondb.records import FloatArray
 
 _EVEN = 0.02  # Largest deviation of the distances of keys that are evenly spaced, as a share
@@ -173,8 +173,3 @@ def _load(data: bytes, path: object) -> Any:  # noqa: ANN401  an object of a C l
     if metadata.file_format != ufbx.FileFormat.FBX:
         raise CaptureError(path, "expected an FBX file, found another format. Rename it.")
     return scene
-
-
-def plain(name: str) -> str:
-    """Return the name of a node without what would break a line."""
-    return " ".join("".join(c if c.isprintable() else " " for c in name).split()) or "node"

@@ -21,8 +21,8 @@ from motiondb.body.kinematics import to_local
 from motiondb.body.world import TYPICAL_LEG, body_size, checked_unit, find_rate, find_unit
 from motiondb.errors import CaptureError, suggestion
 from motiondb.files.limits import MIN_FPS, ReadOptions, check_clip_size, check_rate
-from motiondb.files.readers.fbx_scene import Keys, Node, Scene, plain
-from motiondb.files.text import quoted
+from motiondb.files.readers.fbx_scene import Keys, Node, Scene
+from motiondb.files.text import distinct, quoted, take_name
 from motiondb.files.units import scaled
 from motiondb.records import Clip, FloatArray, Skeleton
 
@@ -105,13 +105,13 @@ class FbxFile:
                 "skeleton and export it with the file.",
             )
         several = len({body.name for _, body in pairs}) > 1
-        names = _distinct([_take_name(self._scene.takes[take][0]) for take, _ in pairs])
+        names = distinct([take_name(self._scene.takes[take][0]) for take, _ in pairs])
         if several:
             names = [
-                f"{body.name} {_take_name(self._scene.takes[take][0])}".strip()
+                f"{body.name} {take_name(self._scene.takes[take][0])}".strip()
                 for take, body in pairs
             ]
-            names = _distinct(names)
+            names = distinct(names)
         return dict(zip(names, pairs))
 
     def _largest(self) -> _Body:
@@ -232,31 +232,6 @@ class FbxFile:
         return (unit, ()) if 0 < unit < 1e6 else find_unit(skeleton)
 
 
-def _take_name(name: str) -> str:
-    """Name of a take as part of a capture's name; Blender writes the object before it.
-
-    >>> _take_name("Armature|walk"), _take_name("Take 001"), _take_name("a/b#1")
-    ('walk', 'Take 001', 'a-b-1')
-    """
-    text = re.sub(r"[/\\#]", "-", plain(name).rpartition("|")[2]).strip(" .")
-    return text or "take"
-
-
-def _distinct(names: Sequence[str]) -> list[str]:
-    """Return names with a number after those that others have before them.
-
-    >>> _distinct(["walk", "run", "walk"])
-    ['walk', 'run', 'walk-2']
-    """
-    given: list[str] = []
-    for name in names:
-        number, new = 2, name
-        while new in given:
-            number, new = number + 1, f"{name}-{number}"
-        given.append(new)
-    return given
-
-
 def _with_ancestors(nodes: Sequence[Node], wanted: Iterable[int]) -> list[int]:
     """Return nodes and all their ancestors; parents come before children."""
     order: list[int] = []
@@ -316,7 +291,7 @@ def _find_bodies(scene: Scene, path: object) -> tuple[_Body, ...]:
     persons = [body for body in bodies if _is_person(nodes, body)]
     if not persons:
         persons = [max(bodies, key=lambda body: len(body.joints))]
-    names = _distinct([body.name for body in persons])
+    names = distinct([body.name for body in persons])
     return tuple(_Body(name, body.joints, body.ends) for name, body in zip(names, persons))
 
 
@@ -344,7 +319,7 @@ def _body(nodes: Sequence[Node], members: Sequence[int], chosen: set[int]) -> _B
     top = nodes[_top(nodes, members[0])].name
     first = nodes[joints[0]].name
     space = first.rpartition(":")[0]
-    return _Body(_take_name(space or top), joints, tuple(ends))
+    return _Body(take_name(space or top), joints, tuple(ends))
 
 
 def _has_above(nodes: Sequence[Node], number: int, chosen: set[int]) -> bool:

@@ -23,15 +23,15 @@ Named = dict[str, list[int]]  # Marker name -> numbers of its labels
 _PLACES = """
 ASI asi asis ias eias fwt waistfront
 PSI psi psis ips eips bwt waistback
-KNE kne knee kneelat kneelateral latknee fle kneeout knee1 lknee lek kneeaxis
-KNM kneemed kneemedial medknee mknee fme kneein knee2 mek
-ANK ank ankle anklelat anklelateral latankle fal mall lmal latmal ankleout lma
-ANM anklemed anklemedial medankle mankle mmal medmal tam anklein mma
-TOE toe toes met mt2 fm2 met2 toein bigtoe halluxtip
+KNE kne knee kneelat kneelateral latknee fle kneeout kneeouter knee1 lknee lek kneeaxis
+KNM kneemed kneemedial medknee mknee fme kneein kneeinner knee2 mek
+ANK ank ankle anklelat anklelateral latankle fal mall lmal latmal ankleout ankleouter lma
+ANM anklemed anklemedial medankle mankle mmal medmal tam anklein ankleinner mma
+TOE toe toes toetip met mt2 fm2 met2 toein bigtoe halluxtip
 FM1 fm1 mt1 met1 footmed 1meta firstmet
 FM5 fm5 mt5 met5 footlat 5meta toeout smalltoe fifthmet
 HEE hee heel fcc calc calca calcaneus heelback
-SHO sho shoulder should saj ac acr acromion shouldertop
+SHO sho shoulder should saj sae ac acr acromion acromium shouldertop
 ELB elb elbow elbowlat elbowlateral latelbow lelbow hle epilat elbowout lhe
 ELM elbowmed elbowmedial medelbow melbow hme epimed elbowin mhe
 WRA wra wri wrist rsp wristrad wristlat latwrist lwrist wristin
@@ -45,6 +45,11 @@ STRN strn sxs px xiphoid sternum
 SACR sacr sacrum sacral vsac vsacral
 HEAD head tophead headtop hd nose
 HJC hip hjc
+KJC kjc
+AJC ajc
+SJC sjc
+EJC ejc
+WJC wjc
 NECK neck
 PELV midhip hips pelvis
 """
@@ -64,7 +69,8 @@ _CENTRES = MappingProxyType(
 def name_markers(labels: Sequence[str]) -> dict[str, Named]:
     """Return the markers of each performer, with the numbers of their labels.
 
-    In a performer without markers of the pelvis's bones, knees and other places are centres.
+    In a performer without markers of the pelvis's bones and of inner sides, knees and other places
+    are centres; beside such markers, centres are left out.
     """
     performers = [label.rpartition(":")[0] for label in labels]
     words = [_WORD.findall(label.rpartition(":")[2]) for label in labels]
@@ -72,7 +78,10 @@ def name_markers(labels: Sequence[str]) -> dict[str, Named]:
     shared = {w for w, n in counts.items() if n > _SHARED * len(labels) and w not in _SIDES}
     found: dict[str, Named] = {}
     for number, (performer, each) in enumerate(zip(performers, words)):
-        name = _place([word.lower() for word in each if word.lower() not in shared])
+        left = [word.lower() for word in each]
+        for word in shared.intersection(left):
+            left.remove(word)  # once: C7_7 is C7 of performer 7
+        name = _place(left)
         if name:
             found.setdefault(performer, {}).setdefault(name, []).append(number)
     return {performer: _as_centres(markers) for performer, markers in found.items()}
@@ -93,7 +102,7 @@ def _place(words: list[str]) -> str:
 
 
 def _as_centres(markers: Named) -> Named:
-    """Return markers as centres of joints if there is no marker of the pelvis."""
-    if any(name[1:] in ("ASI", "PSI") for name in markers):
-        return markers
+    """Return markers as centres of joints if there is none of the pelvis or an inner side."""
+    if any(name[1:] in ("ASI", "PSI", "KNM", "ANM", "ELM") for name in markers):
+        return {name: n for name, n in markers.items() if name[1:] not in _CENTRES.values()}
     return {name[0] + _CENTRES.get(name[1:], name[1:]): n for name, n in markers.items()}

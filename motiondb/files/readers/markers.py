@@ -25,6 +25,7 @@ are plain regressions: good to 1 to 4 cm, enough to recognise a motion, not for 
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -46,7 +47,7 @@ from motiondb.files.readers.marker_gaps import (
     seen,
 )
 from motiondb.files.readers.marker_names import Named, name_markers
-from motiondb.files.text import quoted
+from motiondb.files.text import distinct, quoted, take_name
 from motiondb.files.units import UNITS
 from motiondb.records import Clip, FloatArray, Skeleton
 
@@ -103,10 +104,12 @@ def read_markers(
     """Solve the joints of each performer; "" for the only one."""
     n_frames = len(file.tracks[0]) if file.tracks else 0
     check_clip_size(n_frames, len(body.JOINTS), n_bytes, path, options.limits)
-    performers = _performers(file.labels)
+    performers, left_out = _performers(file)
+    file = replace(file, notes=file.notes + left_out)
+    names = ["" if len(performers) == 1 else who for who in performers]
     return {
-        name.rpartition(":")[2]: _solve(file, named, path, options)
-        for name, named in (performers or {"": {}}).items()
+        name: _solve(file, named, f"{path}#{name}" if name else path, options)
+        for name, named in zip(names, performers.values())
     }
 
 
@@ -116,26 +119,58 @@ def only_performer(clips: Mapping[str, Clip], path: object, options: ReadOptions
         return next(iter(clips.values()))
     if options.take in clips:
         return clips[options.take]
+    if len(clips) == 1:
+        told = f"expected no performer to be named, as there is one alone, found {options.take!r}."
+        raise CaptureError(path, told + " Leave it out.")
+    wanted = f"a performer {options.take!r}" if options.take else "one performer"
     raise CaptureError(
         path,
-        f"expected one performer, found {len(clips)}: {', '.join(sorted(clips))}. Name one: "
+        f"expected {wanted}, found {len(clips)}: {', '.join(sorted(clips))}. Name one: "
         f"FILE#{min(clips)}.",
     )
 
 
-def _performers(labels: Sequence[str]) -> dict[str, Named]:
-    """Return the markers of the performers that have a whole body, else of the best one."""
-    found = name_markers(labels)
-    whole = {who: named for who, named in found.items() if not missing_markers(set(named))}
-    if whole:
-        return whole if len(whole) > 1 else {"": next(iter(whole.values()))}
+def _performers(file: MarkerFile) -> tuple[dict[str, Named], tuple[str, ...]]:
+    """Return the markers of the performers that have a whole body, else of the best one.
+
+    Also a note on others that have several markers.
+    """
+    groups = [
+        *name_markers(file.labels).items(),
+        *_named_within(file.labels, "").items(),
+        *_named_within(file.labels, "[0-9_]*").items(),
+    ]
+    whole: list[tuple[str, Named]] = []
+    partly: list[tuple[str, Named]] = []
+    for is_partly, kept in enumerate((whole, partly)):
+        for who, named in groups:
+            taken = {n for _, other in whole + partly for n in itertools.chain(*other.values())}
+            there = {m for m, ns in named.items() if any(seen(file.tracks[n]).any() for n in ns)}
+            is_apart = taken.isdisjoint(itertools.chain(*named.values()))
+            if is_apart and (len(named) >= _PARTLY if is_partly else not missing_markers(there)):
+                kept.append((who, named))
+    if not whole:
+        return {"": max((named for _, named in groups), key=len, default={})}, ()
+    short = [who.rpartition(":")[2] for who, _ in whole]
+    names = [name if short.count(name) == 1 else who for name, (who, _) in zip(short, whole)]
+    names = distinct([take_name(name.strip("_-. ") or "unnamed") for name in names])
+    notes = tuple(
+        f"{quoted(who.strip('_-. :')) or 'Another'} has no whole body and is left out; missing or "
+        f"never seen: {'; '.join(missing_markers(set(named)) or ['all'])}."
+        for who, named in partly
+    )
+    return dict(zip(names, (named for _, named in whole))), notes
+
+
+def _named_within(labels: Sequence[str], behind: str) -> dict[str, Named]:
+    """Return markers whose names stand within labels, by what is around them but for `behind`."""
+    pattern = re.compile(_LABEL_WITHIN + behind, re.IGNORECASE)
     within: dict[str, Named] = {}
     for number, label in enumerate(labels):
-        if match := _LABEL_WITHIN.fullmatch(label):
+        if match := pattern.fullmatch(label):
             before, name, after = match.groups("")
             within.setdefault(before + after, {}).setdefault(name.upper(), []).append(number)
-    best = max([*found.values(), *within.values()], key=len, default={})
-    return {"": best}
+    return within
 
 
 def missing_markers(names: frozenset[str] | set[str]) -> list[str]:
@@ -152,6 +187,8 @@ def missing_markers(names: frozenset[str] | set[str]) -> list[str]:
         for side in "LR"
         if not {side + name for name in markers} & names
     ]
+    if len(front := {"LASI", "RASI"} & names) == 1 and not missing:
+        missing += {"LASI", "RASI"} - front
     if {"LASI", "RASI"} <= names and "SACR" not in names and not {"LPSI", "RPSI"} <= names:
         missing.append("LPSI and RPSI, or SACR")
     if not {"C7", "CLAV", "NECK"} & names and not {"LSJC", "RSJC"} <= names:
@@ -283,7 +320,8 @@ def _orthogonal(vector: FloatArray, direction: FloatArray) -> FloatArray:
     return rotation.normalize(vector - np.sum(vector * along, axis=-1, keepdims=True) * along)
 
 
-_LABEL_WITHIN = re.compile(f"(.*?)({'|'.join(_PLUG_IN_GAIT)})(.*?)[0-9_]*", re.IGNORECASE)
+_LABEL_WITHIN = f"(.*?)({'|'.join(_PLUG_IN_GAIT)})(.*?)"
+_PARTLY = 8  # Markers of a body from which a performer without a whole one is told: a prop has less
 _FRONT_AND_BACK = (
     *("LASI LPSI", "RASI RPSI", "LASI SACR", "RASI SACR", "LTOE LANK", "RTOE RANK", "CLAV C7"),
     *("STRN T10", "LFHD LBHD", "RFHD RBHD"),
@@ -292,8 +330,6 @@ _BACKWARDS = -0.3  # Median cosine with the other pairs; it is .72 or more in 14
 _UNIT_NAMES = MappingProxyType(
     {"mill": "mm", "cent": "cm", "mete": "m", "metr": "m", "inch": "inch", "in": "inch", "": "mm"}
 )  # First four letters of names, after which some programs cut
-_LEGS = (("ASI", "KNE", "ANK", 0.9), ("HJC", "KJC", "AJC", world.TYPICAL_LEG))
-"""Markers, or centres, down the leg, and the length of this way on an adult, metres."""
 
 
 def _solve(file: MarkerFile, named: Named, path: object, options: ReadOptions) -> Clip:
@@ -308,8 +344,9 @@ def _solve(file: MarkerFile, named: Named, path: object, options: ReadOptions) -
         notes += (
             f"Markers that occur more than once, of which the one seen most is taken: {twice}.",
         )
-    if "SACR" in tracks and "LASI" not in tracks:
-        notes += ("Markers named hip are taken for the centres of the hips.",)
+    if {"SACR", "C7", "CLAV", "STRN", "T10"} & tracks.keys() and "LASI" not in tracks:
+        joints = "hips, knees and ankles" if "LKJC" in tracks else "hips"
+        notes += (f"Markers named hip are taken for the centres of the {joints}.",)
     if options.swap_sides:
         other = {"L": "R", "R": "L"}
         tracks = {other.get(name[0], name[0]) + name[1:]: t for name, t in tracks.items()}
@@ -419,7 +456,10 @@ def _find_unit(
     if asked is not None:
         return asked, ()
     stated = _unit(name, path)
-    *down, typical = _LEGS[0] if "LASI" in tracks else _LEGS[1]
+    is_skin = "LASI" in tracks
+    typical = 0.9 if is_skin else world.TYPICAL_LEG
+    leg = (_SIDED[part][:: 1 if is_skin else -1] for part in ("hips", "knees", "ankles"))
+    down = [next(name for name in names if f"L{name}" in tracks) for names in leg]
     ways = [
         np.linalg.norm(tracks[side + a] - tracks[side + b], axis=1)
         for side in "LR"

@@ -2,7 +2,8 @@
 
 Five lines say what follows: the rate, the counts and the unit stand in the third, the names of the
 markers in the fourth, each over three columns. A cell without a number, or three zeros, is a marker
-that was not seen. The axis up is not in the file: y is usual.
+that was not seen, as in the frames that their numbers leave out. Where the times of the frames
+contradict the rate, they hold. The axis up is not in the file: y is usual.
 
 Source: Motion Analysis, "Track Row Column (.trc) file format", as OpenSim's documentation has it.
 """
@@ -11,11 +12,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from motiondb.body.world import find_rate
 from motiondb.errors import CaptureError
-from motiondb.files.limits import AS_USUAL, ReadOptions
+from motiondb.files.limits import AS_USUAL, MAX_FPS, MIN_FPS, ReadOptions
 from motiondb.files.readers.markers import MarkerFile, only_performer, read_markers
 from motiondb.files.text import quoted
 from motiondb.records import Clip, FloatArray
+
+_MOST_LOST = 10  # Missing frames for each that is there, beyond which numbers of frames say nothing
+_TIMES_WITHIN, _ROUNDED = 0.02, 0.02
+"""Share by which times may miss the rate of the header, and seconds that two rounded ones may."""
 
 
 def read_trc_takes(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> dict[str, Clip]:
@@ -23,20 +29,22 @@ def read_trc_takes(data: bytes, path: object, options: ReadOptions = AS_USUAL) -
     lines = data.decode("utf-8", errors="replace").lstrip("\ufeff").splitlines()
     if len(lines) < 5 or not lines[0].startswith("PathFileType"):
         raise CaptureError(path, "expected a TRC file, found something else. Export it again.")
+    if "\t" not in lines[2]:
+        raise CaptureError(path, "expected cells between tabs, found none. Export it with tabs.")
     said = dict(zip(lines[1].split("\t"), lines[2].split("\t")))
-    said = {key.strip(): value.strip() for key, value in said.items()}
-    labels = [name.strip() for name in lines[3].rstrip().split("\t")[2::3]]
-    places = _places(lines, len(labels), path)
+    said = {key.strip().lower(): value.strip() for key, value in said.items()}
+    names = [name.strip() for name in lines[3].rstrip().split("\t")[2:]]
+    labels = names if any(names[1::3]) else names[::3]  # some write them without blank cells
+    frames, places = _places(lines, len(labels), path)
     notes: tuple[str, ...] = ()
-    stated = said.get("NumFrames", "")
+    stated = said.get("numframes", "")
     if stated.isdecimal() and int(stated) != len(places):
         notes = (f"The header says {stated} frames; there are {len(places)}.",)
-    try:
-        fps = float(said.get("DataRate", "").replace(",", "."))
-    except ValueError:
-        fps = 0.0
+    places, gap_notes = _with_gaps(frames[:, 0], places)
+    fps, rate_notes = _rate(said.get("datarate", ""), frames[:, 1], len(places))
     tracks = [places[:, n] for n in range(len(labels))]
-    read = MarkerFile(labels, tracks, fps, said.get("Units", ""), "", "y", "trc", notes)
+    notes += gap_notes + (rate_notes if options.fps is None else ())
+    read = MarkerFile(labels, tracks, fps, said.get("units", ""), "", "y", "trc", notes)
     return read_markers(read, len(data), path, options)
 
 
@@ -45,15 +53,27 @@ def read_trc(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip
     return only_performer(read_trc_takes(data, path, options), path, options)
 
 
-def _places(lines: list[str], n_markers: int, path: object) -> FloatArray:
-    """Return the places (frames, markers, 3) of the rows, NaN where a marker was not seen."""
+def _places(lines: list[str], n_markers: int, path: object) -> tuple[FloatArray, FloatArray]:
+    """Return frame number and time of the rows, and the places (frames, markers, 3).
+
+    NaN where a marker was not seen, or a time is no number.
+    """
     rows = []
     for number, line in enumerate(lines[4:], start=5):
-        cells = line.rstrip("\r\n").split("\t")
-        if not cells[0].strip().isdecimal():  # the names of columns, blank lines
+        cells = [cell.strip().replace(",", ".") for cell in line.rstrip("\r\n").split("\t")]
+        if not _is_number(cells[0]):  # the names of columns, blank lines
             continue
-        cells = [cell.strip().replace(",", ".") for cell in cells[2:]][: 3 * n_markers]
-        cells += [""] * (3 * n_markers - len(cells))
+        while len(cells) > 2 and not cells[-1]:
+            cells.pop()
+        n_cells = 2 + 3 * n_markers
+        if len(cells) < n_cells and (len(cells) - 2) % 3:
+            raise CaptureError(
+                path,
+                f"line {number}: expected {n_cells} cells for {n_markers} markers, found "
+                f"{len(cells)}. The file may be cut short: export it again.",
+            )
+        cells = cells[:n_cells] + [""] * (n_cells - len(cells))
+        cells[1] = cells[1] if _is_number(cells[1]) else ""
         try:
             rows.append([float(cell) if cell else np.nan for cell in cells])
         except ValueError:
@@ -63,9 +83,41 @@ def _places(lines: list[str], n_markers: int, path: object) -> FloatArray:
             ) from None
     if not rows:
         raise CaptureError(path, "expected at least 1 frame, found 0. Export the markers again.")
-    places = np.array(rows).reshape(len(rows), n_markers, 3)
+    values = np.array(rows)
+    places = values[:, 2:].reshape(len(rows), n_markers, 3)
     is_seen = np.isfinite(places).all(axis=2) & places.any(axis=2)
-    return np.where(is_seen[..., None], places, np.nan)
+    return values[:, :2], np.where(is_seen[..., None], places, np.nan)
+
+
+def _with_gaps(numbers: FloatArray, places: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
+    """Put frames without markers where the numbers of the frames leave some out, with a note."""
+    steps = np.diff(numbers)
+    step = float(np.median(steps)) if len(steps) else 1.0
+    if not (step > 0 and (steps > 0).all() and (steps % step == 0).all()):
+        return places, ()
+    at = ((numbers - numbers[0]) / step).astype(np.int64)
+    lost = int(at[-1]) + 1 - len(places)
+    if not 0 < lost <= _MOST_LOST * len(places):
+        return places, ()
+    whole = np.full((len(places) + lost, *places.shape[1:]), np.nan)
+    whole[at] = places
+    return whole, (f"By their numbers {lost} frames are missing; they are taken as not seen.",)
+
+
+def _rate(said: str, times: FloatArray, n_frames: int) -> tuple[float, tuple[str, ...]]:
+    """Return the frames per second of the times if the header says another rate, with a note."""
+    fps = float(text) if _is_number(text := said.replace(",", ".")) else 0.0
+    span = float(np.nan_to_num(times[-1] - times[0]))
+    by_times = (n_frames - 1) / span if span > 0 else fps
+    if not MIN_FPS <= by_times <= MAX_FPS or abs(by_times / (fps or np.inf) - 1.0) < (
+        _TIMES_WITHIN + _ROUNDED / max(span, _ROUNDED)
+    ):
+        return fps, ()
+    near, _ = find_rate(1.0 / by_times, f"{1.0 / by_times:.3g}")
+    return near, (
+        f"The header says {said or 'no'} frames a second, the times of the frames say {near:g}, "
+        "which are taken. Give the right rate (--fps) if this is wrong.",
+    )
 
 
 def _is_number(text: str) -> bool:

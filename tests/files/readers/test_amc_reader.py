@@ -224,6 +224,8 @@ def test_no_skeleton_and_too_many(tmp_path: Path) -> None:
         (":SAMPLES-PER-SECOND 60", 60.0),
         (":samples-per-second 59.94", 59.94),
         ("  :Samples-Per-Second\t250", 250.0),
+        (":SAMPLES_PER_SECOND=60", 60.0),
+        (":Frame-Rate 60", 60.0),
     ],
 )
 def test_the_rate_of_the_header(line: str, fps: float) -> None:

@@ -388,3 +388,50 @@ def test_two_performers_are_two_takes() -> None:
     assert sorted(clips) == ["Anna", "Ben"]
     for clip in (clips["Ben"], read_c3d(write(markers), "a.c3d", ReadOptions(take="Ben"))):
         np.testing.assert_array_equal(clip.local_rotations, alone.local_rotations)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "takes"),
+    [
+        ("Ann_{}", "Bob_{}", ["Ann", "Bob"]),
+        ("{}_1", "{}_2", ["1", "2"]),
+        ("Ann:Body:{}", "Bob:Body:{}", ["Ann:Body", "Bob:Body"]),
+        ("{}", "Bob:{}", ["unnamed", "Bob"]),
+        ("P#1:{}", "a/b:{}", ["P-1", "a-b"]),
+    ],
+)
+def test_performers_are_named_in_any_way(first: str, second: str, takes: list[str]) -> None:
+    markers = {how.format(name): t for how in (first, second) for name, t in tracks().items()}
+    data = write(markers)
+    assert list(read_takes_bytes(data, "c3d", path="a.c3d")) == takes
+    assert read_c3d(data, "a.c3d", ReadOptions(take=takes[1])).n_frames == 30
+
+
+@pytest.mark.parametrize("is_never_seen", [False, True])
+def test_a_performer_without_a_whole_body_is_told(is_never_seen: bool) -> None:
+    other = {f"Bob:{name}": track * np.nan for name, track in tracks().items()}
+    if not is_never_seen:
+        other = {f"Bob:{name}": t for name, t in tracks().items() if name != "LKNE"}
+    markers = {f"Ann:{name}": track for name, track in tracks().items()}
+    clip = read_c3d(write({**markers, **other, "Bat:Head": markers["Ann:C7"]}), "a.c3d")
+    told = "all" if is_never_seen else "LKNE"
+    assert clip.notes == (
+        f"'Bob' has no whole body and is left out; missing or never seen: {told}.",
+    )
+
+
+def test_a_performer_that_is_not_there_is_told() -> None:
+    one = write(tracks(), prefix="Ann:")
+    with pytest.raises(CaptureError, match=r"one alone, found 'Ann'\. Leave it out"):
+        read_c3d(one, "a.c3d", ReadOptions(take="Ann"))
+    two = write({f"{who}:{name}": t for who in ("Ann", "Bob") for name, t in tracks().items()})
+    with pytest.raises(CaptureError, match="expected a performer 'Eve', found 2: Ann, Bob"):
+        read_c3d(two, "a.c3d", ReadOptions(take="Eve"))
+
+
+def test_rates_that_contradict_each_other_are_told() -> None:
+    data = write(tracks(), said={"POINT:RATE": 50.0})
+    clip = read_c3d(data, "a.c3d")
+    assert clip.fps == 50.0
+    assert clip.notes[0].startswith("The file has the rates 50, 100; 50 is taken.")
+    assert read_c3d(data, "a.c3d", ReadOptions(fps=100.0)).notes == ()

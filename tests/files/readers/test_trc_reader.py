@@ -11,6 +11,7 @@ from odd_c3d import MARKERS
 from motiondb.body import body, kinematics
 from motiondb.errors import CaptureError
 from motiondb.files.limits import ReadOptions
+from motiondb.files.readers.marker_names import name_markers
 from motiondb.files.readers.trc import read_trc
 
 _SIDED = {
@@ -105,7 +106,15 @@ def test_centres_of_joints_are_the_joints() -> None:
         (trc(MARKERS).replace(b"0.017", b"0.017\tx"), "line 8: expected numbers, found 'x'"),
         (b"\n".join(trc(MARKERS).split(b"\n")[:6]), "expected at least 1 frame, found 0"),
         (trc(CENTRES).replace(b"LKnee", b"Other"), "found none for LKNE"),
-        (trc(MARKERS).replace(b"60.00\t60.00", b"\t"), "expected"),
+        (trc(MARKERS).replace(b"\t", b" "), "expected cells between tabs"),
+        (trc(MARKERS).rpartition(b"\t")[0], "line 26: expected [0-9]+ cells for .* cut short"),
+        (
+            trc(
+                {k: v for k, v in MARKERS.items() if k != "RASI"}
+                | {"LHip": (9, 92, 0), "RHip": (-9, 92, 0)}
+            ),
+            "found none for RASI",
+        ),
     ],
 )
 def test_what_is_no_capture_is_refused_with_the_reason(data: bytes, told: str) -> None:
@@ -115,3 +124,83 @@ def test_what_is_no_capture_is_refused_with_the_reason(data: bytes, told: str) -
 
 def test_a_given_rate_holds() -> None:
     assert read_trc(trc(MARKERS), "a.trc", ReadOptions(fps=30.0)).fps == 30.0
+
+
+@pytest.mark.parametrize("said", [b"120.00\t120.00", b"\t"])
+def test_times_of_the_frames_hold_where_the_header_says_another_rate(said: bytes) -> None:
+    clip = read_trc(trc(MARKERS).replace(b"60.00\t60.00", said), "a.trc")
+    assert clip.fps == 60.0
+    assert "the times of the frames say 60" in clip.notes[0]
+
+
+def test_frames_that_are_left_out_are_not_seen() -> None:
+    lines = trc(MARKERS).split(b"\n")
+    clip = read_trc(b"\n".join(lines[:10] + lines[13:]), "a.trc")
+    assert clip.n_frames == 20
+    assert clip.notes[1] == "By their numbers 3 frames are missing; they are taken as not seen."
+    np.testing.assert_allclose(np.diff(clip.root_positions[:, 2]), 0.01, atol=1e-6)
+
+
+def test_frames_are_numbered_and_markers_named_as_other_programs_do() -> None:
+    lines = trc(MARKERS).decode().split("\n")
+    lines[3] = lines[3].replace("\t\t\t", "\t")
+    rows = [f"{number - 5}.0\t{row.partition(chr(9))[2]}" for number, row in enumerate(lines[6:])]
+    found = joints("\n".join(lines[:6] + rows).encode())
+    plain = joints(trc(MARKERS))
+    np.testing.assert_allclose(list(found.values()), list(plain.values()), atol=1e-9)
+
+
+INNER = {"LKneeMed": (3, 50, 0), "RKneeMed": (-3, 50, 0)}
+HIPS = {"LHJC": (9, 92, 0), "RHJC": (-9, 92, 0)}
+
+
+def test_hips_beside_markers_of_both_sides_of_the_knee() -> None:
+    rest = {name: place for name, place in MARKERS.items() if name[1:] not in ("ASI", "PSI")}
+    data = trc({**rest, **HIPS, **INNER})
+    assert joints(data)["l_knee"] == pytest.approx([9, 50, 0], abs=0.5)
+    assert "centres of the hips." in read_trc(data, "a.trc").notes[-1]
+
+
+def test_centres_as_their_short_names() -> None:
+    short = {"Hip": "HJC", "Knee": "KJC", "Ankle": "AJC", "Shoulder": "SJC", "Elbow": "EJC"}
+    renamed = {label[0] + short.get(label[1:], label[1:]): v for label, v in CENTRES.items()}
+    plain = joints(trc(CENTRES))
+    found = joints(trc(renamed))
+    np.testing.assert_allclose(list(found.values()), list(plain.values()), atol=1e-9)
+
+
+def test_the_number_of_a_performer_is_no_part_of_a_name() -> None:
+    found = joints(trc({f"{name}_7": place for name, place in MARKERS.items()}))
+    plain = joints(trc(MARKERS))
+    np.testing.assert_allclose(list(found.values()), list(plain.values()), atol=1e-9)
+
+
+@pytest.mark.parametrize("time", [b"", b"0:00:01", b"0.000"])
+def test_times_that_are_none_say_nothing(time: bytes) -> None:
+    lines = trc(MARKERS).replace(b"DataRate", b"DATARATE").split(b"\n")
+    rows = [row.split(b"\t") for row in lines[6:]]
+    rows = [b"\t".join([row[0], time, *row[2:]]) for row in rows]
+    clip = read_trc(b"\n".join([*lines[:6], *rows]), "a.trc")
+    assert (clip.fps, clip.notes) == (60.0, ())
+
+
+@pytest.mark.parametrize(
+    ("label", "marker"),
+    [
+        ("R_SAE", "RSHO"),
+        ("R.Acromium", "RSHO"),
+        ("L.Toe.Tip", "LTOE"),
+        ("Left Knee Inner", "LKNM"),
+        ("L_Lower", ""),
+        ("Lateral", ""),
+        ("RRib", ""),
+        ("RHead", ""),
+        ("R1", ""),
+        ("LTHI", ""),
+        ("RBAK", ""),
+        ("RacketHead", ""),
+    ],
+)
+def test_what_a_label_names(label: str, marker: str) -> None:
+    named = name_markers([label, "C7", "LASI"])[""]
+    assert set(named) - {"C7", "LASI"} == ({marker} if marker else set())
