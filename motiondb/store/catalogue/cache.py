@@ -27,7 +27,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from functools import cache, partial
-from itertools import chain
+from itertools import chain, islice
 from types import MappingProxyType
 from typing import Any, BinaryIO
 
@@ -47,7 +47,8 @@ from motiondb.store.connection.transactions import read_meta
 
 Arrays = dict[str, NDArray[Any]]
 _AT_ONCE = 64  # Captures whose rows are made together: bounds memory
-_BATCH = 2**25  # Bytes of rows after which a batch is closed; those of less than half are small
+_BATCH = 2**25  # Bytes of rows after which a batch is closed
+_LEAST = 0.5  # Share of it that is not small, and of its rows that are still of captures
 _ALIGNED = 64  # Arrays begin at multiples of so many bytes of a file
 
 _FORMAT = 2  # Version of the files' format
@@ -164,7 +165,7 @@ def cached_segment_rows(
 
 def lacking_rows(store: Store, kind: str) -> dict[int, Motion]:
     """Motions of the captures whose rows are not in the cache, by number."""
-    held = {mark for batch in _load_batches(store, kind) for mark in batch.marks}
+    held = {mark for batch in _load_batches(store, kind) for mark in batch.marks.tolist()}
     new = [number for number, mark in _marks(store, _CAPTURES).items() if mark not in held]
     return dict(readable_motions(store, new))
 
@@ -185,9 +186,9 @@ def readable_motions(store: Store, numbers: Iterable[int]) -> Iterator[tuple[int
 class _Batch:
     """Rows of some captures, end to end, in a file or in memory."""
 
-    marks: list[int]
+    marks: IntArray  # (captures,)
     bounds: IntArray  # (captures + 1,): those with the nth mark are from bounds[n] to bounds[n + 1]
-    values: list[float]
+    values: FloatArray  # (captures,)
     rows: NDArray[Any]
     name: str = ""  # Of the file
     checksum: int | None = None  # That its rows should have
@@ -197,12 +198,14 @@ class _Batch:
 
     def places(self, numbers: Mapping[int, int]) -> list[tuple[int, int]]:
         """Place and number of the captures whose mark -> number is known."""
-        return [(n, numbers[mark]) for n, mark in enumerate(self.marks) if mark in numbers]
+        marks = enumerate(self.marks.tolist())
+        return [(n, numbers[mark]) for n, mark in marks if mark in numbers]
 
-    def live_bytes(self, numbers: Mapping[int, int]) -> int:
-        """Bytes of the rows of these captures."""
-        n_rows = sum(int(self.bounds[n + 1] - self.bounds[n]) for n, _ in self.places(numbers))
-        return n_rows * self.rows.shape[1] * self.rows.itemsize
+    def share(self, numbers: Mapping[int, int]) -> float:
+        """The share of the rows that belong to these captures."""
+        sizes = np.diff(self.bounds)
+        live = sum(int(sizes[n]) for n, _ in self.places(numbers))
+        return live / len(self.rows) if len(self.rows) else 1.0
 
 
 def _cached(
@@ -216,21 +219,20 @@ def _cached(
 ) -> CaptureRows:
     """Rows of captures, given by number -> mark (:func:`_marks`)."""
     batches = _load_batches(store, kind)
-    held = {mark for batch in batches for mark in batch.marks}
+    held = {mark for batch in batches for mark in batch.marks.tolist()}
     new = _make_some([n for n, mark in marks.items() if mark not in held], make, ready)
     if not may_write or store.in_transaction:
         batches += _to_batches(marks, new)
         return _join(store, batches, marks, make)
     numbers = {mark: number for number, mark in marks.items()}
-    first = next(new, None)
-    sizes = {batch.name: batch.live_bytes(numbers) for batch in batches}
-    worn = any(2 * sizes[batch.name] < batch.rows.nbytes for batch in batches)
-    if first is None and not worn:
+    shares = [(batch, batch.share(numbers)) for batch in batches]
+    first = list(islice(new, 1))
+    if not first and all(share >= _LEAST for _, share in shares):
         return _join(store, batches, marks, make)
-    kept = [b for b in batches if 2 * sizes[b.name] >= max(b.rows.nbytes, _BATCH)]
+    kept = [b for b, share in shares if share >= _LEAST <= share * b.rows.nbytes / _BATCH]
     small = [batch for batch in batches if batch not in kept]
     former = chain.from_iterable(_live_rows(batch, numbers, make) for batch in small)
-    for batch in _to_batches(marks, chain(former, [] if first is None else [first], new)):
+    for batch in _to_batches(marks, chain(former, first, new)):
         kept.append(_keep(store, kind, batch))
     current = {batch.name for batch in kept}
     if "" not in current:  # else there is no room
@@ -257,7 +259,7 @@ def _live_rows(batch: _Batch, numbers: Mapping[int, int], make: Make) -> Iterato
         yield from _make_some([number for _, number in places], make, {})
         return
     for n, number in places:
-        yield number, (batch.rows[bounds[n] : bounds[n + 1]], batch.values[n])
+        yield number, (batch.rows[bounds[n] : bounds[n + 1]], float(batch.values[n]))
 
 
 def _to_batches(marks: Mapping[int, int], parts: Iterable[tuple[int, Made]]) -> Iterator[_Batch]:
@@ -274,19 +276,18 @@ def _to_batches(marks: Mapping[int, int], parts: Iterable[tuple[int, Made]]) -> 
 
 
 def _to_batch(marks: Mapping[int, int], made: Mapping[int, Made]) -> _Batch:
-    bounds = np.cumsum([0, *(len(rows) for rows, _ in made.values())]).astype(np.int64)
-    rows = np.concatenate([rows for rows, _ in made.values()])
-    return _Batch([marks[n] for n in made], bounds, [value for _, value in made.values()], rows)
+    rows, values = zip(*made.values())
+    return _Batch(
+        np.array([marks[number] for number in made], dtype=np.int64),
+        np.cumsum([0, *map(len, rows)], dtype=np.int64),
+        np.array(values, dtype=np.float64),
+        np.concatenate(rows),
+    )
 
 
 def _keep(store: Store, kind: str, batch: _Batch) -> _Batch:
     """The batch as a file, or as it is where none can be written."""
-    arrays = {
-        "marks": np.array(batch.marks, dtype=np.int64),
-        "bounds": batch.bounds,
-        "values": np.array(batch.values, dtype=np.float64),
-        "rows": batch.rows,
-    }
+    arrays = {name: getattr(batch, name) for name in ("marks", "bounds", "values", "rows")}
     with suppress(*_UNUSABLE), _cache(store, make=True) as folder:
         return _read_batch(folder, _write(folder, kind, _key(), arrays))
     return batch
@@ -304,10 +305,9 @@ def _load_batches(store: Store, kind: str) -> list[_Batch]:
 
 def _read_batch(folder: OwnFolder, name: str) -> _Batch:
     arrays, sums = _read(folder, name)
-    rows, checksum = arrays.pop("rows"), sums.pop("rows")
+    rows = arrays.pop("rows")
     _check(arrays, sums)
-    marks, values = arrays["marks"].tolist(), arrays["values"].tolist()
-    return _Batch(marks, arrays["bounds"], values, rows, name, checksum)
+    return _Batch(rows=rows, name=name, checksum=sums["rows"], **arrays)
 
 
 def _join(

@@ -50,7 +50,10 @@ class JoinedRows(NDArrayOperatorsMixin):
         self._parts, self._columns, self.dtype = parts, slice(None), like.dtype
         self._which, self._bounds = which[starts], np.append(bounds[starts], bounds[-1])
         self._shifts = firsts[starts] - bounds[starts]  # from a row to the one of its part
-        self._edges = self._bounds.tolist()
+        self._edges, self._runs = (
+            self._bounds.tolist(),
+            list(zip(self._which.tolist(), self._shifts.tolist())),
+        )
         self.shape = (int(bounds[-1]), like.shape[1])
 
     def columns(self, low: int, high: int) -> JoinedRows:
@@ -75,8 +78,8 @@ class JoinedRows(NDArrayOperatorsMixin):
         pieces = list[NDArray[Any]]()
         run = bisect_right(self._edges, start) - 1
         while start < stop:
-            end, shift = min(stop, self._edges[run + 1]), int(self._shifts[run])
-            pieces.append(self._parts[self._which[run]]()[start + shift : end + shift])
+            end, (part, shift) = min(stop, self._edges[run + 1]), self._runs[run]
+            pieces.append(self._parts[part]()[start + shift : end + shift])
             start, run = end, run + 1
         if not pieces:
             return np.empty((0, self.shape[1]), self.dtype)
