@@ -12,7 +12,9 @@ DuckDB may crash on a file that is damaged in a way it does not expect: to check
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from functools import cache
+from typing import Any
 
 import duckdb
 import numpy as np
@@ -87,7 +89,7 @@ def check_store(store: Store, *, sources: bool = False) -> list[str]:
             except StoreError as error:
                 faults.append(str(error))
                 missing += [file.file_id] if isinstance(error, PlaceError) else []
-        loads = (_check_poses, load_part, load_source)
+        loads: Sequence[Callable[[Store, Any], object]] = (_check_poses, load_part, load_source)
         for load, query in zip(loads, _READ if sources else _READ[:2]):
             for value in store.connection.column(query, [missing]):
                 try:

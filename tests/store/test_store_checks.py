@@ -265,3 +265,10 @@ def test_every_table_that_was_learned_belongs_to_the_run_of_learn() -> None:
         sentence.partition(":")[0] for sentence, _, _ in checks._rules() if "of learn" in sentence
     ]
     assert told == list(learned.TABLES)
+
+
+def test_every_rule_tells_what_its_query_gives(database: store.Store) -> None:
+    for sentence, query, _ in checks._rules():
+        columns = database.connection.execute(f"DESCRIBE {query}").fetchall()
+        assert sentence.count("{}") == len(columns), sentence
+        assert "{" not in sentence.replace("{}", "") + query

@@ -224,14 +224,20 @@ def _cached(
     if not may_write or store.in_transaction:
         batches += _to_batches(marks, new)
         return _join(store, batches, marks, make)
-    numbers = {mark: number for number, mark in marks.items()}
-    shares = [(batch, batch.share(numbers)) for batch in batches]
-    first = list(islice(new, 1))
-    if not first and all(share >= _LEAST for _, share in shares):
+    left, first = {mark: number for number, mark in marks.items()}, list(islice(new, 1))
+    kept, small, is_worn = list[_Batch](), list[Iterator[tuple[int, Made]]](), False
+    # The largest first: after a kill, smaller ones may hold a capture once more
+    for batch in sorted(batches, key=lambda one: -len(one.rows)):
+        own = {mark: left.pop(mark) for mark in batch.marks.tolist() if mark in left}
+        share = batch.share(own)
+        is_worn |= share < _LEAST
+        if share >= _LEAST <= share * batch.rows.nbytes / _BATCH:
+            kept.append(batch)
+        else:
+            small.append(_live_rows(batch, own, make))
+    if not (first or is_worn):
         return _join(store, batches, marks, make)
-    kept = [b for b, share in shares if share >= _LEAST <= share * b.rows.nbytes / _BATCH]
-    small = [batch for batch in batches if batch not in kept]
-    former = chain.from_iterable(_live_rows(batch, numbers, make) for batch in small)
+    former = chain.from_iterable(small)
     for batch in _to_batches(marks, chain(former, first, new)):
         kept.append(_keep(store, kind, batch))
     current = {batch.name for batch in kept}
@@ -248,8 +254,10 @@ def _make_some(
     for first in range(0, len(numbers), _AT_ONCE):
         some = numbers[first : first + _AT_ONCE]
         new = [number for number in some if number not in ready]
-        made = {**ready, **(make(new) if new else {})}
-        yield from ((number, made[number]) for number in some if number in made)
+        made = make(new) if new else {}
+        for number in some:  # ready ones may be computed when they are asked for
+            if number in ready or number in made:
+                yield number, ready[number] if number in ready else made[number]
 
 
 def _live_rows(batch: _Batch, numbers: Mapping[int, int], make: Make) -> Iterator[tuple[int, Made]]:

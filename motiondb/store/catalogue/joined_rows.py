@@ -79,12 +79,12 @@ class JoinedRows(NDArrayOperatorsMixin):
         run = bisect_right(self._edges, start) - 1
         while start < stop:
             end, (part, shift) = min(stop, self._edges[run + 1]), self._runs[run]
-            pieces.append(self._parts[part]()[start + shift : end + shift])
+            pieces.append(self._parts[part]()[start + shift : end + shift, self._columns])
             start, run = end, run + 1
         if not pieces:
             return np.empty((0, self.shape[1]), self.dtype)
         whole = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
-        return whole[::step, self._columns]
+        return whole[::step]
 
     def _chosen(self, which: NDArray[Any]) -> NDArray[Any]:
         """Rows by their numbers, or those that are true."""

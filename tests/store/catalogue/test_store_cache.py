@@ -209,6 +209,27 @@ def test_an_interrupt_leaves_what_was_there(full: store.Store, samples: ModuleTy
     assert make.made == [12, 2]
 
 
+def test_what_a_kill_left_beside_its_joined_batch_goes(
+    filled: store.Store, samples: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store.cached_rows(filled, "places", Maker())
+    former = _rows_file(filled)
+    content = former.read_bytes()
+    samples.add(filled, "dddd", n_frames=2)
+    store.cached_rows(filled, "places", Maker())
+    joined = _rows_file(filled)
+    assert joined != former
+    for least in (0, 0.5):  # also where the joined one is full
+        former.write_bytes(content)
+        monkeypatch.setattr("motiondb.store.catalogue.cache._BATCH", 8 * 20 if least else 2**25)
+        make = Maker()
+        held = store.cached_rows(filled, "places", make)
+        np.testing.assert_array_equal(held.rows, _place_rows(filled, [1, 2, 3, 4]))
+        assert make.made == []
+        (file,) = _folder(filled).iterdir()
+        assert file.stat().st_size == joined.stat().st_size
+
+
 def test_damaged_rows_are_made_anew_when_they_are_looked_at(full: store.Store) -> None:
     make = Maker()
     expected = np.array(store.cached_rows(full, "places", make).rows)
