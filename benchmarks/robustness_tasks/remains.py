@@ -59,7 +59,7 @@ def all_files(place: Path) -> set[str]:
 
 def _is_cached(path: Path) -> bool:
     """Whether a file is a whole part of the cache: its names hold random marks."""
-    return path.parent.name.endswith(".cache") and path.suffix in (".npy", ".json")
+    return path.parent.name.endswith(".cache") and path.suffix == ".arrays"
 
 
 def written_files(base: Path, place: Path) -> dict[str, str]:

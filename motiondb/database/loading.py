@@ -98,15 +98,13 @@ def _segment_rows(
 
 def _with_rows(model: LearnedModel, held: store.CaptureRows) -> SegmentTable:
     """The segments of a model with their scores and movement, of which more may be held."""
-    table, rows, n_symbols = model.segments, held.rows, model.symbols.n_symbols
+    table, n_symbols = model.segments, model.symbols.n_symbols
+    parts = ((0, n_symbols), (n_symbols, held.rows.shape[1]))
+    scores, movement = (cast(Float32Array, held.rows.columns(*part)) for part in parts)
     which = np.isin(held.capture_ids, table.capture_ids)
     if not which.all():  # without those of captures that are damaged
-        rows = rows[np.repeat(which, np.diff(held.bounds))]
-    parts = ((0, n_symbols), (n_symbols, rows.shape[1]))
-    if isinstance(rows, store.CheckedRows):
-        scores, movement = (cast(Float32Array, rows.columns(*part)) for part in parts)
-    else:
-        scores, movement = (rows[:, slice(*part)] for part in parts)
+        inside = np.repeat(which, np.diff(held.bounds))
+        scores, movement = scores[inside], movement[inside]
     return replace(table, scores=scores, movement=movement)
 
 
@@ -143,11 +141,11 @@ def segments_of(
         return recognition_features(dict(store.readable_motions(opened, [capture]))[capture])
 
     make = partial(_make_segment_rows, opened, model, features_of)
-    found = store.segment_rows(opened, SEGMENTS, make, captures)
-    table = take_rows(model.segments, np.isin(model.segments.capture_ids, list(found)))
+    found = store.cached_segment_rows(opened, SEGMENTS, make, only=captures)
+    table = take_rows(model.segments, np.isin(model.segments.capture_ids, found.capture_ids))
     n_columns = model.symbols.n_symbols
     none = np.zeros((0, len(model.score_space.mean)), dtype=np.float32)
-    rows = np.concatenate([none, *(rows for rows, _ in found.values())])
+    rows = found.rows[:] if len(found.rows) else none
     return replace(table, scores=rows[:, :n_columns], movement=rows[:, n_columns:])
 
 

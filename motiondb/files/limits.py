@@ -90,16 +90,10 @@ AS_USUAL = ReadOptions()
 
 def check_options(options: ReadOptions, path: object) -> None:
     """Refuse a frame rate or a unit that no capture can have."""
-    fps, unit = options.fps, options.unit
     check_up(options.up, path)
-    if fps is not None and not 0 < fps < float("inf"):
-        raise CaptureError(path, f"expected a frame rate above 0, found {fps:g}. Give another.")
-    if fps is not None and not MIN_FPS <= fps <= MAX_GIVEN_FPS:
-        raise CaptureError(
-            path,
-            f"expected a frame rate from {MIN_FPS:g} to {MAX_GIVEN_FPS:g}, found {fps:g}. "
-            "Give another.",
-        )
+    if options.fps is not None:
+        check_rate(options.fps, path, most=MAX_GIVEN_FPS, advice="Give another.")
+    unit = options.unit
     if unit is not None and not 0 < unit < float("inf"):
         raise CaptureError(
             path, f"expected a length unit above 0 metres, found {unit:g}. Give another."
@@ -118,13 +112,17 @@ def check_up(up: str, where: object) -> str:
     return up
 
 
-def check_rate(fps: float, path: object, what: str = "a frame rate") -> float:
+def check_rate(
+    fps: float,
+    path: object,
+    what: str = "a frame rate",
+    most: float = MAX_FPS,
+    advice: str = "Give the right frame rate with --fps.",
+) -> float:
     """Return the frame rate of a file; CaptureError if no capture has it."""
-    if not MIN_FPS <= fps <= MAX_FPS:
+    if not MIN_FPS <= fps <= most:
         raise CaptureError(
-            path,
-            f"expected {what} from {MIN_FPS:g} to {MAX_FPS:g}, found {fps:g}. "
-            "Give the right frame rate with --fps.",
+            path, f"expected {what} from {MIN_FPS:g} to {most:g}, found {fps:g}. {advice}"
         )
     return fps
 

@@ -17,7 +17,7 @@ import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import BinaryIO, cast
+from typing import BinaryIO
 
 from motiondb.files.safe_files import check_not_held, draft_of, draft_stem, ended_drafts
 
@@ -56,9 +56,7 @@ class OwnFolder:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):  # it was put there meanwhile
             os.close(descriptor)
             raise OSError(errno.EINVAL, "not a file")
-        access = flags & (os.O_RDONLY | os.O_WRONLY | os.O_RDWR)
-        mode = {os.O_RDONLY: "rb", os.O_WRONLY: "wb"}.get(access, "r+b")
-        return cast("BinaryIO", os.fdopen(descriptor, mode))
+        return os.fdopen(descriptor, "wb" if flags & os.O_WRONLY else "rb")
 
     @contextmanager
     def draft(self, name: str) -> Iterator[BinaryIO]:
@@ -80,16 +78,6 @@ class OwnFolder:
             )
         finally:
             self.remove(draft)
-
-    def link(self, name: str, new: str) -> None:
-        """Give a file a second name."""
-        os.link(
-            self._at(name),
-            self._at(new),
-            src_dir_fd=self._descriptor,
-            dst_dir_fd=self._descriptor,
-            follow_symlinks=os.link not in os.supports_follow_symlinks,  # no links of links
-        )
 
     def remove(self, *names: str) -> None:
         """Remove those of some files, or of the links in their place, that can be removed."""

@@ -16,10 +16,12 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Hashable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from operator import add
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
+from typing import TypeVar
 
 from motiondb.body import body
 from motiondb.body.world import UPS
@@ -29,6 +31,8 @@ from motiondb.files.limits import MAX_GIVEN_FPS, MIN_FPS
 from motiondb.files.safe_files import read_bounded
 from motiondb.files.text import MAX_FAULTS, cut, number, quoted
 from motiondb.records import MOTION_FPS, Caption, Event
+
+T = TypeVar("T")
 
 KNOWN = ("file", "words", "start", "end", "performer", "fps", "up", "licence", "skeleton")
 _WORD_COLUMNS = ", ".join(KNOWN)
@@ -167,7 +171,8 @@ def read_sheet(path: Path | str) -> Sheet:
             f"Known columns: {_WORD_COLUMNS}; others are kept as tags."
         )
     check_columns(path, header_number, header)
-    return _gather_words(path, header, rows[1:])
+    advice = " Put text with separators in quotes."
+    return Sheet(str(path), *_gather(path, header, rows[1:], _read_words, _merged, advice))
 
 
 def check_columns(path: Path, line: int, header: list[str]) -> None:
@@ -256,45 +261,40 @@ def _split(path: Path, text: str, delimiter: str) -> Rows:
     return rows
 
 
-def _cells_of(
-    path: Path, header: list[str], rows: Rows, faults: list[str], advice: str = ""
-) -> Iterator[tuple[int, dict[str, str]]]:
-    """Yield the line and the cells by column of every row that is not too long."""
+def _gather(
+    path: Path,
+    header: list[str],
+    rows: Rows,
+    read: Callable[[dict[str, str], int], tuple[str, Hashable, T]],
+    join: Callable[[T, T], T],
+    advice: str = "",
+) -> tuple[dict[str, T], tuple[str, ...]]:
+    """What rows say by capture name, and notes on repeated rows; raise all faults at once.
+
+    `read`: Gives name, what rows that repeat it have too, and entry of the cells and line of a row.
+
+    `join`: Joins two entries of one capture.
+    """
+    entries, seen = dict[str, T](), dict[Hashable, int]()
+    faults, repeats = list[str](), list[str]()
     for line, row in rows:
         if len(row) > len(header):
             faults.append(
                 f"{path}:{line}: expected {len(header)} columns, found {len(row)}.{advice}"
             )
-        else:
-            yield line, {column: cell.strip() for column, cell in zip(header, row)}
-
-
-def _repeats(path: Path, line: int, row: Hashable, seen: dict[Hashable, int]) -> list[str]:
-    """Return a note where a row repeats one that was seen, else none."""
-    first = seen.setdefault(row, line)
-    return [] if first == line else [f"{path}:{line}: repeats line {first} and was left out"]
-
-
-def _gather_words(path: Path, header: list[str], rows: Rows) -> Sheet:
-    """Turn rows into entries; raise all faults at once."""
-    entries: dict[str, SheetEntry] = {}
-    faults: list[str] = []
-    repeats: list[str] = []
-    seen: dict[Hashable, int] = {}
-    advice = " Put text with separators in quotes."
-    for line, cells in _cells_of(path, header, rows, faults, advice):
-        if repeat := _repeats(path, line, tuple(sorted(cells.items())), seen):
-            repeats += repeat
             continue
         try:
-            entry = _entry(cells, line)
-            name = capture_name(entry.file)
-            entries[name] = _merged(entries[name], entry) if name in entries else entry
+            name, same, entry = read({c: cell.strip() for c, cell in zip(header, row)}, line)
+            first = seen.setdefault((name, same), line)
+            if first == line:
+                entries[name] = join(entries[name], entry) if name in entries else entry
+            else:
+                repeats.append(f"{path}:{line}: repeats line {first} and was left out")
         except ValueError as error:
             faults.append(f"{path}:{line}: {error}")
     if faults:
         raise SheetError("\n".join(_listed(faults, "faults like these.")))
-    return Sheet(str(path), entries, tuple(_listed(repeats, "notes like these")))
+    return entries, tuple(_listed(repeats, "notes like these"))
 
 
 def _listed(sentences: list[str], what: str) -> list[str]:
@@ -303,7 +303,7 @@ def _listed(sentences: list[str], what: str) -> list[str]:
     return sentences[:_MAX_LISTED] + ([f"... and {more} more {what}"] if more > 0 else [])
 
 
-def _entry(cells: dict[str, str], line: int) -> SheetEntry:
+def _read_words(cells: dict[str, str], line: int) -> tuple[str, Hashable, SheetEntry]:
     """Turn the cells of a row into an entry."""
     file = cells.get("file", "")
     if not file:
@@ -328,38 +328,33 @@ def _entry(cells: dict[str, str], line: int) -> SheetEntry:
     if up and up not in UPS:
         raise ValueError(f"expected an axis up, one of {', '.join(UPS)}, found {quoted(up)}.")
     skeleton = cells.get("skeleton") or None
-    return SheetEntry(file, line, captions, tags, fps, skeleton, up, (line,) * len(captions))
+    entry = SheetEntry(file, line, captions, tags, fps, skeleton, up, (line,) * len(captions))
+    return capture_name(file), frozenset(cells.items()), entry
+
+
+_ONE = ("fps", "skeleton", "up")  # What a capture has once
 
 
 def _merged(first: SheetEntry, second: SheetEntry) -> SheetEntry:
     """Merge two rows of one file: captions add up, tags are joined, all else must agree."""
-    for what in ("fps", "skeleton", "up"):
-        a, b = getattr(first, what), getattr(second, what)
+    one_of = {what: (getattr(first, what), getattr(second, what)) for what in _ONE}
+    one_of |= {tag: (first.tags.get(tag), second.tags.get(tag)) for tag in ("performer", "licence")}
+    for what, (a, b) in one_of.items():
         if a is not None and b is not None and a != b:
             raise ValueError(
-                f"expected one {what} for {shown_row([first.file])}, found {shown_row([str(b)])} "
-                f"here and {shown_row([str(a)])} at line {first.line}."
+                f"expected one {what} for {shown_row([first.file])}, found {quoted(str(b))} here "
+                f"and {quoted(str(a))} at line {first.line}."
             )
     tags = dict(first.tags)
     for key, value in second.tags.items():
-        if key in ("performer", "licence") and tags.get(key, value) != value:
-            raise ValueError(
-                f"expected one {key} for {shown_row([first.file])}, found {quoted(value)} here "
-                f"and {quoted(tags[key])} at line {first.line}."
-            )
-        if value not in tags.get(key, value).split("; "):
-            tags[key] = f"{tags[key]}; {value}"
-        else:
-            tags.setdefault(key, value)
-    return SheetEntry(
-        first.file,
-        first.line,
-        first.captions + second.captions,
-        tags,
-        first.fps if first.fps is not None else second.fps,
-        first.skeleton or second.skeleton,
-        first.up or second.up,
-        first.lines + second.lines,
+        if value not in tags.setdefault(key, value).split("; "):
+            tags[key] += f"; {value}"
+    return replace(
+        first,
+        captions=first.captions + second.captions,
+        tags=tags,
+        lines=first.lines + second.lines,
+        **{what: b if a is None else a for what, (a, b) in one_of.items() if what in _ONE},
     )
 
 
@@ -428,43 +423,22 @@ def read_event_sheet(path: Path | str) -> EventSheet:
             f"{shown_row(names)}. {_EVENT_COLUMNS}"
         )
     check_columns(path, line, header)
-    return _gather_events(path, header, rows[1:])
+    return EventSheet(str(path), *_gather(path, header, rows[1:], _read_event, add))
 
 
-def _gather_events(path: Path, header: list[str], rows: Rows) -> EventSheet:
-    """Turn rows into events; raise all faults at once."""
-    entries: dict[str, list[tuple[int, Event]]] = {}
-    seen: dict[Hashable, int] = {}
-    faults: list[str] = []
-    repeats: list[str] = []
-    for line, cells in _cells_of(path, header, rows, faults):
-        try:
-            name, event = capture_name(_filled(cells, "file")), _event(cells)
-        except ValueError as error:
-            faults.append(f"{path}:{line}: {error}")
-            continue
-        repeat = _repeats(path, line, (name, event), seen)
-        repeats += repeat
-        if not repeat:
-            entries.setdefault(name, []).append((line, event))
-    if faults:
-        raise SheetError("\n".join(_listed(faults, "faults like these.")))
-    return EventSheet(
-        str(path),
-        {n: tuple(of_one) for n, of_one in entries.items()},
-        tuple(_listed(repeats, "notes like these")),
-    )
-
-
-def _event(cells: dict[str, str]) -> Event:
+def _read_event(
+    cells: dict[str, str], line: int
+) -> tuple[str, Hashable, tuple[tuple[int, Event], ...]]:
     """Turn the cells of a row into an event; ValueError with the fault of the row."""
+    name = capture_name(_filled(cells, "file"))
     joint = cells.get("joint", "")
     if joint and joint not in body.INDEX:
         raise ValueError(
             f"expected a joint of the canonical body, found {quoted(joint)}."
             + (suggestion(joint, body.JOINTS) or f" They are {', '.join(body.JOINTS)}.")
         )
-    return Event(_frame(cells), _filled(cells, "event"), joint, cells.get("other", ""))
+    event = Event(_frame(cells), _filled(cells, "event"), joint, cells.get("other", ""))
+    return name, event, ((line, event),)
 
 
 def _frame(cells: dict[str, str]) -> int:

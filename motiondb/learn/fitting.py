@@ -73,7 +73,7 @@ def fit_model(
             return model
     parts = [pool.features[a:b] for a, b in pairwise(pool.bounds)]
     space = feature_space.fit_feature_space(parts)
-    frames = space.project(np.asarray(pool.features))
+    frames = space.project(pool.features)
     held = spread(frames, pool.bounds, workers)
     acquired = acquire_symbols(held, pool, rng, settings, tell)
     tell("scoring", 0.0)
@@ -144,7 +144,7 @@ def _fit_with_start(
     """
     first = started.knowledge
     tell("cutting", 0.0)
-    frames = first.feature_space.project(np.asarray(pool.features))
+    frames = first.feature_space.project(pool.features)
     held = spread(frames, pool.bounds, workers)
     cutting = acquisition.recut(held, pool.bounds, first.symbols, first.cutting)
     tell("scoring", 0.0)

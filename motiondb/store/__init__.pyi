@@ -34,9 +34,6 @@ from .catalogue.cache import (
     CaptureRows as CaptureRows,
 )
 from .catalogue.cache import (
-    CheckedRows as CheckedRows,
-)
-from .catalogue.cache import (
     Made as Made,
 )
 from .catalogue.cache import (
@@ -59,9 +56,6 @@ from .catalogue.cache import (
 )
 from .catalogue.cache import (
     readable_motions as readable_motions,
-)
-from .catalogue.cache import (
-    segment_rows as segment_rows,
 )
 from .catalogue.captures import (
     load_capture as load_capture,

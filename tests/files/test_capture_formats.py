@@ -97,5 +97,5 @@ def test_refusals(tmp_path: Path) -> None:
         read_capture_bytes(b"x", "htr", path="a.htr")
     assert str(caught.value) == "a.htr: expected a known format, found 'htr'."
     for fps in (0.0, -1.0, float("nan"), float("inf")):
-        with pytest.raises(CaptureError, match="expected a frame rate above 0, found"):
+        with pytest.raises(CaptureError, match="expected a frame rate from 1 to 10000, found"):
             read_capture_bytes(b"x", "bvh", path="a.bvh", options=ReadOptions(fps=fps))

@@ -22,7 +22,7 @@ from motiondb.records import Motion
 def cached(database: Path) -> set[str]:
     """Kinds of arrays in the cache beside a database."""
     folder = database.with_name(f"{database.name}.cache")
-    return {path.name.split("-")[0] for path in folder.glob("*.json")}
+    return {path.name.split("-")[0] for path in folder.glob("*.arrays")}
 
 
 def test_what_examples_need_is_computed_before_the_first_example(learned_copy: Path) -> None:

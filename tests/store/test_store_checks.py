@@ -14,7 +14,7 @@ import pytest
 
 from motiondb import store
 from motiondb.errors import StoreError
-from motiondb.store import DamagedFileError, checks, grammars, learned, scenes
+from motiondb.store import DamagedFileError, checks, learned
 from motiondb.store.connection.migrations import present_schema
 from motiondb.store.poses import POSE_SIZE, pack_poses
 
@@ -255,5 +255,20 @@ def test_every_row_of_a_run_is_checked() -> None:
         written.execute(present_schema())
         query = "SELECT table_name FROM duckdb_columns() WHERE column_name = 'run_id'"
         named = {row[0] for row in written.execute(query).fetchall()}
-    ours = (*learned.TABLES, *learned.SEGMENT_TABLES, *grammars.TABLES, *scenes.TABLES)
+    asked = "\n".join(query for _, query, _ in checks._rules())
+    ours = {table for table in named if f"FROM {table}\n    WHERE run_id NOT IN" in asked}
     assert named == {"run", "capture", "edit", *ours}
+
+
+def test_every_table_that_was_learned_belongs_to_the_run_of_learn() -> None:
+    told = [
+        sentence.partition(":")[0] for sentence, _, _ in checks._rules() if "of learn" in sentence
+    ]
+    assert told == list(learned.TABLES)
+
+
+def test_every_rule_tells_what_its_query_gives(database: store.Store) -> None:
+    for sentence, query, _ in checks._rules():
+        columns = database.connection.execute(f"DESCRIBE {query}").fetchall()
+        assert sentence.count("{}") == len(columns), sentence
+        assert "{" not in sentence.replace("{}", "") + query

@@ -156,15 +156,15 @@ def test_a_failing_save_keeps_the_grammar_before(filled: store.Store, samples: M
         ),
         (
             "UPDATE terminal SET run_id = 1",
-            "terminal: expected rows of the run of its grammar, found 3 others.",
+            "terminal: expected rows of a grammar and of its run, found 3 others.",
         ),
         (
             "UPDATE sentence SET grammar_id = 9",
-            "sentence: expected rows of a grammar, found 2 others.",
+            "sentence: expected rows of a grammar and of its run, found 2 others.",
         ),
         (
             "UPDATE derivation SET capture_id = 1",
-            "derivation: expected rows of a generated capture, found 1 others.",
+            "derivation: expected rows of a grammar and of a generated capture, found 1 others.",
         ),
         (
             "UPDATE run SET finished = NULL WHERE kind = 'grammar'",

@@ -88,7 +88,10 @@ def test_nothing_is_left_of_a_scene_that_failed(opened: store.Store) -> None:
         ("DELETE FROM scene_ball WHERE frame = 0", "scene play: expected its ball in every frame"),
         ("UPDATE scene_rule SET player = 'B9'", "scene play: expected rules about its players"),
         ("UPDATE scene_player SET capture_id = 7", "scene play: expected captures that were gen"),
-        ("UPDATE scene_ball SET scene_id = 9", "scene_ball: expected rows of a scene, found 2"),
+        (
+            "UPDATE scene_ball SET scene_id = 9",
+            "scene_ball: expected rows of a scene and of its run, found 2",
+        ),
         ("UPDATE scene_rule SET run_id = 9", "scene_rule: expected rows of a finished run"),
     ],
 )

@@ -242,7 +242,8 @@ class _Adding:
         from motiondb.database.catalogue import copy_search  # compiled code
 
         opened, sheets, settings = self.opened, self.sheets, self.settings
-        outlines, made = copy_search.load_outlines(opened), dict[int, copy_search.Made]()
+        made = dict[int, copy_search.Made]()
+        copy_search.load_outlines(opened)  # keeps them: within a transaction nothing is kept
         with store.transaction(opened):
             chosen = _sort_readings(opened, readings, settings.replace)
             part = _report_known(opened, sheets, chosen, faults)
@@ -254,9 +255,7 @@ class _Adding:
                     store.fill_in(opened, source)
                 part = _save(opened, sheets, settings, chosen, part, run_id)
             if chosen.new:
-                found, made = copy_search.find_relations(
-                    opened, set(part.added), outlines, self.workers
-                )
+                found, made = copy_search.find_relations(opened, set(part.added), self.workers)
                 store.save_relations(opened, found)
                 part = replace(part, relations=tuple(found))
             self._save_notes()

@@ -1,37 +1,35 @@
 """Arrays of all motions, memory-mapped from files beside the database.
 
-The folder ``motions.duckdb.cache/`` holds the arrays as ``KIND-REVISION-NAME.npy``. A list,
-``KIND-REVISION.json``, gives their names, shapes, types and checksums; it is written last. The
-revision is a random mark that the store renews with every change of its motions, or a digest of it
-and of what else the arrays follow from. Each file is written under a temporary name, flushed to the
-disk, and renamed.
+The folder ``motions.duckdb.cache/`` holds files ``KIND-KEY-DIGEST.arrays``. A file is written once,
+under a temporary name, flushed to the disk, and renamed. It has a head, which gives names, shapes,
+types and checksums of its arrays, and the arrays themselves. DIGEST is that of the head. KEY is a
+digest of what the arrays follow from, such as the random mark that the store renews with every
+change of its motions.
 
-An array that does not match its list is rebuilt from the store, so the folder can be deleted or
+Rows that belong to captures lie in batches, one file each, where every capture has a mark: a digest
+of its number, its file, and the run that made it. New captures make a new batch. Then, or where
+more than half of a batch belongs to captures that were removed, small batches are joined.
+
+An array that does not match its head is rebuilt from the store, so the folder can be deleted or
 damaged at any time. If the folder cannot be written, the arrays stay in memory. No link is
 followed, to the folder or in it (:mod:`motiondb.files.own_folder`).
 
-The file of rows that belong to captures grows at its end when captures are added: it gets a second
-name, that of the new list, and the former list still holds for the rows before.
-
 The checksums are compared whenever arrays are mapped, once for each opening of a database; those of
-rows that belong to captures when the rows of a capture are looked at
-(:mod:`motiondb.store.catalogue.checked_rows`).
+a batch when its rows are looked at.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-import os
 import re
-import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
-from itertools import islice, pairwise
-from threading import Lock
+from functools import cache, partial
+from itertools import chain, islice
 from types import MappingProxyType
-from typing import Any, BinaryIO, Literal
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,20 +39,19 @@ from motiondb.files.own_folder import OwnFolder, own_folder
 from motiondb.files.safe_files import MOST_TEXT
 from motiondb.records import FloatArray, IntArray, Motion
 from motiondb.store.catalogue.captures import load_motion
-from motiondb.store.catalogue.checked_rows import CheckedRows, page_checksum
+from motiondb.store.catalogue.joined_rows import JoinedRows, page_checksum
 from motiondb.store.connection.faults import DamagedMotionError
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.migrations import motiondb_version
 from motiondb.store.connection.transactions import read_meta
 
 Arrays = dict[str, NDArray[Any]]
-_NONE: Mapping[str, NDArray[Any]] = MappingProxyType({})
 _AT_ONCE = 64  # Captures whose rows are made together: bounds memory
+_BATCH = 2**25  # Bytes of rows after which a batch is closed
+_LEAST = 0.5  # Share of it that is not small, and of its rows that are still of captures
+_ALIGNED = 64  # Arrays begin at multiples of so many bytes of a file
 
-_FORMAT = 1  # Version of the list's format
-_parsing = Lock()
-"""Held while a head is parsed: Python 3.11 can fail where two threads parse at once
-(https://github.com/python/cpython/issues/106905)."""
+_FORMAT = 2  # Version of the files' format
 _UNUSABLE = (OSError, ValueError, EOFError, KeyError, TypeError, AttributeError)
 """Exceptions that reading a missing or damaged file raises."""
 
@@ -94,13 +91,16 @@ def cached_arrays(
     """
     if store.in_transaction:
         return dict(build())  # the transaction may yet be rolled back
-    stem = _stem(store, kind, mark, of_motions)
-    with suppress(*_UNUSABLE), _cache(store) as folder:
-        return _read_arrays(folder, stem)
+    key = _key(read_meta(store, "motion_revision") if of_motions else "", mark)
+    with suppress(OSError), _cache(store) as folder:
+        for name in _names(folder, kind, key):
+            with suppress(*_UNUSABLE):
+                return _read_whole(folder, name)
     arrays = dict(build())
     with suppress(*_UNUSABLE), _cache(store, make=True) as folder:
-        _write_arrays(folder, kind, stem, arrays)
-        return _read_arrays(folder, stem)
+        name = _write(folder, kind, key, arrays)
+        _remove_all_but(folder, kind, {name})
+        return _read_whole(folder, name)
     return arrays
 
 
@@ -110,7 +110,7 @@ class CaptureRows:
 
     capture_ids: IntArray  # (captures,): their numbers, ascending; none whose motion is damaged
     bounds: IntArray  # (captures + 1,): capture n has the rows from bounds[n] to bounds[n + 1]
-    rows: NDArray[Any] | CheckedRows  # (rows, columns)
+    rows: JoinedRows  # (rows, columns)
     values: FloatArray  # (captures,): one number of every capture
 
 
@@ -128,9 +128,8 @@ def cached_rows(
 ) -> CaptureRows:
     """Rows that follow from the motion of each capture alone, from the cache where possible.
 
-    When captures are added or removed, the rows of the others are taken from the former cache: only
-    those of new captures are made. Rows of a former cache are used only for a capture with the same
-    number, file, and run that added it. Within a transaction the cache is read but not written.
+    Only those of new captures are made. Rows are used only for a capture with the same number,
+    file, and run that added it. Within a transaction the cache is read but not written.
 
     `make`: Makes rows and number of some motions, in their order.
 
@@ -141,74 +140,39 @@ def cached_rows(
         motions = dict(readable_motions(store, numbers))
         return dict(zip(motions, make(list(motions.values()))))
 
-    return _cached(store, kind, _CAPTURES, "", of_captures, ready)
+    return _cached(store, kind, _marks(store, _CAPTURES), of_captures, ready)
 
 
 def cached_segment_rows(
-    store: Store, kind: str, make: Make, ready: Mapping[int, Made] = MappingProxyType({})
+    store: Store,
+    kind: str,
+    make: Make,
+    ready: Mapping[int, Made] = MappingProxyType({}),
+    only: Iterable[int] | None = None,
 ) -> CaptureRows:
     """As :func:`cached_rows`, of rows that follow from the motion and the segments of a capture.
 
-    Rows of a former cache are used for a capture whose segments are of the same run.
+    Rows are used for a capture whose segments are of the same run.
+
+    `only`: The numbers of captures; then nothing is written.
     """
-    revision = read_meta(store, "segment_revision")
-    return _cached(store, kind, _SEGMENTS, revision, make, ready)
-
-
-def segment_rows(store: Store, kind: str, make: Make, numbers: Iterable[int]) -> dict[int, Made]:
-    """Rows of :func:`cached_segment_rows` of some captures: from the newest cache, or made."""
-    marks, wanted = _marks(store, _SEGMENTS), set(numbers)
-    some = {number: mark for number, mark in marks.items() if number in wanted}
-    return _in_memory(some, _former_rows(store, kind), make)
-
-
-def _cached(
-    store: Store,
-    kind: str,
-    captures: str,
-    mark: str,
-    make: Make,
-    ready: Mapping[int, Made],
-) -> CaptureRows:
-    """Rows of the captures that a query gives with what tells them apart (:func:`_marks`)."""
-    stem = _stem(store, kind, mark)
-
-    def mended(number: int) -> NDArray[Any]:
-        with suppress(OSError), _cache(store) as folder:
-            folder.remove(f"{stem}.json")
-        made = make([number])
-        if number not in made:
-            load_motion(store, number)  # tells the damage of the motion
-        return made[number][0]
-
-    if not store.in_transaction:
-        with suppress(*_UNUSABLE), _cache(store) as folder:
-            held = _to_capture_rows(_read_arrays(folder, stem), mended)
-            if _is_whole(store, captures, held.capture_ids, make):
-                return held
-    marks = _marks(store, captures)
-    newest = _newest(store, kind)
-    former = _rows_in(newest)
-    if not store.in_transaction and marks:
-        with suppress(*_UNUSABLE), _cache(store, make=True) as folder:
-            begun, new = _begin_with_former(folder, newest, stem, marks, make)
-            _write_rows(folder, kind, stem, marks, _rows_of(new, former, make, ready), begun)
-            return _to_capture_rows(_read_arrays(folder, stem), mended)
-    made = _in_memory(marks, former, make, ready)
-    sizes = [len(rows) for rows, _ in made.values()]
-    bounds = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
-    rows = np.concatenate([rows for rows, _ in made.values()]) if made else np.zeros((0, 0))
-    values = np.array([value for _, value in made.values()], dtype=np.float64)
-    return CaptureRows(np.array(list(made), dtype=np.int64), bounds, rows, values)
+    marks = _marks(store, _SEGMENTS)
+    if only is not None:
+        wanted = set(only)
+        marks = {number: mark for number, mark in marks.items() if number in wanted}
+    return _cached(store, kind, marks, make, ready, may_write=only is None)
 
 
 def lacking_rows(store: Store, kind: str) -> dict[int, Motion]:
     """Motions of the captures whose rows are not in the cache, by number."""
-    if is_cached(store, kind):
-        return {}
-    former = _former_rows(store, kind)
-    new = [number for number, mark in _marks(store, _CAPTURES).items() if mark not in former]
+    held = {mark for batch in _load_batches(store, kind) for mark in batch.marks.tolist()}
+    new = [number for number, mark in _marks(store, _CAPTURES).items() if mark not in held]
     return dict(readable_motions(store, new))
+
+
+def is_cached(store: Store, kind: str) -> bool:
+    """Whether the cache holds rows of captures; they may yet prove to be damaged."""
+    return bool(_load_batches(store, kind))
 
 
 def readable_motions(store: Store, numbers: Iterable[int]) -> Iterator[tuple[int, Motion]]:
@@ -218,26 +182,192 @@ def readable_motions(store: Store, numbers: Iterable[int]) -> Iterator[tuple[int
             yield number, load_motion(store, number)
 
 
-def _to_capture_rows(arrays: Arrays, mended: Callable[[int], NDArray[Any]]) -> CaptureRows:
-    """The rows of a cache; those of a damaged capture are made by its number."""
-    numbers, bounds = arrays["capture_ids"], arrays["bounds"]
-    checked = CheckedRows(
-        arrays["rows"], bounds, arrays["sums"], lambda place: mended(int(numbers[place]))
+@dataclass(frozen=True, eq=False)
+class _Batch:
+    """Rows of some captures, end to end, in a file or in memory."""
+
+    marks: IntArray  # (captures,)
+    bounds: IntArray  # (captures + 1,): those with the nth mark are from bounds[n] to bounds[n + 1]
+    values: FloatArray  # (captures,)
+    rows: NDArray[Any]
+    name: str = ""  # Of the file
+    checksum: int | None = None  # That its rows should have
+
+    def is_sound(self) -> bool:
+        return self.checksum is None or page_checksum(self.rows) == self.checksum
+
+    def places(self, numbers: Mapping[int, int]) -> list[tuple[int, int]]:
+        """Place and number of the captures whose mark -> number is known."""
+        marks = enumerate(self.marks.tolist())
+        return [(n, numbers[mark]) for n, mark in marks if mark in numbers]
+
+    def share(self, numbers: Mapping[int, int]) -> float:
+        """The share of the rows that belong to these captures."""
+        sizes = np.diff(self.bounds)
+        live = sum(int(sizes[n]) for n, _ in self.places(numbers))
+        return live / len(self.rows) if len(self.rows) else 1.0
+
+
+def _cached(
+    store: Store,
+    kind: str,
+    marks: Mapping[int, int],
+    make: Make,
+    ready: Mapping[int, Made],
+    *,
+    may_write: bool = True,
+) -> CaptureRows:
+    """Rows of captures, given by number -> mark (:func:`_marks`)."""
+    batches = _load_batches(store, kind)
+    held = {mark for batch in batches for mark in batch.marks.tolist()}
+    new = _make_some([n for n, mark in marks.items() if mark not in held], make, ready)
+    if not may_write or store.in_transaction:
+        batches += _to_batches(marks, new)
+        return _join(store, batches, marks, make)
+    left, first = {mark: number for number, mark in marks.items()}, list(islice(new, 1))
+    kept, small, is_worn = list[_Batch](), list[Iterator[tuple[int, Made]]](), False
+    # The largest first: after a kill, smaller ones may hold a capture once more
+    for batch in sorted(batches, key=lambda one: -len(one.rows)):
+        own = {mark: left.pop(mark) for mark in batch.marks.tolist() if mark in left}
+        share = batch.share(own)
+        is_worn |= share < _LEAST
+        if share >= _LEAST <= share * batch.rows.nbytes / _BATCH:
+            kept.append(batch)
+        else:
+            small.append(_live_rows(batch, own, make))
+    if not (first or is_worn):
+        return _join(store, batches, marks, make)
+    former = chain.from_iterable(small)
+    for batch in _to_batches(marks, chain(former, first, new)):
+        kept.append(_keep(store, kind, batch))
+    current = {batch.name for batch in kept}
+    if "" not in current:  # else there is no room
+        with suppress(OSError), _cache(store) as folder:
+            _remove_all_but(folder, kind, current)
+    return _join(store, kept, marks, make)
+
+
+def _make_some(
+    numbers: Sequence[int], make: Make, ready: Mapping[int, Made]
+) -> Iterator[tuple[int, Made]]:
+    """Rows and number of captures, made a few captures at a time."""
+    for first in range(0, len(numbers), _AT_ONCE):
+        some = numbers[first : first + _AT_ONCE]
+        new = [number for number in some if number not in ready]
+        made = make(new) if new else {}
+        for number in some:  # ready ones may be computed when they are asked for
+            if number in ready or number in made:
+                yield number, ready[number] if number in ready else made[number]
+
+
+def _live_rows(batch: _Batch, numbers: Mapping[int, int], make: Make) -> Iterator[tuple[int, Made]]:
+    """Rows and number of the captures of a batch; made anew where it is damaged."""
+    places, bounds = batch.places(numbers), batch.bounds
+    if not batch.is_sound():
+        yield from _make_some([number for _, number in places], make, {})
+        return
+    for n, number in places:
+        yield number, (batch.rows[bounds[n] : bounds[n + 1]], float(batch.values[n]))
+
+
+def _to_batches(marks: Mapping[int, int], parts: Iterable[tuple[int, Made]]) -> Iterator[_Batch]:
+    """Join rows of captures until a batch is full."""
+    some, n_bytes = dict[int, Made](), 0
+    for number, made in parts:
+        some[number] = made
+        n_bytes += made[0].nbytes
+        if n_bytes >= _BATCH:
+            yield _to_batch(marks, some)
+            some, n_bytes = {}, 0
+    if some:
+        yield _to_batch(marks, some)
+
+
+def _to_batch(marks: Mapping[int, int], made: Mapping[int, Made]) -> _Batch:
+    rows, values = zip(*made.values())
+    return _Batch(
+        np.array([marks[number] for number in made], dtype=np.int64),
+        np.cumsum([0, *map(len, rows)], dtype=np.int64),
+        np.array(values, dtype=np.float64),
+        np.concatenate(rows),
     )
-    return CaptureRows(numbers, bounds, checked, arrays["values"])
+
+
+def _keep(store: Store, kind: str, batch: _Batch) -> _Batch:
+    """The batch as a file, or as it is where none can be written."""
+    arrays = {name: getattr(batch, name) for name in ("marks", "bounds", "values", "rows")}
+    with suppress(*_UNUSABLE), _cache(store, make=True) as folder:
+        return _read_batch(folder, _write(folder, kind, _key(), arrays))
+    return batch
+
+
+def _load_batches(store: Store, kind: str) -> list[_Batch]:
+    """The batches of rows that can be read; the rows themselves are not looked at."""
+    batches = list[_Batch]()
+    with suppress(OSError), _cache(store) as folder:
+        for name in _names(folder, kind, _key()):
+            with suppress(*_UNUSABLE):
+                batches.append(_read_batch(folder, name))
+    return batches
+
+
+def _read_batch(folder: OwnFolder, name: str) -> _Batch:
+    arrays, sums = _read(folder, name)
+    rows = arrays.pop("rows")
+    _check(arrays, sums)
+    return _Batch(rows=rows, name=name, checksum=sums["rows"], **arrays)
+
+
+def _join(
+    store: Store, batches: Sequence[_Batch], marks: Mapping[int, int], make: Make
+) -> CaptureRows:
+    """The rows of the captures that have some, in their order."""
+    numbers = {mark: number for number, mark in marks.items()}
+    batches = [batch for batch in batches if batch.places(numbers)]
+    found = {
+        number: (which, n)
+        for which, batch in enumerate(batches)
+        for n, number in batch.places(numbers)
+    }
+    order = sorted(found)
+    places = [found[number] for number in order]
+    firsts, ends = (
+        np.array([batches[which].bounds[n + k] for which, n in places], dtype=np.int64)
+        for k in (0, 1)
+    )
+
+    @cache
+    def rows_of(which: int) -> NDArray[Any]:
+        return _mended(store, batches[which], numbers, make)
+
+    rows = JoinedRows(
+        [partial(rows_of, which) for which in range(len(batches))],
+        batches[0].rows if batches else np.zeros((0, 0)),
+        np.array([which for which, _ in places], dtype=np.int64),
+        firsts,
+        bounds := np.append(0, np.cumsum(ends - firsts)).astype(np.int64),
+    )
+    values = np.array([batches[which].values[n] for which, n in places], dtype=np.float64)
+    return CaptureRows(np.array(order, dtype=np.int64), bounds, rows, values)
+
+
+def _mended(store: Store, batch: _Batch, numbers: Mapping[int, int], make: Make) -> NDArray[Any]:
+    """The rows of a batch; of a damaged one they are made anew, and its file is removed."""
+    if batch.is_sound():
+        return batch.rows
+    with suppress(OSError), _cache(store) as folder:
+        folder.remove(batch.name)
+    rows, made = np.zeros_like(batch.rows), make([number for _, number in batch.places(numbers)])
+    for n, number in batch.places(numbers):
+        if number not in made:
+            load_motion(store, number)  # tells the damage of the motion
+        rows[batch.bounds[n] : batch.bounds[n + 1]] = made[number][0]
+    return rows
 
 
 _CAPTURES = "SELECT capture_id, sha256, run_id FROM capture ORDER BY capture_id"
 _SEGMENTS = "SELECT DISTINCT capture_id, '', run_id FROM segment ORDER BY capture_id"
 """What tells the motions, and the segments, of captures from all others."""
-
-
-def _is_whole(store: Store, captures: str, held: IntArray, make: Make) -> bool:
-    """Whether a cache has all captures but those whose motions still cannot be read."""
-    if store.connection.value(f"SELECT count(*) FROM ({captures})") == len(held):
-        return True
-    lacking = set(store.connection.column(captures)) - set(held.tolist())
-    return not make(sorted(lacking))
 
 
 def _marks(store: Store, captures: str) -> dict[int, int]:
@@ -254,280 +384,78 @@ def _marks(store: Store, captures: str) -> dict[int, int]:
     }
 
 
-@dataclass(frozen=True, eq=False)
-class _Former:
-    """Rows of a capture in a former cache, which are not checked yet."""
-
-    rows: NDArray[Any]
-    value: float
-    checksum: int
-
-    @property
-    def is_sound(self) -> bool:
-        return page_checksum(self.rows) == self.checksum
-
-
-def _former_rows(store: Store, kind: str) -> dict[int, _Former]:
-    """Mark of a capture -> its rows in the newest cache that can be read."""
-    return _rows_in(_newest(store, kind))
-
-
-_Newest = tuple[str, Arrays] | None
-"""How the names of the files of a cache of rows begin, and its arrays; None if there is none."""
-
-
-def _rows_in(newest: _Newest) -> dict[int, _Former]:
-    """Mark of a capture -> its rows in a cache."""
-    if newest is None:
-        return {}
-    _, arrays = newest
-    rows = arrays["rows"]
-    parts = (rows[low:high] for low, high in pairwise(arrays["bounds"].tolist()))
-    facts = zip(parts, arrays["values"].tolist(), arrays["sums"].tolist())
-    return dict(zip(arrays["marks"].tolist(), (_Former(*each) for each in facts)))
-
-
-def _newest(store: Store, kind: str) -> _Newest:
-    """The newest cache of rows that can be read."""
-    with suppress(OSError), _cache(store) as folder:
-        ours = [name for name in folder.names() if _ours(kind).fullmatch(name)]
-        listed = [name.removesuffix(".json") for name in ours if name.endswith(".json")]
-        for stem in sorted(listed, key=lambda stem: _written(folder, stem), reverse=True):
-            with suppress(*_UNUSABLE):
-                return stem, _read_arrays(folder, stem)
-    return None
-
-
-def _written(folder: OwnFolder, stem: str) -> float:
-    """When a list was last written; 0 if another process has deleted it meanwhile."""
-    with suppress(OSError):
-        return folder.status(f"{stem}.json").st_mtime
-    return 0.0
-
-
-def _rows_of(
-    marks: Mapping[int, int],
-    former: Mapping[int, _Former],
-    make: Make,
-    ready: Mapping[int, Made],
-) -> Iterator[tuple[int, Made | _Former]]:
-    """Every capture with its rows and number, made a few captures at a time where they are new."""
-    numbers = list(marks)
-    for first in range(0, len(numbers), _AT_ONCE):
-        some = numbers[first : first + _AT_ONCE]
-        new = [number for number in some if number not in ready and marks[number] not in former]
-        made = make(new) if new else {}
-        for number in some:
-            if number in ready:
-                yield number, ready[number]
-            elif number in made:
-                yield number, made[number]
-            elif marks[number] in former:
-                yield number, former[marks[number]]
-
-
-def _in_memory(
-    marks: Mapping[int, int],
-    former: Mapping[int, _Former],
-    make: Make,
-    ready: Mapping[int, Made] = MappingProxyType({}),
-) -> dict[int, Made]:
-    """Rows and number of captures, those of a former cache only where they are sound."""
-    sound = {mark: former[mark] for mark in marks.values() if mark in former}
-    sound = {mark: one for mark, one in sound.items() if one.is_sound}
-    found = _rows_of(marks, sound, make, ready)
-    return {n: (one.rows, one.value) if isinstance(one, _Former) else one for n, one in found}
-
-
-def _begin_with_former(
-    folder: OwnFolder, newest: _Newest, stem: str, marks: Mapping[int, int], make: Make
-) -> tuple[Mapping[str, NDArray[Any]], Mapping[int, int]]:
-    """Arrays of the former cache, whose file gets the new name, and the captures behind them.
-
-    No arrays and all captures where the former ones are not the first now, where another list may
-    use the file too, or where the file system has no links.
-    """
-    if newest is None:
-        return _NONE, marks
-    former, arrays = newest
-    known = arrays["marks"].tolist()
-    held = set(known)
-    last = max((n for n, mark in enumerate(marks.values(), 1) if mark in held), default=0)
-    first = dict(islice(marks.items(), last))
-    damaged = [number for number, mark in first.items() if mark not in held]
-    same = known == [mark for mark in first.values() if mark in held]
-    if not (same and known) or len(damaged) > _AT_ONCE or (damaged and make(damaged)):
-        return _NONE, marks
-    name = f"{stem}-rows.npy"
-    with suppress(OSError):
-        folder.link(f"{former}-rows.npy", name)
-        if folder.status(name).st_nlink == 2:
-            return arrays, dict(islice(marks.items(), last, None))
-        folder.remove(name)  # others write behind these rows, or keep the file as it is
-    return _NONE, marks
-
-
-def _write_rows(
-    folder: OwnFolder,
-    kind: str,
-    stem: str,
-    marks: Mapping[int, int],
-    parts: Iterable[tuple[int, Made | _Former]],
-    begun: Mapping[str, NDArray[Any]],
-) -> None:
-    """Write rows to the cache as they are made; former ones keep their checksums.
-
-    `begun`: Arrays of the captures whose rows are in the file already.
-    """
-    name = f"{stem}-rows.npy"
-    numbers, values, sums = (
-        begun[each].tolist() if begun else [] for each in ("capture_ids", "values", "sums")
-    )
-    bounds: list[int] = begun["bounds"].tolist() if begun else [0]
-    shape, kind_of_rows = (0, 0), np.dtype(np.float32)
-    with _growing(folder, name, begun["rows"]) if begun else folder.draft(name) as file:
-        if begun:
-            shape, kind_of_rows = begun["rows"].shape, begun["rows"].dtype
-        for number, one in parts:
-            rows, value = (one.rows, one.value) if isinstance(one, _Former) else one
-            if not numbers:
-                shape, kind_of_rows = rows.shape, rows.dtype
-                _write_head(file, shape, kind_of_rows)
-            rows = np.ascontiguousarray(rows)
-            file.write(rows.data)
-            numbers.append(number)
-            bounds.append(bounds[-1] + len(rows))
-            sums.append(one.checksum if isinstance(one, _Former) else page_checksum(rows))
-            values.append(value)
-        file.seek(0)
-        _write_head(file, (bounds[-1], shape[1]), kind_of_rows)
-    arrays = {
-        "capture_ids": np.array(numbers, dtype=np.int64),
-        "bounds": np.array(bounds, dtype=np.int64),
-        "values": np.array(values, dtype=np.float64),
-        "marks": np.array([marks[number] for number in numbers], dtype=np.int64),
-        "sums": np.array(sums, dtype=np.uint64),
-    }
-    written = {"rows": _mapped(folder, name)}
-    _write_arrays(folder, kind, stem, arrays, written)
-
-
-@contextmanager
-def _growing(folder: OwnFolder, name: str, rows: NDArray[Any]) -> Iterator[BinaryIO]:
-    """Open a file behind the rows of a list; what is behind them belongs to no list."""
-    with folder.open(name, os.O_RDWR) as file:
-        _read_head(file)
-        file.seek(rows.nbytes, os.SEEK_CUR)
-        yield file
-        file.flush()
-        os.fsync(file.fileno())
-
-
-def _write_head(file: BinaryIO, shape: tuple[int, int], kind: np.dtype[Any]) -> None:
-    """Write the head of a file of rows; it is as long for any number of rows."""
-    head = {"descr": kind.str, "fortran_order": False, "shape": shape}
-    np.lib.format.write_array_header_1_0(file, head)
-
-
-def is_cached(store: Store, kind: str) -> bool:
-    """Whether the cache holds arrays of the current motions; they may yet prove to be damaged."""
-    name = f"{_stem(store, kind)}.json"
-    with suppress(OSError), _cache(store) as folder:
-        return name in folder.names()
-    return False
-
-
 def _cache(store: Store, *, make: bool = False) -> AbstractContextManager[OwnFolder]:
     """Open the folder of the cache."""
     return own_folder(store.path.with_name(f"{store.path.name}.cache"), store.tell, make=make)
 
 
-def _stem(store: Store, kind: str, mark: str = "", of_motions: bool = True) -> str:
-    """How the names of the files of these arrays begin."""
-    revision = read_meta(store, "motion_revision") if of_motions else ""
-    if mark:
-        revision = hashlib.sha256(f"{revision} {mark}".encode()).hexdigest()[:32]
-    return f"{kind}-{revision}"
+def _key(*facts: str) -> str:
+    """A digest of what arrays follow from, and of motiondb: another one may make other arrays."""
+    return _digest(" ".join([str(_FORMAT), motiondb_version(), *facts]).encode())
 
 
-def _read_arrays(folder: OwnFolder, stem: str) -> Arrays:
-    """Map all arrays of the list, and check that each matches its entry."""
-    with folder.open(f"{stem}.json") as file:
-        listed = parse_json(file.read(MOST_TEXT))  # what is longer is cut, and not whole
-    if listed["version"] != _version() or listed["checksum"] != _list_checksum(listed["arrays"]):
-        raise ValueError("the list is damaged")
-    arrays: Arrays = {}
-    for name, facts in listed["arrays"].items():
-        array = _mapped(folder, f"{stem}-{name}.npy")
-        if facts["checksum"] is None:
-            array = array[: facts["shape"][0]]  # the rows behind are of captures that came later
-        if _facts(array, facts["checksum"] is not None) != facts:
-            raise ValueError(f"the array {name} is damaged")
-        # slices and sums of a memory map take 20 times as long
-        arrays[name] = array.view(np.ndarray)
-    return arrays
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:32]
 
 
-def _mapped(folder: OwnFolder, name: str) -> NDArray[Any]:
-    """The array of a file, memory-mapped."""
-    with folder.open(name) as file:
-        shape, is_fortran, kind = _read_head(file)
-        if kind.hasobject:
-            raise ValueError(f"the array {name} holds no numbers")
-        order: Literal["F", "C"] = "F" if is_fortran else "C"
-        return np.memmap(file, kind, "r", file.tell(), shape, order)
+def _names(folder: OwnFolder, kind: str, key: str) -> list[str]:
+    """The files of a key, in a fixed order."""
+    pattern = re.compile(rf"{kind}-{key}-[0-9a-f]{{32}}\.arrays")
+    return sorted(name for name in folder.names() if pattern.fullmatch(name))
 
 
-def _read_head(file: BinaryIO) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
-    """Read what stands before the values of an array."""
-    if np.lib.format.read_magic(file) != (1, 0):
-        raise ValueError("another format of arrays")
-    with _parsing:
-        return np.lib.format.read_array_header_1_0(file)
-
-
-def _write_arrays(
-    folder: OwnFolder,
-    kind: str,
-    stem: str,
-    arrays: Arrays,
-    written: Mapping[str, NDArray[Any]] = _NONE,
-) -> None:
-    """Write the arrays, then their list; then delete the files of other revisions.
-
-    `written`: Arrays whose files are there already; they have checksums of their own.
-    """
-    for name, array in arrays.items():
-        with folder.draft(f"{stem}-{name}.npy") as file:
-            np.save(file, array, allow_pickle=False)
-    arrays = {**arrays, **written}
-    facts = {name: _facts(array, name not in written) for name, array in arrays.items()}
-    listed = {"version": _version(), "checksum": _list_checksum(facts), "arrays": facts}
-    with folder.draft(f"{stem}.json") as file:
-        file.write(json.dumps(listed).encode())
-    current = {f"{stem}-{name}.npy" for name in arrays} | {f"{stem}.json"}
-    ours = _ours(kind)
+def _remove_all_but(folder: OwnFolder, kind: str, current: set[str]) -> None:
+    """Remove the other files of a kind, and those of former formats (``.npy``, ``.json``)."""
+    ours = re.compile(rf"{kind}-[0-9a-f]{{32}}(-[0-9a-z_]+\.(arrays|npy)|\.json)")
     folder.sweep(ours.pattern)
     names = set(folder.names()) - current  # a user may keep files here, such as motions-2024.json
     folder.remove(*(name for name in names if ours.fullmatch(name)))
 
 
-def _ours(kind: str) -> re.Pattern[str]:
-    """Names of files of the cache."""
-    return re.compile(rf"{kind}-[0-9a-f]{{32}}(-[a-z_]+\.npy|\.json)")
+def _write(folder: OwnFolder, kind: str, key: str, arrays: Mapping[str, NDArray[Any]]) -> str:
+    """Write arrays into one file; return its name."""
+    arrays = {name: np.asarray(array, order="C") for name, array in arrays.items()}
+    facts = {n: [a.dtype.str, list(a.shape), page_checksum(a)] for n, a in arrays.items()}
+    head = json.dumps(facts).encode()
+    name = f"{kind}-{key}-{_digest(head)}.arrays"
+    with folder.draft(name) as file:
+        _write_padded(file, len(head).to_bytes(8, "little") + head)
+        for array in arrays.values():
+            _write_padded(file, array.reshape(-1).view(np.uint8).data)
+    return name
 
 
-def _facts(array: NDArray[Any], checked: bool = True) -> dict[str, Any]:
-    """Return the entry of an array in the list: shape, type and, if it is one, the checksum."""
-    checksum = page_checksum(np.ascontiguousarray(array)) if checked else None
-    return {"shape": list(array.shape), "dtype": array.dtype.str, "checksum": checksum}
+def _write_padded(file: BinaryIO, content: bytes | memoryview) -> None:
+    file.write(content)
+    file.write(bytes(-len(content) % _ALIGNED))
 
 
-def _version() -> str:
-    """What a list must have to be read: another motiondb may make other arrays."""
-    return f"{_FORMAT}, motiondb {motiondb_version()}"
+def _read(folder: OwnFolder, name: str) -> tuple[Arrays, dict[str, int]]:
+    """The arrays of a file, memory-mapped, and the checksums that they should have."""
+    with folder.open(name) as file:
+        # slices and sums of a memory map take 20 times as long
+        content: NDArray[np.uint8] = np.memmap(file, np.uint8, "r").view(np.ndarray)
+    end = 8 + min(int.from_bytes(content[:8].tobytes(), "little"), MOST_TEXT)
+    head = content[8:end].tobytes()
+    if not name.endswith(f"-{_digest(head)}.arrays"):
+        raise ValueError("the head is damaged")
+    arrays, sums = Arrays(), dict[str, int]()
+    for each, (kind, shape, checksum) in parse_json(head).items():
+        start = -(-end // _ALIGNED) * _ALIGNED
+        end = start + np.dtype(kind).itemsize * int(np.prod(shape))
+        arrays[each] = content[start:end].view(kind).reshape(shape)
+        sums[each] = checksum
+    return arrays, sums
 
 
-def _list_checksum(facts: Mapping[str, Any]) -> int:
-    """Return the checksum of the list itself, so that a changed name is noticed."""
-    return zlib.crc32(json.dumps(facts, sort_keys=True).encode())
+def _check(arrays: Arrays, sums: Mapping[str, int]) -> None:
+    """Compare arrays with their checksums."""
+    for name, array in arrays.items():
+        if page_checksum(array) != sums[name]:
+            raise ValueError(f"the array {name} is damaged")
+
+
+def _read_whole(folder: OwnFolder, name: str) -> Arrays:
+    arrays, sums = _read(folder, name)
+    _check(arrays, sums)
+    return arrays

@@ -26,6 +26,11 @@ def present_schema() -> str:
     return (resources.files("motiondb.schema") / "schema.sql").read_text(encoding="utf-8")
 
 
+def rules_text() -> str:
+    """The text of ``rules.sql``, which says what a sound database never holds."""
+    return (resources.files("motiondb.schema") / "rules.sql").read_text(encoding="utf-8")
+
+
 @cache
 def known_migrations() -> tuple[str, ...]:
     """The SQL texts that change older databases, one a version from ``FIRST`` on."""

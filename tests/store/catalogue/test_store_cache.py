@@ -1,13 +1,12 @@
 from __future__ import annotations
 
+import hashlib
 import os
 import pickle
-import re
 import subprocess
 import sys
 import threading
 from collections.abc import Sequence
-from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
 
@@ -19,7 +18,7 @@ from hypothesis.extra.numpy import arrays
 
 from motiondb import store
 from motiondb.records import Motion
-from motiondb.store.catalogue.checked_rows import page_checksum, page_checksums
+from motiondb.store.catalogue.joined_rows import page_checksum
 
 
 def _folder(database: store.Store) -> Path:
@@ -31,6 +30,23 @@ def filled(database: store.Store, samples: ModuleType) -> store.Store:
     for number, name in enumerate(("a", "bb", "ccc")):
         samples.add(database, name, n_frames=5 + number)
     return database
+
+
+def is_mapped(array: np.ndarray | None) -> bool:
+    while array is not None and not isinstance(array, np.memmap):
+        array = array.base
+    return array is not None
+
+
+def flip(file: Path, place: int, bit: int = 1) -> None:
+    content = bytearray(file.read_bytes())
+    content[place] ^= bit
+    file.write_bytes(content)
+
+
+def _rows_file(database: store.Store) -> Path:
+    (file,) = _folder(database).glob("places-*.arrays")
+    return file
 
 
 class Maker:
@@ -53,28 +69,19 @@ def test_rows_of_every_capture(filled: store.Store) -> None:
         assert held.values.tolist() == [store.load_motion(filled, n).leg_length for n in (1, 2, 3)]
         expected = [store.load_motion(filled, n).root_positions[:, :2] for n in (1, 2, 3)]
         np.testing.assert_array_equal(held.rows, np.concatenate(expected))
-        assert isinstance(held.rows.rows.base, np.memmap)
+        assert is_mapped(held.rows[:])
     assert make.made == [5, 6, 7]
 
 
-def test_columns_and_chosen_rows_are_checked_as_the_whole(filled: store.Store) -> None:
-    make = Maker()
-    expected = np.array(store.cached_rows(filled, "places", make).rows)
-    (file,) = _folder(filled).glob("places-*-rows.npy")
-    content = bytearray(file.read_bytes())
-    content[-1] ^= 1  # in the last row of the third capture
-    file.write_bytes(content)
-    second = store.cached_rows(filled, "places", make).rows.columns(1, 2)
-    assert (second.shape, second.size) == ((18, 1), 18)
-    np.testing.assert_array_equal(second[np.array([7, 2, 2])], expected[[7, 2, 2], 1:])
-    assert make.made == [5, 6, 7]  # the damage is not in these
-    np.testing.assert_array_equal(second[np.array([17, 0])], expected[[17, 0], 1:])
-    assert make.made == [5, 6, 7, 7]
-    np.testing.assert_array_equal(second.argmax(axis=0), expected[:, 1:].argmax(axis=0))
-    np.testing.assert_array_equal(2.0 * second - 1.0, 2.0 * expected[:, 1:] - 1.0)
-    sent = pickle.loads(pickle.dumps(second))
-    assert type(sent) is np.ndarray
-    np.testing.assert_array_equal(sent, expected[:, 1:])
+def _place_rows(filled: store.Store, numbers: Sequence[int]) -> np.ndarray:
+    return np.concatenate([store.load_motion(filled, n).root_positions[:, :2] for n in numbers])
+
+
+@pytest.fixture
+def full(filled: store.Store, monkeypatch: pytest.MonkeyPatch) -> store.Store:
+    """A store whose batches are full with two captures."""
+    monkeypatch.setattr("motiondb.store.catalogue.cache._BATCH", 8 * 11)
+    return filled
 
 
 def test_only_rows_of_new_captures_are_made_and_old_files_go(
@@ -82,8 +89,11 @@ def test_only_rows_of_new_captures_are_made_and_old_files_go(
 ) -> None:
     make = Maker()
     store.cached_rows(filled, "places", make)
-    (_folder(filled) / "places-2024.json").write_text("a user's own")
-    n_files = len(list(_folder(filled).iterdir()))
+    kept = _folder(filled) / "places-2024.json"
+    kept.write_text("a user's own")
+    key = _rows_file(filled).name.split("-")[1]
+    for former in (f"places-{key}.json", f"places-{key}-rows.npy", f"places-{'0' * 32}-x.npy"):
+        (_folder(filled) / former).write_text("of another motiondb")
     samples.add(filled, "dddd", n_frames=2)
     assert list(store.lacking_rows(filled, "places")) == [4]
     assert store.cached_rows(filled, "places", make).bounds.tolist() == [0, 5, 11, 18, 20]
@@ -91,104 +101,165 @@ def test_only_rows_of_new_captures_are_made_and_old_files_go(
     store.remove_capture(filled, 2)
     held = store.cached_rows(filled, "places", make)
     assert held.capture_ids.tolist() == [1, 3, 4]
-    expected = [store.load_motion(filled, n).root_positions[:, :2] for n in (1, 3, 4)]
-    np.testing.assert_array_equal(held.rows, np.concatenate(expected))
+    np.testing.assert_array_equal(held.rows, _place_rows(filled, [1, 3, 4]))
     assert make.made == [5, 6, 7, 2]
     assert store.lacking_rows(filled, "places") == {}
-    assert len(list(_folder(filled).iterdir())) == n_files == 8
-    assert (_folder(filled) / "places-2024.json").read_text() == "a user's own"
+    assert {*_folder(filled).iterdir()} == {kept, _rows_file(filled)}
+    assert kept.read_text() == "a user's own"
 
 
-def _place_rows(filled: store.Store, numbers: Sequence[int]) -> np.ndarray:
-    return np.concatenate([store.load_motion(filled, n).root_positions[:, :2] for n in numbers])
-
-
-def test_rows_of_new_captures_are_written_behind_the_others(
-    filled: store.Store, samples: ModuleType
+def test_full_batches_stay_and_small_ones_are_joined(
+    full: store.Store, samples: ModuleType
 ) -> None:
-    before = store.cached_rows(filled, "places", Maker())
-    (file,) = _folder(filled).glob("places-*-rows.npy")
-    first = file.stat()
-    samples.add(filled, "dddd", n_frames=2)
-    held = store.cached_rows(filled, "places", Maker())
-    (file,) = _folder(filled).glob("places-*-rows.npy")
-    second = file.stat()
-    assert (second.st_ino, second.st_size) == (first.st_ino, first.st_size + 2 * 2 * 4)
-    np.testing.assert_array_equal(np.load(file), _place_rows(filled, [1, 2, 3, 4]))
-    np.testing.assert_array_equal(held.rows, np.load(file))
-    np.testing.assert_array_equal(before.rows, held.rows[:18])
+    store.cached_rows(full, "places", Maker())
+    first = {file: file.stat().st_ino for file in _folder(full).iterdir()}
+    assert len(first) == 2  # of 5 and 6 frames, and of 7
+    for name, n_frames in (("dddd", 1), ("eeeee", 2), ("ffffff", 3)):
+        samples.add(full, name, n_frames=n_frames)
+        make = Maker()
+        held = store.cached_rows(full, "places", make)
+        assert make.made == [n_frames]
+    second = {file: file.stat().st_ino for file in _folder(full).iterdir()}
+    assert first.items() <= second.items()
+    assert len(second) == 3
+    np.testing.assert_array_equal(held.rows, _place_rows(full, range(1, 7)))
 
 
-def test_a_file_of_rows_with_another_name_is_not_written_to(
+def test_what_belongs_to_removed_captures_goes_where_it_is_more_than_half(
+    full: store.Store,
+) -> None:
+    store.cached_rows(full, "places", Maker())
+    before = set(_folder(full).iterdir())
+    store.remove_capture(full, 1)
+    for number, n_files, changes in ((1, 2, False), (2, 1, True), (3, 0, True)):
+        if number > 1:
+            store.remove_capture(full, number)
+        make = Maker()
+        held = store.cached_rows(full, "places", make)
+        assert held.capture_ids.tolist() == list(range(number + 1, 4))
+        after = set(_folder(full).iterdir())
+        assert (len(after), after != before, make.made) == (n_files, changes, [])
+
+
+def test_rows_of_several_batches_are_looked_at_as_one_array(
+    full: store.Store, samples: ModuleType
+) -> None:
+    store.cached_rows(full, "places", Maker())
+    samples.add(full, "dddd", n_frames=12)
+    store.remove_capture(full, 2)
+    held = store.cached_rows(full, "places", Maker())
+    expected = _place_rows(full, [1, 3, 4])
+    assert (held.rows.shape, held.rows.size, len(held.rows)) == ((24, 2), 48, 24)
+    for part in (slice(3, 7), slice(5, 12), slice(1, 24, 5), slice(None), slice(4, 4)):
+        np.testing.assert_array_equal(held.rows[part], expected[part])
+    assert is_mapped(held.rows[5:12])
+    second, numbers = held.rows.columns(1, 2), np.array([[23, 0], [6, 6]])
+    assert second.shape == (24, 1)
+    np.testing.assert_array_equal(second[numbers], expected[:, 1:][numbers])
+    np.testing.assert_array_equal(second[np.arange(24) % 2 == 0], expected[::2, 1:])
+    np.testing.assert_array_equal(second.argmax(axis=0), expected[:, 1:].argmax(axis=0))
+    np.testing.assert_array_equal(2.0 * second - 1.0, 2.0 * expected[:, 1:] - 1.0)
+    sent = pickle.loads(pickle.dumps(second))
+    assert type(sent) is np.ndarray
+    np.testing.assert_array_equal(sent, expected[:, 1:])
+
+
+def test_files_of_rows_are_not_written_to(
     filled: store.Store, samples: ModuleType, tmp_path: Path
 ) -> None:
-    """Such as that of a copy by links, or of a process that reads another state."""
-    store.cached_rows(filled, "places", Maker())
-    (file,) = _folder(filled).glob("places-*-rows.npy")
-    os.link(file, tmp_path / "backup.npy")
-    before = (tmp_path / "backup.npy").read_bytes()
+    """Such as those of a copy by links, or of a process that reads another state."""
+    before = store.cached_rows(filled, "places", Maker())
+    os.link(_rows_file(filled), tmp_path / "backup")
+    content = (tmp_path / "backup").read_bytes()
     samples.add(filled, "dddd", n_frames=2)
     held = store.cached_rows(filled, "places", Maker())
     np.testing.assert_array_equal(held.rows, _place_rows(filled, [1, 2, 3, 4]))
-    assert (tmp_path / "backup.npy").read_bytes() == before
+    np.testing.assert_array_equal(before.rows, held.rows[:18])
+    assert (tmp_path / "backup").read_bytes() == content
 
 
-def test_rows_grow_behind_a_capture_whose_motion_is_damaged(
+def test_rows_of_a_capture_whose_motion_is_damaged_are_left_out(
     filled: store.Store, samples: ModuleType
 ) -> None:
     filled.connection.execute("UPDATE motion SET poses = 'x'::BLOB WHERE capture_id = 2")
     store.cached_rows(filled, "places", Maker())
-    (file,) = _folder(filled).glob("places-*-rows.npy")
-    first = file.stat().st_ino
     samples.add(filled, "dddd", n_frames=2)
-    make = Maker()
-    held = store.cached_rows(filled, "places", make)
-    (file,) = _folder(filled).glob("places-*-rows.npy")
-    assert (file.stat().st_ino, make.made) == (first, [2])
-    np.testing.assert_array_equal(held.rows, _place_rows(filled, [1, 3, 4]))
+    for made in ([2], []):
+        make = Maker()
+        held = store.cached_rows(filled, "places", make)
+        assert (held.capture_ids.tolist(), make.made) == ([1, 3, 4], made)
+        np.testing.assert_array_equal(held.rows, _place_rows(filled, [1, 3, 4]))
 
 
-def test_rows_that_an_interrupt_left_behind_the_others_do_no_harm(
-    filled: store.Store, samples: ModuleType, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("motiondb.store.catalogue.cache._AT_ONCE", 1)
-    store.cached_rows(filled, "places", Maker())
-    (listed,) = _folder(filled).glob("places-*.json")
-    for name in ("dddd", "eeeee"):
-        samples.add(filled, name, n_frames=2)
+def test_an_interrupt_leaves_what_was_there(full: store.Store, samples: ModuleType) -> None:
+    store.cached_rows(full, "places", Maker())
+    before = set(_folder(full).iterdir())
+    samples.add(full, "dddd", n_frames=12)
+    samples.add(full, "eeeee", n_frames=2)
 
     def ends(motions: Sequence[Motion]) -> list[tuple[np.ndarray, float]]:
         raise KeyboardInterrupt
 
-    one = Maker()([store.load_motion(filled, 4)])[0]
     with pytest.raises(KeyboardInterrupt):
-        store.cached_rows(filled, "places", ends, {4: one})
-    assert listed.is_file()  # what it lists is still there
-    for _ in range(2):
+        store.cached_rows(full, "places", ends)
+    assert before <= set(_folder(full).iterdir())
+    make = Maker()
+    held = store.cached_rows(full, "places", make)
+    np.testing.assert_array_equal(held.rows, _place_rows(full, [1, 2, 3, 4, 5]))
+    assert make.made == [12, 2]
+
+
+def test_what_a_kill_left_beside_its_joined_batch_goes(
+    filled: store.Store, samples: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store.cached_rows(filled, "places", Maker())
+    former = _rows_file(filled)
+    content = former.read_bytes()
+    samples.add(filled, "dddd", n_frames=2)
+    store.cached_rows(filled, "places", Maker())
+    joined = _rows_file(filled)
+    assert joined != former
+    for least in (0, 0.5):  # also where the joined one is full
+        former.write_bytes(content)
+        monkeypatch.setattr("motiondb.store.catalogue.cache._BATCH", 8 * 20 if least else 2**25)
         make = Maker()
         held = store.cached_rows(filled, "places", make)
-        np.testing.assert_array_equal(held.rows, _place_rows(filled, [1, 2, 3, 4, 5]))
-    assert make.made == []
-    assert len(list(_folder(filled).iterdir())) == 7
+        np.testing.assert_array_equal(held.rows, _place_rows(filled, [1, 2, 3, 4]))
+        assert make.made == []
+        (file,) = _folder(filled).iterdir()
+        assert file.stat().st_size == joined.stat().st_size
 
 
-def test_damaged_rows_are_made_anew_when_they_are_looked_at(filled: store.Store) -> None:
+def test_damaged_rows_are_made_anew_when_they_are_looked_at(full: store.Store) -> None:
     make = Maker()
-    expected = np.array(store.cached_rows(filled, "places", make).rows)
-    (file,) = _folder(filled).glob("places-*-rows.npy")
-    content = bytearray(file.read_bytes())
-    content[-8 * 3] ^= 1  # in the first rows of the third capture
-    file.write_bytes(content)
-    held = store.cached_rows(filled, "places", make)
+    expected = np.array(store.cached_rows(full, "places", make).rows)
+    files = sorted(_folder(full).iterdir(), key=lambda file: file.stat().st_size)
+    flip(files[0], 8 * 3 - 64)  # in the rows of the third capture, which end after 56 bytes of 64
+    held = store.cached_rows(full, "places", make)
     np.testing.assert_array_equal(held.rows[:11], expected[:11])
     assert make.made == [5, 6, 7]  # the damage is not in these
     for part in (slice(9, 13), slice(8, 18, 3), slice(None), slice(4, 4)):
         np.testing.assert_array_equal(held.rows[part], expected[part])
-    np.testing.assert_array_equal(held.rows[np.arange(18) % 2 == 0], expected[::2])
+    np.testing.assert_array_equal(held.rows.columns(1, 2)[np.array([17, 0])], expected[[17, 0], 1:])
     assert make.made == [5, 6, 7, 7]
-    again = store.cached_rows(filled, "places", make)
+    again = store.cached_rows(full, "places", make)
     np.testing.assert_array_equal(again.rows, expected)
-    assert isinstance(again.rows.rows.base, np.memmap)
+    assert is_mapped(again.rows[11:])
+    assert make.made == [5, 6, 7, 7, 7]
+
+
+def test_damaged_rows_are_not_joined_to_others(full: store.Store, samples: ModuleType) -> None:
+    store.cached_rows(full, "places", Maker())
+    samples.add(full, "dddd", n_frames=2)
+    before = set(_folder(full).iterdir())
+    store.cached_rows(full, "places", Maker())
+    (new,) = set(_folder(full).iterdir()) - before
+    flip(new, -64)
+    samples.add(full, "eeeee", n_frames=1)
+    make = Maker()
+    held = store.cached_rows(full, "places", make)
+    np.testing.assert_array_equal(held.rows, _place_rows(full, [1, 2, 3, 4, 5]))
+    assert make.made == [1, 2]
 
 
 def test_rows_of_another_run_are_not_used(filled: store.Store, samples: ModuleType) -> None:
@@ -264,51 +335,64 @@ def _expect_healed(filled: store.Store) -> None:
     assert calls == [1]
 
 
-def _list_file(filled: store.Store) -> Path:
-    (listed,) = _folder(filled).glob("features-*.json")
-    return listed
+def _arrays_file(filled: store.Store) -> Path:
+    (file,) = _folder(filled).glob("features-*.arrays")
+    return file
 
 
-@pytest.mark.parametrize(
-    ("before", "after"),
-    [
-        (r"(?s).*", ""),
-        (r"(?s).*", '{"version": "1", "arrays": {}, "checksum": 0}'),
-        ('"x"', '"z"'),
-        (r"\[3000\]", "[1500]"),
-        ("<i8", "<f8"),
-        ('"version": "1,', '"version": "2,'),
-        ("motiondb [0-9.]+", "motiondb 0.0.1"),
-    ],
-)
-def test_a_changed_list_is_made_anew(filled: store.Store, before: str, after: str) -> None:
+@pytest.mark.parametrize("place", [0, 9, 20, 40, 200, 10_000, -60, "all"])
+def test_a_changed_file_is_made_anew(filled: store.Store, place: int | str) -> None:
     store.cached_arrays(filled, "features", _arrays)
-    listed = _list_file(filled)
-    changed = re.sub(before, after, listed.read_text(), count=1)
-    assert changed != listed.read_text()
-    listed.write_text(changed)
+    file = _arrays_file(filled)
+    if isinstance(place, int):
+        flip(file, place, 2)
+    else:
+        file.write_bytes(b"")
     _expect_healed(filled)
 
 
-@pytest.mark.parametrize(("place", "bit"), [(0, 1), (10_000, 128), (-1, 1)])
-def test_a_flipped_bit_is_noticed(filled: store.Store, place: int, bit: int) -> None:
+@pytest.mark.parametrize(("before", "after"), [(b"3000", b"1500"), (b'"x"', b'"z"')])
+def test_a_changed_head_is_noticed(filled: store.Store, before: bytes, after: bytes) -> None:
     store.cached_arrays(filled, "features", _arrays)
-    (file,) = _folder(filled).glob("features-*-x.npy")
-    content = bytearray(file.read_bytes())
-    content[place] ^= bit
-    file.write_bytes(content)
+    file = _arrays_file(filled)
+    file.write_bytes(file.read_bytes().replace(before, after, 1))
     _expect_healed(filled)
+
+
+def test_a_file_of_objects_is_not_loaded(filled: store.Store) -> None:
+    """Nor where its name fits."""
+    store.cached_arrays(filled, "features", _arrays)
+    file = _arrays_file(filled)
+    content = file.read_bytes().replace(b"<i8", b"|O8", 1)
+    digest = hashlib.sha256(content[8 : 8 + int.from_bytes(content[:8], "little")]).hexdigest()
+    file.unlink()
+    file.with_name(f"{file.stem[:-32]}{digest[:32]}.arrays").write_bytes(content)
+    _expect_healed(filled)
+
+
+def test_arrays_of_another_motiondb_are_not_used(
+    filled: store.Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make = Maker()
+    for version in ("0.0.1", "0.0.2"):
+        monkeypatch.setattr(
+            "motiondb.store.catalogue.cache.motiondb_version", lambda version=version: version
+        )
+        _expect_healed(filled)
+        store.cached_rows(filled, "places", make)
+    assert make.made == [5, 6, 7] * 2
+    assert len(list(_folder(filled).iterdir())) == 2
 
 
 def test_a_draft_stays_only_while_its_process_runs(filled: store.Store) -> None:
     store.cached_arrays(filled, "features", _arrays)
     ended = subprocess.Popen([sys.executable, "-c", ""])
     ended.wait()
-    stem, processes = _list_file(filled).stem, (ended.pid, 1, os.getpid())
-    left, *growing = (_folder(filled) / f".{stem}-x.npy.{n}.7.part" for n in processes)
+    name, processes = _arrays_file(filled).name, (ended.pid, 1, os.getpid())
+    left, *growing = (_folder(filled) / f".{name}.{n}.7.part" for n in processes)
     for draft in (left, *growing):
         draft.write_text("half")
-    _list_file(filled).unlink()
+    _arrays_file(filled).unlink()
     _expect_healed(filled)
     assert all(draft.exists() for draft in growing)  # of another process, or another thread
     assert not left.exists()
@@ -327,15 +411,6 @@ def test_pages_that_change_places_change_the_checksum() -> None:
     assert page_checksum(pages) != page_checksum(pages[[1, 0, 2, 3]])
     naive = sum((2 * k + 1) * int(page.sum()) for k, page in enumerate(pages))
     assert page_checksum(pages) == naive
-
-
-@pytest.mark.parametrize("n_columns", [1, 6, 130])
-def test_checksums_of_many_captures_are_those_of_each(n_columns: int) -> None:
-    rng = np.random.default_rng(0)
-    rows = rng.normal(size=(3000, n_columns)).astype(np.float32)
-    bounds = np.array([3, 3, 4, 40, 40, 2041, 2999, 3000, 3000])
-    actual = page_checksums(rows, bounds)
-    assert actual.tolist() == [page_checksum(rows[a:b]) for a, b in pairwise(bounds)]
 
 
 def test_threads_that_build_together_leave_a_whole_cache(filled: store.Store) -> None:
@@ -359,5 +434,5 @@ def test_threads_that_build_together_leave_a_whole_cache(filled: store.Store) ->
 def test_where_it_cannot_be_written_the_arrays_stay_in_memory(filled: store.Store) -> None:
     _folder(filled).write_text("a file where the folder should be")
     held = store.cached_rows(filled, "places", Maker())
-    assert not isinstance(held.rows, np.memmap)
+    assert not is_mapped(held.rows[:])
     assert held.rows.shape == (18, 2)
