@@ -201,7 +201,10 @@ class Changes:
     ] = None
 
     speed: Annotated[
-        float, typer.Option("--speed", help="Tempo of the file: 1.2 is a fifth faster.")
+        float,
+        typer.Option(
+            "--speed", min=0.1, max=10.0, help="Tempo of the file: 1.2 is a fifth faster."
+        ),
     ] = 1.0
     reduce_keys: Annotated[
         float | None,

@@ -103,8 +103,8 @@ def test_commands_of_scenes_say_what_the_guide_shows(place: Path) -> None:
 
 
 def test_python_is_true(place: Path) -> None:
-    (block,) = readme.blocks("pycon", TEXT)
-    case = doctest.DocTestParser().get_doctest(block, {}, "README.md", "README.md", 0)
+    text = "\n".join(readme.blocks("pycon", TEXT))
+    case = doctest.DocTestParser().get_doctest(text, {}, "README.md", "README.md", 0)
     runner = doctest.DocTestRunner(verbose=False)
     runner.run(case)
     assert runner.tries > 5
