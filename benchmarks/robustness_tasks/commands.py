@@ -111,6 +111,7 @@ ASKING: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "scene grammar check": ("scene", "grammar", "check", "basketball"),
         "scene list": ("scene", "list"),
         "scene suggest": ("scene", "suggest", "basketball", "hold"),
+        "sql": ("sql", "SELECT 1"),
         "scene validate": ("scene", "validate", "basketball", "hold pass run catch layup"),
         "words history": ("words", "history", "ana/bow_1"),
     }

@@ -291,7 +291,7 @@ def _merge(world: World, given: Arguments, _by: str) -> None:
     here = {kept.digest: kept for kept in world.captures.values()}
     for name, other in given["other"].items():
         if (kept := here.get(other.digest)) is not None:
-            kept.captions = tuple(dict.fromkeys((*kept.captions, *other.words.captions)))
+            kept.captions = tuple(dict.fromkeys((*kept.captions, *other.captions)))
             kept.events = tuple(sorted({*kept.events, *other.events}))
             kept.tags = {**other.tags, **kept.tags}  # type: ignore[dict-item]
         elif given["prefix"] + name not in world.captures:

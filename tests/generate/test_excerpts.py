@@ -163,9 +163,9 @@ def test_a_number_is_said_only_if_the_motion_has_it() -> None:
 def test_other_places_are_counted_in_words() -> None:
     excerpt = Excerpt(7, 30, 130, 0.0, (30, 130))
     shown = ShownExcerpt(PlannedAction((("kick",),)), excerpt, Layout(((30, 130),)), place=-1)
-    assert _say_places(shown) == ["1 other place shows it more clearly, but joins less well"]
+    assert _say_places(shown) == ["1 other excerpt shows it more clearly, but joins less well"]
     assert _say_places(replace(shown, n_places=2)) == [
-        "2 other places show it more clearly, but join less well"
+        "2 other excerpts show it more clearly, but join less well"
     ]
     assert _say_places(replace(shown, does=False)) == []
 
