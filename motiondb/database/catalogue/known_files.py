@@ -40,7 +40,7 @@ class KnownFiles:
         """Look at the files before any is read: what changes later is read next time."""
         self._now = {job.name: (_state(job), _options(job)) for job in self.jobs}
         with store.reading(self.opened):
-            self._rows = store.load_known_files(self.opened)
+            self._rows = store.load_known_files(self.opened, [_path(job) for job in self.jobs])
             there = set(store.load_digests(self.opened))
             found = {job.name: self._find(job, there) for job in self.jobs}
             held = sorted({digest for readings in found.values() for digest in _digests(readings)})

@@ -6,6 +6,8 @@ channels, forces and events. A file with several performers gives a clip for eac
 
 from __future__ import annotations
 
+from functools import cache
+
 from motiondb.files.limits import AS_USUAL, ReadOptions
 from motiondb.files.readers.c3d_file import read_c3d_file
 from motiondb.files.readers.markers import MarkerFile, only_performer, read_markers
@@ -15,9 +17,11 @@ from motiondb.records import Clip
 def read_c3d_takes(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> dict[str, Clip]:
     """Read the clip of each performer in the bytes of a C3D file; "" for the only one."""
     file = read_c3d_file(data, path, options.skip_bad_frames)
-    tracks = [file.track(number) for number in range(len(file.labels))]
+    track = cache(file.track)  # a file may hold hundreds of points that are no markers
     notes = file.notes + (file.rate_notes if options.fps is None else ())
-    read = MarkerFile(file.labels, tracks, file.fps, file.unit, file.up, "z", "c3d", notes)
+    read = MarkerFile(
+        file.labels, file.n_frames, track, file.fps, file.unit, file.up, "z", "c3d", notes
+    )
     return read_markers(read, len(data), path, options)
 
 

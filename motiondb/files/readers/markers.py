@@ -27,7 +27,7 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from types import MappingProxyType
@@ -59,7 +59,8 @@ class MarkerFile:
     """What a file says about its markers."""
 
     labels: Sequence[str]
-    tracks: Sequence[FloatArray]  # Of each label (frames, 3), file units, NaN where lost
+    n_frames: int
+    track: Callable[[int], FloatArray]  # Of a label (frames, 3), file units, NaN where lost
     fps: float
     unit: str  # As the file names it, "" for none
     up: str  # The axis that is up as the file says, "" for none
@@ -102,8 +103,7 @@ def read_markers(
     file: MarkerFile, n_bytes: int, path: object, options: ReadOptions
 ) -> dict[str, Clip]:
     """Solve the joints of each performer; "" for the only one."""
-    n_frames = len(file.tracks[0]) if file.tracks else 0
-    check_clip_size(n_frames, len(body.JOINTS), n_bytes, path, options.limits)
+    check_clip_size(file.n_frames, len(body.JOINTS), n_bytes, path, options.limits)
     performers, left_out = _performers(file)
     file = replace(file, notes=file.notes + left_out)
     names = ["" if len(performers) == 1 else who for who in performers]
@@ -145,7 +145,7 @@ def _performers(file: MarkerFile) -> tuple[dict[str, Named], tuple[str, ...]]:
     for is_partly, kept in enumerate((whole, partly)):
         for who, named in groups:
             taken = {n for _, other in whole + partly for n in itertools.chain(*other.values())}
-            there = {m for m, ns in named.items() if any(seen(file.tracks[n]).any() for n in ns)}
+            there = {m for m, ns in named.items() if any(seen(file.track(n)).any() for n in ns)}
             is_apart = taken.isdisjoint(itertools.chain(*named.values()))
             if is_apart and (len(named) >= _PARTLY if is_partly else not missing_markers(there)):
                 kept.append((who, named))
@@ -335,7 +335,7 @@ _UNIT_NAMES = MappingProxyType(
 def _solve(file: MarkerFile, named: Named, path: object, options: ReadOptions) -> Clip:
     """Solve the joints of one performer; bad frames are those that lack a needed marker."""
     tracks = {
-        name: max((file.tracks[n] for n in numbers), key=lambda track: seen(track).sum())
+        name: max(map(file.track, numbers), key=lambda track: seen(track).sum())
         for name, numbers in named.items()
     }
     twice = ", ".join(sorted(name for name, numbers in named.items() if len(numbers) > 1))

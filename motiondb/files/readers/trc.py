@@ -42,9 +42,9 @@ def read_trc_takes(data: bytes, path: object, options: ReadOptions = AS_USUAL) -
         notes = (f"The header says {stated} frames; there are {len(places)}.",)
     places, gap_notes = _with_gaps(frames[:, 0], places)
     fps, rate_notes = _rate(said.get("datarate", ""), frames[:, 1], len(places))
-    tracks = [places[:, n] for n in range(len(labels))]
     notes += gap_notes + (rate_notes if options.fps is None else ())
-    read = MarkerFile(labels, tracks, fps, said.get("units", ""), "", "y", "trc", notes)
+    unit = said.get("units", "")
+    read = MarkerFile(labels, len(places), lambda n: places[:, n], fps, unit, "", "y", "trc", notes)
     return read_markers(read, len(data), path, options)
 
 

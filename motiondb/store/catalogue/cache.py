@@ -323,12 +323,9 @@ def _join(
 ) -> CaptureRows:
     """The rows of the captures that have some, in their order."""
     numbers = {mark: number for number, mark in marks.items()}
-    batches = [batch for batch in batches if batch.places(numbers)]
-    found = {
-        number: (which, n)
-        for which, batch in enumerate(batches)
-        for n, number in batch.places(numbers)
-    }
+    placed = [(batch, own) for batch in batches if (own := batch.places(numbers))]
+    batches = [batch for batch, _ in placed]
+    found = {number: (which, n) for which, (_, own) in enumerate(placed) for n, number in own}
     order = sorted(found)
     places = [found[number] for number in order]
     firsts, ends = (
@@ -357,8 +354,9 @@ def _mended(store: Store, batch: _Batch, numbers: Mapping[int, int], make: Make)
         return batch.rows
     with suppress(OSError), _cache(store) as folder:
         folder.remove(batch.name)
-    rows, made = np.zeros_like(batch.rows), make([number for _, number in batch.places(numbers)])
-    for n, number in batch.places(numbers):
+    places = batch.places(numbers)
+    rows, made = np.zeros_like(batch.rows), make([number for _, number in places])
+    for n, number in places:
         if number not in made:
             load_motion(store, number)  # tells the damage of the motion
         rows[batch.bounds[n] : batch.bounds[n + 1]] = made[number][0]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from motiondb.store.connection.handle import Store
@@ -18,9 +18,10 @@ class KnownFile:
     readings: str  # What was found
 
 
-def load_known_files(store: Store) -> dict[str, KnownFile]:
-    """Load the files that were read, by their absolute paths."""
-    rows = store.connection.execute("FROM known_file").fetchall()
+def load_known_files(store: Store, paths: Sequence[str]) -> dict[str, KnownFile]:
+    """Load those of some files that were read, by their absolute paths."""
+    query = "FROM known_file WHERE path IN (SELECT unnest($1))"
+    rows = store.connection.execute(query, [list(paths)]).fetchall()
     return {path: KnownFile(*row) for path, *row in rows}
 
 
