@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from motiondb import answers, store
 from motiondb.database.catalogue import browsing
 from motiondb.database.catalogue.parts import load_example
+from motiondb.database.session import Topic
 from motiondb.database.values import listed
 from motiondb.errors import QueryError, suggestion
 from motiondb.records import (
@@ -24,7 +25,7 @@ from motiondb.records import (
     Motion,
     Relation,
 )
-from motiondb.store import CAPTION, COLUMNS, Store
+from motiondb.store import CAPTION, COLUMNS
 from motiondb.tabled import Listed, Tupled
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
@@ -45,25 +46,12 @@ ANY = "*"  # In a pattern of names: any letters
 _UNUSUAL = re.compile(r"[^\w.-]+")  # Characters that names of files of matches do not have
 
 
-class Captures:
+class Captures(Topic):
     """The captures of a database, available as ``db.captures``; :class:`MotionDB` says how to ask.
 
     ``db.captures("performer=14")`` lists captures. ``answer`` is what ``search`` or ``like`` gives.
     ``path`` of a picture is the file, which is returned.
-
-    Parameters
-    ----------
-    session : Session
-        The open database.
     """
-
-    def __init__(self, session: Session) -> None:
-        self.session = session
-
-    @property
-    def store(self) -> Store:
-        """The open store."""
-        return self.session.store
 
     def __call__(self, where: Where = "", exact: bool = False, sort: str = "") -> list[CaptureInfo]:
         """The catalogue.
@@ -229,8 +217,8 @@ class Captures:
     def remove(self, names: Iterable[str] = (), where: Where = "") -> list[str]:
         """Remove captures, all or none, and return their full names.
 
-        Their counts are removed from the learned model. :meth:`undo` brings them back until the
-        file is compacted.
+        Their counts are removed from the learned model. ``MotionDB.undo`` brings them back
+        until the file is compacted.
         """
         from motiondb.database.learn import updating
 

@@ -159,3 +159,21 @@ class Session:
 
         with self.reading():
             self.kept("features", lambda: loading.load_features(self.store, made))
+
+
+class Topic:
+    """The verbs of one topic, such as ``db.words``.
+
+    Parameters
+    ----------
+    session : Session
+        The open database.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+
+    @property
+    def store(self) -> store.Store:
+        """The open store."""
+        return self.session.store

@@ -6,27 +6,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motiondb import answers, store
+from motiondb.database.session import Topic
 from motiondb.tabled import Listed
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
     from matplotlib.figure import Figure
 
-    from motiondb.database.session import Session
     from motiondb.learn.drift import Drift
     from motiondb.learn.knowledge import Knowledge
 
 
-class Symbols:
-    """The motion symbols that a database has learned, available as ``db.symbols``.
-
-    Parameters
-    ----------
-    session : Session
-        The open database.
-    """
-
-    def __init__(self, session: Session) -> None:
-        self.session = session
+class Symbols(Topic):
+    """The motion symbols that a database has learned, available as ``db.symbols``."""
 
     def rows(self, n_words: int = 3) -> list[answers.SymbolRow]:
         """Every symbol: cluster, segments, captures, mean length (seconds), most probable words."""
@@ -54,7 +45,7 @@ class Symbols:
 
         None if it has not learned.
         """
-        opened = self.session.store
+        opened = self.store
         with self.session.reading():
             if not store.is_learned(opened):
                 return None
@@ -86,7 +77,7 @@ class Symbols:
         from motiondb.database.learn import start
 
         with self.session.reading():
-            return start.export(self.session.store, self.session.learned, path, name, credit)
+            return start.export(self.store, self.session.learned, path, name, credit)
 
     def start_knowledge(self) -> Knowledge:
         """The knowledge that the database started from; NotLearnedError if it did not."""

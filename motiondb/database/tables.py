@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from motiondb import store
+from motiondb.database.session import Topic
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.arrays import NO_PYARROW
 from motiondb.records import MOTION_FPS, Caption, Match
@@ -16,27 +17,18 @@ from motiondb.records import MOTION_FPS, Caption, Match
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from motiondb.database.session import Session
     from motiondb.database.values import Where
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
 
 
-class Tables:
+class Tables(Topic):
     """Arrow tables of a database; they need the library pyarrow (``motiondb[arrow]``).
 
     ``to_pandas()`` of a table gives a data frame, ``polars.from_arrow(table)`` one of polars.
     Without pyarrow a MotionDBError is raised, and a NotLearnedError for what is learned where
     nothing was.
-
-    Parameters
-    ----------
-    session : Session
-        The open database.
     """
-
-    def __init__(self, session: Session) -> None:
-        self._session = session
 
     def sql(self, query: str) -> tuple[list[str], list[tuple[Any, ...]]]:
         """Names of the columns, and rows, of the answer to one SELECT about the tables of the file.
@@ -48,13 +40,13 @@ class Tables:
         QueryError
             When the database was not opened with ``read_only``, or DuckDB refuses the question.
         """
-        if not self._session.store.read_only:
+        if not self.store.read_only:
             raise QueryError(
                 "sql: expected a database that is opened to read only, found one that may write. "
                 "Open it with read_only=True."
             )
-        with self._session.reading():
-            return self._session.store.connection.select(query)
+        with self.session.reading():
+            return self.store.connection.select(query)
 
     def captures(self, where: Where = "") -> pa.Table:
         """The catalogue: its columns, captions as a list of texts, and a column for every tag.
@@ -66,9 +58,9 @@ class Tables:
         where : str or names
             Filter on the catalogue.
         """
-        with self._session.reading():
-            infos = store.load_captures(self._session.store, self._session.filter(where))
-            captions = store.load_captions(self._session.store)
+        with self.session.reading():
+            infos = store.load_captures(self.store, self.session.filter(where))
+            captions = store.load_captions(self.store)
         columns: dict[str, Any] = {c: [getattr(i, c) for i in infos] for c in store.COLUMNS}
         columns["captions"] = [[c.words for c in captions.get(i.capture_id, ())] for i in infos]
         for tag in sorted({tag for info in infos for tag in info.tags}):
@@ -77,9 +69,9 @@ class Tables:
 
     def captions(self) -> pa.Table:
         """Captions with their captures: capture, words, start and end (seconds, or null)."""
-        with self._session.reading():
-            names = {i.capture_id: i.name for i in store.load_captures(self._session.store)}
-            captions = store.load_captions(self._session.store)
+        with self.session.reading():
+            names = {i.capture_id: i.name for i in store.load_captures(self.store)}
+            captions = store.load_captions(self.store)
         rows = [(names[number], c) for number, spoken in captions.items() for c in spoken]
         return _table(
             {
@@ -94,7 +86,7 @@ class Tables:
         ``log_likelihood`` is that of the symbol and ``background`` that of the background model,
         both in nats per frame.
         """
-        learned = self._session.learned
+        learned = self.session.learned
         table = learned.segments
         names = {number: info.name for number, info in learned.captures.items()}
         return _table(
@@ -110,7 +102,7 @@ class Tables:
 
     def symbols(self) -> pa.Table:
         """Motion symbols: symbol, cluster, coordinates in the symbol space, number of segments."""
-        learned = self._session.learned
+        learned = self.session.learned
         n = learned.symbols.n_symbols
         return _table(
             {
@@ -123,7 +115,7 @@ class Tables:
 
     def words(self) -> pa.Table:
         """t(word | symbol): word, symbol, probability. Symbol -1 is NULL; zeros are left out."""
-        association = self._session.learned.association
+        association = self.session.learned.association
         translation = np.asarray(association.translation)
         rows, columns = np.nonzero(translation)
         return _table(

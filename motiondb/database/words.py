@@ -8,37 +8,23 @@ from typing import TYPE_CHECKING
 
 from motiondb import answers, store
 from motiondb.database.captures import chosen
+from motiondb.database.session import Topic
 from motiondb.errors import QueryError
 from motiondb.records import Caption, CaptureInfo
-from motiondb.store import Store
 from motiondb.tabled import Listed
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
     from motiondb.database.catalogue import sheets
     from motiondb.database.learn import updating
-    from motiondb.database.session import Session
     from motiondb.database.values import Where
     from motiondb.search.chances import WordSource
 
 
-class Words:
+class Words(Topic):
     """The captions of a database and the words that were learned, available as ``db.words``.
 
     :class:`MotionDB` says what the arguments are.
-
-    Parameters
-    ----------
-    session : Session
-        The open database.
     """
-
-    def __init__(self, session: Session) -> None:
-        self.session = session
-
-    @property
-    def store(self) -> Store:
-        """The open store."""
-        return self.session.store
 
     def set(
         self,

@@ -31,6 +31,7 @@ from motiondb.database.grammars.grammar_sequences import (
     terminals_of,
 )
 from motiondb.database.learned_grammar import LearnedGrammar
+from motiondb.database.session import Topic
 from motiondb.database.values import listed, seeded
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg import prefix
@@ -45,12 +46,11 @@ from motiondb.search.takings import Taking
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from motiondb.database.session import Session
 
 SHOWN_TREES = 12  # Most trees in a picture of the sentences
 
 
-class Grammars:
+class Grammars(Topic):
     """The grammars of a database, available as ``db.grammars``.
 
     ``name`` is the name of a grammar; a QueryError is raised if there is no such grammar. Strings
@@ -59,20 +59,12 @@ class Grammars:
     not derive. The same ``seed`` gives the same result. ``exact`` refuses words that no caption
     holds, which are otherwise taken as known ones. ``path`` of a picture is a file with the ending
     .png; the method returns it.
-
-    Parameters
-    ----------
-    session : Session
-        The open database.
     """
-
-    def __init__(self, session: Session) -> None:
-        self._session = session
 
     def material(self, name: str) -> Material:
         """Return a grammar with its takes, as far as their captures are in the database."""
-        return self._session.kept(
-            ("grammar", name), lambda: grammar_sequences.load_material(self._session.store, name)
+        return self.session.kept(
+            ("grammar", name), lambda: grammar_sequences.load_material(self.store, name)
         )
 
     def learn(
@@ -103,15 +95,15 @@ class Grammars:
             from the captures. Nothing is saved then.
         """
         names, settings = listed("captures", captures), settings or GrammarSettings()
-        return grammar_learning.learn_grammar(self._session.store, names, name, settings, progress)
+        return grammar_learning.learn_grammar(self.store, names, name, settings, progress)
 
     def names(self) -> list[str]:
         """Return the names of all grammars."""
-        return store.load_grammar_names(self._session.store)
+        return store.load_grammar_names(self.store)
 
     def sizes(self) -> list[store.GrammarSize]:
         """Return the size of each grammar, ordered by name."""
-        return store.load_grammar_sizes(self._session.store)
+        return store.load_grammar_sizes(self.store)
 
     def size(self, name: str) -> store.GrammarSize:
         """Return the size of a grammar."""
@@ -124,8 +116,8 @@ class Grammars:
 
     def remove(self, name: str) -> list[str]:
         """Remove a grammar; return the names of generated captures that can no longer be edited."""
-        with store.running(self._session.store, "grammar remove", {"name": name}):
-            return store.remove_grammar(self._session.store, name)
+        with store.running(self.store, "grammar remove", {"name": name}):
+            return store.remove_grammar(self.store, name)
 
     def edit_rules(self, name: str, text: str) -> list[str]:
         """Replace the rules of a grammar by edited ones, a text as ``show(name).text``.
@@ -140,7 +132,7 @@ class Grammars:
             When the rules cannot be read, use unknown terminals, or do not derive a sentence of the
             captures. Nothing is changed then.
         """
-        return grammar_editing.edit_rules(self._session.store, self.load(name).name, text)
+        return grammar_editing.edit_rules(self.store, self.load(name).name, text)
 
     def rename_terminal(self, name: str, terminal: str, to: str) -> list[str]:
         """Give a terminal another name, also in the rules and in saved sequences.
@@ -149,7 +141,7 @@ class Grammars:
         begins with a letter or ``_``. Returns what :meth:`edit_rules` does: no name, as the strings
         stay the same.
         """
-        database = self._session.store
+        database = self.store
         return grammar_editing.rename_terminal(database, self.load(name).name, terminal, to)
 
     def undo_edit(self, name: str) -> str:
@@ -159,18 +151,18 @@ class Grammars:
         removed in between: these come back (``MotionDB.undo``) as captures without derivation.
         QueryError is raised if the grammar was not edited since it was learned.
         """
-        return grammar_editing.undo_edit(self._session.store, self.load(name).name)
+        return grammar_editing.undo_edit(self.store, self.load(name).name)
 
     def edits(self, name: str) -> tuple[str, ...]:
         """Return what the edits of a grammar changed that can be taken back, the last first."""
-        runs = {run.run_id: run for run in store.load_runs(self._session.store)}
+        runs = {run.run_id: run for run in store.load_runs(self.store)}
         return grammar_editing.edits_of(runs, self.load(name).run_id)
 
     def meanings(self, name: str) -> tuple[grammar_words.Meaning, ...]:
         """Return the meaning of each terminal; empty meanings if the database has not learned."""
         material = self.material(name)
-        with self._session.reading():
-            learned = self._session.learned if store.is_learned(self._session.store) else None
+        with self.session.reading():
+            learned = self.session.learned if store.is_learned(self.store) else None
         return grammar_words.terminal_meanings(learned, material.learned, material.numbers)
 
     def show(self, name: str) -> answers.GrammarAnswer:
@@ -278,13 +270,13 @@ class Grammars:
         which the grammar was learned. QueryError is raised also if the motion is too short for a
         terminal.
         """
-        with self._session.reading():
+        with self.session.reading():
             material = self.material(name)
             take = grammar_parsing.take_of(material, example)
             if take is not None:
                 return grammar_parsing.as_learned(material.learned, take)
-            motion = load_example(self._session, example)
-            transcription = grammar_parsing.read(self._session, material, motion)
+            motion = load_example(self.session, example)
+            transcription = grammar_parsing.read(self.session, material, motion)
         return grammar_parsing.parse_transcription(material.learned.grammar, transcription)
 
     def suggest(
@@ -319,7 +311,7 @@ class Grammars:
         GrammarError
             When no sentence matches; with the first place of the pattern that none reaches.
         """
-        return grammar_words.best_completions(self._session, self.material(name), like, n, exact)
+        return grammar_words.best_completions(self.session, self.material(name), like, n, exact)
 
     def generate(
         self,
@@ -348,7 +340,7 @@ class Grammars:
         """
         if like is not None:
             return grammar_words.generate_completion(
-                self._session, self.material(name), like, length, seed, exact
+                self.session, self.material(name), like, length, seed, exact
             )
         if length is not None and length < 1:
             raise QueryError(f"length: expected at least 1 terminal, found {length}. Ask for more.")
@@ -421,7 +413,7 @@ class Grammars:
 
     def taken_in_pattern(self, name: str, like: str) -> dict[str, Taking]:
         """Return what the words of a pattern are taken as that no caption holds."""
-        return grammar_words.taken_words(self._session, self.material(name), like)
+        return grammar_words.taken_words(self.session, self.material(name), like)
 
     def strip(self, sequence: GrammarSequence) -> tuple[grammar_facts.StripTerminal, ...]:
         """Return the terminals of a sequence with their times and the segments that play them."""
@@ -429,8 +421,8 @@ class Grammars:
 
     def saved(self, name: str) -> list[str]:
         """Return the names of the saved sequences that a grammar derived."""
-        opened = self._session.store
-        with self._session.reading():
+        opened = self.store
+        with self.session.reading():
             infos = [i for i in store.load_captures(opened) if i.kind == "generated"]
             derived = [(i.name, store.load_derivation(opened, i.capture_id)) for i in infos]
         return [
@@ -453,8 +445,8 @@ class Grammars:
         QueryError is raised if no capture has this name, it has no derivation by a grammar of the
         database, or a capture that plays one of its terminals was removed.
         """
-        with self._session.reading():
-            _, derivation = grammar_sequences.load_sequence(self._session.store, name)
+        with self.session.reading():
+            _, derivation = grammar_sequences.load_sequence(self.store, name)
             material = self.material(derivation.grammar)
             return grammar_sequences.play_saved(material, name)
 

@@ -42,6 +42,7 @@ from motiondb.database.scenes.scene_records import (
     scene_record,
 )
 from motiondb.database.scenes.scene_texts import SceneText, read_scene_text
+from motiondb.database.session import Topic
 from motiondb.errors import QueryError, SceneError, suggestion
 from motiondb.files.safe_files import is_folder
 from motiondb.records import Motion
@@ -55,8 +56,6 @@ from motiondb.tabled import Tabled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from motiondb.database.session import Session
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -81,7 +80,7 @@ def _quiet(_what: str, _share: float, _error: float) -> None:
     """Ignore the progress."""
 
 
-class Scenes:
+class Scenes(Topic):
     """The scenes of a database; reached as ``db.scenes``.
 
     Verbs on motion grammars, diagrams and folders need no database: ``Scenes.validate(...)``. There
@@ -91,9 +90,6 @@ class Scenes:
     called with the step, the fraction that is done, and the error. A SceneError is raised if a file
     has a fault, and a QueryError if no kept scene has a name.
     """
-
-    def __init__(self, session: Session) -> None:
-        self._session = session
 
     def make(
         self,
@@ -119,11 +115,11 @@ class Scenes:
         text = read_scene_text(diagram)
         progress("loading", 0.0, np.nan)
         settings = settings or SceneSettings()
-        with self._session.reading():
-            clips = scene_clips(self._session, text.grammar, exact=settings.exact)
+        with self.session.reading():
+            clips = scene_clips(self.session, text.grammar, exact=settings.exact)
             digests = self._digests()
         progress("loading", 1.0, np.nan)
-        with store.released(self._session.store):
+        with store.released(self.store):
             made = make(text, clips, settings, progress)
         return self._finished(made, name or text.diagram.name, digests)
 
@@ -151,17 +147,17 @@ class Scenes:
         settings = settings or SceneSettings(**earlier.settings)
         if new.grammar_text != old.grammar_text:
             return self.make(diagram, settings, progress, earlier.name)
-        with self._session.reading():
-            clips = scene_clips(self._session, new.grammar, exact=settings.exact)
+        with self.session.reading():
+            clips = scene_clips(self.session, new.grammar, exact=settings.exact)
             digests = self._digests()
         state = record_state(earlier, old, clips.library)
-        with store.released(self._session.store):
+        with store.released(self.store):
             made = make(new, clips, settings, progress, (old.diagram, state), shown)
         return self._finished(made, earlier.name, digests)
 
     def _digests(self) -> dict[str, str]:
         """Digests of all captures by name."""
-        return {info.name: info.sha256 for info in store.load_captures(self._session.store)}
+        return {info.name: info.sha256 for info in store.load_captures(self.store)}
 
     def _finished(self, made: MadeScene, name: str, digests: Mapping[str, str]) -> Scene:
         """The scene with the origin of its frames.
@@ -169,8 +165,8 @@ class Scenes:
         `digests`: Those of the captures when its clips were loaded; others may have changed the
         database while it was made.
         """
-        with self._session.reading():
-            infos = {info.name: info for info in store.load_captures(self._session.store)}
+        with self.session.reading():
+            infos = {info.name: info for info in store.load_captures(self.store)}
             used = {capture for player in made.polished.players for capture in player.captures}
             gone = {n for n in used if n not in infos or infos[n].sha256 != digests[n]}
             if gone:
@@ -189,7 +185,7 @@ class Scenes:
     def _provenance(self, player: Placed, numbers: Mapping[str, int]) -> store.Provenance:
         captures = np.array([numbers[capture] for capture in player.captures], dtype=np.int64)
         return store.to_provenance(
-            self._session.store,
+            self.store,
             captures[player.source_numbers],
             player.source_frames,
             player.warps,
@@ -226,7 +222,7 @@ class Scenes:
         A scene of the same name is replaced, with its captures. QueryError is raised if a player's
         capture would have the name of another capture.
         """
-        database, name, made = self._session.store, scene.record.name, scene.made
+        database, name, made = self.store, scene.record.name, scene.made
         parameters = {"scene": name, "diagram": made.text.diagram.name, **scene.record.settings}
         if made.cut_at[2] != made.settings.rounds:  # it began with an earlier scene
             parameters["updated"] = True
@@ -254,7 +250,7 @@ class Scenes:
         name.
         """
         self.check_name(name, text.diagram.player)
-        database = self._session.store
+        database = self.store
         runs = {run.run_id: run for run in store.load_runs(database)}
         changed = max((n for n, run in runs.items() if run.kind in _CHANGING), default=0)
         asked = (text.diagram_text, text.grammar_text, asdict(settings))
@@ -279,7 +275,7 @@ class Scenes:
         if not name.strip():
             raise QueryError("name: expected a name for the scene, found nothing. Give one.")
         store.check_new_name(name, "scene")
-        database = self._session.store
+        database = self.store
         is_kept = name in store.load_scene_names(database)
         replaced = store.load_scene_captures(database, name) if is_kept else ()
         for player in players:
@@ -290,21 +286,21 @@ class Scenes:
         self, grammar: str | Path | MotionGrammar, exact: bool = False
     ) -> dict[str, tuple[ShownAction, ...]]:
         """Parts of captures whose captions show the terminals of a grammar."""
-        with self._session.reading():
-            return dict(find_actions(self._session, self.read_grammar(grammar), exact).parts)
+        with self.session.reading():
+            return dict(find_actions(self.session, self.read_grammar(grammar), exact).parts)
 
     def taken_words(self, grammar: str | Path | MotionGrammar) -> dict[str, Taking]:
         """What words of a grammar's phrases are taken as that no caption holds."""
-        with self._session.reading():
-            return dict(find_actions(self._session, self.read_grammar(grammar)).takings)
+        with self.session.reading():
+            return dict(find_actions(self.session, self.read_grammar(grammar)).takings)
 
     def names(self) -> list[str]:
         """Return the names of the kept scenes."""
-        return store.load_scene_names(self._session.store)
+        return store.load_scene_names(self.store)
 
     def load(self, name: str) -> store.StoredScene:
         """Return a kept scene."""
-        return store.load_scene(self._session.store, name)
+        return store.load_scene(self.store, name)
 
     def find(self, place: str | Path) -> store.StoredScene:
         """Return the scene of a folder, or the kept one of this name."""
@@ -323,7 +319,7 @@ class Scenes:
 
     def remove(self, name: str) -> list[str]:
         """Remove a kept scene with its players' captures, and return the names of these."""
-        database = self._session.store
+        database = self.store
         with store.transaction(database):  # others may remove captures meanwhile
             captures = store.load_scene_captures(database, name)
             numbers = [store.load_capture(database, capture).capture_id for capture in captures]
@@ -341,7 +337,7 @@ class Scenes:
                 f"{record.name}: expected the motions of its players, found that the captures of"
                 f" {', '.join(gone)} were removed. Make the scene again."
             )
-        opened = self._session.store
+        opened = self.store
         return {p.name: store.load_motion(opened, p.capture_id) for p in record.players}
 
     def draw(self, name: str, png: str | Path | None = None) -> Path | Figure:
