@@ -27,7 +27,7 @@ from pathlib import Path
 import numpy as np
 
 from motiondb.database.loading import nearby_table
-from motiondb.language.vocabulary import lemma
+from motiondb.language.lemmas import lemma
 from motiondb.language.word_vectors.word_vectors import (
     ENTRIES,
     VECTORS,

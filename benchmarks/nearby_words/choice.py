@@ -11,7 +11,8 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 
-from motiondb.language.vocabulary import FIXED, STOP_WORDS, VERBS, lemma
+from motiondb.language.lemmas import FIXED, VERBS, lemma
+from motiondb.language.vocabulary import STOP_WORDS
 from nearby_words.wordnet import WordNet, is_plain
 
 N_WORDS = 24_000

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from motiondb.language.vocabulary import lemma
+from motiondb.language.lemmas import lemma
 
 FOLDER = Path(__file__).parent
 

@@ -18,7 +18,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from motiondb.language.vocabulary import STOP_WORDS, lemma
+from motiondb.language.lemmas import lemma
+from motiondb.language.vocabulary import STOP_WORDS
 from motiondb.records import FloatArray
 from nearby_words.wordnet import Synset, WordNet, gloss_words, is_plain
 

@@ -23,7 +23,7 @@ GRAMMAR = "moves"
 
 def import_everything() -> None:
     """Import all of motiondb, so that processes that part from this one need not."""
-    from motiondb.language.vocabulary import lemma
+    from motiondb.language.lemmas import lemma
 
     for module in pkgutil.walk_packages(motiondb_package.__path__, "motiondb."):
         importlib.import_module(module.name)

@@ -46,6 +46,7 @@ from motiondb.search.takings import (
     nearest_suggested,
     not_understood,
     say_not_understood,
+    sentence_of,
     unknown_words,
     with_likeliest,
     write_otherwise,
@@ -235,7 +236,7 @@ def generate(
     with session.reading():
         takes = Takes(session.features, lambda capture: store.load_motion(session.store, capture))
         check_any(session.learned)
-        sentence, same = Sentence(session.learned, words), dict[str, Taking]()
+        sentence, same = sentence_of(session.learned, words), dict[str, Taking]()
         if exact:
             learned = session.learned
             takings = unknown_words(sentence, nearby_table(), is_replaced=False)

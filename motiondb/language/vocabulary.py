@@ -7,13 +7,6 @@ directions and body parts belongs to the action before it: "walks forward and ba
 action. "X while Y" is one action, "X after Y" is Y, then X. In a query the word ``?`` means any
 action; it becomes an empty action.
 
-**Lemmas.** Walks, walking, walked and walker are all "walk": by a short table of forms that motion
-captions use and dictionaries treat otherwise (backwards, shot, sitting as a noun); by regular
-endings of common motion verbs (dancer, dance); else by the dictionary of simplemma. Loading it
-costs .1 to .3 s, a third of a search, so its lemmas for the words of captions are stored with the
-learned model (:func:`dictionary_forms`). It alone would give 3 of the 317 words of the sample, CMU
-and Bandai-Namco captions another lemma (dancer, folding, hanging).
-
 **A user's table of synonyms**: lines ``word = canonical word``. A tab may replace ``=``; blank
 lines and text after ``#`` are ignored. A canonical word may itself have an entry: chains are
 followed to their end.
@@ -25,12 +18,12 @@ import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from difflib import get_close_matches
-from functools import lru_cache
 from unicodedata import combining, normalize
 
 import numpy as np
 
 from motiondb.errors import SheetError
+from motiondb.language.lemmas import VERBS, lemma
 from motiondb.records import IntArray
 
 _STOP_WORDS = """
@@ -45,7 +38,12 @@ just very really of in on at by for from to with without like about onto upon pe
 once twice time times almost approximately briefly finally first second last also too degree
 degrees meter meters metre metres centimeter centimeters centimetre centimetres bit kind sort way
 something anything thing things motion motions movement movements sequence can will would other
-self direction task act acts acting
+self direction task act acts acting where whose whom why how because since although though whereas
+unless whether could should may might must shall let lets gonna wanna gotta everyone everybody
+anyone anybody folk folks guys individual individuals participant participants lady ladies
+gentleman gentlemen dude kid kids children adult adults yourself myself themselves ourselves mine
+yours theirs please afterwards afterward subsequently thereafter meanwhile eventually actually
+basically simply maybe perhaps somehow somewhat rather quite such yes thanks thank
 """
 STOP_WORDS = frozenset(_STOP_WORDS.split())
 """Stop words: they describe no motion. Directions and body parts are never among them."""
@@ -372,142 +370,6 @@ def say_unknown(word: str, near: Sequence[str] = (), where: str = "in the captio
 def say_perhaps(near: Sequence[str]) -> str:
     """The known words that may be meant by an unknown one, as the end of a sentence."""
     return f"; perhaps {' or '.join(map(as_said, near))}" if near else ""
-
-
-_VERBS = """
-balance ballet bend block bounce bow box break breakdance catch circle clap climb crawl crouch
-dance dangle dash descend dip dive dodge drag dribble drink drive drop duck fall feint fight fish
-flap flip fold gallop grab guard hang hit hold hop hug hurdle jab jerk jog juggle jump kick kneel
-laugh lean leap lift limp lower lunge march mop nod pass pick pivot point pose pull punch push
-raise reach rest roll rotate run salute scratch screen screw shake shoot shrug shuffle sit skate
-skip slide slip sneak spin sprint squat stagger stamp stand start step stomp stop stretch stroke
-stroll strike stumble sweep swim swing throw tilt tiptoe toss touch trip trot turn twirl twist
-unscrew vault veer walk wash wave wipe zigzag
-"""
-VERBS = frozenset(_VERBS.split())
-"""Motion verbs whose regular forms are recognised without the dictionary."""
-
-FORMS = {
-    "arching": "arch",
-    "backwards": "backward",
-    "backflips": "backflip",
-    "bent": "bend",
-    "brought": "bring",
-    "downward": "down",
-    "downwards": "down",
-    "forwards": "forward",
-    "jetes": "jete",
-    "laid": "lie",
-    "lateral": "sideways",
-    "laterally": "sideways",
-    "leftward": "left",
-    "leftwards": "left",
-    "lying": "lie",
-    "playing": "play",
-    "ran": "run",
-    "rightward": "right",
-    "rightwards": "right",
-    "sat": "sit",
-    "shot": "shoot",
-    "shots": "shoot",
-    "sideway": "sideways",
-    "sidewards": "sideways",
-    "sideward": "sideways",
-    "stood": "stand",
-    "swung": "swing",
-    "upward": "up",
-    "upwards": "up",
-}
-
-_FIXED = """
-left right forward backward up down over under around through out off into across behind above
-below straight back front side sideways both upper lower inside outside away near far high low
-stationary
-"""
-FIXED = frozenset(_FIXED.split())
-"""Words that stay as they are: a dictionary would give the lemma leave for left, and low for
-lower."""
-
-
-def lemma(word: str, known: Mapping[str, str] | None = None) -> str:
-    """Return the lemma of a word, or the word itself if none is known.
-
-    >>> [lemma(word) for word in ("Walks", "running", "dancer", "boxing", "left", "backwards")]
-    ['walk', 'run', 'dance', 'box', 'left', 'backward']
-    """
-    word = word.lower()
-    ruled = _ruled_lemma(word)
-    if ruled is not None:
-        return ruled
-    if known is not None and word in known:
-        return known[word]
-    return _dictionary_lemma(word)
-
-
-def dictionary_forms(words: Iterable[str]) -> dict[str, str]:
-    """Lemmas of those words that only the dictionary knows.
-
-    >>> dictionary_forms(["walks", "cartwheels", "left"])
-    {'cartwheels': 'cartwheel'}
-    """
-    forms = sorted({word.lower() for word in words})
-    return {form: _dictionary_lemma(form) for form in forms if _ruled_lemma(form) is None}
-
-
-@lru_cache(maxsize=20_000)
-def _ruled_lemma(word: str) -> str | None:
-    """The lemma, if tables and regular endings give it."""
-    if word in FORMS:
-        return FORMS[word]
-    if word in FIXED or word in VERBS or not word.isalpha():
-        return word
-    return next((stem for stem in _stems(word) if stem in VERBS), None)
-
-
-def _stems(word: str) -> list[str]:
-    """Stems before a regular ending, with a doubled letter reduced and a silent e restored.
-
-    >>> _stems("running")
-    ['runn', 'run', 'runne']
-    """
-    stems = []
-    for ending in ("ings", "ing", "ers", "er", "es", "ed", "s", "d"):
-        if word.endswith(ending) and len(word) > len(ending) + 2:
-            stem = word[: -len(ending)]
-            stems.append(stem)
-            if ending in ("s", "d"):
-                continue
-            if stem[-1] == stem[-2]:
-                stems.append(stem[:-1])
-            stems.append(stem + "e")
-            break
-    if word.endswith("es"):
-        stems.append(word[:-1])
-    if word.endswith("ies") or word.endswith("ied"):
-        stems.append(word[:-3] + "y")
-    return stems
-
-
-@lru_cache(maxsize=20_000)
-def _dictionary_lemma(word: str) -> str:
-    """The lemma in simplemma's English dictionary, or the word itself."""
-    from simplemma import lemmatize
-
-    dictionary_form = lemmatize(word, lang="en").lower()
-    return FORMS.get(dictionary_form, dictionary_form)
-
-
-@lru_cache(maxsize=20_000)
-def is_also_verb(word: str) -> bool:
-    """Whether a word can be a verb: whether the dictionary has a form of it in -ing or -ed.
-
-    >>> [is_also_verb(word) for word in ("eat", "juggle", "pizza", "zombie")]
-    [True, True, False, False]
-    """
-    if word in VERBS:
-        return True
-    stems = (word, word.removesuffix("e"), word + word[-1:])
-    return any(_dictionary_lemma(stem + end) == word for stem in stems for end in ("ing", "ed"))
 
 
 def parse_synonyms(text: str, source: str = "synonyms") -> dict[str, str]:

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.language import vocabulary
+from motiondb.language.lemmas import dictionary_forms
 from motiondb.language.translation import explanation, transition
 from motiondb.language.translation.explanation import ExpectedCounts
 from motiondb.meaning import score_vectors
@@ -237,4 +238,4 @@ def publish_association(counts: Counts, reference: Reference) -> Association:
 def dictionary_lemmas(captions: Mapping[int, tuple[Caption, ...]]) -> dict[str, str]:
     """The lemmas that only the dictionary knows, for all words of some captions."""
     forms = {f for rows in captions.values() for c in rows for f in vocabulary.forms_of(c.words)}
-    return vocabulary.dictionary_forms(forms)
+    return dictionary_forms(forms)

@@ -44,13 +44,11 @@ from motiondb.search.takings import (
     hints_of,
     near_sentence,
     not_understood,
+    sentence_of,
     unknown_words,
     with_likeliest,
     write_otherwise,
 )
-
-QUOTES = (('"', '"'), ("\u201c", "\u201d"), ("\u201e", "\u201c"))
-"""Pairs of quotation marks, which may stand around a question."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +102,7 @@ def ask(
     by_symbols: bool = False,
 ) -> AskedQuestion:
     """Understand a question as ``MotionDB.search`` does."""
-    sentence, same = Sentence(learned, unquote(text)), dict[str, Taking]()
+    sentence, same = sentence_of(learned, text), dict[str, Taking]()
     if by_symbols:  # captions hold words, not symbols
         takings = unknown_words(sentence, table, is_replaced=not exact)
         question = plain_order(Sentence(with_likeliest(learned, takings), sentence.text), takings)
@@ -170,7 +168,7 @@ def understand(
 
 def understand_learned(learned: Learned, text: str, looks_at_motion: bool = False) -> AskedQuestion:
     """Understand a question in the learned words alone."""
-    sentence = Sentence(learned, unquote(text))
+    sentence = sentence_of(learned, text)
     return understand(learned_words(learned), sentence, looks_at_motion=looks_at_motion)
 
 
@@ -269,16 +267,3 @@ def excluded_words(action: Sequence[str], excluded: Sequence[str]) -> tuple[str,
     verbs = [word for word in action if word not in MODIFIERS]
     limbs = [word for word in action if word in LIMBS]
     return (*verbs, *excluded, *(limbs[:1] if excluded[-1] in SIDES else ()))
-
-
-def unquote(text: str) -> str:
-    """A question without quotation marks around it.
-
-    >>> unquote('"walk, sit"'), unquote('walk')
-    ('walk, sit', 'walk')
-    """
-    bare = text.strip()
-    for opening, closing in QUOTES:
-        if len(bare) > 1 and bare.startswith(opening) and bare.endswith(closing):
-            return bare[1:-1]
-    return text

@@ -29,16 +29,17 @@ from functools import cached_property
 import numpy as np
 
 from motiondb.errors import UnknownWordsError
+from motiondb.language.lemmas import lemma
 from motiondb.language.nearby.table import NearbyTable
 from motiondb.language.question.heads import missing_heads, verbs_in
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import KnownQuestion, hold_to_known
 from motiondb.language.question.tree import Question
+from motiondb.language.requests import without_request
 from motiondb.language.vocabulary import (
     MODIFIERS,
     STOP_WORDS,
     forms_of,
-    lemma,
     nearest_words,
     nothing_known,
     say_unknown,
@@ -272,6 +273,11 @@ class Sentence:
         counted = zip(association.words, association.counts)
         counts = {word: int(count) for word, count in counted if count > 0} | dict(added)
         return hold_to_known(self.parsed, counts)
+
+
+def sentence_of(learned: Learned, text: str) -> Sentence:
+    """What a person asks for in a text, without the frame of a request."""
+    return Sentence(learned, without_request(text))
 
 
 def find_takings(

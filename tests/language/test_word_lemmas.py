@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from motiondb.language import vocabulary
+from motiondb.language import lemmas, vocabulary
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import hold_to_known
 from motiondb.meaning.counting import dictionary_lemmas
@@ -36,8 +36,8 @@ def test_forms_have_their_lemmas() -> None:
 def test_known_lemmas_are_the_answer_of_the_call_they_are_given_to() -> None:
     known = {"frobs": "frob", "walks": "other"}
     assert vocabulary.words_of("three frobs and walks", lemmas=known) == ["frob", "walk"]
-    assert vocabulary.lemma("stairs", {"stairs": "step"}) == "step"
-    assert vocabulary.lemma("stairs") == "stair"
+    assert lemmas.lemma("stairs", {"stairs": "step"}) == "step"
+    assert lemmas.lemma("stairs") == "stair"
     assert hold_to_known(parse("frobs", lemmas=known), {"frob": 1}).words == ("frob",)
 
 

@@ -12,7 +12,8 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from motiondb import store
 from motiondb.database.loading import nearby_table
-from motiondb.language.vocabulary import forms_of, lemma
+from motiondb.language.lemmas import lemma
+from motiondb.language.vocabulary import forms_of
 from motiondb.records import CaptureInfo
 from motiondb.search.takings import TAKEN, Taking, take_word
 from motiondb.store import CAPTION, COLUMNS, Condition, Filter, OneOf, matches, parse_where

@@ -50,7 +50,7 @@ from motiondb.learn.learned import Learned
 from motiondb.records import FloatArray
 from motiondb.search.asked_words import AskedWords, learned_words, with_replaced
 from motiondb.search.described import segment_words
-from motiondb.search.takings import Sentence, Taking, find_takings
+from motiondb.search.takings import Sentence, Taking, find_takings, sentence_of
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session
@@ -269,7 +269,7 @@ def pattern_of(
 
 def _words_in_order(asked: AskedWords, text: str) -> list[str]:
     """Return the words of a sentence; anything but an order of actions is refused."""
-    known = Sentence(asked.learned, text).in_known_words(asked.added)
+    known = sentence_of(asked.learned, text).in_known_words(asked.added)
     if known.unknown:
         raise QueryError(nothing_known(text, known.unknown))
     actions, not_used = plain_actions(known.tree)

@@ -7,7 +7,7 @@ else of it is known: captures with hands do not answer "clapping hands".
 
 No dictionary of the parts of speech is loaded. A word counts as a verb if
 
-* it is a form of a motion verb (``vocabulary.VERBS``) other than its doer ("dancer"), or ends in
+* it is a form of a motion verb (``lemmas.VERBS``) other than its doer ("dancer"), or ends in
   -ing, and no article stands before it ("picks up a box");
 * it follows a subject ("he juggles", "they clap");
 * it begins its clause and a word follows that describes no motion ("throw a ball");
@@ -23,15 +23,9 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping, Sequence
 
+from motiondb.language.lemmas import VERBS, is_also_verb
 from motiondb.language.question.tree import LIMBS, Action, AnyOf, Node, Without, parts_of
-from motiondb.language.vocabulary import (
-    MODIFIERS,
-    VERBS,
-    is_also_verb,
-    join_phrases,
-    motion_word,
-    split_compound,
-)
+from motiondb.language.vocabulary import MODIFIERS, join_phrases, motion_word, split_compound
 
 _TOKEN = re.compile(r"[^\W\d_]+(?:'[^\W\d_]+)?|[,;.!?()\n]")
 _CLAUSE_TEXT = ", ; . ! ? ( ) and then or while after before but nor not without"

@@ -24,6 +24,7 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 
 from motiondb.errors import QueryError
+from motiondb.language.lemmas import VERBS
 from motiondb.language.question.amounts import (
     manner_of,
     match_count,
@@ -32,7 +33,7 @@ from motiondb.language.question.amounts import (
     match_number,
 )
 from motiondb.language.question.tree import LIMBS, NotUsed
-from motiondb.language.vocabulary import MODIFIERS, VERBS, join_phrases, motion_word, split_compound
+from motiondb.language.vocabulary import MODIFIERS, join_phrases, motion_word, split_compound
 
 _WORDS = (
     ("skip", r"not\s+(?:only|just|merely|simply)(?=\W.*\bbut\b)"),

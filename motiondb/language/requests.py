@@ -1,0 +1,110 @@
+"""From a request to what is requested: "show me clips where someone waves" is "someone waves".
+
+Who types a question often frames it: an imperative to the program, a wish, a question whether there
+are such captures, the word for a capture. Frames stand at the beginning, or are a capture's name
+with a relative word ("clips in which"). *Light verbs* carry no movement of their own before the
+noun of one: "goes for a run", "takes a step", "has a drink".
+"""
+
+from __future__ import annotations
+
+import re
+
+from motiondb.language.lemmas import VERBS, lemma
+
+_CAPTURES = (
+    r"(?:(?:motion\s+|mocap\s+)?(?:clip|video|recording|capture|animation|example|sequence|scene"
+    r"|moment|part|instance|take|shot|file|motion|movement|performance|result|match)(?:e?s)?"
+    r"|footage|mocap|anything|something|stuff|data)"
+)
+_ALL = r"(?:(?:all|any|some|every|each|the|a|an|one|few|more|other|of|my|our|me|us|it|to)\s+)*"
+_POLITE = r"(?:(?:please|kindly|hi|hello|hey|ok|okay|so|now|just|then)[\s,]+)*"
+_VERB = (
+    r"(?:(?:find|show|locate|display|retrieve|fetch|list|return)(?!\s+(?:off|up)\b)"
+    r"|(?:search|searching|look|looking|query)\s+for"
+    rf"|(?:get|give|bring|play|pull\s+up|open|select|pick|see|have|want|need)(?=\s+(?:me|us)\b"
+    rf"|\s+{_ALL}{_CAPTURES}\b))"
+)
+_REQUEST = re.compile(
+    rf"{_POLITE}(?:"
+    rf"(?:(?:can|could|would|will)\s+you|i\s+want\s+you\s+to|help\s+me)\s+{_POLITE}{_VERB}"
+    r"|(?:let\s+(?:me|us)|let's|(?:can|could|may)\s+(?:i|we))\s+(?:please\s+)?(?:see|have|find|get|watch|look\s+at)"
+    r"|(?:i|we)(?:\s+(?:really|just))?(?:\s+(?:need|want|wish|require)|(?:\s+(?:would|'d)|'d)\s+like"
+    r"|\s+am\s+(?:looking|searching)\s+for|'m\s+(?:looking|searching)\s+for"
+    r"|\s+are\s+(?:looking|searching)\s+for)(?:\s+to\s+(?:see|find|have|get|watch|look\s+at))?"
+    r"|(?:is|are)\s+there|(?:do|does)\s+(?:you|we|it|this|the\s+database)\s+have"
+    rf"|(?:have\s+you\s+got|what\s+about|how\s+about)|where\s+(?:is|are|does|do|did|can\s+i\s+see)"
+    rf"|(?:which|what|in\s+which)(?=\s+(?:\w+\s+)?{_CAPTURES}\b)"
+    rf"|{_VERB}"
+    rf")(?!\w)[\s,:]*",
+    re.IGNORECASE,
+)
+_OF_CAPTURES = re.compile(
+    rf"(?<![\w-]){_ALL}{_CAPTURES}\s*,?\s+(?:of|where|when|with|showing|containing|featuring"
+    r"|(?:in\s+which|that|which|there)(?:\s+(?:shows?|contains?|ha(?:ve|s)|features?|includes?|looks?\s+like"
+    r"|is|are)\b)?|(?:shows?|contains?|ha(?:ve|s)|features?|includes?))(?!\w)",
+    re.IGNORECASE,
+)
+_LIGHT = re.compile(
+    r"\b(?:(?:go|goes|going|went|gone)\s+(?:out\s+)?(?:for|on)\s+(?:a|an|another|some)"
+    r"|(?:take|takes|taking|took|taken|have|has|having|had|give|gives|giving|gave|given|execute|"
+    r"executes|executing|executed|carry\s+out|carries\s+out|carrying\s+out)"
+    r"(?:\s+(?:a|an|another|the|some|his|her|their)(?!\w)|(?=\s+(?:one|two|three|four|several|\d+)\s)))"
+    r"(?=((?:\s+\w+){1,3}))",
+    re.IGNORECASE,
+)
+_SEAT = re.compile(r"\b(?:tak(?:es?|ing|en)|took|ha(?:ve|s|d|ving))\s+a\s+seat\b", re.IGNORECASE)
+_ABOUT_TO = re.compile(
+    r"\b(?:(?:is|are|was|were)\s+(?:about|going|trying|asked|told|supposed)\s+to"
+    r"|(?:decides?|decided|manages?|managed|attempts?|attempted|tries|tried|happens?|proceeds?"
+    r"|proceeded|wants?|wanted|likes?|used|ends\s+up|seems?|appears?)\s+to)(?=\s+[^\W\d_])",
+    re.IGNORECASE,
+)
+
+
+QUOTES = (('"', '"'), ("\u201c", "\u201d"), ("\u201e", "\u201c"))
+"""Pairs of quotation marks, which may stand around a question."""
+
+
+def unquote(text: str) -> str:
+    """A question without quotation marks around it.
+
+    >>> unquote('"walk, sit"'), unquote('walk')
+    ('walk, sit', 'walk')
+    """
+    bare = text.strip()
+    for opening, closing in QUOTES:
+        if len(bare) > 1 and bare.startswith(opening) and bare.endswith(closing):
+            return bare[1:-1]
+    return text
+
+
+def without_request(text: str) -> str:
+    """What a request asks for, without quotation marks around it.
+
+    >>> without_request("Show me clips where someone is drinking while standing")
+    'someone is drinking while standing'
+    >>> without_request("could you please find all captures of a cartwheel?")
+    'a cartwheel?'
+    >>> without_request("he goes for a slow walk and takes a box")
+    'he  slow walk and takes a box'
+    >>> without_request("a man looks for a key"), without_request("gives a box to her")
+    ('a man looks for a key', 'gives a box to her')
+    """
+    text = unquote(text).lstrip()
+    framed = _REQUEST.match(text)
+    if framed is not None and framed.end() < len(text):
+        text = text[framed.end() :]
+    text = _OF_CAPTURES.sub("", text)
+    text = _SEAT.sub("sit down", _ABOUT_TO.sub("", text))
+    return _LIGHT.sub(lambda found: "" if _names_motion(found[1]) else found[0], text).lstrip()
+
+
+_OBJECTS = frozenset(
+    ("box", "fish", "guard", "mop", "screen", "stamp")
+)  # Also things that one takes
+
+
+def _names_motion(words: str) -> bool:
+    """Whether the first of some words, but its adjective, names a movement ("a small step")."""
+    return any(lemma(word) in VERBS - _OBJECTS for word in words.split()[:2])

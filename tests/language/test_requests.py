@@ -1,0 +1,50 @@
+"""Requests as people type them, and what they ask for."""
+
+from __future__ import annotations
+
+import pytest
+
+from motiondb.language.requests import without_request
+from motiondb.language.vocabulary import split_actions
+
+
+@pytest.mark.parametrize(
+    ("text", "actions"),
+    [
+        ("Show me clips where someone is drinking while standing", "drink stand"),
+        ("I need somebody who jumps over something", "jump over"),
+        ("can you find people walking and then sitting down?", "walk | sit down"),
+        ("find me a clip of a man doing a cartwheel", "cartwheel"),
+        ("give me all the clips that show a kick", "kick"),
+        ("I'd like to see a person wave", "wave"),
+        ("we are looking for motion clips in which two people dance", "dance"),
+        ("is there anyone jumping?", "jump"),
+        ("Which recordings have a handstand", "handstand"),
+        ("where does she sit down", "sit down"),
+        ("Could we please see a slow walk", "slow walk"),
+        ("something that looks like swimming", "swim"),
+        ("goes for a walk", "walk"),
+        ("he went for a quick run", "quick run"),
+        ("takes a step forward", "step forward"),
+        ("has taken a seat", "sit down"),
+        ("gives a high kick", "high kick"),
+        ("decides to run away, and is about to fall", "run away | fall"),
+        # not frames: these are the motion
+        ("someone looks for a key", "look key"),
+        ("pull ups", "pull up"),
+        ("gets up from the floor", "stand up floor"),
+        ("plays a guitar", "play guitar"),
+        ("picks up a box and takes it", "pick up box | take"),
+        ("gives a box to her", "give box"),
+        ("walking scene", "walk scene"),
+    ],
+)
+def test_what_a_request_asks_for(text: str, actions: str) -> None:
+    expected = [action.split() for action in actions.split(" | ")]
+    assert split_actions(without_request(text)) == expected
+
+
+@pytest.mark.parametrize("text", ["find", "show me", "I want", "clips", "", "where is"])
+def test_a_frame_alone_asks_for_nothing_else(text: str) -> None:
+    words = [word for action in split_actions(without_request(text)) for word in action]
+    assert set(words) <= {"find", "show", "clip", "want"}
