@@ -35,7 +35,7 @@ from motiondb.language.vocabulary import split_actions
         ("gets up from the floor", "stand up floor"),
         ("plays a guitar", "play guitar"),
         ("picks up a box and takes it", "pick up box | take"),
-        ("gives a box to her", "give box"),
+        ("takes a box to her", "take box"),
         ("walking scene", "walk scene"),
     ],
 )
