@@ -39,7 +39,6 @@ class Fold:
     words: NDArray[np.bool_]
     performers: tuple[str, ...]
     names: tuple[str, ...]
-    verbs: frozenset[str] = frozenset()  # Words that are the verb of some caption
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,13 +66,11 @@ def motiondb_answers(
     fold: Fold,
     likeness: bool = True,
     told_by: str = "description map",
-    heads: bool = True,
 ) -> Answers:
     """The product: word map and caption map, then search in every gallery capture.
 
-    ``likeness``: whether words add their likeness to what the motion suggests. ``heads``: whether
-    the heads of an action bound it (``by_question``). ``told_by``: the map that tells words;
-    "caption map" (by the shares of suggested captions) or "word map" instead.
+    ``likeness``: whether words add their likeness to what the motion suggests. ``told_by``: the
+    map that tells words; "caption map" (by the shares of suggested captions) or "word map" instead.
     """
     groups = np.unique([fold.performers[t] for t in fold.train], return_inverse=True)[1]
     fit = word_map.fit_word_map(seen.vectors[fold.train], fold.words[fold.train], groups)
@@ -84,14 +81,13 @@ def motiondb_answers(
         takes = [take for g in fold.gallery for take in seen.hear(fit, captions, [int(g)])]
 
     number = {name: n for n, name in enumerate(fold.names)}
-    verbs = fold.verbs if heads else None
 
     def ask(actions: Sequence[Sequence[int]]) -> FloatArray:
         parts = tuple(
             Part((tuple(fold.names[word] for word in action),), repeat_of=k)
             for k, action in enumerate(actions)
         )
-        hits = [search_take(take, [Reading(parts)], number, verbs) for take in takes]
+        hits = [search_take(take, [Reading(parts)], number) for take in takes]
         return np.array([-np.inf if hit is None else hit.log_odds for hit in hits])
 
     words = np.stack([ask([[w]]) for w in range(fold.words.shape[1])], axis=1)

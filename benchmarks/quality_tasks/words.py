@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.language import vocabulary
-from motiondb.language.question.heads import verbs_in
 from motiondb.meaning.score_vectors import unit
 from motiondb.records import FloatArray
 from quality_protocol import baselines as base
@@ -71,10 +70,9 @@ def _all_answers(
 ) -> tuple[dict[str, list[Answers]], list[Fold]]:
     performers = tuple(c.performer for c in captures)
     number, has = performer_folds(performers), words.any(axis=1)
-    verbs = frozenset().union(*(verbs_in(text) for c in captures for text in c.captions))
     folds = [
         Fold(np.flatnonzero((number != k) & has), np.flatnonzero((number == k) & has), words,
-             performers, names, verbs)
+             performers, names)
         for k in range(5)
     ]  # fmt: skip
     every = np.ones(len(captures), dtype=bool)
@@ -92,7 +90,6 @@ def _all_answers(
             methods.motiondb_answers(inside[k], folds[k])
         ),
         "motiondb, without likeness": lambda k: methods.motiondb_answers(seen, folds[k], False),
-        "motiondb, without heads": lambda k: methods.motiondb_answers(seen, folds[k], heads=False),
         "motiondb, words told by the caption map": lambda k: methods.motiondb_answers(
             seen, folds[k], told_by="caption map"
         ),

@@ -96,6 +96,7 @@ def without_request(text: str) -> str:
     if framed is not None and framed.end() < len(text):
         text = text[framed.end() :]
     text = _OF_CAPTURES.sub("", text)
+    text = re.sub(r"\bin\s+reverse\b", "backward", text, flags=re.IGNORECASE)
     text = _SEAT.sub("sit down", _ABOUT_TO.sub("", text))
     return _LIGHT.sub(lambda found: "" if _names_motion(found[1]) else found[0], text).lstrip()
 

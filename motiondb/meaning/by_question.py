@@ -14,14 +14,16 @@ least half way between the capture's lower quartile and the peak.
 
 Statements of an answer, each with its log-odds:
 
-    asked       1/2 v_a at the strongest segment of its part + 1/2 v_a of the whole capture
+    asked       of the words of the action, each with 1/2 of its log-odds at the strongest segment
+                of the part + 1/2 of those of the whole capture
     repeats     as asked, at the weakest of the repeats
-    excluded    1/2 (largest v_e within the parts) + 1/2 v_e of the whole capture; where all its
-                words are asked for elsewhere in the question, the first alone
+    excluded    as asked, at the segment within the parts where v_e is largest; where all its words
+                are asked for elsewhere in the question, of this segment alone
 
-Where a head of an action of several words (:mod:`motiondb.language.question.heads`) alone has
-smaller log-odds than the action, the statement is about the head: "hand" alone does not make "shake
-hands" probable. The answer's log-odds are those of all statements together, assumed independent.
+The odds against an action are the sum of those against its words: who surely walks and hardly goes
+backward does not walk backward. The log-odds of all statements together are those that all hold,
+assumed independent. A side of a limb is no evidence where the motion tells it
+(:func:`motiondb.meaning.limb_sides.without_sides`).
 """
 
 from __future__ import annotations
@@ -29,15 +31,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.language.question.heads import heads_of
 from motiondb.language.question.readings import Exclusion, Part, Reading
+from motiondb.meaning.limb_sides import without_sides
 from motiondb.meaning.word_evidence import (
     TakeScores,
+    action_log_odds,
     all_hold,
     joint_log_odds,
 )
@@ -253,13 +255,18 @@ def _fill(parts: list[tuple[int, int]], first: int, last: int, low: int, high: i
 class Statement:
     """One requested or excluded action, and the segments of a capture at which it is evaluated."""
 
-    words: tuple[int, ...]  # Numbers of its words, or of the head that bounds it
+    words: tuple[int, ...]  # Numbers of its words
     part: int  # Number of the part that requests it; of the first one for an exclusion
     exclusion: int  # Number of the exclusion that it belongs to, -1 if it is requested
     # First frames of the segments at which it is evaluated, and their weights, which sum to 1
     places: tuple[tuple[int, float], ...]
-    near: float  # Share of these segments in its log-odds; the rest is of the whole capture
-    log_odds: float  # Log-odds that the capture shows the action there
+    near: float  # Share of these segments in the log-odds; the rest is of the whole capture
+    odds: tuple[float, ...]  # Log-odds of every word alone
+
+    @property
+    def log_odds(self) -> float:
+        """Log-odds that the capture shows the action there."""
+        return float(action_log_odds(self.odds))
 
 
 @dataclass(frozen=True)
@@ -278,15 +285,10 @@ def search_take(
     take: TakeScores,
     readings: Sequence[Reading],
     number: Mapping[str, int],
-    verbs: frozenset[str] | None = None,
 ) -> QuestionHit | None:
-    """The best interval of a capture over all readings of a question.
-
-    `verbs`: The words of the question that are verbs, which tell the heads of its actions; without
-    them no head bounds its action.
-    """
+    """The best interval of a capture over all readings of a question."""
     seen: dict[int, _Seen] = {}
-    hits = [_search_reading(seen, take, readings, n, number, verbs) for n in range(len(readings))]
+    hits = [_search_reading(seen, take, readings, n, number) for n in range(len(readings))]
     fitting = [hit for hit in hits if hit is not None]
     return max(fitting, key=lambda hit: hit.log_odds, default=None)
 
@@ -355,14 +357,13 @@ def _search_reading(
     readings: Sequence[Reading],
     n: int,
     number: Mapping[str, int],
-    verbs: frozenset[str] | None,
 ) -> QuestionHit | None:
     """The best interval for reading n; ``known`` caches the result for each number of parts."""
     reading = readings[n]
     n_parts = len(reading.parts)
     seen = known.get(n_parts)
     if seen is None:
-        seen = known[n_parts] = _Seen(split_segments(take, n_parts), number, verbs)
+        seen = known[n_parts] = _Seen(split_segments(take, n_parts), number)
     laid = None if _is_too_short(take, reading) else _lay(seen, reading)
     if laid is None:
         return None
@@ -416,32 +417,19 @@ def split_statements(statements: Sequence[Statement]) -> tuple[list[float], list
 class _Seen:
     """The evidence of a capture for actions, at its segments and of the whole, computed once."""
 
-    def __init__(
-        self,
-        take: TakeScores,
-        number: Mapping[str, int],
-        verbs: frozenset[str] | None = None,
-    ) -> None:
+    def __init__(self, take: TakeScores, number: Mapping[str, int]) -> None:
         self.take = take
         self.number = number
-        self.verbs = verbs
         self.values: dict[tuple[str, ...], FloatArray] = {}
-        self.wholes: dict[tuple[str, ...], float] = {}
 
-    def columns(self, action: Sequence[str]) -> list[int]:
-        return [self.number[word] for word in action]
+    def columns(self, action: tuple[str, ...]) -> list[int]:
+        return [self.number[word] for word in without_sides(action)]
 
     def action(self, action: tuple[str, ...]) -> FloatArray:
         """Values of an action: array (segments,)."""
         if action not in self.values:
             self.values[action] = _mean_of(self.take.windows, self.columns(action))
         return self.values[action]
-
-    def whole(self, action: tuple[str, ...]) -> float:
-        """Value of an action in the whole capture."""
-        if action not in self.wholes:
-            self.wholes[action] = float(_mean_of(self.take.whole, self.columns(action)))
-        return self.wholes[action]
 
     def part(self, reading: Reading, k: int) -> FloatArray:
         """Values of a part of a reading: array (segments,)."""
@@ -509,22 +497,13 @@ class _Seen:
         look: Sequence[tuple[int, float]],
         near: float,
     ) -> Statement:
-        bounds: tuple[tuple[str, ...], ...] = (action,)
-        if exclusion < 0 and len(action) > 1 and self.verbs is not None:
-            bounds += _heads_alone(action, self.verbs)
-        odds = [self._log_odds(words, look, near) for words in bounds]
-        log_odds = min(odds)
-        of = bounds[odds.index(log_odds)]
+        columns = self.columns(action)
         places = tuple((int(self.take.starts[i]), weight) for i, weight in look)
-        return Statement(tuple(self.columns(of)), part, exclusion, places, near, log_odds)
-
-    def _log_odds(
-        self, action: tuple[str, ...], look: Sequence[tuple[int, float]], near: float
-    ) -> float:
-        """Log-odds of an action at the segments of a look and of the whole capture."""
-        values = self.action(action)
-        inside = sum([weight * float(values[i]) for i, weight in look])
-        return near * inside + (1.0 - near) * self.whole(action)
+        odds = []
+        for column in columns:
+            inside = sum([weight * float(self.take.windows[i, column]) for i, weight in look])
+            odds.append(near * inside + (1.0 - near) * float(self.take.whole[column]))
+        return Statement(tuple(columns), part, exclusion, places, near, tuple(odds))
 
 
 def _mean_of(values: FloatArray, columns: Sequence[int]) -> FloatArray:
@@ -532,9 +511,3 @@ def _mean_of(values: FloatArray, columns: Sequence[int]) -> FloatArray:
     if len(columns) == 1:  # most actions are one word
         return values[..., columns[0]]
     return np.asarray(values[..., columns].mean(axis=-1))
-
-
-@lru_cache(maxsize=256)
-def _heads_alone(action: tuple[str, ...], verbs: frozenset[str]) -> tuple[tuple[str, ...], ...]:
-    """The heads of an action, each as an action of one word."""
-    return tuple((head,) for head in heads_of(action, verbs))

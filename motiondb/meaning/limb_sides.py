@@ -43,6 +43,21 @@ def limbs_to_measure(words: Sequence[str]) -> tuple[tuple[str, str], ...]:
     return tuple((side, limb) for side, limb in pairs if side in SIDES and limb in LIMBS)
 
 
+def without_sides(words: tuple[str, ...]) -> tuple[str, ...]:
+    """The words of an action without the sides of limbs that are measured, and these limbs.
+
+    >>> without_sides(("kick", "right", "leg")), without_sides(("right", "hand"))
+    (('kick',), ('right', 'hand'))
+    """
+    if len(words) < 3:
+        return words
+    measured = set(limbs_to_measure(words))
+    pairs = [tuple(pair) in measured for pair in pairwise(words)]
+    of_side = [any(both) for both in zip([*pairs, False], [False, *pairs])]
+    rest = tuple(word for word, is_of in zip(words, of_side) if not is_of)
+    return rest or words
+
+
 def limb_speeds(features: Float32Array, limb: str, action: Sequence[str] = ()) -> FloatArray:
     """Squared speeds of the left and the right wrist or ankle, (m/s)^2: array (frames, 2).
 

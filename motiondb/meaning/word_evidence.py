@@ -8,18 +8,19 @@ word to the whole capture. Words in captions of the capture are evidence in addi
 ``by_question.search_take`` places the parts of a question in one capture, which takes some 0.1 ms.
 Most captures need not be looked at: the log-odds of a requested action are at most
 
-    1/2 (mean over its words of the largest v at any segment) + 1/2 v of the whole capture,
+those of its words (:func:`action_log_odds`), each with
 
-or the same of a word that heads it, where this is less; those of an excluded action are at least
-the same with the smallest v, and the log-odds of all statements together rise with those of
-requested and fall with those of excluded actions. Captures are searched in the order of their
-bounds until no bound reaches the answers that there are.
+    1/2 (largest v at any segment) + 1/2 v of the whole capture;
+
+those of an excluded action are at least the same with the smallest v, and the log-odds of all
+statements together rise with those of requested and fall with those of excluded actions. Captures
+are searched in the order of their bounds until no bound reaches the answers that there are.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeVar
@@ -27,10 +28,10 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.language.question.heads import heads_of
 from motiondb.language.question.readings import Reading
 from motiondb.meaning.caption_map import CaptionMap
 from motiondb.meaning.counting import Described
+from motiondb.meaning.limb_sides import without_sides
 from motiondb.meaning.score_vectors import Rows, window_vectors_of
 from motiondb.meaning.word_map import WordMap
 from motiondb.records import Float32Array, FloatArray, IntArray, SegmentTable
@@ -257,6 +258,20 @@ def written_evidence(
     return evidence
 
 
+def action_log_odds(of_words: FloatArray | Sequence[float]) -> FloatArray:
+    """Log-odds of an action: the odds against it are the sum of those against its words: (...).
+
+    `of_words` (words, ...), nats. The result is below the least of them.
+
+    >>> round(math.exp(action_log_odds(np.log([3.0, 6.0]))), 6)  # 1 / (1/3 + 1/6)
+    2.0
+    """
+    log_odds = np.asarray(of_words, dtype=np.float64)
+    if len(log_odds) == 1:
+        return np.asarray(log_odds[0])
+    return np.asarray(-np.logaddexp.reduce(-log_odds, axis=0))
+
+
 def all_hold(log_odds: Sequence[FloatArray]) -> FloatArray:
     """Log-odds that independent statements all hold, element by element.
 
@@ -327,28 +342,20 @@ def upper_bounds(
     extremes: TakeExtremes,
     readings: Sequence[Reading],
     number: Mapping[str, int],
-    verbs: Collection[str] = (),
 ) -> FloatArray:
-    """Return what the log-odds of a question are at most in each capture: array (captures,).
-
-    `verbs`: As in ``by_question.search_take``; without them, heads are not looked at.
-    """
+    """Return what the log-odds of a question are at most in each capture: array (captures,)."""
     bounds = np.full(len(extremes.captures), -np.inf)
     for reading in readings:
-        np.maximum(bounds, _of_reading(extremes, reading, number, verbs), out=bounds)
+        np.maximum(bounds, _of_reading(extremes, reading, number), out=bounds)
     return bounds
 
 
-def _of_reading(
-    extremes: TakeExtremes, reading: Reading, number: Mapping[str, int], verbs: Collection[str]
-) -> FloatArray:
-    near, whole = extremes.highest, extremes.whole
-    asked = []
-    for first in sorted({part.repeat_of for part in reading.parts}):
-        for action in reading.parts[first].actions:
-            alone = [(head,) for head in heads_of(action, verbs)] if verbs else []
-            each = [_of_action(near, whole, words, number, 0.5) for words in (action, *alone)]
-            asked.append(np.minimum.reduce(each))
+def _of_reading(extremes: TakeExtremes, reading: Reading, number: Mapping[str, int]) -> FloatArray:
+    asked = [
+        _of_action(extremes.highest, extremes.whole, action, number, 0.5)
+        for first in sorted({part.repeat_of for part in reading.parts})
+        for action in reading.parts[first].actions
+    ]
     elsewhere = {word for part in reading.parts for action in part.actions for word in action}
     excluded = [
         -all_hold(
@@ -371,14 +378,13 @@ def _of_reading(
 def _of_action(
     near: FloatArray,
     whole: FloatArray,
-    action: Sequence[str],
+    action: tuple[str, ...],
     number: Mapping[str, int],
     share: float,
 ) -> FloatArray:
-    columns = [number[word] for word in action]
-    inside, outside = (x[:, columns].mean(axis=1, dtype=np.float64) for x in (near, whole))
-    bound: FloatArray = share * inside + (1.0 - share) * outside
-    return bound
+    columns = [number[word] for word in without_sides(action)]
+    inside, outside = (x[:, columns].T.astype(np.float64) for x in (near, whole))
+    return action_log_odds(share * inside + (1.0 - share) * outside)
 
 
 def caption_evidence(

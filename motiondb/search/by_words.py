@@ -255,13 +255,13 @@ def _find(
     read: Sequence[Reading],
 ) -> list[tuple[int, QuestionHit]]:
     """The best answers to some readings of a question with their captures, best first."""
-    asked, number, verbs = question.asked, question.asked.numbers, question.sentence.verbs
+    asked, number = question.asked, question.asked.numbers
     takes, extremes = asked.evidence.takes, asked.evidence.extremes
     searched = np.isin(extremes.captures, np.fromiter(allowed, np.int64, len(allowed)))
     return likeliest_takes(
         extremes.captures[searched],
-        upper_bounds(extremes, read, number, verbs)[searched],
-        lambda capture: by_question.search_take(takes[capture], read, number, verbs),
+        upper_bounds(extremes, read, number)[searched],
+        lambda capture: by_question.search_take(takes[capture], read, number),
         limit,
     )
 

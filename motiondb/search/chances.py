@@ -38,6 +38,7 @@ from motiondb.learn.learned import Learned
 from motiondb.meaning import regression
 from motiondb.meaning.by_question import QuestionHit, Statement
 from motiondb.meaning.regression import KindCertainty, kind_cues
+from motiondb.meaning.word_evidence import action_log_odds
 from motiondb.meaning.word_map import usual
 from motiondb.records import Match
 from motiondb.search.asked_words import AskedWords
@@ -150,13 +151,15 @@ def _with_captions(
 ) -> list[_Stated]:
     """Statements about a capture, with what captions of the capture add to them."""
     written = asked.evidence.written.get(capture)
-    said, is_said = [0.0] * len(statements), [False] * len(statements)
+    log_odds, is_said = [each.log_odds for each in statements], [False] * len(statements)
+    by_motion = np.array(log_odds)
     if written is not None:
         starts = asked.learned.segments.starts[asked.learned.rows[capture]]
         for n, each in enumerate(statements):
             of_words = said_by_captions(written[:, list(each.words)], starts, each)
-            said[n], is_said[n] = float(of_words.mean()), bool(of_words.min() > 0.0)
-    by_motion = np.array([each.log_odds for each in statements]) - said
+            is_said[n] = bool(of_words.min() > 0.0)
+            by_motion[n] = action_log_odds(each.odds - of_words)
+    said = (log_odds - by_motion).tolist()
     if sure is not None:
         by_motion = sure.log_odds(by_motion[:, None])
     return list(map(_Stated, statements, said, is_said, by_motion.tolist()))
@@ -328,7 +331,7 @@ def best_strength(
     """
     best: dict[int, dict[int, float]] = {}
     usual_odds = usual(asked.word_map)
-    usually = cache(lambda words: float(usual_odds[list(words)].mean()))
+    usually = cache(lambda words: float(action_log_odds(usual_odds[list(words)])))
     for hit in hits:
         of_reading = best.setdefault(hit.reading, {})
         whole = any(statement.exclusion >= 0 for statement in hit.statements)

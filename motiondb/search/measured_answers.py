@@ -1,11 +1,13 @@
 """What of a question is measured in the motion of an answer: directions and sides of limbs.
 
-Words alone hardly tell them: captions rarely say which way, or which hand. Three things can follow.
+Words alone hardly tell them: captions rarely say which way, or which hand. Four things can follow.
 
 * The motion contradicts a word: no frame of the part goes in the direction
   (:mod:`motiondb.meaning.travelled`), or the other limb moves (:mod:`motiondb.meaning.limb_sides`).
   Or it clearly shows one that the question excludes ("walk, but not forward"). The answer says so
   and has no probability.
+* The limb of the side moves, but not clearly more than the other (:data:`CLEAR_SIDE`). The answer
+  comes after clear ones, and has no probability.
 * The action goes in the direction elsewhere in the take: then the part is moved there.
 * Otherwise the answer stays as it is.
 
@@ -34,6 +36,7 @@ from motiondb.meaning.limb_sides import (
     limbs_to_measure,
     moves_otherwise,
     say_other_limb,
+    side_amount,
 )
 from motiondb.meaning.travelled import (
     directions_to_measure,
@@ -55,6 +58,7 @@ from motiondb.search.placing import PartPlace, Placed
 from motiondb.search.seen_frames import SeenFrames
 
 LEAST_LOOKED_AT = 30  # Feature frames (2 s) in which "in place" is measured
+CLEAR_SIDE = 2.0  # Least shares of a limb from which it clearly moves: two thirds, or .3 each
 OTHER = {"left": "right", "right": "left"}
 
 
@@ -68,6 +72,7 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
         if said is not None and said[:, asked.numbers[word]].max() > 0.0
     }
     frames, places, contradicted = seen.features, list(placed.parts), list[str]()
+    unclear = False
     for k, part in enumerate(reading.parts):
         room = slice(
             -(-places[k - 1].end // FEATURE_STEP) if k else 0,
@@ -86,6 +91,12 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
                 place = replace(place, start=places[k].start, end=places[k].end, right=None)
             places[k] = place
             contradicted += against
+            unclear = unclear or any(
+                side not in believed
+                and side_amount(limb_speeds(frames, limb, action)[_inside(place)], side)
+                < CLEAR_SIDE
+                for side, limb in limbs_to_measure(action)
+            )
     for exclusion in reading.exclusions:
         for k in range(exclusion.first, exclusion.last):
             inside = frames[_inside(places[k])]
@@ -95,7 +106,8 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
                 done = _done_though_excluded(inside, action, excluded)
                 places[k] = _unsure(places[k]) if done else places[k]
                 contradicted += done
-    return replace(placed, parts=tuple(places), contradicted=tuple(dict.fromkeys(contradicted)))
+    spoken = tuple(dict.fromkeys(contradicted))
+    return replace(placed, parts=tuple(places), contradicted=spoken, is_unclear=unclear)
 
 
 def _compare_action(

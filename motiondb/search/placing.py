@@ -77,6 +77,8 @@ class Placed:
     in_order: bool | None = None
     # What was measured against the question: "not backward", or "backward" where it is excluded
     contradicted: tuple[str, ...] = ()
+    # Whether the motion neither contradicts nor clearly shows something that was measured
+    is_unclear: bool = False
 
 
 def place_answer(

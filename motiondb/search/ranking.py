@@ -2,9 +2,9 @@
 
 Answers are found by their log-odds. Where a question asks for an order, or for what is measured in
 the motion, the first of them are ordered anew: those that are more likely right than wrong come
-first, and what the motion contradicts counts as much as a caption. Order and motion can only speak
-against an answer. So an answer is looked at only when its turn comes by what is known without, and
-most never are.
+first, what the motion clearly shows before what it leaves open, and what it contradicts last. Order
+and motion can only speak against an answer. So an answer is looked at only when its turn comes by
+what is known without, and most never are.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from itertools import chain
 import numpy as np
 
 from motiondb.meaning.by_question import QuestionHit
-from motiondb.meaning.word_evidence import SLACK, WRITTEN
+from motiondb.meaning.word_evidence import SLACK
 from motiondb.records import FloatArray, IntArray
 from motiondb.search.chances import LIKELY, Found, is_doubtful
 from motiondb.search.placing import Placed
@@ -73,11 +73,12 @@ class Judged:
         return first
 
     def looked_at(self, answer: Found) -> Found:
-        """An answer, without its probability where order or motion speak against it.
+        """An answer, without its probability unless order and motion agree with it.
 
-        How often such an answer is right was not measured.
+        How often another answer is right was not measured.
         """
-        if not self.is_checked or not _is_against(self.place(answer)):
+        placed = self.place(answer) if self.is_checked else None
+        if placed is None or not (_is_against(placed) or placed.is_unclear):
             return answer
         return replace(answer, sure=replace(answer.sure, whole=None))
 
@@ -107,14 +108,16 @@ class Judged:
         return (is_known or self.is_checked) and all(map(is_wrong, chain(first, self.answers)))
 
 
-def _rank(answer: Found, placed: Placed | None) -> tuple[bool, float]:
-    """Sorts answers: probable ones first; a contradiction counts as much as a caption.
+def _rank(answer: Found, placed: Placed | None) -> tuple[bool, bool, bool, float]:
+    """Sorts answers: contradicted ones last, probable and clear ones first.
 
     Without its places, an answer comes as early as it can.
     """
-    is_weak = _is_weak(answer) or (placed is not None and _is_against(placed))
-    is_contradicted = placed is not None and bool(placed.contradicted)
-    return is_weak, WRITTEN * is_contradicted - answer.hit.log_odds
+    is_weak, log_odds = _is_weak(answer), answer.hit.log_odds
+    if placed is None:
+        return False, is_weak, False, -log_odds
+    is_weak = is_weak or _is_against(placed)
+    return bool(placed.contradicted), is_weak, placed.is_unclear, -log_odds
 
 
 def _is_weak(answer: Found) -> bool:

@@ -8,8 +8,9 @@ The log-odds of a word in a window are linear in the window's score vector v
 with z_i the standardised scores of segment i and f_i its frames inside the window. Segment i
 therefore contributes f_i (z_i . k_w) / |...| to its symbol's share, averaged over an action's words
 and over the windows (that of the action and the whole capture). To the whole capture the word's
-likeness (:mod:`motiondb.meaning.caption_map`) is added. The log-odds of several actions together
-are not the mean of their log-odds; the difference is one further part, ``together``. Every
+likeness (:mod:`motiondb.meaning.caption_map`) is added. The log-odds of several words and
+actions together are not the mean of their log-odds; the difference is one further part,
+``together``. Every
 exclusion lowers the answer by one number, ``Lowering.amount``. The parts of the requested words,
 ``together`` and these amounts sum (``math.fsum``) to exactly the number by which the answer is
 ranked.
@@ -25,7 +26,7 @@ from typing import ClassVar
 import numpy as np
 
 from motiondb.meaning.by_question import QuestionHit, Statement
-from motiondb.meaning.word_evidence import WINDOW_MARGIN, joint_log_odds
+from motiondb.meaning.word_evidence import WINDOW_MARGIN, action_log_odds, joint_log_odds
 from motiondb.records import MOTION_FPS, FloatArray, IntArray
 from motiondb.search.asked_words import AskedWords
 from motiondb.tabled import Tabled
@@ -172,25 +173,21 @@ def explain_hit(asked: AskedWords, capture: int, hit: QuestionHit) -> tuple[Word
     return tuple(why)
 
 
-def by_action(reasons: Sequence[WordReason]) -> list[tuple[float, float]]:
-    """Log-odds of every requested action alone, and the part that captions add."""
-    asked = [reason for reason in reasons if reason.exclusion < 0]
-    actions = sorted({reason.action for reason in asked})
-    odds = []
-    for k in actions:
-        of_action = [reason for reason in asked if reason.action == k]
-        log_odds = math.fsum(p for reason in of_action for p in reason.parts)
-        written = math.fsum(reason.written for reason in of_action)
-        odds.append((len(actions) * log_odds, len(actions) * written))
-    return odds
+def by_action(reasons: Sequence[WordReason]) -> list[float]:
+    """Log-odds of every action alone, in order."""
+    actions = sorted({reason.action for reason in reasons})
+    return [
+        float(action_log_odds([reason.log_odds for reason in reasons if reason.action == k]))
+        for k in actions
+    ]
 
 
 def together(reasons: Sequence[WordReason]) -> float:
-    """Log-odds of all actions together, less the mean of their log-odds (0 for one action)."""
-    each = [log_odds for log_odds, _ in by_action(reasons)]
-    if len(each) < 2:
+    """Log-odds of all words together, less the mean of those of actions (0 for one word)."""
+    asked = [reason for reason in reasons if reason.exclusion < 0]
+    if len(asked) < 2:
         return 0.0
-    return joint_log_odds(each) - math.fsum(asked_parts(reasons))
+    return joint_log_odds(by_action(asked)) - math.fsum(asked_parts(reasons))
 
 
 def asked_parts(reasons: Sequence[WordReason]) -> list[float]:
@@ -203,8 +200,6 @@ class Lowering:
     """The reduction of an answer by one exclusion."""
 
     exclusion: int
-    # For each excluded action its log-odds, and the part of them that captions add
-    actions: tuple[tuple[float, float], ...]
     log_odds: float  # Log-odds that all of them are seen
     # The contribution of the exclusion to the answer's log-odds: at most 0, except for the first
     # exclusion of a question without requested actions, for which it is -log_odds
@@ -213,20 +208,14 @@ class Lowering:
 
 def lowerings(reasons: Sequence[WordReason]) -> list[Lowering]:
     """The reductions of an answer by its exclusions, in order; each after the earlier ones."""
-    statements = [log_odds for log_odds, _ in by_action(reasons)]
+    statements = by_action([reason for reason in reasons if reason.exclusion < 0])
     lowered = []
     for number in sorted({reason.exclusion for reason in reasons if reason.exclusion >= 0}):
-        excluding = [reason for reason in reasons if reason.exclusion == number]
-        each = []
-        for action in sorted({reason.action for reason in excluding}):
-            words = [reason for reason in excluding if reason.action == action]
-            log_odds = math.fsum(part for reason in words for part in reason.parts)
-            each.append((log_odds, math.fsum(reason.written for reason in words)))
-        joint = joint_log_odds([log_odds for log_odds, _ in each])
+        joint = joint_log_odds(by_action([r for r in reasons if r.exclusion == number]))
         before = joint_log_odds(statements) if statements else 0.0
         statements.append(-joint)
         amount = joint_log_odds(statements) - before
-        lowered.append(Lowering(number, tuple(each), joint, amount))
+        lowered.append(Lowering(number, joint, amount))
     return lowered
 
 

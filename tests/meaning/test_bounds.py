@@ -26,7 +26,6 @@ from motiondb.search.ranking import likeliest_takes
 
 NUMBER = {"walk": 0, "turn": 1, "sit": 2}
 MIXED = {**NUMBER, "limp": 3, "golf": 4}
-VERBS = frozenset(("walk", "limp", "golf"))
 QUESTIONS = (
     "walk", "turn walk", "walk, turn, sit", "walk while turn", "walk or sit", "walk but not sit",
     "walk, turn, not walk", "not sit", "walk twice", "sit for 1 second", "walk twice, sit",
@@ -60,10 +59,9 @@ def test_no_answer_is_above_the_bound_of_single_precision(
     seen = take_extremes(takes)
     single = {name: array.astype(np.float32) for name, array in vars(seen).items()}
     extremes = TakeExtremes(**{**single, "captures": seen.captures})
-    for verbs in (frozenset[str](), VERBS):
-        for capture, bound in zip(extremes.captures, upper_bounds(extremes, read, NUMBER, verbs)):
-            hit = by_question.search_take(takes[int(capture)], read, NUMBER, verbs)
-            assert hit is None or hit.log_odds <= bound + SLACK
+    for capture, bound in zip(extremes.captures, upper_bounds(extremes, read, NUMBER)):
+        hit = by_question.search_take(takes[int(capture)], read, NUMBER)
+        assert hit is None or hit.log_odds <= bound + SLACK
 
 
 def test_extremes_by_hand() -> None:
@@ -159,7 +157,7 @@ def test_bounds_hold_for_words_that_are_mixed_from_others(seed: int, text: str) 
     np.testing.assert_allclose(limp, (odds[7][:-1] + said[7]) @ shares[:, 0])
     golf = evidence.takes[7].whole[4]
     assert golf == pytest.approx(odds[7][-1] @ shares[:, 1] + 2.0 * likeness[7][1])
-    bounds = upper_bounds(evidence.extremes, read, MIXED, VERBS)
+    bounds = upper_bounds(evidence.extremes, read, MIXED)
     for capture, bound in zip(evidence.extremes.captures.tolist(), bounds):
-        hit = by_question.search_take(evidence.takes[capture], read, MIXED, VERBS)
+        hit = by_question.search_take(evidence.takes[capture], read, MIXED)
         assert hit is None or hit.log_odds <= bound + SLACK

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import combinations, pairwise, product
 
 import numpy as np
@@ -228,8 +229,11 @@ def word_reason(word: int, action: int, parts: list[float], exclusion: int) -> r
 def test_lowerings_sum_exactly_to_the_total(parts: list[list[float]], n_asked: int) -> None:
     n_asked = min(n_asked, len(parts))
     why = [
-        word_reason(n, n, [p / n_asked for p in each] if n < n_asked else each,
-                    -1 if n < n_asked else n - n_asked)
+        replace(
+            word_reason(n, n, [p / n_asked for p in each] if n < n_asked else each,
+                        -1 if n < n_asked else n - n_asked),
+            log_odds=math.fsum(each),
+        )
         for n, each in enumerate(parts)
     ]  # fmt: skip
     lowered = reasons.lowerings(why)

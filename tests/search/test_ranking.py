@@ -15,7 +15,6 @@ from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import readings
 from motiondb.meaning.by_question import QuestionHit, Statement
 from motiondb.meaning.regression import Certainties, Certainty
-from motiondb.meaning.word_evidence import WRITTEN
 from motiondb.search.chances import LIKELY, Chances, Found, chances
 from motiondb.search.placing import Placed
 from motiondb.search.ranking import Judged
@@ -46,11 +45,10 @@ def test_the_first_answers_are_those_of_a_full_sort(
         for answer, (*_, in_order, contradicted) in zip(answers, facts)
     }
 
-    def rank(n: int) -> tuple[bool, float]:
+    def rank(n: int) -> tuple[bool, bool, float]:
         log_odds, whole, in_order, contradicted = facts[n]
         likely = log_odds >= 0.0 if whole is None else whole >= LIKELY
-        stands = in_order is not False and not contradicted
-        return not (likely and stands), WRITTEN * contradicted - log_odds
+        return contradicted, not likely or in_order is False or contradicted, -log_odds
 
     looked_at = list[Found]()
 
@@ -98,8 +96,8 @@ def test_what_captions_add_is_not_calibrated() -> None:
     """By hand: sure has log-odds 2 x - 1, and captions add 1 to "jump", halfway between 2 and 0."""
     asked = asked_with(np.array([[0.0, 2.0], [0.0, 0.0]]))
     read, _ = readings(parse("walk, then jump").tree)
-    walk = Statement((0,), 0, -1, ((0, 1.0),), 0.5, 0.5)
-    jump = Statement((1,), 1, -1, ((30, 1.0),), 0.5, 2.0)
+    walk = Statement((0,), 0, -1, ((0, 1.0),), 0.5, (0.5,))
+    jump = Statement((1,), 1, -1, ((30, 1.0),), 0.5, (2.0,))
     hit = QuestionHit(0, 60, 0.0, ((0, 30), (30, 60)), (walk, jump))
     told = chances(asked, read, True, 7, hit)
     of_walk = 1 / (1 + math.exp(-(2.0 * 0.5 - 1.0)))

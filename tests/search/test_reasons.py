@@ -47,7 +47,7 @@ def test_shares_sum_to_the_linear_map(window: tuple[int, int]) -> None:
 
 def near_and_whole(segment: int) -> Statement:
     """The window around one segment, which counts as much as the whole capture."""
-    return Statement((), 0, -1, ((int(STARTS[segment]), 1.0),), 0.5, 0.0)
+    return Statement((), 0, -1, ((int(STARTS[segment]), 1.0),), 0.5, (0.0,))
 
 
 def test_all_parts_sum_exactly_to_the_total() -> None:
@@ -60,7 +60,8 @@ def test_all_parts_sum_exactly_to_the_total() -> None:
     parts = [part for word in words for part in word.parts]
     joint = reasons.together(words)
     assert reasons.total(words) == math.fsum([*parts, joint])
-    by_action = [0.5 * words[0].log_odds + 0.5 * words[1].log_odds, words[2].log_odds]
+    odds = [math.exp(word.log_odds) for word in words]
+    by_action = [math.log(1.0 / (1.0 / odds[0] + 1.0 / odds[1])), words[2].log_odds]
     probability = math.prod(1.0 / (1.0 + math.exp(-odds)) for odds in by_action)
     expected = math.log(probability / (1.0 - probability))
     assert math.isclose(reasons.total(words), expected, rel_tol=1e-12)
