@@ -10,8 +10,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
 import motiondb
 from motiondb.cli import options, printing
 
@@ -44,10 +42,10 @@ def batch(
     shared: options.Shared,
     file: Annotated[
         Path,
-        typer.Argument(
-            metavar="FILE",
-            help="A question in words in every line, or a table (TSV or CSV) with a header: "
+        options.argument(
+            "A question in words in every line, or a table (TSV or CSV) with a header: "
             "question or like, and any of start, end, where, limit.",
+            "FILE",
         ),
     ],
     where: options.Where = "",

@@ -6,8 +6,6 @@ import sys
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 import motiondb
 from motiondb import answers
 from motiondb.cli import options, parsing, printing, sequences
@@ -25,37 +23,24 @@ app.add_typer(group)
 def learn(
     shared: options.Shared,
     captures: Annotated[
-        list[str],
-        typer.Argument(metavar="CAPTURE...", help="Names of captures, preferably long takes."),
+        list[str], options.argument("Names of captures, preferably long takes.", "CAPTURE...")
     ],
     terminals: Annotated[
         int | None,
-        typer.Option(
-            "--terminals",
-            min=1,
-            help="How many kinds of action (default: by duration, 4 to 20).",
-        ),
+        options.option("How many kinds of action (default: by duration, 4 to 20).", min=1),
     ] = None,
-    name: Annotated[
-        str | None,
-        typer.Option("--name", help="Name of the grammar.  [default: the first capture's]"),
-    ] = None,
-    from_symbols: Annotated[
-        bool, typer.Option("--from-symbols", help="Use the learned motion symbols as terminals.")
-    ] = False,
+    name: Annotated[str | None, "Name of the grammar.  [default: the first capture's]"] = None,
+    from_symbols: Annotated[bool, "Use the learned motion symbols as terminals."] = False,
     sentences: Annotated[
         str,
-        typer.Option(
-            "--sentences",
-            help="How sentences are found. auto: by search; captures: one per capture; captions: "
-            "at the start of captions.",
-        ),
+        "How sentences are found. auto: by search; captures: one per capture; captions: "
+        "at the start of captions.",
     ] = "auto",
     shortest: Annotated[
-        int, typer.Option("--shortest", min=1, help="Smallest number of terminals of a sentence.")
+        int, options.option("Smallest number of terminals of a sentence.", min=1)
     ] = 3,
     longest: Annotated[
-        int, typer.Option("--longest", min=1, help="Largest number of terminals of a sentence.")
+        int, options.option("Largest number of terminals of a sentence.", min=1)
     ] = 20,
     seed: options.Seed = 0,
 ) -> None:
@@ -127,15 +112,16 @@ def show(
     name: options.GrammarName,
     png: Annotated[
         Path | None,
-        options.picture("Draw the trees of the sentences into this file (.png)."),
-        options.WRITTEN,
+        options.option(
+            "Draw the trees of the sentences into this file (.png).", callback=options.picture_name
+        ),
     ] = None,
     strings: Annotated[
         Path | None,
-        options.picture(
-            "Draw terminals, and captures as strings, into this file (.png).", "--strings"
+        options.option(
+            "Draw terminals, and captures as strings, into this file (.png).",
+            callback=options.picture_name,
         ),
-        options.WRITTEN,
     ] = None,
 ) -> None:
     """Show a grammar: rules, terminals with their words, and description length in bits."""
@@ -226,7 +212,7 @@ def rules(
     name: options.GrammarName,
     file: Annotated[
         str | None,
-        typer.Argument(help="Text file with all rules, edited; - reads the standard input."),
+        options.argument("Text file with all rules, edited; - reads the standard input."),
     ] = None,
 ) -> None:
     """Print the rules of a grammar as text; with a file, replace them by those of the file.
@@ -254,8 +240,8 @@ def rules(
 def rename(
     shared: options.Shared,
     name: options.GrammarName,
-    terminal: Annotated[str, typer.Argument(help="Present name of a terminal.")],
-    to: Annotated[str, typer.Argument(metavar="NEW", help="New name, such as step_left.")],
+    terminal: Annotated[str, options.argument("Present name of a terminal.")],
+    to: Annotated[str, options.argument("New name, such as step_left.", "NEW")],
 ) -> None:
     """Give a terminal of a grammar another name, also in its rules and saved sequences."""
     with shared.database(writing=True) as base:

@@ -59,7 +59,7 @@ def _version(wanted: bool) -> None:
 
 def _options(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+        bool, options.option("Print the version.", callback=_version, is_eager=True)
     ] = False,
 ) -> None:
     pass

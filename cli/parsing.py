@@ -20,9 +20,7 @@ SHOWN = 10  # Largest number of unlike segments that are printed; JSON lists all
 def parse(
     shared: options.Shared,
     name: options.GrammarName,
-    example: Annotated[
-        str, typer.Argument(metavar="CAPTURE", help="A stored capture's name, or a file.")
-    ],
+    example: Annotated[str, options.argument("A stored capture's name, or a file.", "CAPTURE")],
     png: options.Png = None,
 ) -> None:
     """Parse a capture: trees of its sentences, or the fault and what was expected (exit 1).
@@ -97,22 +95,15 @@ def suggest(
     shared: options.Shared,
     name: options.GrammarName,
     beginning: Annotated[
-        str, typer.Argument(metavar="STRING", help='Terminals so far, such as "a b c"; or "".')
+        str, options.argument('Terminals so far, such as "a b c"; or "".', "STRING")
     ] = "",
-    goal: Annotated[
-        str, typer.Option("--goal", help="Show the most probable way to this terminal instead.")
-    ] = "",
+    goal: Annotated[str, "Show the most probable way to this terminal instead."] = "",
     like: Annotated[
         str | None,
-        typer.Option(
-            "--like",
-            help='Complete this pattern: terminals and words, such as "a ... ? b" (? is any one,'
-            " ... any number), or a sentence in words.",
-        ),
+        'Complete this pattern: terminals and words, such as "a ... ? b" (? is any one,'
+        " ... any number), or a sentence in words.",
     ] = None,
-    number: Annotated[
-        int, typer.Option("--number", min=1, max=1000, help="Sentences with --like.")
-    ] = 5,
+    number: Annotated[int, options.option("Sentences with --like.", min=1, max=1000)] = 5,
     exact: options.Exact = False,
 ) -> None:
     """List the terminals that the grammar allows next, or sentences that complete a pattern."""

@@ -16,39 +16,37 @@ from motiondb.cli import options, printing
 app = options.Commands()
 
 
-Folder = Annotated[Path, typer.Option("--out", "-o", help="The folder to write.")]
+Folder = Annotated[Path, options.option("The folder to write.", "--out", "-o")]
 Rounds = Annotated[
     int,
-    typer.Option(
+    options.option(
+        "Largest number of rounds of sampling; the seed then determines the scene.",
         "--rounds",
         min=1,
         max=1_000_000,
-        help="Largest number of rounds of sampling; the seed then determines the scene.",
     ),
 ]
 Minutes = Annotated[
     float | None,
-    typer.Option(
+    options.option(
+        "Stop sampling after this time, and print a note. [default: no limit]",
         "--minutes",
         min=0.0001,
         max=10_000.0,
-        help="Stop sampling after this time, and print a note. [default: no limit]",
     ),
 ]
 Chains = Annotated[
-    int,
-    typer.Option("--chains", help="Number of Markov chains, of which the best is kept, 1 to 64."),
+    int, options.option("Number of Markov chains, of which the best is kept, 1 to 64.", "--chains")
 ]
 Name = Annotated[
-    str,
-    typer.Option("--name", help="Also keep it in the database, with its motions as NAME/PLAYER."),
+    str, options.option("Also keep it in the database, with its motions as NAME/PLAYER.", "--name")
 ]
-Gaze = Annotated[bool, typer.Option("--gaze/--no-gaze", help="Whether heads follow the ball.")]
+Gaze = Annotated[bool, options.option("Whether heads follow the ball.", "--gaze/--no-gaze")]
 Drawn = Annotated[
-    bool, typer.Option("--pictures/--no-pictures", help="Draw paths.png, above.gif and scene.gif.")
+    bool, options.option("Draw paths.png, above.gif and scene.gif.", "--pictures/--no-pictures")
 ]
 Place = Annotated[
-    str, typer.Argument(metavar="SCENE", help="The folder of a scene, or the name of a kept scene.")
+    str, options.argument("The folder of a scene, or the name of a kept scene.", "SCENE")
 ]
 
 
@@ -91,11 +89,10 @@ def make(
 @app.command()
 def update(
     shared: options.Shared,
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a scene.")],
+    folder: Annotated[Path, options.argument("The folder of a scene.", "DIR")],
     file: options.DiagramFile,
     seed: Annotated[
-        int | None,
-        typer.Option("--seed", min=0, max=2**63 - 1, help="A seed other than the scene's."),
+        int | None, options.option("A seed other than the scene's.", min=0, max=2**63 - 1)
     ] = None,
     minutes: Minutes = None,
     name: Name = "",
@@ -198,7 +195,7 @@ def list_scenes(shared: options.Shared) -> None:
 @app.command()
 def remove(
     shared: options.Shared,
-    name: Annotated[str, typer.Argument(metavar="NAME", help="The name of a kept scene.")],
+    name: Annotated[str, options.argument("The name of a kept scene.", "NAME")],
 ) -> None:
     """Remove a kept scene and its players' motions from the database; folders stay."""
     with shared.database(writing=True) as base:

@@ -22,15 +22,15 @@ group.add_typer(grammars)
 app.add_typer(group)
 
 GrammarFile = Annotated[
-    str, typer.Argument(metavar="GRAMMAR", help="A grammar file, or basketball or carrying.")
+    str, options.argument("A grammar file, or basketball or carrying.", "GRAMMAR")
 ]
-Actions = Annotated[str, typer.Argument(help="Actions in their order, separated by spaces.")]
+Actions = Annotated[str, options.argument("Actions in their order, separated by spaces.")]
 StartSymbol = Annotated[
-    str, typer.Option("--start", help="The start symbol, such as S_D.  [default: any that fits]")
+    str, options.option("The start symbol, such as S_D.  [default: any that fits]", "--start")
 ]
 Goals = Annotated[
     list[str] | None,
-    typer.Option("--goal", help="An action to reach; may be repeated for several, in order."),
+    options.option("An action to reach; may be repeated for several, in order.", "--goal"),
 ]
 
 
@@ -164,9 +164,7 @@ def draw(
     shared: options.SharedOfClips,
     file: options.DiagramFile,
     out: Annotated[
-        Path,
-        typer.Option("--out", "-o", callback=options.output_name, help="Draw into this PNG."),
-        options.WRITTEN,
+        Path, options.option("Draw into this PNG.", "--out", "-o", callback=options.output_name)
     ],
 ) -> None:
     """Draw a tactics diagram, and list the actions that it requires of each player."""

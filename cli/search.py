@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 import motiondb
 from motiondb.cli import options, printing
 
@@ -16,33 +14,26 @@ app = options.Commands()
 NOT_MEASURED = "-"  # Stands for a probability that was not measured
 AsCsv = Annotated[
     Path | None,
-    typer.Option(
+    options.option(
+        "Write the answers as a table, CSV if .csv, else TSV; - prints CSV.",
         "--csv",
         allow_dash=True,
         callback=options.output_name,
-        help="Write the answers as a table, CSV if .csv, else TSV; - prints CSV.",
     ),
-    options.WRITTEN,
 ]
-Example = Annotated[str, typer.Argument(help="A file, or the name of a stored capture.")]
+Example = Annotated[str, options.argument("A file, or the name of a stored capture.")]
 
 
 @app.command()
 def search(
     shared: options.Shared,
-    words: Annotated[str, typer.Argument(help='Actions to search for, such as "walk, turn left".')],
+    words: Annotated[str, options.argument('Actions to search for, such as "walk, turn left".')],
     where: options.Where = "",
     limit: options.Limit = 10,
     by_symbols: Annotated[
-        bool,
-        typer.Option(
-            "--by-symbols",
-            help="Match by motion symbols instead of words (the 2015 paper).",
-        ),
+        bool, "Match by motion symbols instead of words (the 2015 paper)."
     ] = False,
-    explain: Annotated[
-        bool, typer.Option("--explain", help="Show the contribution of every symbol to every word.")
-    ] = False,
+    explain: Annotated[bool, "Show the contribution of every symbol to every word."] = False,
     exact: options.Exact = False,
     png: options.Png = None,
     html: options.Html = None,
@@ -150,10 +141,10 @@ def like(
     limit: options.Limit = 10,
     meaning: Annotated[
         bool | None,
-        typer.Option(
-            "--meaning/--by-motion-alone",
-            help="Whether learned words are compared too, which also finds other styles of an "
+        options.option(
+            "Whether learned words are compared too, which also finds other styles of an "
             "action.  [default: if there are words]",
+            "--meaning/--by-motion-alone",
             show_default=False,
         ),
     ] = None,
@@ -236,20 +227,19 @@ def _two_digits(probability: float | None) -> str:
 def describe(
     shared: options.Shared,
     example: Annotated[
-        str | None, typer.Argument(help="A file, or the name of a stored capture.")
+        str | None, options.argument("A file, or the name of a stored capture.")
     ] = None,
     start: options.From = None,
     end: options.To = None,
     where: options.Where = "",
     output: Annotated[
         Path | None,
-        typer.Option(
+        options.option(
+            "Write a sheet: file, start, end, words, probabilities (CSV if .csv, else TSV).",
             "-o",
             "--output",
             callback=options.output_name,
-            help="Write a sheet: file, start, end, words, probabilities (CSV if .csv, else TSV).",
         ),
-        options.WRITTEN,
     ] = None,
     up: options.Up = "",
 ) -> None:
@@ -313,7 +303,7 @@ def describe(
 def compare(
     shared: options.Shared,
     first: Example,
-    second: Annotated[str, typer.Argument(help="The other.")],
+    second: Annotated[str, options.argument("The other.")],
     png: options.Png = None,
 ) -> None:
     """Align two motions in time, and say how far they are apart.
