@@ -185,18 +185,8 @@ class Changes:
         as_added = self.unit == "as-added"
         metres = None if self.unit is None or as_added else motiondb.unit_from_name(self.unit)
         names = {} if self.joint_map is None else motiondb.read_joint_map(self.joint_map)
-        return motiondb.MotionChanges(
-            metres,
-            self.fps,
-            self.loop,
-            self.in_place,
-            self.mirror,
-            self.onto,
-            names,
-            own_unit=as_added,
-            speed=self.speed,
-            reduce_keys=self.reduce_keys,
-        )
+        read: dict[str, Any] = {"unit": metres, "joint_map": names, "own_unit": as_added}
+        return motiondb.MotionChanges(**vars(self) | read)
 
 
 def protect(forced: bool) -> None:

@@ -21,7 +21,6 @@ Rounds = Annotated[
     int,
     options.option(
         "Largest number of rounds of sampling; the seed then determines the scene.",
-        "--rounds",
         min=1,
         max=1_000_000,
     ),
@@ -30,17 +29,12 @@ Minutes = Annotated[
     float | None,
     options.option(
         "Stop sampling after this time, and print a note. [default: no limit]",
-        "--minutes",
         min=0.0001,
         max=10_000.0,
     ),
 ]
-Chains = Annotated[
-    int, options.option("Number of Markov chains, of which the best is kept, 1 to 64.", "--chains")
-]
-Name = Annotated[
-    str, options.option("Also keep it in the database, with its motions as NAME/PLAYER.", "--name")
-]
+Chains = Annotated[int, "Number of Markov chains, of which the best is kept, 1 to 64."]
+Name = Annotated[str, "Also keep it in the database, with its motions as NAME/PLAYER."]
 Gaze = Annotated[bool, options.option("Whether heads follow the ball.", "--gaze/--no-gaze")]
 Drawn = Annotated[
     bool, options.option("Draw paths.png, above.gif and scene.gif.", "--pictures/--no-pictures")

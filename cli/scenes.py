@@ -25,9 +25,7 @@ GrammarFile = Annotated[
     str, options.argument("A grammar file, or basketball or carrying.", "GRAMMAR")
 ]
 Actions = Annotated[str, options.argument("Actions in their order, separated by spaces.")]
-StartSymbol = Annotated[
-    str, options.option("The start symbol, such as S_D.  [default: any that fits]", "--start")
-]
+StartSymbol = Annotated[str, "The start symbol, such as S_D.  [default: any that fits]"]
 Goals = Annotated[
     list[str] | None,
     options.option("An action to reach; may be repeated for several, in order.", "--goal"),

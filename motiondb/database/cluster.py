@@ -56,7 +56,7 @@ _NEEDED = (
     "motiondb.database.questions",
     "motiondb.database.searching",
     "motiondb.search.by_example",
-    "motiondb.database.catalogue.copy_search",
+    "motiondb.database.loading",
     "motiondb.database.catalogue.file_reading",
     "motiondb.symbols.acquisition",
     "motiondb.symbols.segmentation",

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from motiondb import store
-from motiondb.answers.learning import Evaluation, Score, WordScore
+from motiondb.answers.database import Evaluation, Score, WordScore
 from motiondb.answers.plain import extended
 from motiondb.errors import QueryError
 from motiondb.language.vocabulary import MODIFIERS, words_of

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, ParamSpec, TypeAlias, TypeVar
 
 from motiondb import store
 from motiondb.database.catalogue.parts import load_example
-from motiondb.database.lent import Lent
-from motiondb.database.session import Session
+from motiondb.database.session import Lent, Session
 from motiondb.database.values import check_least, listed
 from motiondb.errors import ClusterError, MotionDBError, QueryError, StoreError
 from motiondb.workers import runs

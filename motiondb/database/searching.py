@@ -1,13 +1,17 @@
-"""Questions of one session: what is searched, the words that replace unknown ones, pictures."""
+"""Questions of one session: what is searched, the words that replace unknown ones, pictures.
+
+Two motions are compared here, too.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from motiondb import store
+from motiondb import answers, store
 from motiondb.database.catalogue.filter_words import take_filter_words
 from motiondb.database.loading import nearby_table
 from motiondb.database.session import Session
@@ -15,7 +19,7 @@ from motiondb.database.values import check_least, check_text
 from motiondb.errors import QueryError
 from motiondb.language.question.readings import say
 from motiondb.learn.learned import Learned
-from motiondb.records import Float32Array, Match, Motion
+from motiondb.records import MOTION_FPS, Float32Array, Match, Motion
 from motiondb.search.asked_words import WrittenWord, find_written
 from motiondb.search.asking import ask
 from motiondb.search.by_words import WordAnswer, as_near, search_words
@@ -25,8 +29,9 @@ from motiondb.symbols.hmm_jobs import one_blas_thread
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from motiondb.database.values import Where
+    from motiondb.database.values import Example, Where
     from motiondb.pictures import Timeline
+
 
 SHOWN_MATCHES = 8  # Most matches in a picture: more would be too small on a screen
 LEAST_SHARE = 0.005  # Nats from which on a contribution is drawn: smaller ones round to 0.00
@@ -158,4 +163,43 @@ def _timeline(word: ExplainedWord) -> Timeline:
             for share in word.symbols
             if abs(share.share) > LEAST_SHARE
         ],
+    )
+
+
+def compare(
+    session: Session, first: Example, second: Example, png: str | Path | None = None
+) -> answers.Comparison:
+    """Align two examples by dynamic time warping, and measure how far they are apart."""
+    from motiondb import pictures
+    from motiondb.body.body import JOINTS
+    from motiondb.database.catalogue.parts import load_example
+    from motiondb.search.alignment import MOST_POSES, align
+    from motiondb.search.copies import copy_poses, mirror_poses
+
+    names = [str(e) if isinstance(e, str | Path) else "motion" for e in (first, second)]
+    motions = load_example(session, first), load_example(session, second)
+    step = math.ceil(max(motion.n_frames for motion in motions) / MOST_POSES)
+    poses, others = (copy_poses(motion)[::step] for motion in motions)
+    found, mirrored = align(poses, others), align(mirror_poses(poses), others)
+    times = found.path.T * (step / MOTION_FPS)
+    if png is not None:
+        spans = [(0.0, motion.n_frames / MOTION_FPS) for motion in motions]
+        figure = pictures.comparison_figure(
+            (names[0], names[1]), found.costs, (times[0], times[1]), (spans[0], spans[1])
+        )
+        pictures.save_png(figure, png)
+    order = (-found.joint_distances).argsort()
+    return answers.Comparison(
+        names[0],
+        names[1],
+        round(float(found.distances.mean()), 4),
+        round(float(mirrored.distances.mean()), 4),
+        round(motions[0].duration, 3),
+        round(motions[1].duration, 3),
+        tuple(
+            answers.JointDistance(JOINTS[n], round(float(found.joint_distances[n]), 4))
+            for n in order
+        ),
+        tuple((round(float(a), 3), round(float(b), 3)) for a, b in zip(*times)),
+        None if png is None else Path(png),
     )

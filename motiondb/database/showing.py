@@ -11,7 +11,7 @@ import numpy as np
 
 from motiondb import answers, pictures, store
 from motiondb.body.features import FEATURE_STEP, recognition_features
-from motiondb.database.learned_grammar import load_learned_grammar
+from motiondb.database.loading import load_learned_grammar
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg.context_free import derive_by
 from motiondb.language.vocabulary import as_said
