@@ -13,7 +13,7 @@ from motiondb import answers, store
 from motiondb.database.catalogue import browsing
 from motiondb.database.catalogue.parts import load_example
 from motiondb.database.session import Topic
-from motiondb.database.values import listed
+from motiondb.database.values import Where, listed
 from motiondb.errors import QueryError, suggestion
 from motiondb.records import (
     Caption,
@@ -34,7 +34,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.database.catalogue import sheets
     from motiondb.database.generated_files import Made
     from motiondb.database.session import Session
-    from motiondb.database.values import Example, Where
+    from motiondb.database.values import Example
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
     from motiondb.search.takings import Taking

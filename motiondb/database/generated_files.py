@@ -29,6 +29,7 @@ from motiondb.errors import QueryError
 from motiondb.files import packed_files
 from motiondb.files.bvh_writer import to_bvh
 from motiondb.files.own_files import WRITER, check_overwriting, digest_of, provenance_path
+from motiondb.generate.material import SequenceMotion
 from motiondb.records import MOTION_FPS, BoolArray, Caption, CaptureInfo, Motion
 from motiondb.tabled import Tabled
 
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from motiondb.generate.joining import Seam
-    from motiondb.generate.material import SequenceMotion
 
 
 class Made(Protocol):

@@ -7,12 +7,12 @@ from dataclasses import asdict
 from functools import cached_property
 from operator import attrgetter
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from motiondb import answers, store
 from motiondb.database.session import Session
-from motiondb.database.values import FORMER, check_least, check_text, listed, seeds_from
+from motiondb.database.values import FORMER, Where, check_least, check_text, listed, seeds_from
+from motiondb.errors import MotionDBError
 from motiondb.workers import HERE
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
@@ -26,9 +26,8 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.database.questions import Question
     from motiondb.database.scenes.scenes import Scenes
     from motiondb.database.tables import Tables
-    from motiondb.database.values import Example, Where
+    from motiondb.database.values import Example
     from motiondb.database.words import Symbols, Words
-    from motiondb.errors import MotionDBError
     from motiondb.learn.knowledge import Knowledge
     from motiondb.learn.learned import Learned
     from motiondb.learn.learned_model import LearnedModel
@@ -37,7 +36,6 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
     from motiondb.search.described import Description
-    from motiondb.store import Store
 
 
 class MotionDB:
@@ -126,7 +124,7 @@ class MotionDB:
         return Tables(self.session)
 
     @property
-    def store(self) -> Store:
+    def store(self) -> store.Store:
         """The open store."""
         return self.session.store
 
@@ -158,12 +156,7 @@ class MotionDB:
     def __enter__(self) -> MotionDB:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self.close()
 
     def add(

@@ -15,7 +15,7 @@ from motiondb import answers, store
 from motiondb.database.catalogue.filter_words import take_filter_words
 from motiondb.database.loading import nearby_table
 from motiondb.database.session import Session
-from motiondb.database.values import check_least, check_text
+from motiondb.database.values import Where, check_least, check_text
 from motiondb.errors import QueryError
 from motiondb.language.question.readings import say
 from motiondb.learn.learned import Learned
@@ -29,7 +29,7 @@ from motiondb.symbols.hmm_jobs import one_blas_thread
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from motiondb.database.values import Example, Where
+    from motiondb.database.values import Example
     from motiondb.pictures import Timeline
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from motiondb import answers, pictures, store
 from motiondb.body.features import FEATURE_STEP, recognition_features
 from motiondb.database.loading import load_learned_grammar
+from motiondb.database.session import Session
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg.context_free import derive_by
 from motiondb.language.vocabulary import as_said
@@ -23,7 +24,6 @@ from motiondb.symbols.activities import find_activities
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from motiondb.database.session import Session
 
 LIKELY = 0.2  # Probability from which on a word is named
 LEAST_SHOWN = 0.01  # Smallest t(word | symbol) for which a symbol is listed with a word

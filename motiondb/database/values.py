@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from motiondb.records import Clip, Motion
 
     Example: TypeAlias = str | Path | Clip | Motion
-    Where: TypeAlias = str | Iterable[str]
-    """A filter on the catalogue, or the names of captures."""
 
+Where: TypeAlias = str | Iterable[str]
+"""A filter on the catalogue, or the names of captures."""
 
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = 60

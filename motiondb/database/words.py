@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from motiondb import answers, store
 from motiondb.database.captures import chosen
 from motiondb.database.session import Topic
+from motiondb.database.values import Where
 from motiondb.errors import QueryError
 from motiondb.records import Caption, CaptureInfo
 from motiondb.tabled import Listed
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
     from motiondb.database.catalogue import sheets
     from motiondb.database.learn import updating
-    from motiondb.database.values import Where
     from motiondb.learn.drift import Drift
     from motiondb.learn.knowledge import Knowledge
     from motiondb.search.chances import WordSource

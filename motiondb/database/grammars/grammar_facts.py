@@ -13,7 +13,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from motiondb.database.grammars.grammar_editing import EDIT, UNDONE
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
 from motiondb.database.grammars.grammar_words import Meaning
 from motiondb.database.loading import LearnedGrammar
+from motiondb.database.session import Session
 from motiondb.database.values import seeded
 from motiondb.files import packed_files
 from motiondb.files.formats import read_file
@@ -43,10 +43,6 @@ from motiondb.grammar.rules.description_length import description_length
 from motiondb.grammar.terminals.labelling import Reader, Transcription, make_reader, read_string
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.tabled import Tabled
-
-if TYPE_CHECKING:
-    from motiondb.database.session import Session
-
 
 _NOT_SETTINGS = ("name", "captures", EDIT, UNDONE)  # Parameters of a run that are no settings
 N_STRINGS = 500  # Number of strings that are derived at random from each compared grammar

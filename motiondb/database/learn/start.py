@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from motiondb import answers, store
+from motiondb.database.session import Session
 from motiondb.errors import KnowledgeError, NotLearnedError, QueryError, suggestion
 from motiondb.files.knowledge_file import (
     from_bytes,
@@ -23,9 +24,6 @@ from motiondb.learn.knowledge import Knowledge, Started
 from motiondb.learn.knowledge_making import make_knowledge
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import LearnSettings
-
-if TYPE_CHECKING:
-    from motiondb.database.session import Session
 
 NONE = "none"  # Name that means no start
 ENDING = ".knowledge"

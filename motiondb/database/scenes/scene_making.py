@@ -17,13 +17,13 @@ import os
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from motiondb import store
 from motiondb.database.loading import nearby_table
 from motiondb.database.scenes.scene_texts import SceneText
+from motiondb.database.session import Session
 from motiondb.database.values import seeded
 from motiondb.errors import SceneError
 from motiondb.records import MOTION_FPS, Motion
@@ -53,9 +53,6 @@ from motiondb.scene.sampling.annealing import (
     warm_up,
 )
 from motiondb.scene.sampling.play import Play, make_play
-
-if TYPE_CHECKING:
-    from motiondb.database.session import Session
 
 
 def find_actions(session: Session, grammar: MotionGrammar, exact: bool = False) -> FoundActions:
