@@ -425,7 +425,14 @@ class MotionDB:
         """
         from motiondb.database import searching
 
-        return searching.search(self.session, words, where, limit, by_symbols, written, exact)
+        check_text("words", words)
+        check_least("limit", limit, 1)
+        with self.session.reading():
+            allowed = searching.allowed_captures(self.session, where, exact)
+            searching.check_any(self.searchable)
+            return searching.answer_words(
+                self.session, words, allowed, limit, exact, written, by_symbols
+            )
 
     def like(
         self,

@@ -6,12 +6,14 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from motiondb import answers, store
 from motiondb.database.captures import chosen
 from motiondb.database.session import Topic
 from motiondb.database.values import Where
-from motiondb.errors import QueryError
-from motiondb.records import Caption, CaptureInfo
+from motiondb.errors import NotLearnedError, QueryError
+from motiondb.records import MOTION_FPS, Caption, CaptureInfo
 from motiondb.tabled import Listed
 
 if TYPE_CHECKING:
@@ -22,6 +24,9 @@ if TYPE_CHECKING:
     from motiondb.learn.drift import Drift
     from motiondb.learn.knowledge import Knowledge
     from motiondb.search.chances import WordSource
+
+
+LEAST_SHOWN = 0.01  # Smallest t(word | symbol) for which a symbol is listed with a word
 
 
 class Words(Topic):
@@ -147,9 +152,22 @@ class Words(Topic):
 
     def rows(self) -> list[answers.WordRow]:
         """Every word with its captions and its most probable symbols, commonest word first."""
-        from motiondb.database import showing
+        from motiondb.language.vocabulary import as_said
 
-        return Listed(showing.word_rows(self.session.learned))
+        association = self.session.learned.association
+        t = association.translation[1:]
+        rows = []
+        for number in sorted(range(len(association.words)), key=lambda w: -association.counts[w]):
+            column = t[:, number]
+            best = [int(s) for s in (-column).argsort(kind="stable")[:4] if column[s] > LEAST_SHOWN]
+            rows.append(
+                answers.WordRow(
+                    as_said(association.words[number]),
+                    int(association.counts[number]),
+                    tuple(answers.SymbolProbability(s, float(column[s])) for s in best),
+                )
+            )
+        return Listed(rows)
 
     def sources(self, words: Iterable[str]) -> tuple[WordSource, ...]:
         """The captions from which some learned words were learned; empty without a start."""
@@ -206,24 +224,58 @@ class Symbols(Topic):
 
     def rows(self, n_words: int = 3) -> list[answers.SymbolRow]:
         """Every symbol: cluster, segments, captures, mean length (seconds), most probable words."""
-        from motiondb.database import showing
-
-        return Listed(showing.symbol_rows(self.session.learned, n_words))
+        learned = self.session.learned
+        table, association = learned.segments, learned.association
+        rows = []
+        for s in range(learned.symbols.n_symbols):
+            mine = table.symbols == s
+            lengths = (table.ends - table.starts)[mine] / MOTION_FPS
+            t = association.translation[s + 1]
+            order = [w for w in np.argsort(-t, kind="stable")[:n_words] if t[w] > 0]
+            rows.append(
+                answers.SymbolRow(
+                    s,
+                    int(learned.clusters[s]),
+                    int(mine.sum()),
+                    len(np.unique(table.capture_ids[mine])),
+                    round(float(lengths.mean()), 2) if mine.any() else 0.0,
+                    tuple(
+                        answers.WordProbability(association.words[w], float(t[w])) for w in order
+                    ),
+                )
+            )
+        return Listed(rows)
 
     def segments(self, symbol: int) -> list[answers.SymbolSegment]:
         """Segments of a symbol, those that it fits best first; times in seconds.
 
         QueryError is raised where there is no such symbol.
         """
-        from motiondb.database import showing
+        from motiondb.database.showing import shown_segment
 
-        return Listed(showing.symbol_segments(self.session.learned, symbol))
+        learned = self.session.learned
+        if not 0 <= symbol < learned.symbols.n_symbols:
+            raise QueryError(
+                f"symbol {symbol}: expected 0 to {learned.symbols.n_symbols - 1}, found another "
+                "number."
+            )
+        table = learned.segments
+        rows = np.flatnonzero(table.symbols == symbol)
+        best = rows[np.argsort(-table.log_likelihoods[rows], kind="stable")]
+        return [
+            answers.SymbolSegment(
+                **vars(shown_segment(table, int(row))),
+                capture=learned.captures[int(table.capture_ids[row])].name,
+            )
+            for row in best
+        ]
 
     def draw(self, path: str | Path | None = None) -> Path | Figure:
         """Draw the symbol space with its clusters, every symbol with its word, as PNG."""
-        from motiondb.database import showing
+        from motiondb import pictures
 
-        return showing.draw_symbols(self.session.learned, path)
+        labels = [row.words[0].word if row.words else "" for row in self.rows(1)]
+        return pictures.save_png(pictures.space_figure(self.session.learned.space, labels), path)
 
     def drift(self) -> Drift | None:
         """How far captures and words have changed since the database learned.
@@ -266,10 +318,13 @@ class Symbols(Topic):
 
     def start_knowledge(self) -> Knowledge:
         """The knowledge that the database started from; NotLearnedError if it did not."""
-        from motiondb.database.learn import start
-
-        with self.session.reading():
-            return start.start_knowledge(self.session.learned)
+        learned = self.session.learned
+        if learned.started is None:
+            raise NotLearnedError(
+                f"{learned.source}: expected a database that learned with a start, found one that "
+                f"learned from its own captures only. Name a file, or cmu."
+            )
+        return learned.started.knowledge
 
     def start_facts(self) -> answers.StartAnswer | None:
         """The origin of the knowledge that the database started from; None if it did not."""

@@ -11,7 +11,7 @@ from typing import Any
 
 from motiondb import answers, store
 from motiondb.database.session import Session
-from motiondb.errors import KnowledgeError, NotLearnedError, QueryError, suggestion
+from motiondb.errors import KnowledgeError, QueryError, suggestion
 from motiondb.files.knowledge_file import (
     from_bytes,
     read_knowledge,
@@ -120,16 +120,6 @@ def export(
     knowledge = make_knowledge(learned, label, facts, credit, runs[-1].version)
     write_knowledge(knowledge, path)
     return read_knowledge(path)
-
-
-def start_knowledge(learned: Learned) -> Knowledge:
-    """The knowledge that a database started from."""
-    if learned.started is None:
-        raise NotLearnedError(
-            f"{learned.source}: expected a database that learned with a start, found one that "
-            f"learned from its own captures only. Name a file, or cmu."
-        )
-    return learned.started.knowledge
 
 
 def start_facts(session: Session) -> answers.StartAnswer | None:
