@@ -13,12 +13,7 @@ from motiondb import answers
 from motiondb.cli import options, printing
 
 app = options.Commands()
-tagging = options.Commands(
-    name="tags",
-    help="Tags of captures: performer, licence and any others.",
-    invoke_without_command=True,
-)
-app.add_typer(tagging)
+tagging = app.group("tags", "Tags of captures: performer, licence and any others.", alone=True)
 
 MOST_LISTED = 20  # Names that a question lists
 

@@ -13,10 +13,7 @@ from motiondb import answers
 from motiondb.cli import options, printing
 
 app = options.Commands()
-fetching = options.Commands(
-    name="fetch", help="Download captures from public databases.", no_args_is_help=True
-)
-app.add_typer(fetching)
+fetching = app.group("fetch", "Download captures from public databases.")
 
 
 @app.command()

@@ -13,12 +13,9 @@ from motiondb import answers
 from motiondb.cli import options, printing, sequences
 
 app = options.Commands()
-group = options.Commands(
-    name="grammar",
-    help="Grammars of movement: learn from long takes, parse, suggest, generate, edit.",
-    no_args_is_help=True,
+group = app.group(
+    "grammar", "Grammars of movement: learn from long takes, parse, suggest, generate, edit."
 )
-app.add_typer(group)
 
 
 @group.command()

@@ -13,12 +13,7 @@ from motiondb import answers
 from motiondb.cli import options, printing
 
 app = options.Commands()
-knowing = options.Commands(
-    name="knowledge",
-    help="Export what was learned, without motion and captions.",
-    no_args_is_help=True,
-)
-app.add_typer(knowing)
+knowing = app.group("knowledge", "Export what was learned, without motion and captions.")
 
 
 @app.command()

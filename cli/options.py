@@ -320,6 +320,14 @@ class Commands(typer.Typer):
         """Register the function that a group runs before its commands, or alone."""
         return _with_options(super().callback(*args, **options))
 
+    def group(self, name: str, about: str, *, alone: bool = False) -> Commands:
+        """Add a group of commands; ``alone``: its name alone is a command, too, not its help."""
+        group = Commands(
+            name=name, help=about, invoke_without_command=alone, no_args_is_help=not alone
+        )
+        self.add_typer(group)
+        return group
+
     def include(self, other: typer.Typer) -> None:
         """Add the commands and groups of another app."""
         self.registered_commands += other.registered_commands

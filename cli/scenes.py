@@ -14,12 +14,8 @@ from motiondb import answers
 from motiondb.cli import options, printing, scene_making
 
 app = options.Commands()
-group = options.Commands(
-    name="scene", help="Scenes from motion grammars and tactics diagrams.", no_args_is_help=True
-)
-grammars = options.Commands(name="grammar", help="Grammars of motion.", no_args_is_help=True)
-group.add_typer(grammars)
-app.add_typer(group)
+group = app.group("scene", "Scenes from motion grammars and tactics diagrams.")
+grammars = group.group("grammar", "Grammars of motion.")
 
 GrammarFile = Annotated[
     str, options.argument("A grammar file, or basketball or carrying.", "GRAMMAR")

@@ -12,18 +12,10 @@ from motiondb import answers
 from motiondb.cli import options, printing
 
 app = options.Commands()
-speaking = options.Commands(
-    name="words",
-    help="The vocabulary, and the captions of captures.",
-    invoke_without_command=True,
+speaking = app.group("words", "The vocabulary, and the captions of captures.", alone=True)
+marking = app.group(
+    "events", "Events of captures: foot strikes, catches and releases of a ball.", alone=True
 )
-marking = options.Commands(
-    name="events",
-    help="Events of captures: foot strikes, catches and releases of a ball.",
-    invoke_without_command=True,
-)
-app.add_typer(speaking)
-app.add_typer(marking)
 
 
 @speaking.callback()
