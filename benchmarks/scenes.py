@@ -34,8 +34,7 @@ from typing import Any
 import numpy as np
 
 import motiondb
-from motiondb.database.scenes.scene_clips import scene_clips
-from motiondb.database.scenes.scene_making import SceneSettings, make
+from motiondb.database.scenes.scene_making import SceneSettings, make, scene_clips
 from motiondb.database.scenes.scene_texts import SceneText, read_scene_text
 from scene_tasks import page, paper_baseline
 

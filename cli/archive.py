@@ -13,12 +13,7 @@ from motiondb import answers
 from motiondb.cli import options, printing
 
 app = options.Commands()
-tagging = options.Commands(
-    name="tags",
-    help="Tags of captures: performer, licence and any others.",
-    invoke_without_command=True,
-)
-app.add_typer(tagging)
+tagging = app.group("tags", "Tags of captures: performer, licence and any others.", alone=True)
 
 MOST_LISTED = 20  # Names that a question lists
 
@@ -27,10 +22,10 @@ MOST_LISTED = 20  # Names that a question lists
 def remove(
     shared: options.Shared,
     names: Annotated[
-        list[str] | None, typer.Argument(metavar="[CAPTURE]...", help="Names of captures.")
+        list[str] | None, options.argument("Names of captures.", "[CAPTURE]...")
     ] = None,
     where: options.Where = "",
-    yes: Annotated[bool, typer.Option("--yes", help="Do not ask before removing.")] = False,
+    yes: Annotated[bool, "Do not ask before removing."] = False,
 ) -> None:
     """Remove captures from the database, all or none; motiondb undo brings them back.
 
@@ -71,8 +66,8 @@ def undo(
     shared: options.Shared,
     run: Annotated[
         int | None,
-        typer.Argument(
-            min=1, help="Number of a run, as motiondb info lists them.  [default: the latest]"
+        options.argument(
+            "Number of a run, as motiondb info lists them.  [default: the latest]", min=1
         ),
     ] = None,
 ) -> None:
@@ -101,13 +96,10 @@ def rename(
     shared: options.Shared,
     old: Annotated[
         str,
-        typer.Argument(
-            help="Name of a capture, a folder such as old/, or a pattern such as walk_*."
-        ),
+        options.argument("Name of a capture, a folder such as old/, or a pattern such as walk_*."),
     ],
     new: Annotated[
-        str,
-        typer.Argument(help="The new name, folder such as new/, or pattern such as ana/walk_*."),
+        str, options.argument("The new name, folder such as new/, or pattern such as ana/walk_*.")
     ],
 ) -> None:
     """Give a capture another name, or all that are in a folder or fit a pattern."""
@@ -124,7 +116,7 @@ def rename(
 @app.command()
 def merge(
     shared: options.Shared,
-    other: Annotated[Path, typer.Argument(metavar="OTHER", help="Another database.")],
+    other: Annotated[Path, options.argument("Another database.", "OTHER")],
     prefix: options.Prefix = "",
 ) -> None:
     """Take over the captures of another database, with words, tags, events and provenance.
@@ -151,7 +143,7 @@ def merge(
 @app.command()
 def backup(
     shared: options.Shared,
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="The copy, a new file.")],
+    file: Annotated[Path, options.argument("The copy, a new file.", "FILE")],
 ) -> None:
     """Copy the database into a new file while others use it, and check the copy."""
     with shared.database() as base:
@@ -180,10 +172,10 @@ def set_tags(
     shared: options.Shared,
     items: Annotated[
         list[str],
-        typer.Argument(
-            metavar="[CAPTURE] TAG=VALUE...",
-            help="A capture's name, if there is no --where; tags, such as performer=ana. "
+        options.argument(
+            "A capture's name, if there is no --where; tags, such as performer=ana. "
             "TAG= removes a tag.",
+            "[CAPTURE] TAG=VALUE...",
         ),
     ],
     where: options.Where = "",

@@ -13,10 +13,7 @@ from motiondb import answers
 from motiondb.cli import options, printing
 
 app = options.Commands()
-fetching = options.Commands(
-    name="fetch", help="Download captures from public databases.", no_args_is_help=True
-)
-app.add_typer(fetching)
+fetching = app.group("fetch", "Download captures from public databases.")
 
 
 @app.command()
@@ -24,93 +21,57 @@ def add(
     shared: options.Shared,
     folders: Annotated[
         list[Path],
-        typer.Argument(
-            metavar="FOLDER...",
-            help="Folders with captures, or capture files.",
-            parser=options.a_path,
+        options.argument(
+            "Folders with captures, or capture files.", "FOLDER...", parser=options.a_path
         ),
     ],
-    words: Annotated[
-        Path | None, typer.Option("--words", help="A sheet of captions and tags (TSV or CSV).")
-    ] = None,
-    events: Annotated[
-        Path | None, typer.Option("--events", help="A sheet of events (TSV or CSV).")
-    ] = None,
-    unit: Annotated[
-        str | None, typer.Option("--unit", help="Length unit: m, cm, mm, inch or a number.")
-    ] = None,
+    words: Annotated[Path | None, "A sheet of captions and tags (TSV or CSV)."] = None,
+    events: Annotated[Path | None, "A sheet of events (TSV or CSV)."] = None,
+    unit: Annotated[str | None, "Length unit: m, cm, mm, inch or a number."] = None,
     fps: Annotated[
         float | None,
-        typer.Option(
-            "--fps",
-            min=1.0,
-            max=10_000.0,
-            help="Frames per second, in place of the rates in the files.",
+        options.option(
+            "Frames per second, in place of the rates in the files.", min=1.0, max=10_000.0
         ),
     ] = None,
     up: options.Up = "",
-    mirror_world: Annotated[
-        bool, typer.Option("--mirror-world", help="The axes of the files are left-handed.")
-    ] = False,
-    swap_sides: Annotated[
-        bool, typer.Option("--swap-sides", help="The names of left and right are exchanged.")
-    ] = False,
+    mirror_world: Annotated[bool, "The axes of the files are left-handed."] = False,
+    swap_sides: Annotated[bool, "The names of left and right are exchanged."] = False,
     joint_map: Annotated[
-        Path | None,
-        typer.Option("--joint-map", help="A file of lines `role = joint` for unknown joint names."),
+        Path | None, "A file of lines `role = joint` for unknown joint names."
     ] = None,
-    skip_bad_frames: Annotated[
-        bool, typer.Option("--skip-bad-frames", help="Leave out frames that cannot be read.")
-    ] = False,
-    keep_implausible: Annotated[
-        bool, typer.Option("--keep-implausible", help="Also add motion too fast for people.")
-    ] = False,
-    outside_skeletons: Annotated[
-        bool, typer.Option("--outside-skeletons", help="Let sheets name ASF files outside FOLDER.")
-    ] = False,
+    skip_bad_frames: Annotated[bool, "Leave out frames that cannot be read."] = False,
+    keep_implausible: Annotated[bool, "Also add motion too fast for people."] = False,
+    outside_skeletons: Annotated[bool, "Let sheets name ASF files outside FOLDER."] = False,
     time_limit: Annotated[
         float,
-        typer.Option(
-            "--time-limit",
+        options.option(
+            "Seconds allowed for a file of up to 10 MB; larger files get proportionally more.",
             min=0.1,
             max=1e6,
-            help="Seconds allowed for a file of up to 10 MB; larger files get proportionally more.",
         ),
     ] = 60.0,
     memory_limit: Annotated[
         float,
-        typer.Option(
-            "--memory-limit",
-            min=0.01,
-            max=1e4,
-            help="Largest size in memory of the clip of a file, in gigabytes.",
+        options.option(
+            "Largest size in memory of the clip of a file, in gigabytes.", min=0.01, max=1e4
         ),
     ] = 0.4,
-    jobs: Annotated[
-        int, typer.Option("--jobs", min=1, max=1024, help="Processes that read files.")
-    ] = 2,
+    jobs: Annotated[int, options.option("Processes that read files.", min=1, max=1024)] = 2,
     prefix: options.Prefix = "",
     replacing: Annotated[
         bool,
-        typer.Option(
-            "--replace",
-            help="Replace captures of the same names; words, tags and events that no sheet gives "
+        options.option(
+            "Replace captures of the same names; words, tags and events that no sheet gives "
             "are kept.",
+            "--replace",
         ),
     ] = False,
     no_originals: Annotated[
-        bool,
-        typer.Option(
-            "--no-originals",
-            help="Keep the motions without the files, which then cannot be exported as they were.",
-        ),
+        bool, "Keep the motions without the files, which then cannot be exported as they were."
     ] = False,
     check_bytes: Annotated[
-        bool,
-        typer.Option(
-            "--check-bytes",
-            help="Compare the bytes of known files, too, not only their size and time.",
-        ),
+        bool, "Compare the bytes of known files, too, not only their size and time."
     ] = False,
     cluster: options.Cluster = None,
 ) -> None:
@@ -204,12 +165,7 @@ def show(
     png: options.Png = None,
     gif: Annotated[
         Path | None,
-        typer.Option(
-            "--gif",
-            callback=options.animation_name,
-            help="Write an animation to this file (.gif).",
-        ),
-        options.WRITTEN,
+        options.option("Write an animation to this file (.gif).", callback=options.animation_name),
     ] = None,
     start: options.From = None,
     end: options.To = None,
@@ -270,19 +226,17 @@ def export(
     name: options.CaptureName,
     output: Annotated[
         Path,
-        typer.Option(
+        options.option(
+            "File: .bvh, .glb, .gltf, .fbx or .usd; arrays: .npz, .csv or .parquet; or as it "
+            "was added.",
             "-o",
             "--output",
-            help="File: .bvh, .glb, .gltf, .fbx or .usd; arrays: .npz, .csv or .parquet; or as it "
-            "was added.",
+            callback=options.any_name,
         ),
-        options.WRITTEN,
     ],
     start: options.From = None,
     end: options.To = None,
-    canonical: Annotated[
-        bool, typer.Option("--canonical", help="Write the canonical body at 30 frames a second.")
-    ] = False,
+    canonical: Annotated[bool, "Write the canonical body at 30 frames a second."] = False,
 ) -> None:
     """Write a capture to a file; in its original format, the file is the added one.
 
@@ -315,16 +269,11 @@ def joints(
     shared: options.Shared,
     name: Annotated[
         str,
-        typer.Argument(
-            metavar="FILE|CAPTURE", help="A file (.bvh, .fbx, .glb, .gltf), or a capture's name."
-        ),
+        options.argument("A file (.bvh, .fbx, .glb, .gltf), or a capture's name.", "FILE|CAPTURE"),
     ],
     output: Annotated[
         Path | None,
-        typer.Option(
-            "-o", "--output", callback=options.output_name, help="Write a joint map (.map)."
-        ),
-        options.WRITTEN,
+        options.option("Write a joint map (.map).", "-o", "--output", callback=options.output_name),
     ] = None,
 ) -> None:
     """Show which joints of a file have which roles; propose them for unknown names.
@@ -361,27 +310,13 @@ def _accepts() -> bool:
 @fetching.command("cmu")
 def fetch_cmu(
     shared: options.Shared,
-    subjects: Annotated[
-        str, typer.Option("--subjects", help="Numbers of subjects, such as 14,16.")
-    ],
-    folder: Annotated[Path, typer.Option("--dir", help="The folder for the files.")] = Path("cmu"),
-    yes: Annotated[
-        bool, typer.Option("--yes", help="Accept the terms without being asked.")
-    ] = False,
-    only_fetch: Annotated[
-        bool, typer.Option("--only-fetch", help="Do not add the files to the database.")
-    ] = False,
-    base_url: Annotated[
-        str | None, typer.Option("--base-url", help="Address of another site with the same files.")
-    ] = None,
+    subjects: Annotated[str, "Numbers of subjects, such as 14,16."],
+    folder: Annotated[Path, options.option("The folder for the files.", "--dir")] = Path("cmu"),
+    yes: Annotated[bool, "Accept the terms without being asked."] = False,
+    only_fetch: Annotated[bool, "Do not add the files to the database."] = False,
+    base_url: Annotated[str | None, "Address of another site with the same files."] = None,
     deadline: Annotated[
-        float,
-        typer.Option(
-            "--deadline",
-            min=1.0,
-            max=1e6,
-            help="Seconds for the whole download.",
-        ),
+        float, options.option("Seconds for the whole download.", min=1.0, max=1e6)
     ] = 21_600.0,
 ) -> None:
     """Download captures and captions of the CMU Graphics Lab database, and add them."""

@@ -21,17 +21,14 @@ FPS = 30.0  # Frames per second of generated motion
 def generate(
     shared: options.Shared,
     changes: options.Changes,
-    words: Annotated[str, typer.Argument(help='A sentence, such as "a person walks then kicks".')],
+    words: Annotated[str, options.argument('A sentence, such as "a person walks then kicks".')],
     output: options.Output,
     seed: options.Seed = 0,
-    method: Annotated[str, typer.Option("--method", help="stitched or trajectory.")] = "stitched",
+    method: Annotated[str, "stitched or trajectory."] = "stitched",
     exact: options.Exact = False,
-    anyway: Annotated[
-        bool,
-        typer.Option("--anyway", help="Generate the nearest motion if no capture shows an action."),
-    ] = False,
+    anyway: Annotated[bool, "Generate the nearest motion if no capture shows an action."] = False,
     variants: Annotated[
-        int, typer.Option("--variants", help="Most different motions: FILE-1, FILE-2, ...", min=1)
+        int, options.option("Most different motions: FILE-1, FILE-2, ...", min=1)
     ] = 1,
     save: options.SaveAs = None,
     png: options.Png = None,
@@ -79,8 +76,7 @@ def join(
     shared: options.Shared,
     changes: options.Changes,
     parts: Annotated[
-        list[str],
-        typer.Argument(metavar="CAPTURE:FROM-TO...", help="Parts in order, times in seconds."),
+        list[str], options.argument("Parts in order, times in seconds.", "CAPTURE:FROM-TO...")
     ],
     output: options.Output,
     png: options.Png = None,

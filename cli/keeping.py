@@ -13,21 +13,13 @@ from motiondb import answers
 from motiondb.cli import options, printing
 
 app = options.Commands()
-knowing = options.Commands(
-    name="knowledge",
-    help="Export what was learned, without motion and captions.",
-    no_args_is_help=True,
-)
-app.add_typer(knowing)
+knowing = app.group("knowledge", "Export what was learned, without motion and captions.")
 
 
 @app.command()
 def check(
     shared: options.Shared,
-    quick: Annotated[
-        bool,
-        typer.Option("--quick", help="Do not read motions, scores and stored files."),
-    ] = False,
+    quick: Annotated[bool, "Do not read motions, scores and stored files."] = False,
 ) -> None:
     """Check the database for faults; exit 1 if there are any."""
     faults = motiondb.check_file(shared.db, wait=shared.wait, quick=quick)
@@ -43,10 +35,10 @@ def check(
 def rescue(
     shared: options.Shared,
     file: Annotated[
-        Path | None, typer.Argument(metavar="FILE", help="The damaged database; by default --db.")
+        Path | None, options.argument("The damaged database; by default --db.", "FILE")
     ] = None,
     output: Annotated[
-        Path, typer.Option("-o", "--output", help="The new database, a new file.")
+        Path, options.option("The new database, a new file.", "-o", "--output")
     ] = Path("rescued.duckdb"),
 ) -> None:
     """Save every readable capture of a damaged database into a new file; exit 1 if any is lost."""
@@ -104,11 +96,10 @@ def compact(
     shared: options.Shared,
     motions_to: Annotated[
         str | None,
-        typer.Option(
-            "--motions-to",
-            metavar="PLACE",
-            help="Move motions, original files and scores of segments there: a folder, a URL of "
+        options.option(
+            "Move motions, original files and scores of segments there: a folder, a URL of "
             "fsspec such as s3://bucket/motions, or here for the database file.",
+            metavar="PLACE",
         ),
     ] = None,
 ) -> None:
@@ -137,17 +128,9 @@ def compact(
 @knowing.command("export")
 def export_knowledge(
     shared: options.Shared,
-    file: Annotated[
-        Path,
-        typer.Argument(callback=options.output_name, help="The file to write."),
-        options.WRITTEN,
-    ],
-    name: Annotated[
-        str, typer.Option("--name", help="Its name.  [default: name of the file]")
-    ] = "",
-    credit: Annotated[
-        str, typer.Option("--credit", help="The acknowledgement that users are asked to give.")
-    ] = "",
+    file: Annotated[Path, options.argument("The file to write.", callback=options.output_name)],
+    name: Annotated[str, "Its name.  [default: name of the file]"] = "",
+    credit: Annotated[str, "The acknowledgement that users are asked to give."] = "",
 ) -> None:
     """Write the learned model, without motion and captions (see learn --start)."""
     with shared.database() as base:
@@ -166,8 +149,8 @@ def show_knowledge(
     shared: options.Shared,
     what: Annotated[
         str | None,
-        typer.Argument(
-            help="A file, or the shipped knowledge: cmu.  [default: the start of the database]"
+        options.argument(
+            "A file, or the shipped knowledge: cmu.  [default: the start of the database]"
         ),
     ] = None,
 ) -> None:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import typer
-
 import motiondb
 from motiondb import answers
 from motiondb.cli import options, printing
@@ -19,17 +17,12 @@ def learn(
     shared: options.Shared,
     n_symbols: Annotated[
         int | None,
-        typer.Option(
-            "--symbols", min=1, help="Number of symbols.  [default: chosen from the data]"
-        ),
+        options.option("Number of symbols.  [default: chosen from the data]", "--symbols", min=1),
     ] = None,
     start: Annotated[
         str | None,
-        typer.Option(
-            "--start",
-            help="Knowledge to start from: a file of `knowledge export`, cmu (shipped), or none.  "
-            "[default: the start used before]",
-        ),
+        "Knowledge to start from: a file of `knowledge export`, cmu (shipped), or none.  "
+        "[default: the start used before]",
     ] = None,
     seed: options.Seed = 0,
     where: options.Where = "",

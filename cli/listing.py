@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated
 
-import typer
-
 import motiondb
 from motiondb import answers
 from motiondb.cli import options, printing
@@ -33,28 +31,14 @@ USUAL_COLUMNS = ["name", "duration", "fps", "format", "performer", "caption"]
 def list_captures(
     shared: options.Shared,
     where: options.Where = "",
-    limit: Annotated[
-        int | None, typer.Option("--limit", min=1, help="Largest number of captures.")
-    ] = None,
-    sort: Annotated[
-        str,
-        typer.Option(
-            "--sort", help="Column or tag to sort by; with - in front, the largest first."
-        ),
-    ] = "",
-    columns: Annotated[
-        str,
-        typer.Option("--columns", help="Columns and tags to print, such as name,duration,licence."),
-    ] = "",
+    limit: Annotated[int | None, options.option("Largest number of captures.", min=1)] = None,
+    sort: Annotated[str, "Column or tag to sort by; with - in front, the largest first."] = "",
+    columns: Annotated[str, "Columns and tags to print, such as name,duration,licence."] = "",
     as_csv: Annotated[
-        bool, typer.Option("--csv", help="Print CSV with all columns and tags, or --columns.")
+        bool, options.option("Print CSV with all columns and tags, or --columns.", "--csv")
     ] = False,
-    duplicates: Annotated[
-        bool, typer.Option("--duplicates", help="List groups of copies, cuts and mirror images.")
-    ] = False,
-    faulty: Annotated[
-        bool, typer.Option("--faulty", help="List the files that add could not read.")
-    ] = False,
+    duplicates: Annotated[bool, "List groups of copies, cuts and mirror images."] = False,
+    faulty: Annotated[bool, "List the files that add could not read."] = False,
     exact: options.Exact = False,
 ) -> None:
     """List the captures; --where and --sort take the names of the columns, caption, and tags.
@@ -123,8 +107,8 @@ def _print_captures(
 @app.command()
 def sql(
     shared: options.Shared,
-    query: Annotated[str, typer.Argument(help="One SELECT about the tables of the database.")],
-    as_csv: Annotated[bool, typer.Option("--csv", help="Print CSV.")] = False,
+    query: Annotated[str, options.argument("One SELECT about the tables of the database.")],
+    as_csv: Annotated[bool, options.option("Print CSV.", "--csv")] = False,
 ) -> None:
     """Ask the tables of the database in SQL; schema/README.md describes them.
 

@@ -22,8 +22,7 @@ COMMANDS = {
     "listing": ("list", "sql"),
     "archive": ("remove", "undo", "rename", "merge", "backup", "tags"),
     "learning": ("learn", "evaluate", "symbols"),
-    "search": ("search", "like", "describe", "compare"),
-    "batch": ("batch",),
+    "search": ("search", "like", "describe", "compare", "batch"),
     "generation": ("generate", "join"),
     "words": ("words", "events"),
     "keeping": ("check", "rescue", "info", "compact", "knowledge"),
@@ -59,7 +58,7 @@ def _version(wanted: bool) -> None:
 
 def _options(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+        bool, options.option("Print the version.", callback=_version, is_eager=True)
     ] = False,
 ) -> None:
     pass

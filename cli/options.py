@@ -22,53 +22,39 @@ from motiondb.cli import printing
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-Where = Annotated[
-    str,
-    typer.Option(
-        "--where", help="Only captures that match, such as 'performer in (14, 16) and not fps<60'."
-    ),
-]
+
+def option(about: str, *names: str, **settings: Any) -> Any:
+    """An option; without names it has that of its parameter. A text alone stands for one, too."""
+    return typer.Option(..., *names, help=about, **settings)
+
+
+def argument(about: str, metavar: str | None = None, **settings: Any) -> Any:
+    """An argument of a command."""
+    return typer.Argument(..., help=about, metavar=metavar, **settings)
+
+
+Where = Annotated[str, "Only captures that match, such as 'performer in (14, 16) and not fps<60'."]
 Exact = Annotated[
-    bool,
-    typer.Option(
-        "--exact",
-        help="Leave out words that are in no caption, instead of replacing them by known words.",
-    ),
+    bool, "Leave out words that are in no caption, instead of replacing them by known words."
 ]
-Limit = Annotated[int, typer.Option("--limit", min=1, help="Largest number of answers.")]
-CaptureName = Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")]
-GrammarName = Annotated[str, typer.Argument(metavar="NAME", help="Name of a grammar.")]
-DiagramFile = Annotated[
-    str, typer.Argument(metavar="DIAGRAM", help="A tactics file, or one like give-and-go.")
-]
-SaveAs = Annotated[
-    str | None, typer.Option("--save", help="Also save it as a capture of this name.")
-]
-Prefix = Annotated[
-    str, typer.Option("--prefix", help="Put this before every new name, such as studio2/.")
-]
+Limit = Annotated[int, option("Largest number of answers.", min=1)]
+CaptureName = Annotated[str, argument("A capture's name.", "CAPTURE")]
+GrammarName = Annotated[str, argument("Name of a grammar.", "NAME")]
+DiagramFile = Annotated[str, argument("A tactics file, or one like give-and-go.", "DIAGRAM")]
+SaveAs = Annotated[str | None, option("Also save it as a capture of this name.", "--save")]
+Prefix = Annotated[str, "Put this before every new name, such as studio2/."]
 Up = Annotated[
     str,
-    typer.Option(
-        "--up",
+    option(
+        "The axis that points up: x, y, z, -x, -y or -z; else what the file says or shows.",
         metavar="AXIS",
-        help="The axis that points up: x, y, z, -x, -y or -z; else what the file says or shows.",
     ),
 ]
 MOST_SECONDS = 1e7  # Largest time that is accepted, seconds: some months, longer than any take
 
 
-From = Annotated[
-    float | None,
-    typer.Option("--from", min=0.0, max=MOST_SECONDS, help="Start, in seconds."),
-]
-To = Annotated[
-    float | None,
-    typer.Option("--to", min=0.0, max=MOST_SECONDS, help="End, in seconds."),
-]
-
-
-WRITTEN = "written"  # Marks a parameter with a file that is written; its command has --force
+From = Annotated[float | None, option("Start, in seconds.", "--from", min=0.0, max=MOST_SECONDS)]
+To = Annotated[float | None, option("End, in seconds.", "--to", min=0.0, max=MOST_SECONDS)]
 
 
 def numbered(path: Path, number: int) -> Path:
@@ -93,12 +79,6 @@ def picture_name(path: Path | None) -> Path | None:
     return output_name(path)
 
 
-def picture(about: str, name: str = "--png") -> OptionInfo:
-    """The option for a picture that shows something else than most."""
-    option: OptionInfo = typer.Option(name, callback=picture_name, help=about)
-    return option
-
-
 def animation_name(path: Path | None) -> Path | None:
     """Check the name of an animation."""
     check_ending(path, (".gif",), " Animations are written as GIF.")
@@ -120,7 +100,7 @@ def output_name(path: Path | None) -> Path | None:
     return path
 
 
-Png = Annotated[Path | None, picture("Draw a picture into this file (.png)."), WRITTEN]
+Png = Annotated[Path | None, option("Draw a picture into this file (.png).", callback=picture_name)]
 
 
 def html_name(path: Path | None) -> Path | None:
@@ -134,13 +114,17 @@ def html_name(path: Path | None) -> Path | None:
 
 Html = Annotated[
     Path | None,
-    typer.Option(
-        "--html",
-        callback=html_name,
-        help="Write a page with the answer and a player into this file (.html).",
-    ),
-    WRITTEN,
+    option("Write a page with the answer and a player into this file (.html).", callback=html_name),
 ]
+
+
+def any_name(path: Path | None) -> Path | None:
+    """Leave the name of an output to its command, which checks it."""
+    return path
+
+
+NAME_CHECKS = (output_name, picture_name, animation_name, motion_name, html_name, any_name)
+"""The callbacks of files that are written; a command with one of them has --force."""
 
 
 def a_path(text: str) -> Path:
@@ -152,20 +136,16 @@ def a_path(text: str) -> Path:
 
 ExportFolder = Annotated[
     Path | None,
-    typer.Option(
+    option(
+        "Write every answer into this folder as BVH, with its origin and licence beside it.",
         "--export",
         parser=a_path,
         metavar="FOLDER",
-        help="Write every answer into this folder as BVH, with its origin and licence beside it.",
+        callback=any_name,
     ),
-    WRITTEN,
 ]
 Output = Annotated[
-    Path,
-    typer.Option(
-        "-o", "--output", callback=motion_name, help="File: .bvh, .glb, .gltf, .fbx or .usd."
-    ),
-    WRITTEN,
+    Path, option("File: .bvh, .glb, .gltf, .fbx or .usd.", "-o", "--output", callback=motion_name)
 ]
 
 
@@ -175,45 +155,28 @@ class Changes:
 
     unit: Annotated[
         str | None,
-        typer.Option(
-            "--unit",
-            help="Length unit of the file: m, cm, mm, inch, a number of metres, or as-added "
-            "for the capture's own.  [default: cm for BVH of captures in other formats]",
-        ),
+        "Length unit of the file: m, cm, mm, inch, a number of metres, or as-added "
+        "for the capture's own.  [default: cm for BVH of captures in other formats]",
     ] = None
-    fps: Annotated[
-        float | None, typer.Option("--fps", min=1.0, max=2000.0, help="Frames per second.")
-    ] = None
-    loop: Annotated[bool, typer.Option("--loop", help="Trim to one seamless cycle.")] = False
-    in_place: Annotated[
-        bool, typer.Option("--in-place", help="Remove travel, keep the motion on the spot.")
-    ] = False
-    mirror: Annotated[bool, typer.Option("--mirror", help="Mirror left and right.")] = False
-    onto: Annotated[
-        Path | None,
-        typer.Option("--onto", help="A rig (.bvh, .fbx, .glb): put the motion on its joints."),
-    ] = None
+    fps: Annotated[float | None, option("Frames per second.", min=1.0, max=2000.0)] = None
+    loop: Annotated[bool, "Trim to one seamless cycle."] = False
+    in_place: Annotated[bool, "Remove travel, keep the motion on the spot."] = False
+    mirror: Annotated[bool, "Mirror left and right."] = False
+    onto: Annotated[Path | None, "A rig (.bvh, .fbx, .glb): put the motion on its joints."] = None
     joint_map: Annotated[
-        Path | None,
-        typer.Option(
-            "--joint-map", help="A file of lines `role = joint` for a rig of unknown names."
-        ),
+        Path | None, "A file of lines `role = joint` for a rig of unknown names."
     ] = None
 
     speed: Annotated[
-        float,
-        typer.Option(
-            "--speed", min=0.1, max=10.0, help="Tempo of the file: 1.2 is a fifth faster."
-        ),
+        float, option("Tempo of the file: 1.2 is a fifth faster.", min=0.1, max=10.0)
     ] = 1.0
     reduce_keys: Annotated[
         float | None,
-        typer.Option(
-            "--reduce-keys",
+        option(
+            "Leave out keys within so many degrees, or centimetres (glTF alone: the other "
+            "formats hold every frame).",
             min=0.001,
             max=45.0,
-            help="Leave out keys within so many degrees, or centimetres (glTF alone: the other "
-            "formats hold every frame).",
         ),
     ] = None
 
@@ -222,18 +185,8 @@ class Changes:
         as_added = self.unit == "as-added"
         metres = None if self.unit is None or as_added else motiondb.unit_from_name(self.unit)
         names = {} if self.joint_map is None else motiondb.read_joint_map(self.joint_map)
-        return motiondb.MotionChanges(
-            metres,
-            self.fps,
-            self.loop,
-            self.in_place,
-            self.mirror,
-            self.onto,
-            names,
-            own_unit=as_added,
-            speed=self.speed,
-            reduce_keys=self.reduce_keys,
-        )
+        read: dict[str, Any] = {"unit": metres, "joint_map": names, "own_unit": as_added}
+        return motiondb.MotionChanges(**vars(self) | read)
 
 
 def protect(forced: bool) -> None:
@@ -243,18 +196,15 @@ def protect(forced: bool) -> None:
 
 Force = Annotated[
     bool,
-    typer.Option(
+    option(
+        "Also overwrite files that motiondb is not known to have written.",
         "--force",
         is_eager=True,
         callback=protect,
-        help="Also overwrite files that motiondb is not known to have written.",
     ),
 ]
 Seed = Annotated[
-    int,
-    typer.Option(
-        "--seed", min=0, max=2**63 - 1, help="Random seed; the same seed gives the same result."
-    ),
+    int, option("Random seed; the same seed gives the same result.", min=0, max=2**63 - 1)
 ]
 # Seconds that a command waits for the database by default: most commands that hold it alone take
 # less time, and after a longer wait the user should see which process holds it
@@ -262,23 +212,21 @@ DEFAULT_WAIT = 5.0
 LONGEST_WAIT = 86_400.0  # Largest number of seconds to wait: a day. A larger one is a mistake
 Cluster = Annotated[
     str | None,
-    typer.Option(
-        "--cluster",
+    option(
+        "Compute on the workers of a dask scheduler, tcp://HOST:8786, or on processes of this "
+        "machine (local); the answers are the same.",
         metavar="ADDRESS",
         envvar="MOTIONDB_CLUSTER",
-        help="Compute on the workers of a dask scheduler, tcp://HOST:8786, or on processes of this "
-        "machine (local); the answers are the same.",
     ),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
+Json = Annotated[bool, "Print the answer as JSON."]
 Wait = Annotated[
     float,
-    typer.Option(
-        "--wait",
+    option(
+        "Seconds to wait for a database that another process holds.",
         envvar="MOTIONDB_WAIT",
         min=0.0,
         max=LONGEST_WAIT,
-        help="Seconds to wait for a database that another process holds.",
     ),
 ]
 
@@ -297,10 +245,9 @@ def database_name(path: Path | None) -> Path | None:
 class Shared:
     """The options of every command on a database; :class:`Commands` adds them to its function."""
 
-    db: Annotated[
-        Path,
-        typer.Option("--db", envvar="MOTIONDB", callback=database_name, help="The database file."),
-    ] = Path("motions.duckdb")
+    db: Annotated[Path, option("The database file.", envvar="MOTIONDB", callback=database_name)] = (
+        Path("motions.duckdb")
+    )
     json: Json = False
     wait: Wait = DEFAULT_WAIT
 
@@ -322,11 +269,7 @@ class SharedOfClips:
 
     db: Annotated[
         Path | None,
-        typer.Option(
-            "--db",
-            callback=database_name,
-            help="Also list the clips of this database for every action.",
-        ),
+        option("Also list the clips of this database for every action.", callback=database_name),
     ] = None
     json: Json = False
     wait: Wait = DEFAULT_WAIT
@@ -377,6 +320,14 @@ class Commands(typer.Typer):
         """Register the function that a group runs before its commands, or alone."""
         return _with_options(super().callback(*args, **options))
 
+    def group(self, name: str, about: str, *, alone: bool = False) -> Commands:
+        """Add a group of commands; ``alone``: its name alone is a command, too, not its help."""
+        group = Commands(
+            name=name, help=about, invoke_without_command=alone, no_args_is_help=not alone
+        )
+        self.add_typer(group)
+        return group
+
     def include(self, other: typer.Typer) -> None:
         """Add the commands and groups of another app."""
         self.registered_commands += other.registered_commands
@@ -408,12 +359,21 @@ def finite(value: float | None) -> float | None:
     return value
 
 
-def _check_number(annotation: Any) -> None:
-    """Let an option for a number refuse NaN and infinity."""
-    for option in getattr(annotation, "__metadata__", ()):
-        kinds = (annotation.__origin__, *get_args(annotation.__origin__))
-        if isinstance(option, OptionInfo) and float in kinds:
-            option.callback = finite
+def _described(parameter: Parameter) -> Parameter:
+    """A parameter as Typer takes it: a text is the help of an option of its name.
+
+    An option for a number refuses NaN and infinity.
+    """
+    if not hasattr(parameter.annotation, "__metadata__"):
+        return parameter
+    kind, (mark,) = parameter.annotation.__origin__, parameter.annotation.__metadata__
+    described = option(mark) if isinstance(mark, str) else copy(mark)
+    if isinstance(described, OptionInfo):
+        described.param_decls = described.param_decls or (f"--{parameter.name.replace('_', '-')}",)
+        if float in (kind, *get_args(kind)):
+            described.callback = finite
+    described.default = ... if parameter.default is Parameter.empty else parameter.default
+    return parameter.replace(annotation=kind, default=described)
 
 
 def _with_options(
@@ -423,7 +383,7 @@ def _with_options(
 
     def decorate(function: Function) -> Function:
         known = dict(signature(function, eval_str=True).parameters)
-        writes = any(WRITTEN in getattr(p.annotation, "__metadata__", ()) for p in known.values())
+        marks = [m for p in known.values() for m in getattr(p.annotation, "__metadata__", ())]
         kinds: dict[str, Any] = {n: p.annotation for n, p in known.items()}
         kinds = {name: kind for name, kind in kinds.items() if is_dataclass(kind)}
         for name in sorted(kinds, key="shared".__eq__):  # those of every command come last
@@ -431,10 +391,9 @@ def _with_options(
             hints = get_type_hints(kinds[name], include_extras=True)
             for field in fields(kinds[name]):
                 known[field.name] = _option(field.name, field.default, hints[field.name])
-        if writes and kinds:
+        if kinds and any(getattr(mark, "callback", None) in NAME_CHECKS for mark in marks):
             known["force"] = _option("force", False, Force)
-        for parameter in known.values():
-            _check_number(parameter.annotation)
+        known = {name: _described(parameter) for name, parameter in known.items()}
 
         @wraps(function)
         def command(*args: Any, **values: Any) -> Any:

@@ -23,29 +23,22 @@ def generate(
     seed: options.Seed = 0,
     length: Annotated[
         int | None,
-        typer.Option(
-            "--length",
-            min=1,
-            max=10_000,
-            help="Number of terminals; the nearest possible number is used.",
+        options.option(
+            "Number of terminals; the nearest possible number is used.", min=1, max=10_000
         ),
     ] = None,
     seconds: Annotated[
         float | None,
-        typer.Option(
-            "--seconds",
+        options.option(
+            "Let sentences follow one another until the motion is about this long.",
             min=0.1,
             max=600.0,
-            help="Let sentences follow one another until the motion is about this long.",
         ),
     ] = None,
     like: Annotated[
         str | None,
-        typer.Option(
-            "--like",
-            help='Pattern of terminals and words, such as "a ... ? b" (? is any one,'
-            " ... any number), or a sentence in words.",
-        ),
+        'Pattern of terminals and words, such as "a ... ? b" (? is any one,'
+        " ... any number), or a sentence in words.",
     ] = None,
     exact: options.Exact = False,
     save: options.SaveAs = None,
@@ -87,41 +80,32 @@ def edit(
     shared: options.Shared,
     name: options.GrammarName,
     sequence: Annotated[
-        str,
-        typer.Argument(metavar="SEQUENCE", help='A kept sequence\'s name, or terminals "a b c".'),
+        str, options.argument('A kept sequence\'s name, or terminals "a b c".', "SEQUENCE")
     ],
-    at: Annotated[int, typer.Option("--at", min=0, help="Position to edit, from 0.")],
+    at: Annotated[int, options.option("Position to edit, from 0.", min=0)],
     wider: Annotated[
-        int,
-        typer.Option("--wider", min=0, help="Enlarge the region by this many levels of the tree."),
+        int, options.option("Enlarge the region by this many levels of the tree.", min=0)
     ] = 0,
     narrower: Annotated[
-        int,
-        typer.Option("--narrower", min=0, help="Then reduce it by this many levels of the tree."),
+        int, options.option("Then reduce it by this many levels of the tree.", min=0)
     ] = 0,
-    number: Annotated[
-        int, typer.Option("--number", min=1, max=10_000, help="Number of alternatives.")
-    ] = 4,
+    number: Annotated[int, options.option("Number of alternatives.", min=1, max=10_000)] = 4,
     choose: Annotated[
-        int | None,
-        typer.Option("--choose", min=1, help="The alternative to choose, from 1."),
+        int | None, options.option("The alternative to choose, from 1.", min=1)
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option(
+        options.option(
+            "File for the chosen alternative; without --choose one for each.",
             "-o",
             "--output",
             callback=options.motion_name,
-            help="File for the chosen alternative; without --choose one for each.",
         ),
-        options.WRITTEN,
     ] = None,
-    save: Annotated[
-        str | None,
-        typer.Option("--save", help="Also save the chosen one as a capture of this name."),
-    ] = None,
+    save: Annotated[str | None, "Also save the chosen one as a capture of this name."] = None,
     png: Annotated[
-        Path | None, options.picture("Draw the trees of the alternatives."), options.WRITTEN
+        Path | None,
+        options.option("Draw the trees of the alternatives.", callback=options.picture_name),
     ] = None,
     seed: options.Seed = 0,
 ) -> None:

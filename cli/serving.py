@@ -7,8 +7,6 @@ import sys
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 import motiondb
 from motiondb.cli import options, printing
 
@@ -19,44 +17,32 @@ app = options.Commands()
 def serve(
     shared: options.Shared,
     host: Annotated[
-        str,
-        typer.Option(
-            "--host", help="Address to listen at; other computers need the token that is printed."
-        ),
+        str, "Address to listen at; other computers need the token that is printed."
     ] = "127.0.0.1",
     port: Annotated[
-        int, typer.Option("--port", min=0, max=65_535, help="Port to listen at; 0 for a free one.")
+        int, options.option("Port to listen at; 0 for a free one.", min=0, max=65_535)
     ] = 8765,
-    read_only: Annotated[
-        bool, typer.Option("--read-only", help="The page cannot change anything.")
-    ] = False,
+    read_only: Annotated[bool, "The page cannot change anything."] = False,
     folders: Annotated[
         list[Path] | None,
-        typer.Option(
-            "--folder", help="A folder from which the page may add captures; may be repeated."
+        options.option(
+            "A folder from which the page may add captures; may be repeated.", "--folder"
         ),
     ] = None,
     boards: Annotated[
-        Path | None,
-        typer.Option(
-            "--boards", help="Folder of your tactics diagrams.  [default: boards, by the database]"
-        ),
+        Path | None, "Folder of your tactics diagrams.  [default: boards, by the database]"
     ] = None,
     names: Annotated[
         list[str] | None,
-        typer.Option(
-            "--name", help="A further name by which browsers reach this computer; may be repeated."
+        options.option(
+            "A further name by which browsers reach this computer; may be repeated.", "--name"
         ),
     ] = None,
     token: Annotated[
-        bool,
-        typer.Option(
-            "--token",
-            help="Require the token that is printed also from this computer, where others use it.",
-        ),
+        bool, "Require the token that is printed also from this computer, where others use it."
     ] = False,
     open_browser: Annotated[
-        bool, typer.Option("--open/--no-open", help="Whether to open the page in the browser.")
+        bool, options.option("Whether to open the page in the browser.", "--open/--no-open")
     ] = True,
 ) -> None:
     """Serve the page: the database in the browser, until Ctrl-C.

@@ -12,18 +12,10 @@ from motiondb import answers
 from motiondb.cli import options, printing
 
 app = options.Commands()
-speaking = options.Commands(
-    name="words",
-    help="The vocabulary, and the captions of captures.",
-    invoke_without_command=True,
+speaking = app.group("words", "The vocabulary, and the captions of captures.", alone=True)
+marking = app.group(
+    "events", "Events of captures: foot strikes, catches and releases of a ball.", alone=True
 )
-marking = options.Commands(
-    name="events",
-    help="Events of captures: foot strikes, catches and releases of a ball.",
-    invoke_without_command=True,
-)
-app.add_typer(speaking)
-app.add_typer(marking)
 
 
 @speaking.callback()
@@ -46,10 +38,10 @@ def words(context: typer.Context, shared: options.Shared) -> None:
 def set_words(
     shared: options.Shared,
     name: options.CaptureName,
-    text: Annotated[str, typer.Argument(metavar="WORDS", help="Words that describe it.")],
+    text: Annotated[str, options.argument("Words that describe it.", "WORDS")],
     start: options.From = None,
     end: options.To = None,
-    keep: Annotated[bool, typer.Option("--keep", help="Keep the present captions.")] = False,
+    keep: Annotated[bool, "Keep the present captions."] = False,
 ) -> None:
     """Set the caption of a capture or of a part of it."""
     with shared.database(writing=True) as base:
@@ -69,7 +61,7 @@ def set_words(
 
 @speaking.command("import")
 def import_words(
-    shared: options.Shared, sheet: Annotated[Path, typer.Argument(help="A sheet (TSV or CSV).")]
+    shared: options.Shared, sheet: Annotated[Path, options.argument("A sheet (TSV or CSV).")]
 ) -> None:
     """Replace captions and tags by those of a sheet; rows without a capture are listed (exit 1)."""
     with shared.database(writing=True) as base:
@@ -89,9 +81,7 @@ def import_words(
 def export_words(
     shared: options.Shared,
     sheet: Annotated[
-        Path,
-        typer.Argument(callback=options.output_name, help="The sheet: CSV if .csv, else TSV."),
-        options.WRITTEN,
+        Path, options.argument("The sheet: CSV if .csv, else TSV.", callback=options.output_name)
     ],
     where: options.Where = "",
 ) -> None:
@@ -125,7 +115,7 @@ def show_history(
 
 @speaking.command("synonyms")
 def set_synonyms(
-    shared: options.Shared, file: Annotated[Path, typer.Argument(help="Lines `word = canonical`.")]
+    shared: options.Shared, file: Annotated[Path, options.argument("Lines `word = canonical`.")]
 ) -> None:
     """Store a file of synonyms for captions and queries."""
     with shared.database(writing=True) as base:
@@ -167,7 +157,7 @@ def show_events(
 @marking.command("import")
 def import_events(
     shared: options.Shared,
-    sheet: Annotated[Path, typer.Argument(help="A sheet of events (TSV or CSV).")],
+    sheet: Annotated[Path, options.argument("A sheet of events (TSV or CSV).")],
 ) -> None:
     """Replace the events of the captures of a sheet; rows without a capture are listed (exit 1)."""
     with shared.database(writing=True) as base:

@@ -6,11 +6,11 @@ from .answers.catalogue import (
 from .answers.catalogue import (
     shown_event as shown_event,
 )
+from .answers.database import (
+    learned_summary as learned_summary,
+)
 from .answers.grammars import (
     GrammarAnswer as GrammarAnswer,
-)
-from .answers.learning import (
-    learned_summary as learned_summary,
 )
 from .answers.making import (
     Source as Source,
@@ -55,11 +55,14 @@ from .database.catalogue.parts import (
 from .database.catalogue.rescuing import (
     rescue as rescue,
 )
-from .database.check_process import (
+from .database.checking import (
     check_file as check_file,
 )
 from .database.cluster import (
     Cluster as Cluster,
+)
+from .database.generated_files import (
+    Joined as Joined,
 )
 from .database.generating import (
     ActionPlace as ActionPlace,
@@ -68,13 +71,13 @@ from .database.generating import (
     Generated as Generated,
 )
 from .database.grammars.grammar_facts import (
+    ParsedMotion as ParsedMotion,
+)
+from .database.grammars.grammar_facts import (
     grammar_row as grammar_row,
 )
 from .database.grammars.grammar_learning import (
     GrammarSettings as GrammarSettings,
-)
-from .database.grammars.grammar_parsing import (
-    ParsedMotion as ParsedMotion,
 )
 from .database.grammars.grammar_sequences import (
     Edit as Edit,
@@ -85,18 +88,13 @@ from .database.grammars.grammar_sequences import (
 from .database.grammars.grammars import (
     Grammars as Grammars,
 )
-from .database.joining import (
-    Joined as Joined,
-)
 from .database.learn.start import (
     load_knowledge as load_knowledge,
 )
 from .database.learn.start import (
     shipped_starts as shipped_starts,
 )
-from .database.learned_grammar import (
-    LearnedGrammar as LearnedGrammar,
-)
+from .database.loading import LearnedGrammar as LearnedGrammar
 from .database.opening import (
     changes_saved as changes_saved,
 )
@@ -122,10 +120,10 @@ from .database.scenes.scenes import (
 from .database.scenes.scenes import (
     Scenes as Scenes,
 )
-from .database.symbols import Symbols as Symbols
 from .database.tables import (
     Tables as Tables,
 )
+from .database.words import Symbols as Symbols
 from .database.words import Words as Words
 from .errors import (
     CaptureError as CaptureError,

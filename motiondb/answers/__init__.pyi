@@ -51,35 +51,20 @@ from .catalogue import (
 from .catalogue import (
     shown_event as shown_event,
 )
-from .changes import (
+from .database import (
     AddAnswer as AddAnswer,
 )
-from .changes import (
+from .database import (
     AddReport as AddReport,
 )
-from .changes import (
+from .database import (
     AddResult as AddResult,
-)
-from .changes import (
-    CaptionsSet as CaptionsSet,
-)
-from .changes import (
-    MergeReport as MergeReport,
-)
-from .changes import (
-    Removed as Removed,
-)
-from .changes import (
-    Renamed as Renamed,
-)
-from .changes import (
-    TagsSet as TagsSet,
-)
-from .changes import (
-    Undone as Undone,
 )
 from .database import (
     BackedUp as BackedUp,
+)
+from .database import (
+    CaptionsSet as CaptionsSet,
 )
 from .database import (
     Compacted as Compacted,
@@ -88,10 +73,73 @@ from .database import (
     DatabaseInfo as DatabaseInfo,
 )
 from .database import (
+    Evaluation as Evaluation,
+)
+from .database import (
+    ExportedKnowledge as ExportedKnowledge,
+)
+from .database import (
     Faults as Faults,
 )
 from .database import (
     InfoAnswer as InfoAnswer,
+)
+from .database import (
+    KnowledgeAnswer as KnowledgeAnswer,
+)
+from .database import (
+    LearnAnswer as LearnAnswer,
+)
+from .database import (
+    LearnedSummary as LearnedSummary,
+)
+from .database import (
+    LearnResult as LearnResult,
+)
+from .database import (
+    MergeReport as MergeReport,
+)
+from .database import (
+    Removed as Removed,
+)
+from .database import (
+    Renamed as Renamed,
+)
+from .database import (
+    Score as Score,
+)
+from .database import (
+    ShownKnowledge as ShownKnowledge,
+)
+from .database import (
+    StartAnswer as StartAnswer,
+)
+from .database import (
+    SymbolProbability as SymbolProbability,
+)
+from .database import (
+    SymbolRow as SymbolRow,
+)
+from .database import (
+    TagsSet as TagsSet,
+)
+from .database import (
+    Undone as Undone,
+)
+from .database import (
+    WordProbability as WordProbability,
+)
+from .database import (
+    WordRow as WordRow,
+)
+from .database import (
+    WordScore as WordScore,
+)
+from .database import (
+    knowledge_answer as knowledge_answer,
+)
+from .database import (
+    learned_summary as learned_summary,
 )
 from .grammars import (
     Alternative as Alternative,
@@ -164,54 +212,6 @@ from .grammars import (
 )
 from .grammars import (
     WrittenSequence as WrittenSequence,
-)
-from .knowledge import (
-    ExportedKnowledge as ExportedKnowledge,
-)
-from .knowledge import (
-    KnowledgeAnswer as KnowledgeAnswer,
-)
-from .knowledge import (
-    ShownKnowledge as ShownKnowledge,
-)
-from .knowledge import (
-    StartAnswer as StartAnswer,
-)
-from .knowledge import (
-    knowledge_answer as knowledge_answer,
-)
-from .learning import (
-    Evaluation as Evaluation,
-)
-from .learning import (
-    LearnAnswer as LearnAnswer,
-)
-from .learning import (
-    LearnedSummary as LearnedSummary,
-)
-from .learning import (
-    LearnResult as LearnResult,
-)
-from .learning import (
-    Score as Score,
-)
-from .learning import (
-    SymbolProbability as SymbolProbability,
-)
-from .learning import (
-    SymbolRow as SymbolRow,
-)
-from .learning import (
-    WordProbability as WordProbability,
-)
-from .learning import (
-    WordRow as WordRow,
-)
-from .learning import (
-    WordScore as WordScore,
-)
-from .learning import (
-    learned_summary as learned_summary,
 )
 from .making import (
     ActionVerdict as ActionVerdict,

@@ -1,14 +1,78 @@
-"""Answers about a database as a whole: what is in it, its faults, its size, its copies."""
+"""Answers about a database: what is in it and what it learned, its changes, faults and copies."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
-from motiondb.answers.knowledge import StartAnswer
+from motiondb.answers.plain import OPTIONAL
 from motiondb.learn.drift import Drift
+from motiondb.records import Relation
 from motiondb.tabled import Tabled
+
+if TYPE_CHECKING:
+    from motiondb.learn.knowledge import Knowledge
+    from motiondb.learn.learned_model import LearnedModel
+
+
+@dataclass(frozen=True, kw_only=True)
+class KnowledgeAnswer:
+    """The content and origin of knowledge."""
+
+    name: str
+    version: str  # Of motiondb, that learned it
+    captures: int
+    captions: int
+    performers: int
+    seconds: float
+    licences: Mapping[str, int]
+    runs: Sequence[Mapping[str, object]]
+    credit: str
+    sha256: str
+    symbols: int
+    words: int
+
+
+def knowledge_answer(knowledge: Knowledge) -> KnowledgeAnswer:
+    """Return the content and origin of knowledge, as :meth:`MotionDB.export_knowledge` gives it."""
+    origin = knowledge.origin
+    return KnowledgeAnswer(
+        **origin.facts(),
+        sha256=origin.digest,
+        symbols=knowledge.symbols.n_symbols,
+        words=len(knowledge.words),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShownKnowledge(KnowledgeAnswer):
+    """The content and origin of knowledge, with its words."""
+
+    vocabulary: Sequence[str]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportedKnowledge(KnowledgeAnswer):
+    """Knowledge that was written to a file."""
+
+    file: Path
+    bytes: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class StartAnswer(KnowledgeAnswer):
+    """The knowledge that a database started from, and its share in what it learned."""
+
+    weight: float  # What a caption of the start counts, where one of the database counts 1
+    own_captions: int
+    unchecked: str  # Why answers carry no probabilities; "" where they do
+    strange_motion: float  # Share of the motion that the symbols of the start do not explain
+    fits: bool
+    words_of_start_alone: int
+    words_of_both: int
+    words_of_own_captions_alone: int
 
 
 @dataclass(frozen=True, repr=False)
@@ -72,3 +136,227 @@ class BackedUp:
 
     output: Path
     bytes: int
+
+
+@dataclass(frozen=True)
+class LearnedSummary:
+    """The size of what was learned."""
+
+    captures: int
+    segments: int
+    symbols: int
+    clusters: int
+    dimensions: int
+    words: int
+    run: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class LearnAnswer(LearnedSummary):
+    """The size of what was learned, what had changed before, and the start that was used."""
+
+    drift: Drift | None
+    start: StartAnswer | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class LearnResult(LearnedSummary):
+    """The result of a job that learns."""
+
+    kind: Literal["learn"] = "learn"
+    start: str | None = None  # Name of the knowledge it started from
+
+
+def learned_summary(model: LearnedModel) -> LearnedSummary:
+    """Return the size of what was learned.
+
+    Parameters
+    ----------
+    model : LearnedModel
+        What :meth:`MotionDB.learn` gives.
+    """
+    return LearnedSummary(
+        len(set(model.segments.capture_ids.tolist())),
+        len(model.segments.symbols),
+        model.symbols.n_symbols,
+        len(model.space.weights),
+        model.space.coordinates.shape[1],
+        len(model.association.words),
+        model.run_id,
+    )
+
+
+@dataclass(frozen=True)
+class WordProbability:
+    """A word with its probability."""
+
+    word: str
+    probability: float
+
+
+@dataclass(frozen=True)
+class SymbolRow:
+    """A motion symbol, with its most probable words."""
+
+    symbol: int
+    cluster: int
+    count: int
+    captures: int
+    seconds: float  # Mean length of its segments
+    words: tuple[WordProbability, ...]
+
+
+@dataclass(frozen=True)
+class SymbolProbability:
+    """A symbol that is associated with a word."""
+
+    symbol: int
+    probability: float
+
+
+@dataclass(frozen=True)
+class WordRow:
+    """A learned word, with its captions and its most probable symbols."""
+
+    word: str
+    count: int
+    symbols: tuple[SymbolProbability, ...]
+
+
+@dataclass(frozen=True)
+class Score:
+    """The mean of a measure over questions about captures that were not learned from."""
+
+    task: str  # words, captions, examples, intervals or descriptions
+    measure: str
+    questions: int
+    value: float | None  # None without questions
+    chance: float | None  # What guessing would reach; None where it was not computed
+
+
+@dataclass(frozen=True)
+class WordScore:
+    """How well captures that show a word are found by it."""
+
+    word: str
+    captures: int  # Captures whose captions hold it
+    average_precision: float
+    chance: float
+
+
+@dataclass(frozen=True, repr=False)
+class Evaluation(Tabled):
+    """How well a database answers about captures that it has not learned from."""
+
+    where: str
+    learned_from: int  # Number of captures
+    judged: int  # Number of captures
+    scores: tuple[Score, ...]
+    words: tuple[WordScore, ...]
+
+
+@dataclass(frozen=True, repr=False)
+class AddReport(Tabled):
+    """The result of ``add``."""
+
+    added: tuple[str, ...]  # Names of new captures
+    # Name, and name in the database, of files whose content was there already
+    known: tuple[tuple[str, str], ...]
+    problems: tuple[str, ...]  # A sentence per file or sheet row that could not be used
+    relations: tuple[Relation, ...]  # Copies, mirror images and cuts that were found
+    notes: tuple[str, ...]  # What was unusual but used
+    seconds: float
+    # How many of ``added`` can be searched at once, because the database had learned
+    counted: int = 0
+    # Words of their captions that the vocabulary lacks; the next ``learn`` counts them
+    new_words: tuple[str, ...] = ()
+    events: int = 0  # Number of events saved with ``added``
+    without_performer: int = 0  # Number of captures of ``added`` whose performer is not given
+    replaced: tuple[str, ...] = ()  # Those of ``added`` that took the place of another capture
+    # A sentence per file that could not be used before either, and is as it was then
+    known_faulty: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, repr=False)
+class MergeReport(Tabled):
+    """The result of ``merge``."""
+
+    added: tuple[str, ...]  # Names of new captures
+    # Name there, and name here, of captures that are in both databases
+    known: tuple[tuple[str, str], ...]
+    changed: tuple[str, ...]  # Those of ``known`` that got captions, tags or events
+    problems: tuple[str, ...]  # A sentence per capture that was left out
+    relations: tuple[Relation, ...]  # Copies, mirror images and cuts that were found
+    notes: tuple[str, ...]  # Tags with other values, and what is not taken over
+    counted: int = 0  # How many captures were counted, because the database had learned
+    new_words: tuple[str, ...] = ()  # That the vocabulary lacks; the next ``learn`` counts them
+
+
+@dataclass(frozen=True, kw_only=True)
+class AddAnswer(AddReport):
+    """The result of ``add``, and the state of the database after it."""
+
+    captures: int
+    drift: Drift | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class AddResult:
+    """What was added: the numbers of new and of known captures, and the names of the new ones."""
+
+    kind: Literal["add"] = "add"
+    added: int
+    known: int
+    captures: list[str]
+    problems: list[str]  # A sentence per file or sheet row that could not be used
+    notes: list[str]
+    new_words: list[str]
+    counted: int  # How many of the new captures can be searched at once
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Removed:
+    """What was removed, and what that means for others."""
+
+    removed: str | list[str]
+    captures: list[str] | None = field(default=None, metadata=OPTIONAL)  # Of a scene
+    # Sequences of a grammar
+    no_longer_editable: list[str] | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True)
+class Renamed:
+    """The captures that were renamed: old name -> new name."""
+
+    renamed: dict[str, str]
+
+
+@dataclass(frozen=True)
+class Undone:
+    """What was taken back, by names of captures."""
+
+    run: int  # The run that took it back; undoing this run does it again
+    undone_run: int
+    kind: str  # Of the run that was undone, such as "remove"
+    restored: tuple[str, ...]
+    removed: tuple[str, ...]
+    changed: tuple[str, ...]  # Names, tags, captions or events are as they were
+
+
+@dataclass(frozen=True)
+class TagsSet:
+    """The captures whose tags have changed."""
+
+    tags: dict[str, str]
+    captures: list[str]
+
+
+@dataclass(frozen=True)
+class CaptionsSet:
+    """The captions of a capture after a change."""
+
+    capture: str
+    words: list[str]
+    counted: bool
+    new_words: list[str]

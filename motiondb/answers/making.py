@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from motiondb.answers.learning import WordProbability
+from motiondb.answers.database import WordProbability
 from motiondb.answers.plain import OPTIONAL
 from motiondb.answers.questions import UnderstoodQuestion
 from motiondb.generate.joining import Seam

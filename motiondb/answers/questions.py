@@ -8,7 +8,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from motiondb.answers.learning import WordProbability
+from motiondb.answers.database import WordProbability
 from motiondb.answers.plain import OPTIONAL, extended
 from motiondb.language.question import tree
 from motiondb.language.question.tree import NotUsed

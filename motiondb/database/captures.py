@@ -13,7 +13,7 @@ from motiondb import answers, store
 from motiondb.database.catalogue import browsing
 from motiondb.database.catalogue.parts import load_example
 from motiondb.database.session import Topic
-from motiondb.database.values import listed
+from motiondb.database.values import Where, listed
 from motiondb.errors import QueryError, suggestion
 from motiondb.records import (
     Caption,
@@ -34,7 +34,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.database.catalogue import sheets
     from motiondb.database.generated_files import Made
     from motiondb.database.session import Session
-    from motiondb.database.values import Example, Where
+    from motiondb.database.values import Example
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
     from motiondb.search.takings import Taking
@@ -44,6 +44,8 @@ FOLDER = "/"  # How the name of a folder of captures ends
 _SHOWN_COLUMNS = ("name", "duration", "fps", "format", "tags")  # Of a list of captures
 ANY = "*"  # In a pattern of names: any letters
 _UNUSUAL = re.compile(r"[^\w.-]+")  # Characters that names of files of matches do not have
+_SHOWN = 8  # Most matches in a picture: more would be too small on a screen
+_LEAST_SHARE = 0.005  # Nats from which on a contribution is drawn: smaller ones round to 0.00
 
 
 class Captures(Topic):
@@ -473,9 +475,15 @@ class Captures(Topic):
         example: Motion | None = None,
     ) -> Path | Figure:
         """Draw the first matches, below an example if given, as rows of stick figures (PNG)."""
-        from motiondb.database import searching
+        from motiondb import pictures
 
-        return searching.draw_matches(self.session, answer.matches, path, title, example)
+        with self.session.reading():
+            hits = [(match, self._motion(match.capture)) for match in answer.matches[:_SHOWN]]
+        query = None if example is None else ("query", example)
+        return pictures.save_png(pictures.hits_figure(hits, title, query), path)
+
+    def _motion(self, name: str) -> Motion:
+        return store.load_motion(self.store, store.load_capture(self.store, name).capture_id)
 
     def draw_reasons(
         self, answer: WordAnswer, path: str | Path | None = None, title: str = ""
@@ -484,9 +492,25 @@ class Captures(Topic):
 
         QueryError is raised for an answer without reasons, such as one by symbols.
         """
-        from motiondb.database import searching
+        from motiondb import pictures
 
-        return searching.draw_reasons(self.session, answer, path, title)
+        if not answer.explanations:
+            raise QueryError(
+                f"{title}: expected an answer with reasons, found one without. Search for words, "
+                "not by symbols, that some capture shows."
+            )
+        best, why = answer.matches[0], answer.explanations[0]
+        timelines = []
+        for word in (*why.words, *(word for one in why.excluded for word in one.words)):
+            spans = [(s.from_, s.to, f"{s.share:+.2f}", s.symbol) for s in word.symbols]
+            drawn = [span for span, s in zip(spans, word.symbols) if abs(s.share) > _LEAST_SHARE]
+            timelines.append(pictures.Timeline(word.word, drawn))
+        span = (best.start, best.end, f"{best.start:.1f}-{best.end:.1f} s", 0)
+        timelines.append(pictures.Timeline("found", [span]))
+        with self.session.reading():
+            motion = self._motion(best.capture)
+        figure = pictures.strip_figure(motion, f"{title}: {best.capture}", timelines)
+        return pictures.save_png(figure, path)
 
 
 def chosen(session: Session, names: Iterable[str], where: Where) -> list[CaptureInfo]:

@@ -23,7 +23,6 @@ from functools import cache
 from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from uuid import uuid4
 
@@ -56,7 +55,7 @@ _NEEDED = (
     "motiondb.database.questions",
     "motiondb.database.searching",
     "motiondb.search.by_example",
-    "motiondb.database.catalogue.copy_search",
+    "motiondb.database.loading",
     "motiondb.database.catalogue.file_reading",
     "motiondb.symbols.acquisition",
     "motiondb.symbols.segmentation",
@@ -423,12 +422,7 @@ class Cluster:
     def __enter__(self) -> Cluster:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self.close()
 
 

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
 from motiondb import store
-from motiondb.answers.learning import Evaluation, Score, WordScore
+from motiondb.answers.database import Evaluation, Score, WordScore
 from motiondb.answers.plain import extended
+from motiondb.database.session import Session
 from motiondb.errors import QueryError
 from motiondb.language.vocabulary import MODIFIERS, words_of
 from motiondb.learn.learned import Learned
@@ -27,9 +28,6 @@ from motiondb.search.by_example import search_motion
 from motiondb.search.by_words import search_words
 from motiondb.search.described import describe
 from motiondb.workers import Workers, runs
-
-if TYPE_CHECKING:
-    from motiondb.database.session import Session
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

@@ -1,18 +1,22 @@
-"""What questions need, loaded from the store: the learned model, features, nearby words."""
+"""What is loaded from the store: the learned model, features, nearby words, grammars, copies.
+
+Features and outlines of captures are made once, and kept in the cache beside the database.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from importlib import resources
 from types import MappingProxyType
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motiondb import store
+from motiondb.answers.plain import extended
 from motiondb.body.features import (
     FEATURE_STEP,
     N_FEATURES,
@@ -28,8 +32,12 @@ from motiondb.learn.learned_model import LearnedModel, from_stored
 from motiondb.learn.recognition import FeaturePool, describe_segments, recognise_capture
 from motiondb.meaning.counting import capture_rows, join_tables, take_rows
 from motiondb.meaning.word_evidence import WhenAsked
-from motiondb.records import Float32Array, Motion, SegmentTable
+from motiondb.records import MOTION_FPS, Float32Array, IntArray, Motion, Relation, SegmentTable
 from motiondb.workers import HERE, Workers, is_array, runs, trusted
+
+if TYPE_CHECKING:
+    from motiondb.grammar.cfg.context_free import Grammar
+    from motiondb.grammar.terminals.terminals import Terminals
 
 TABLE = "words.table"  # The shipped table of nearby words
 FEATURE_SECONDS = 1e-5  # Time of one processor for a frame; decides only how work is divided
@@ -250,3 +258,148 @@ def nearby_table() -> NearbyTable:
     """The table that is shipped with motiondb; read once."""
     file = resources.files("motiondb.language.nearby").joinpath(TABLE)
     return read_table(file.read_bytes(), TABLE)
+
+
+OUTLINES = "outlines"  # Name of the outlines of all captures in the cache of the database
+
+
+OutlineMade = tuple[NDArray[np.int16], float]
+"""Outline (frames, 12) of a capture, and how far from it a copy may be."""
+
+
+def load_outlines(
+    opened: store.Store, ready: Mapping[int, OutlineMade] = MappingProxyType({})
+) -> store.CaptureRows:
+    """Outlines of all captures, and how far from them a copy may be.
+
+    `ready`: Those that were made already, by number of the capture.
+    """
+    return store.cached_rows(opened, OUTLINES, _make_outlines, ready)
+
+
+def find_relations(
+    opened: store.Store, new: set[str], workers: Workers = HERE
+) -> tuple[list[Relation], dict[int, OutlineMade]]:
+    """Copies, mirror images and cuts among the captures, of which at least one is new.
+
+    Also gives the outlines of the new ones, by number of the capture.
+
+    `new`: Names of captures.
+    """
+    from motiondb.search import copies  # compiled code
+    from motiondb.search.copy_outlines import N_AXES
+
+    held = load_outlines(opened)
+    place_of = {number: place for place, number in enumerate(held.capture_ids.tolist())}
+    infos = [info for info in store.load_captures(opened) if info.capture_id in place_of]
+    numbers = [info.capture_id for info in infos]
+
+    def poses_of(n: int) -> Float32Array:
+        return copies.copy_poses(store.load_motion(opened, numbers[n]))
+
+    places = np.array([place_of[number] for number in numbers], dtype=np.int64)
+    firsts, ends = held.bounds[places], held.bounds[places + 1]
+    limbs = held.rows if len(held.rows) else np.zeros((0, N_AXES), dtype=np.int16)
+    library = copies.Library(ends - firsts, held.values[places], firsts, limbs, poses_of)
+    fresh = [n for n, info in enumerate(infos) if info.name in new]
+    old = [n for n, info in enumerate(infos) if info.name not in new]
+    found = copies.find_copies(library, fresh, None, workers)
+    found += copies.find_copies(library, old, fresh, workers)
+    relations = [
+        Relation(
+            infos[c.query].name,
+            infos[c.take].name,
+            c.kind,
+            c.start / MOTION_FPS,
+            c.end / MOTION_FPS,
+            c.distance,
+        )
+        for c in found
+    ]
+    made = {
+        numbers[n]: (held.rows[firsts[n] : ends[n]], float(held.values[places[n]])) for n in fresh
+    }
+    return relations, made
+
+
+def _make_outlines(motions: Sequence[Motion]) -> list[OutlineMade]:
+    """Outline and reach of some motions, in their order."""
+    from motiondb.search import copies
+    from motiondb.search.copy_outlines import outline
+
+    poses = (copies.copy_poses(motion) for motion in motions)
+    return [(outline(each), copies.reach(each)) for each in poses]
+
+
+@dataclass(frozen=True, eq=False)
+class LearnedGrammar:
+    """The result of ``grammar learn``."""
+
+    name: str
+    """Name of the grammar."""
+    sources: tuple[store.GrammarSource, ...]
+    """The takes, numbered as in ``terminals.takes``."""
+    terminals: Terminals
+    """Segments of the takes and their terminals."""
+    symbols: IntArray
+    """The motion symbol from which each terminal was made, -1 where it was made from none."""
+    grammar: Grammar
+    """The rules, with their probabilities."""
+    sentences: IntArray
+    """Segments [first, end) of each sentence. The sentences tile the segments, and no sentence
+    spans two takes."""
+    parses: tuple[tuple[int, ...], ...]
+    """For each sentence the numbers of the rules of its tree, in preorder (``derive_by``)."""
+    bits: Mapping[str, float] = field(default_factory=dict)
+    """Name of each part of the description -> its length, bits."""
+    run_id: int = 0
+    """The run that learned the grammar; set when it is saved."""
+    grammar_id: int = 0
+    """Number of the grammar in the store; set when it is saved."""
+
+    def string(self, first: int, end: int) -> tuple[str, ...]:
+        """Return the names of the terminals of segments [first, end)."""
+        return tuple(self.terminals.names[k] for k in self.terminals.labels[first:end])
+
+    @property
+    def strings(self) -> tuple[tuple[str, ...], ...]:
+        """The sentences as strings of terminals."""
+        return tuple(self.string(int(a), int(b)) for a, b in self.sentences)
+
+    @property
+    def tints(self) -> dict[str, int]:
+        """The tint number of each terminal, which is the same in all pictures of a grammar."""
+        return {name: k for k, name in enumerate(self.terminals.names)}
+
+    @property
+    def stored(self) -> store.StoredGrammar:
+        """The same as plain data, as the store keeps it."""
+        parts = self.terminals
+        return extended(
+            store.StoredGrammar,
+            self,
+            terminals=parts.names,
+            takes=parts.takes,
+            starts=parts.starts,
+            ends=parts.ends,
+            labels=parts.labels,
+            medoids=parts.medoids,
+            objective=parts.objective,
+            start=self.grammar.start,
+            rules=tuple((rule.left, rule.right, rule.probability) for rule in self.grammar.rules),
+        )
+
+
+def load_learned_grammar(opened: store.Store, name: str) -> LearnedGrammar:
+    """Load the grammar of this name, with its rules and terminals."""
+    from motiondb.grammar.cfg.context_free import Grammar, Rule
+    from motiondb.grammar.terminals.terminals import Terminals  # 0.1 s, in no other question
+
+    stored = store.load_grammar(opened, name)
+    rules = tuple(Rule(*rule) for rule in stored.rules)
+    return extended(
+        LearnedGrammar,
+        stored,
+        terminals=extended(Terminals, stored, names=stored.terminals),
+        grammar=Grammar(stored.start, rules, stored.terminals),
+    )

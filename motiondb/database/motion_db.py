@@ -7,13 +7,12 @@ from dataclasses import asdict
 from functools import cached_property
 from operator import attrgetter
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from motiondb import answers, store
-from motiondb.database.former_names import FORMER
 from motiondb.database.session import Session
-from motiondb.database.values import check_least, check_text, listed, seeds_from
+from motiondb.database.values import FORMER, Where, check_least, check_text, listed, seeds_from
+from motiondb.errors import MotionDBError
 from motiondb.workers import HERE
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
@@ -21,16 +20,14 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.database.catalogue import cataloguing, exporting
     from motiondb.database.catalogue.exporting import MotionChanges
     from motiondb.database.cluster import Cluster
+    from motiondb.database.generated_files import Joined
     from motiondb.database.generating import ActionPlace, Generated
     from motiondb.database.grammars.grammars import Grammars
-    from motiondb.database.joining import Joined
     from motiondb.database.questions import Question
     from motiondb.database.scenes.scenes import Scenes
-    from motiondb.database.symbols import Symbols
     from motiondb.database.tables import Tables
-    from motiondb.database.values import Example, Where
-    from motiondb.database.words import Words
-    from motiondb.errors import MotionDBError
+    from motiondb.database.values import Example
+    from motiondb.database.words import Symbols, Words
     from motiondb.learn.knowledge import Knowledge
     from motiondb.learn.learned import Learned
     from motiondb.learn.learned_model import LearnedModel
@@ -39,7 +36,6 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
     from motiondb.search.described import Description
-    from motiondb.store import Store
 
 
 class MotionDB:
@@ -102,7 +98,7 @@ class MotionDB:
     @cached_property
     def symbols(self) -> Symbols:
         """The verbs of what was learned: rows, segments, draw, drift, export_knowledge, ..."""
-        from motiondb.database.symbols import Symbols
+        from motiondb.database.words import Symbols
 
         return Symbols(self.session)
 
@@ -128,7 +124,7 @@ class MotionDB:
         return Tables(self.session)
 
     @property
-    def store(self) -> Store:
+    def store(self) -> store.Store:
         """The open store."""
         return self.session.store
 
@@ -160,12 +156,7 @@ class MotionDB:
     def __enter__(self) -> MotionDB:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self.close()
 
     def add(
@@ -258,9 +249,9 @@ class MotionDB:
             When there is nothing to undo, the run cannot be undone, a later one has changed the
             same captures, or the trash was emptied.
         """
-        from motiondb.database import undoing
+        from motiondb.database.learn import updating
 
-        return undoing.undo(self.session, run)
+        return updating.undo(self.session, run)
 
     def runs(self) -> list[dict[str, Any]]:
         """All runs that changed the database, oldest first: kind, parameters, seed, version."""
@@ -278,7 +269,7 @@ class MotionDB:
         Others may use the database meanwhile. The copy has no unused space. StoreError is raised if
         there is such a file, it cannot be written, or the copy has faults.
         """
-        from motiondb.database.check_process import check_file
+        from motiondb.database.checking import check_file
 
         store.backup(self.store, Path(path), check_file)
         return Path(path)
@@ -434,7 +425,14 @@ class MotionDB:
         """
         from motiondb.database import searching
 
-        return searching.search(self.session, words, where, limit, by_symbols, written, exact)
+        check_text("words", words)
+        check_least("limit", limit, 1)
+        with self.session.reading():
+            allowed = searching.allowed_captures(self.session, where, exact)
+            searching.check_any(self.searchable)
+            return searching.answer_words(
+                self.session, words, allowed, limit, exact, written, by_symbols
+            )
 
     def like(
         self,
@@ -512,9 +510,9 @@ class MotionDB:
         Poses are compared on the standard body, relative to the pelvis and the heading. ``png``
         draws the distances of all poses with the alignment into this file.
         """
-        from motiondb.database import comparing
+        from motiondb.database import searching
 
-        return comparing.compare(self.session, first, second, png)
+        return searching.compare(self.session, first, second, png)
 
     def generate(
         self,
@@ -595,6 +593,6 @@ class MotionDB:
         changes : MotionChanges, optional
             Whether the motion is looped, put in place or mirrored.
         """
-        from motiondb.database import joining
+        from motiondb.database import generated_files
 
-        return joining.join_parts(self.session, listed("parts", parts), changes)
+        return generated_files.join_parts(self.session, listed("parts", parts), changes)

@@ -15,15 +15,13 @@ from typing import TYPE_CHECKING, ParamSpec, TypeAlias, TypeVar
 
 from motiondb import store
 from motiondb.database.catalogue.parts import load_example
-from motiondb.database.lent import Lent
-from motiondb.database.session import Session
-from motiondb.database.values import check_least, listed
+from motiondb.database.session import Lent, Session
+from motiondb.database.values import Where, check_least, listed
 from motiondb.errors import ClusterError, MotionDBError, QueryError, StoreError
 from motiondb.workers import runs
 
 if TYPE_CHECKING:
     from motiondb.database.cluster import Cluster
-    from motiondb.database.values import Where
     from motiondb.records import Motion
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer

@@ -12,7 +12,7 @@ import threading
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 from motiondb import store
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from motiondb.learn.learned import Learned
     from motiondb.learn.recognition import FeaturePool
     from motiondb.records import Motion
+
 
 T = TypeVar("T")
 
@@ -177,3 +178,37 @@ class Topic:
     def store(self) -> store.Store:
         """The open store."""
         return self.session.store
+
+
+Opened = TypeVar("Opened")
+
+
+class Lent(Generic[Opened]):
+    """A database or session that is released when the last of those who use it has ended.
+
+    `release`: Closes its file until the next use, which opens it again.
+    """
+
+    def __init__(self, opened: Opened, release: Callable[[], None]) -> None:
+        self.opened, self._release = opened, release
+        self._lock = threading.Lock()
+        self._users = 0
+        release()
+
+    @contextmanager
+    def use(self) -> Iterator[Opened]:
+        """Yield it; its file stays open for the length of the ``with`` block."""
+        with self._lock:
+            self._users += 1
+        try:
+            yield self.opened
+        finally:
+            with self._lock:
+                self._users -= 1
+                if not self._users:
+                    self._release()
+
+    @property
+    def is_used(self) -> bool:
+        """Whether anybody uses it now."""
+        return self._users > 0

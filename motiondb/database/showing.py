@@ -1,4 +1,4 @@
-"""Facts of the database and of a capture, words and symbols, and their pictures."""
+"""Facts of a capture, its segments and activities, and its picture."""
 
 from __future__ import annotations
 
@@ -11,11 +11,9 @@ import numpy as np
 
 from motiondb import answers, pictures, store
 from motiondb.body.features import FEATURE_STEP, recognition_features
-from motiondb.database.learned_grammar import load_learned_grammar
-from motiondb.errors import QueryError
+from motiondb.database.loading import load_learned_grammar
+from motiondb.database.session import Session
 from motiondb.grammar.cfg.context_free import derive_by
-from motiondb.language.vocabulary import as_said
-from motiondb.learn.learned import Learned
 from motiondb.records import MOTION_FPS, SegmentTable
 from motiondb.search.described import describe
 from motiondb.symbols.activities import find_activities
@@ -23,10 +21,8 @@ from motiondb.symbols.activities import find_activities
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from motiondb.database.session import Session
 
 LIKELY = 0.2  # Probability from which on a word is named
-LEAST_SHOWN = 0.01  # Smallest t(word | symbol) for which a symbol is listed with a word
 
 
 def describe_capture(session: Session, name: str) -> answers.CaptureFacts:
@@ -76,10 +72,11 @@ def capture_segments(session: Session, capture_id: int) -> list[answers.ShownSeg
     """Symbols of a capture with their times (seconds) and log-likelihoods (nats per frame)."""
     table = store.load_segments(session.store, scores=False)
     rows = np.flatnonzero(table.capture_ids == capture_id)
-    return [_segment(table, int(row)) for row in rows]
+    return [shown_segment(table, int(row)) for row in rows]
 
 
-def _segment(table: SegmentTable, row: int) -> answers.ShownSegment:
+def shown_segment(table: SegmentTable, row: int) -> answers.ShownSegment:
+    """A row of the table of segments, with its times in seconds."""
     """Symbol, times (seconds) and log-likelihood (nats per frame) of a segment."""
     return answers.ShownSegment(
         int(table.symbols[row]),
@@ -104,25 +101,7 @@ def searched_segments(session: Session, name: str) -> list[answers.ShownSegment]
     if capture_id not in learned.rows:
         return []
     rows, table = learned.rows[capture_id], learned.segments
-    return [_segment(table, row) for row in range(rows.start, rows.stop)]
-
-
-def symbol_segments(learned: Learned, symbol: int) -> list[answers.SymbolSegment]:
-    """Segments of a symbol with their captures, those that it fits best first."""
-    if not 0 <= symbol < learned.symbols.n_symbols:
-        raise QueryError(
-            f"symbol {symbol}: expected 0 to {learned.symbols.n_symbols - 1}, found another number."
-        )
-    table = learned.segments
-    rows = np.flatnonzero(table.symbols == symbol)
-    best = rows[np.argsort(-table.log_likelihoods[rows], kind="stable")]
-    return [
-        answers.SymbolSegment(
-            **vars(_segment(table, int(row))),
-            capture=learned.captures[int(table.capture_ids[row])].name,
-        )
-        for row in best
-    ]
+    return [shown_segment(table, row) for row in range(rows.start, rows.stop)]
 
 
 def capture_activities(session: Session, capture_id: int) -> list[answers.ShownActivity]:
@@ -209,52 +188,6 @@ def _recognised(words: Sequence[tuple[str, float | None]]) -> list[str]:
     if all(p is None for _, p in words):
         return [word for word, _ in words[:1]]
     return [word for word, p in words if p is not None and p > LIKELY]
-
-
-def word_rows(learned: Learned) -> list[answers.WordRow]:
-    """Every word with its captions and its most probable symbols, commonest word first."""
-    association = learned.association
-    t = association.translation[1:]
-    rows = []
-    for number in sorted(range(len(association.words)), key=lambda w: -association.counts[w]):
-        column = t[:, number]
-        best = [int(s) for s in (-column).argsort(kind="stable")[:4] if column[s] > LEAST_SHOWN]
-        rows.append(
-            answers.WordRow(
-                as_said(association.words[number]),
-                int(association.counts[number]),
-                tuple(answers.SymbolProbability(s, float(column[s])) for s in best),
-            )
-        )
-    return rows
-
-
-def symbol_rows(learned: Learned, n_words: int = 3) -> list[answers.SymbolRow]:
-    """Every symbol: cluster, segments, captures, mean length (seconds), most probable words."""
-    table, association = learned.segments, learned.association
-    rows = []
-    for s in range(learned.symbols.n_symbols):
-        mine = table.symbols == s
-        lengths = (table.ends - table.starts)[mine] / MOTION_FPS
-        t = association.translation[s + 1]
-        order = [w for w in np.argsort(-t, kind="stable")[:n_words] if t[w] > 0]
-        rows.append(
-            answers.SymbolRow(
-                s,
-                int(learned.clusters[s]),
-                int(mine.sum()),
-                len(np.unique(table.capture_ids[mine])),
-                round(float(lengths.mean()), 2) if mine.any() else 0.0,
-                tuple(answers.WordProbability(association.words[w], float(t[w])) for w in order),
-            )
-        )
-    return rows
-
-
-def draw_symbols(learned: Learned, path: str | Path | None) -> Path | Figure:
-    """The symbol space with its clusters, every symbol with its most probable word, as PNG."""
-    labels = [row.words[0].word if row.words else "" for row in symbol_rows(learned, 1)]
-    return pictures.save_png(pictures.space_figure(learned.space, labels), path)
 
 
 def _timed(words: str, start: float | None, end: float | None) -> str:

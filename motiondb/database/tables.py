@@ -10,6 +10,7 @@ import numpy as np
 
 from motiondb import store
 from motiondb.database.session import Topic
+from motiondb.database.values import Where
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.arrays import NO_PYARROW
 from motiondb.records import MOTION_FPS, Caption, Match
@@ -17,7 +18,6 @@ from motiondb.records import MOTION_FPS, Caption, Match
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from motiondb.database.values import Where
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
 

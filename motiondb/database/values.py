@@ -1,11 +1,12 @@
-"""Values that callers give, checked where a mistake is likely."""
+"""Values that callers give, checked where a mistake is likely; former names of verbs."""
 
 from __future__ import annotations
 
 import operator
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, TypeAlias
 
 from motiondb.errors import QueryError
@@ -16,8 +17,9 @@ if TYPE_CHECKING:
     from motiondb.records import Clip, Motion
 
     Example: TypeAlias = str | Path | Clip | Motion
-    Where: TypeAlias = str | Iterable[str]
-    """A filter on the catalogue, or the names of captures."""
+
+Where: TypeAlias = str | Iterable[str]
+"""A filter on the catalogue, or the names of captures."""
 
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = 60
@@ -57,3 +59,25 @@ def seeds_from(seed: int, number: int) -> range:
     """The seeds of some motions: that of the user, and the following ones."""
     check_least("seed", seed, 0)
     return range(operator.index(seed), seed + number)
+
+
+_SAME_NAME: Mapping[str, str] = MappingProxyType(
+    {
+        "captures": "activities all_events animate browse browsed check_name_free draw "
+        "draw_matches draw_reasons duplicates event_rows events export_matches facets "
+        "faulty_files features import_events provenance relations remove rename same_files "
+        "save_generated segments set_tags show tag_rows taken_in_filter unlearned",
+        "words": "all_captions captions set_captions set_synonyms vocabulary why_unchecked",
+        "symbols": "drift export_knowledge start_facts start_knowledge",
+    }
+)
+FORMER: Mapping[str, str] = MappingProxyType(
+    {name: f"{space}.{name}" for space, names in _SAME_NAME.items() for name in names.split()}
+    | {"set_words": "words.set", "add_words": "words.add", "caption_history": "words.history"}
+    | {"export_words": "words.export", "import_words": "words.import_sheet"}
+    | {"word_rows": "words.rows", "word_sources": "words.sources"}
+    | {"symbol_rows": "symbols.rows", "symbol_segments": "symbols.segments"}
+    | {"draw_symbols": "symbols.draw", "damage_note": "session.damage_note"}
+    | {"log_note": "session.store.log_note", "file_notes": "session.store.notes"}
+)
+"""Name -> attribute of :class:`MotionDB` that it stands for."""

@@ -1,4 +1,4 @@
-"""The verbs of words: ``db.words.set``, ``add``, ``history``, ``export``, ``rows``, ..."""
+"""The verbs of words and of motion symbols: ``db.words.set``, ``add``, ...; ``db.symbols.rows``."""
 
 from __future__ import annotations
 
@@ -6,18 +6,27 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from motiondb import answers, store
 from motiondb.database.captures import chosen
 from motiondb.database.session import Topic
-from motiondb.errors import QueryError
-from motiondb.records import Caption, CaptureInfo
+from motiondb.database.values import Where
+from motiondb.errors import NotLearnedError, QueryError
+from motiondb.records import MOTION_FPS, Caption, CaptureInfo
 from motiondb.tabled import Listed
 
-if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from motiondb.database.catalogue import sheets
     from motiondb.database.learn import updating
-    from motiondb.database.values import Where
+    from motiondb.learn.drift import Drift
+    from motiondb.learn.knowledge import Knowledge
     from motiondb.search.chances import WordSource
+
+
+LEAST_SHOWN = 0.01  # Smallest t(word | symbol) for which a symbol is listed with a word
 
 
 class Words(Topic):
@@ -143,9 +152,22 @@ class Words(Topic):
 
     def rows(self) -> list[answers.WordRow]:
         """Every word with its captions and its most probable symbols, commonest word first."""
-        from motiondb.database import showing
+        from motiondb.language.vocabulary import as_said
 
-        return Listed(showing.word_rows(self.session.learned))
+        association = self.session.learned.association
+        t = association.translation[1:]
+        rows = []
+        for number in sorted(range(len(association.words)), key=lambda w: -association.counts[w]):
+            column = t[:, number]
+            best = [int(s) for s in (-column).argsort(kind="stable")[:4] if column[s] > LEAST_SHOWN]
+            rows.append(
+                answers.WordRow(
+                    as_said(association.words[number]),
+                    int(association.counts[number]),
+                    tuple(answers.SymbolProbability(s, float(column[s])) for s in best),
+                )
+            )
+        return Listed(rows)
 
     def sources(self, words: Iterable[str]) -> tuple[WordSource, ...]:
         """The captions from which some learned words were learned; empty without a start."""
@@ -195,3 +217,118 @@ def _versions(
         if begun:
             versions = _versions(edits, old.capture_id, begun, old.captions or ()) + versions
     return versions
+
+
+class Symbols(Topic):
+    """The motion symbols that a database has learned, available as ``db.symbols``."""
+
+    def rows(self, n_words: int = 3) -> list[answers.SymbolRow]:
+        """Every symbol: cluster, segments, captures, mean length (seconds), most probable words."""
+        learned = self.session.learned
+        table, association = learned.segments, learned.association
+        rows = []
+        for s in range(learned.symbols.n_symbols):
+            mine = table.symbols == s
+            lengths = (table.ends - table.starts)[mine] / MOTION_FPS
+            t = association.translation[s + 1]
+            order = [w for w in np.argsort(-t, kind="stable")[:n_words] if t[w] > 0]
+            rows.append(
+                answers.SymbolRow(
+                    s,
+                    int(learned.clusters[s]),
+                    int(mine.sum()),
+                    len(np.unique(table.capture_ids[mine])),
+                    round(float(lengths.mean()), 2) if mine.any() else 0.0,
+                    tuple(
+                        answers.WordProbability(association.words[w], float(t[w])) for w in order
+                    ),
+                )
+            )
+        return Listed(rows)
+
+    def segments(self, symbol: int) -> list[answers.SymbolSegment]:
+        """Segments of a symbol, those that it fits best first; times in seconds.
+
+        QueryError is raised where there is no such symbol.
+        """
+        from motiondb.database.showing import shown_segment
+
+        learned = self.session.learned
+        if not 0 <= symbol < learned.symbols.n_symbols:
+            raise QueryError(
+                f"symbol {symbol}: expected 0 to {learned.symbols.n_symbols - 1}, found another "
+                "number."
+            )
+        table = learned.segments
+        rows = np.flatnonzero(table.symbols == symbol)
+        best = rows[np.argsort(-table.log_likelihoods[rows], kind="stable")]
+        return [
+            answers.SymbolSegment(
+                **vars(shown_segment(table, int(row))),
+                capture=learned.captures[int(table.capture_ids[row])].name,
+            )
+            for row in best
+        ]
+
+    def draw(self, path: str | Path | None = None) -> Path | Figure:
+        """Draw the symbol space with its clusters, every symbol with its word, as PNG."""
+        from motiondb import pictures
+
+        labels = [row.words[0].word if row.words else "" for row in self.rows(1)]
+        return pictures.save_png(pictures.space_figure(self.session.learned.space, labels), path)
+
+    def drift(self) -> Drift | None:
+        """How far captures and words have changed since the database learned.
+
+        None if it has not learned.
+        """
+        opened = self.store
+        with self.session.reading():
+            if not store.is_learned(opened):
+                return None
+            from motiondb.learn import drift
+            from motiondb.learn.codec import from_values
+
+            values = store.load_parameters(opened, "drift_baseline", "lemmas")
+            baseline = from_values(drift.DriftBaseline, values, "drift_baseline")
+            lemmas = from_values(dict[str, str], values, "lemmas")
+            texts, synonyms = store.load_texts(opened), store.load_synonyms(opened)
+            words = drift.count_word_use(texts, store.load_words(opened), synonyms, lemmas)
+            return drift.measure_drift(store.load_segments(opened, scores=False), baseline, words)
+
+    def export_knowledge(self, path: str | Path, name: str = "", credit: str = "") -> Knowledge:
+        """Write the learned model, without motion and captions, as a start for other databases.
+
+        Parameters
+        ----------
+        name : str
+            What to call it; the name of the file without its ending if not given.
+        credit : str
+            The acknowledgement that users are asked to give.
+
+        Raises
+        ------
+        KnowledgeError
+            When it learned with a start itself, or the file cannot be written.
+        """
+        from motiondb.database.learn import start
+
+        with self.session.reading():
+            return start.export(self.store, self.session.learned, path, name, credit)
+
+    def start_knowledge(self) -> Knowledge:
+        """The knowledge that the database started from; NotLearnedError if it did not."""
+        learned = self.session.learned
+        if learned.started is None:
+            raise NotLearnedError(
+                f"{learned.source}: expected a database that learned with a start, found one that "
+                f"learned from its own captures only. Name a file, or cmu."
+            )
+        return learned.started.knowledge
+
+    def start_facts(self) -> answers.StartAnswer | None:
+        """The origin of the knowledge that the database started from; None if it did not."""
+        from motiondb.database.learn import start
+
+        with self.session.reading():
+            return start.start_facts(self.session)

@@ -18,22 +18,15 @@ from starlette.responses import FileResponse, Response
 from motiondb.errors import MotionDBError
 from motiondb.page.errors import FULL_DISK, answer_of, error_answer, unknown
 from motiondb.page.guard import HEADERS, Guard
-from motiondb.page.routes import (
-    asking,
-    boards,
-    catalogue,
-    changes,
-    files,
-    grammars,
-    jobs,
-    making,
-    motions,
-    scenes,
-)
+from motiondb.page.routes import asking, boards, catalogue, files, grammars, jobs
 from motiondb.page.settings import BUNDLE, NO_BUNDLE, VERSION, PageSettings, bundle_file
 from motiondb.page.state import Page
 
-_ROUTES = (catalogue, changes, asking, making, motions, grammars, boards, scenes, files, jobs)
+_ROUTERS = (
+    *(catalogue.router, catalogue.change_router, asking.router, asking.making_router),
+    *(files.motion_router, grammars.router, boards.router, boards.scene_router),
+    *(files.router, jobs.router),
+)
 _KINDS = {404: "UnknownError", 405: "MethodError", 413: "TooLargeError", 415: "KindError"}
 """Kind of error by HTTP status."""
 
@@ -59,9 +52,9 @@ def make_application(settings: PageSettings, folder: Path, bundle: Path = BUNDLE
         separate_input_output_schemas=False,  # fields with a default may be absent in answers too
     )
     application.state.page = page
-    for module in _ROUTES:
+    for router in _ROUTERS:
         # include_router would make all of them again, 0.3 s
-        application.router.routes.extend(module.router(page).routes)
+        application.router.routes.extend(router(page).routes)
     _error_handlers(application, folder)
     _page_files(application, bundle)
     application.add_middleware(cast("Any", Guard), settings=settings)

@@ -15,8 +15,8 @@ from pathlib import Path
 
 from motiondb.answers.database import DatabaseInfo
 from motiondb.database import MotionDB
-from motiondb.database.lent import Lent
 from motiondb.database.loading import make_features
+from motiondb.database.session import Lent
 from motiondb.errors import MotionDBError
 from motiondb.files.safe_files import link_target, log_of
 from motiondb.learn.drift import Drift

@@ -15,6 +15,7 @@ from motiondb import answers
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.browsing import BrowsedCapture
 from motiondb.database.generated_files import Stretch, sources_of, stretches
+from motiondb.database.generating import Generated
 from motiondb.database.grammars.grammar_facts import (
     PATH_STEP,
     StripTerminal,
@@ -22,6 +23,7 @@ from motiondb.database.grammars.grammar_facts import (
     root_path,
     tree_nodes,
 )
+from motiondb.database.grammars.grammar_sequences import GrammarSequence
 from motiondb.database.scenes.scene_folder import report_facts
 from motiondb.database.scenes.scene_records import action_captions
 from motiondb.language.vocabulary import as_said
@@ -29,14 +31,12 @@ from motiondb.page.diagrams import DiagramShape, diagram_shape
 from motiondb.page.state import Block
 from motiondb.records import MOTION_FPS, Caption, Match, Relation
 from motiondb.scene.language.tactics_file import parse_diagram
+from motiondb.search.by_example import ExampleAnswer
+from motiondb.search.by_words import WordAnswer
+from motiondb.store import StoredScene
 
 if TYPE_CHECKING:
-    from motiondb.database.generating import Generated
-    from motiondb.database.grammars.grammar_sequences import GrammarSequence
     from motiondb.database.scenes.scenes import Scene
-    from motiondb.search.by_example import ExampleAnswer
-    from motiondb.search.by_words import WordAnswer
-    from motiondb.store import StoredScene
 
 
 @dataclass(frozen=True, kw_only=True)

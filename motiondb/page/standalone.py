@@ -21,6 +21,8 @@ from motiondb.answers.plain import to_json
 from motiondb.body.features import FEATURE_STEP
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import write_bytes
+from motiondb.database.generating import Generated
+from motiondb.database.grammars.grammar_sequences import GrammarSequence
 from motiondb.errors import MotionDBError
 from motiondb.files.own_files import SEAL, sealed
 from motiondb.page.motion import body_track, figure_of, pack, pack_scene
@@ -35,13 +37,11 @@ from motiondb.page.replies import (
 )
 from motiondb.page.settings import BUNDLE, NO_BUNDLE, VERSION, is_built
 from motiondb.records import MOTION_FPS, Match, Motion
+from motiondb.search.by_example import ExampleAnswer
+from motiondb.search.by_words import WordAnswer
 
 if TYPE_CHECKING:
-    from motiondb.database.generating import Generated
-    from motiondb.database.grammars.grammar_sequences import GrammarSequence
     from motiondb.database.scenes.scenes import Scene
-    from motiondb.search.by_example import ExampleAnswer
-    from motiondb.search.by_words import WordAnswer
 
 STYLE, SCRIPT = '<link rel="stylesheet" href="app.css">', '<script defer src="app.js"></script>'
 """Elements that the page's ``index.html`` contains exactly once."""

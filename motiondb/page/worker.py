@@ -29,11 +29,11 @@ from motiondb.database import MotionDB
 from motiondb.errors import MotionDBError
 from motiondb.page.jobs import FACTS_FILE, FIRST_FILE, MOTION_FILE
 from motiondb.page.motion import pack_scene
+from motiondb.store import StoredScene
 
 if TYPE_CHECKING:
     from motiondb.database.scenes.scenes import Scene
     from motiondb.scene.polish.polish import PolishedScene
-    from motiondb.store import StoredScene
 
 WAIT = 300.0  # Seconds to wait for a process that holds the database
 EVERY = 0.05  # Seconds between two events of one step

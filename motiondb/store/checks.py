@@ -6,7 +6,7 @@ every table is read, and every row is found by its key, which reads the indexes 
 The rules of the tables stand in ``rules.sql`` beside ``schema.sql``.
 
 DuckDB may crash on a file that is damaged in a way it does not expect: to check a file,
-:func:`motiondb.database.check_process.check_file` runs this in another process.
+:func:`motiondb.database.checking.check_file` runs this in another process.
 """
 
 from __future__ import annotations

@@ -10,9 +10,9 @@ import pytest
 from command_answers import answer, string_of
 
 import motiondb
-from motiondb.cli import grammars, parsing
+from motiondb.cli import grammars
+from motiondb.database.grammars.grammar_facts import ParsedMotion
 from motiondb.database.grammars.grammar_learning import GrammarSettings
-from motiondb.database.grammars.grammar_parsing import ParsedMotion
 
 
 def test_learn_says_what_was_learned(command: Any, copy: Path) -> None:
@@ -79,7 +79,7 @@ def test_parse_tells_when_terminals_have_too_few_members(
 ) -> None:
     distances = () if stored else (0.1,)
     actual = ParsedMotion(("a",), (0.0,), (1.0,), stored, distances=distances, reach=reach)
-    parsing._say_unlike(actual, "fight", "x")
+    grammars._say_unlike(actual, "fight", "x")
     assert ("fight have too few members" in capsys.readouterr().err) == said
 
 

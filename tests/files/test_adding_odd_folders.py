@@ -14,7 +14,7 @@ from odd_captures import AMC, ASF, BVH, DEEPMIMIC
 from pebble.pool.process import PoolManager
 
 import motiondb
-from motiondb.answers.changes import AddReport
+from motiondb.answers.database import AddReport
 from motiondb.database.catalogue import file_reading
 from motiondb.database.catalogue.file_reading import AddSettings, FileToRead, read_all
 from motiondb.errors import MotionDBError

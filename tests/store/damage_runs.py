@@ -119,7 +119,7 @@ def runs(path: Path, seeds: Iterable[int], kinds: Iterable[str] = KINDS) -> Iter
 
 
 def _check(path: Path) -> list[str]:
-    from motiondb.database.check_process import check_file
+    from motiondb.database.checking import check_file
 
     return check_file(path)
 

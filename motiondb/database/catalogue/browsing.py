@@ -11,14 +11,12 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from motiondb import answers, store
+from motiondb.database.session import Session
 from motiondb.errors import QueryError, suggestion
 from motiondb.records import Caption, CaptureInfo
-
-if TYPE_CHECKING:
-    from motiondb.database.session import Session
 
 PAYS, LEAST_UNUSED = 0.25, 10_000_000
 """Share of the file and bytes that are unused from which on compacting pays. Chosen by hand."""

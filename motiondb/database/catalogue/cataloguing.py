@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motiondb import store
-from motiondb.answers.changes import AddReport
+from motiondb.answers.database import AddReport
 from motiondb.body import world
 from motiondb.database.catalogue.file_reading import (
     AddSettings,
@@ -239,11 +239,11 @@ class _Adding:
 
     def _save_chosen(self, readings: Sequence[ReadFile], faults: Sequence[str]) -> AddReport:
         """Save what is new, if others have not added it meanwhile; look for copies of it."""
-        from motiondb.database.catalogue import copy_search  # compiled code
+        from motiondb.database import loading  # compiled code
 
         opened, sheets, settings = self.opened, self.sheets, self.settings
-        made = dict[int, copy_search.Made]()
-        copy_search.load_outlines(opened)  # keeps them: within a transaction nothing is kept
+        made = dict[int, loading.OutlineMade]()
+        loading.load_outlines(opened)  # keeps them: within a transaction nothing is kept
         with store.transaction(opened):
             chosen = _sort_readings(opened, readings, settings.replace)
             part = _report_known(opened, sheets, chosen, faults)
@@ -255,11 +255,11 @@ class _Adding:
                     store.fill_in(opened, source)
                 part = _save(opened, sheets, settings, chosen, part, run_id)
             if chosen.new:
-                found, made = copy_search.find_relations(opened, set(part.added), self.workers)
+                found, made = loading.find_relations(opened, set(part.added), self.workers)
                 store.save_relations(opened, found)
                 part = replace(part, relations=tuple(found))
             self._save_notes()
-        copy_search.load_outlines(opened, made)  # so that the next ``add`` has them
+        loading.load_outlines(opened, made)  # so that the next ``add`` has them
         return part
 
     def _note_worlds(self, readings: Sequence[ReadFile]) -> None:

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from motiondb import store
-from motiondb.answers.changes import MergeReport
-from motiondb.database.catalogue import copy_search
+from motiondb.answers.database import MergeReport
+from motiondb.database import loading
 from motiondb.database.learn import updating
 from motiondb.errors import QueryError, StoreError
 from motiondb.files.safe_files import check_file_name
@@ -41,7 +41,7 @@ def merge(
     check_file_name(path)
     if path.exists() and path.samefile(opened.path):
         raise QueryError(f"{path}: expected another database, found this one. Name another.")
-    copy_search.load_outlines(opened)  # keeps them: within a transaction nothing is kept
+    loading.load_outlines(opened)  # keeps them: within a transaction nothing is kept
     with (
         store.open_store(path, read_only=True, wait=wait, is_others=True) as other,
         store.reading(other),
@@ -58,7 +58,7 @@ def merge(
                 tell("taking captures over", done, len(infos))
         tell("looking for copies", 0, 1)
         added = set(merging.added)
-        relations = copy_search.find_relations(opened, added)[0] if added else []
+        relations = loading.find_relations(opened, added)[0] if added else []
         store.save_relations(opened, relations)
         store.finish_run(opened, run_id)
         tell("looking for copies", 1, 1)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motiondb import store
+from motiondb.database.session import Session
 from motiondb.errors import QueryError
 from motiondb.files.bvh_writer import write_bvh
 from motiondb.files.gltf_writer import write_gltf
@@ -17,7 +18,6 @@ from motiondb.files.safe_files import output_file
 from motiondb.records import MOTION_FPS, Clip, Motion
 
 if TYPE_CHECKING:
-    from motiondb.database.session import Session
     from motiondb.database.values import Example
 
 

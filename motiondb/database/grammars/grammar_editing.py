@@ -15,7 +15,7 @@ from dataclasses import replace
 from typing import Any, cast
 
 from motiondb import store
-from motiondb.database.learned_grammar import LearnedGrammar, load_learned_grammar
+from motiondb.database.loading import LearnedGrammar, load_learned_grammar
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar.cfg import context_free
 from motiondb.grammar.cfg.context_free import EMPTY, Grammar, GrammarError, Rule

@@ -12,19 +12,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from motiondb import answers, store
-from motiondb.database.generated_files import sources_of
 from motiondb.database.grammars.grammar_editing import EDIT, UNDONE
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
 from motiondb.database.grammars.grammar_words import Meaning
-from motiondb.database.learned_grammar import LearnedGrammar
+from motiondb.database.loading import LearnedGrammar
+from motiondb.database.session import Session
 from motiondb.database.values import seeded
+from motiondb.files import packed_files
+from motiondb.files.formats import read_file
+from motiondb.files.limits import ReadOptions
+from motiondb.files.safe_files import is_file
 from motiondb.grammar.cfg import context_free
 from motiondb.grammar.cfg.context_free import Grammar, Tree
 from motiondb.grammar.cfg.loops import format_loops
+from motiondb.grammar.cfg.parse import ParseError, parse_passage
 from motiondb.grammar.induction.induction import induce
 from motiondb.grammar.languages import (
     coverage,
@@ -34,7 +40,9 @@ from motiondb.grammar.languages import (
     held_out_coverage,
 )
 from motiondb.grammar.rules.description_length import description_length
-from motiondb.records import MOTION_FPS, FloatArray
+from motiondb.grammar.terminals.labelling import Reader, Transcription, make_reader, read_string
+from motiondb.records import MOTION_FPS, FloatArray, Motion
+from motiondb.tabled import Tabled
 
 _NOT_SETTINGS = ("name", "captures", EDIT, UNDONE)  # Parameters of a run that are no settings
 N_STRINGS = 500  # Number of strings that are derived at random from each compared grammar
@@ -131,31 +139,6 @@ def terminal_rows(
             )
         )
     return tuple(rows)
-
-
-def sequence_facts(sequence: GrammarSequence, seed: int) -> answers.SequenceAnswer:
-    """Return how a sequence was generated, for JSON.
-
-    String, tree, costs of the joins, foot slip (m/s), the time of each terminal (seconds) and the
-    sources of the frames.
-    """
-    made = sequence.made
-    return answers.SequenceAnswer(
-        grammar=sequence.grammar,
-        seed=seed,
-        string=sequence.string,
-        tree=" ".join(map(str, sequence.trees)),
-        sentences=len(sequence.trees),
-        seconds=round(sequence.motion.n_frames / MOTION_FPS, 3),
-        join_cost=float(sequence.choice.cost),
-        foot_slip=float(made.slip),
-        foot_slip_of_sources=float(made.source_slip),
-        spans=tuple(
-            answers.TerminalSpan(terminal, float(a) / MOTION_FPS, float(b) / MOTION_FPS)
-            for terminal, (a, b) in zip(sequence.string, made.spans)
-        ),
-        sources=sources_of(sequence.provenance),
-    )
 
 
 @dataclass(frozen=True)
@@ -285,4 +268,121 @@ def tree_nodes(tree: Tree) -> tuple[TreeNode, ...]:
     return tuple(
         TreeNode(node.symbol, parent, start, end, node.is_leaf)
         for (node, parent), start, end in zip(nodes, starts, ends)
+    )
+
+
+MOST_UNLIKE = 0.5
+"""Largest share of a motion's time that may be unlike all terminals before the whole motion is
+reported as unlike."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ParsedMotion(Tabled):
+    """A motion as a string of terminals, with its sentences or the parse error."""
+
+    string: tuple[str, ...]
+    """The terminals."""
+    starts: tuple[float, ...]
+    """Start of each terminal, in seconds."""
+    ends: tuple[float, ...]
+    """End of each terminal, in seconds."""
+    stored: bool
+    """Whether the grammar was learned from the motion. The string and the sentences are then those
+    that are stored."""
+    trees: tuple[context_free.Tree, ...] = ()
+    """The derivation of each sentence. Empty if the string does not parse."""
+    fault: ParseError | None = None
+    """Why the string does not parse."""
+    distances: tuple[float, ...] = ()
+    """Distance of each segment from the medoid of its terminal, in metres. Empty if ``stored``."""
+    reach: float | None = None
+    """Distance in metres beyond which a segment is unlike all terminals. None if ``stored``, or if
+    the terminals have too few members to estimate it."""
+
+    def facts(self) -> answers.ParseAnswer:
+        """The string with its sentences or its fault, for JSON."""
+        fault = self.fault
+        return answers.extended(
+            answers.ParseAnswer,
+            self,
+            spans=list(zip(self.starts, self.ends)),
+            learned_from=self.stored,
+            usual_distance=self.reach,
+            sentences=[answers.ParsedSentence(tree.leaves(), str(tree)) for tree in self.trees],
+            fault=fault
+            and answers.extended(answers.ParseFault, fault, found=fault.symbol, says=str(fault)),
+        )
+
+    @property
+    def unlike(self) -> tuple[int, ...]:
+        """Positions of the segments that are farther from their terminal than ``reach``."""
+        far = np.inf if self.reach is None else self.reach
+        return tuple(n for n, distance in enumerate(self.distances) if distance > far)
+
+    @property
+    def share_unlike(self) -> float:
+        """Share of the time taken by the segments in ``unlike``, from 0 to 1."""
+        spent = sum(self.ends[n] - self.starts[n] for n in self.unlike)
+        return spent / (self.ends[-1] - self.starts[0])
+
+    @property
+    def is_unlike(self) -> bool:
+        """Whether most of the motion is unlike the grammar, so that its string has no meaning."""
+        return self.share_unlike > MOST_UNLIKE
+
+
+def take_of(material: Material, example: str | Path | Motion) -> int | None:
+    """Return the take of a capture, or of a file with the same bytes; None if there is none."""
+    if isinstance(example, Motion):
+        return None
+    if is_file(example):
+        sha256 = packed_files.digest(read_file(Path(example), ReadOptions()))
+        sources = enumerate(material.learned.sources)
+        return next((take for take, source in sources if source.sha256 == sha256), None)
+    info = store.load_capture(material.database, str(example), or_file=True)
+    return next((take for take, n in material.numbers.items() if n == info.capture_id), None)
+
+
+def read(session: Session, material: Material, motion: Motion) -> Transcription:
+    """Read a motion as a string of terminals; the session keeps the reader."""
+    reader: Reader = session.kept(
+        ("reader", material.learned.name),
+        lambda: make_reader(material.learned.terminals, material.motions),
+    )
+    return read_string(reader, motion)
+
+
+def parse_transcription(
+    grammar: context_free.Grammar, transcription: Transcription
+) -> ParsedMotion:
+    """Return the most probable sentences of a transcription, or the place where parsing fails."""
+    starts, ends = (
+        tuple((x / MOTION_FPS).tolist()) for x in (transcription.starts, transcription.ends)
+    )
+    trees: tuple[context_free.Tree, ...] = ()
+    fault = None
+    try:
+        trees = parse_passage(grammar, transcription.string)
+    except ParseError as found:
+        fault = found
+    reach = None if np.isnan(transcription.reach) else transcription.reach
+    distances = tuple(transcription.distances.tolist())
+    return ParsedMotion(transcription.string, starts, ends, False, trees, fault, distances, reach)
+
+
+def as_learned(learned: LearnedGrammar, take: int) -> ParsedMotion:
+    """Return the stored string, sentences and parses of a take."""
+    terminals = learned.terminals
+    rows = np.flatnonzero(terminals.takes == take)
+    sentences_of_take = [
+        n for n, (a, _) in enumerate(learned.sentences) if rows[0] <= a <= rows[-1]
+    ]
+    return ParsedMotion(
+        learned.string(int(rows[0]), int(rows[-1]) + 1),
+        tuple((terminals.starts[rows] / MOTION_FPS).tolist()),
+        tuple((terminals.ends[rows] / MOTION_FPS).tolist()),
+        True,
+        tuple(
+            context_free.derive_by(learned.grammar, learned.parses[n]) for n in sentences_of_take
+        ),
     )

@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from motiondb import store
-from motiondb.database.learned_grammar import LearnedGrammar, load_learned_grammar
+from motiondb.database.loading import LearnedGrammar, load_learned_grammar
 from motiondb.database.values import seeded
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg import context_free, parse

@@ -20,14 +20,12 @@ import numpy as np
 from motiondb import store
 from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.generated_files import keep_generated
-from motiondb.database.learned_grammar import LearnedGrammar, load_learned_grammar
-from motiondb.database.values import seeded
+from motiondb.database.loading import LearnedGrammar, load_learned_grammar
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar import synthesis
 from motiondb.grammar.cfg import context_free, parse
 from motiondb.grammar.derivation import edit
-from motiondb.grammar.derivation.derive import draw_chain
-from motiondb.records import MOTION_FPS, CaptureInfo, Motion
+from motiondb.records import CaptureInfo, Motion
 from motiondb.tabled import Tabled
 
 MAX_NAME = 200
@@ -139,21 +137,6 @@ def play(
     return GrammarSequence(material.learned.name, trees, choice, made, provenance)
 
 
-def chain(material: Material, wanted: float, seed: int) -> GrammarSequence:
-    """Return sentences that follow one another for a wanted time, as ``Grammars.chain`` does."""
-    learned, rng = material.learned, seeded(seed)
-    terminals = learned.terminals
-    lengths = (terminals.ends - terminals.starts) / MOTION_FPS
-    if not 0.0 < wanted <= LONGEST_CHAIN:
-        raise QueryError(
-            f"seconds: expected more than 0 and at most {LONGEST_CHAIN:g}, found {wanted:g}."
-        )
-    seconds = {
-        name: float(lengths[terminals.labels == k].mean()) for k, name in enumerate(terminals.names)
-    }
-    return play(material, draw_chain(learned.grammar, seconds, wanted, rng))
-
-
 def keep(
     material: Material, sequence: GrammarSequence, name: str, seed: int, how: Mapping[str, object]
 ) -> CaptureInfo:
@@ -258,59 +241,13 @@ class Edit(Tabled):
         }
 
 
-def offer(
-    material: Material,
-    sequence: str | Sequence[str] | GrammarSequence,
-    at: int,
-    levels: tuple[int, int] = (0, 0),
-    n: int = N_ALTERNATIVES,
-    seed: int = 0,
-) -> Edit:
-    """Find alternatives for a region of a sequence, as ``Grammars.edit`` does."""
-    tree, clips = _before(material, sequence)
-    try:
-        region = edit.region_at(tree, at)
-        region = edit.wider(tree, region, levels[0])
-        region = edit.narrower(tree, region, levels[1])
-    except context_free.GrammarError as error:  # the region was asked for by the user
-        raise QueryError(str(error)) from None
-    rng = seeded(seed)
-    offered = edit.alternatives(material.learned.grammar, tree, region, n, rng)
-    return Edit(tree, clips, region, offered)
-
-
-def play_alternative(material: Material, edited: Edit, number: int) -> GrammarSequence:
-    """Return the whole sequence, with an alternative in its region, as motion."""
-    tree, pinned = edited.tree(number), edited.pinned(number)
-    gone = _gone(material, pinned.values())
-    if gone:
-        raise QueryError(
-            f"{' '.join(edited.before.leaves())}: expected the captures that play what is not"
-            f" edited, found {', '.join(gone)} removed. Add them again, or edit the string "
-            f"instead of the sequence: then all of it is assembled again."
-        )
-    return play(material, tree, pinned)
-
-
-def play_saved(material: Material, name: str) -> GrammarSequence:
-    """Return a saved sequence as motion, assembled again from its segments."""
-    tree, derivation = load_sequence(material.database, name)
-    gone = _gone(material, derivation.clips)
-    if gone:
-        raise QueryError(
-            f"{name}: expected the captures that play it, found {', '.join(gone)} removed."
-            " Add them again."
-        )
-    return play(material, tree, dict(enumerate(derivation.clips)))
-
-
-def _gone(material: Material, clips: Iterable[int]) -> list[str]:
+def gone(material: Material, clips: Iterable[int]) -> list[str]:
     """Return the names of removed captures among those that play some segments."""
     takes = {int(material.learned.terminals.takes[clip]) for clip in clips}
     return sorted(material.learned.sources[t].name for t in takes if t not in material.numbers)
 
 
-def _before(
+def before(
     material: Material, sequence: str | Sequence[str] | GrammarSequence
 ) -> tuple[context_free.Tree, tuple[int, ...]]:
     """Return the derivation of a sequence and its segments (none for a string of terminals)."""

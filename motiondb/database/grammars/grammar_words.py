@@ -31,18 +31,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb import store
 from motiondb.database.grammars.grammar_sequences import (
     LONGEST_STRING,
-    GrammarSequence,
     Material,
-    play,
 )
-from motiondb.database.learned_grammar import LearnedGrammar
-from motiondb.database.loading import nearby_table
-from motiondb.database.values import seeded
+from motiondb.database.loading import LearnedGrammar, nearby_table
 from motiondb.errors import QueryError, suggestion
-from motiondb.grammar.derivation.complete import Completions, complete, sample_completion
 from motiondb.grammar.derivation.pattern import ANY, GAP, Pattern, PatternSymbol, read_pattern
 from motiondb.language.question.readings import plain_actions
 from motiondb.language.vocabulary import motion_word, nearest_words, nothing_known
@@ -53,7 +47,7 @@ from motiondb.search.described import segment_words
 from motiondb.search.takings import Sentence, Taking, find_takings, sentence_of
 
 if TYPE_CHECKING:
-    from motiondb.database.session import Session
+    pass
 
 N_WORDS = 2  # Most words of a terminal
 LEAST_PROBABILITY = 0.25  # Least probability of a word in the segments of a terminal
@@ -186,52 +180,12 @@ def playable(material: Material) -> frozenset[str]:
     return frozenset(terminals.names[k] for k in set(terminals.labels[there].tolist()))
 
 
-def best_completions(
-    session: Session, material: Material, like: str, n: int, exact: bool = False
-) -> Completions:
-    """Return the most probable sentences that match a pattern."""
-    if n < 1:
-        raise QueryError(f"number: expected 1 sentence or more, found {n}. Ask for more.")
-    pattern = pattern_of(material, _learned(session), like, exact)
-    return complete(material.learned.grammar, pattern, n, allowed=playable(material))
-
-
-def generate_completion(
-    session: Session,
-    material: Material,
-    like: str,
-    length: int | None,
-    seed: int,
-    exact: bool = False,
-) -> GrammarSequence:
-    """Draw a sentence from those that match a pattern, by their probabilities, and assemble it."""
-    if length is not None:
-        raise QueryError(
-            f"length: expected none with a pattern, found {length}. Write the number of terminals "
-            f"as positions: '? ? ?'."
-        )
-    pattern = pattern_of(material, _learned(session), like, exact)
-    rng = seeded(seed)
-    grammar, allowed = material.learned.grammar, playable(material)
-    return play(material, sample_completion(grammar, pattern, rng, allowed=allowed))
-
-
-def _learned(session: Session) -> Learned | None:
-    with session.reading():
-        return session.learned if store.is_learned(session.store) else None
-
-
-def taken_words(session: Session, material: Material, like: str) -> dict[str, Taking]:
-    """Return what is made of the words of a pattern that no caption holds."""
-    learned = _learned(session)
-    return {} if learned is None else _takings(material, learned, _tokens(like))
-
-
-def _tokens(text: str) -> list[str]:
+def tokens_of(text: str) -> list[str]:
+    """Return the parts of a pattern."""
     return text.replace("\u2026", f" {GAP} ").split()
 
 
-def _takings(material: Material, learned: Learned, tokens: Sequence[str]) -> dict[str, Taking]:
+def takings(material: Material, learned: Learned, tokens: Sequence[str]) -> dict[str, Taking]:
     """Return what words are taken as that are no terminals and that no caption holds."""
     if learned.fitted_word_map is None:
         return {}
@@ -245,7 +199,7 @@ def pattern_of(
     material: Material, learned: Learned | None, text: str, exact: bool = False
 ) -> Pattern:
     """Read a pattern or a sentence in words; `exact` refuses words that no caption holds."""
-    tokens = _tokens(text)
+    tokens = tokens_of(text)
     if not tokens or len(tokens) > LONGEST_STRING:
         raise QueryError(
             f"pattern: expected 1 to {LONGEST_STRING} terminals or words, found {len(tokens)}."
@@ -254,7 +208,7 @@ def pattern_of(
     names = material.learned.grammar.terminals
     asked = None if learned is None else learned_words(learned)
     if asked is not None and not exact:
-        asked = with_replaced(asked, _takings(material, asked.learned, tokens))
+        asked = with_replaced(asked, takings(material, asked.learned, tokens))
     marked = any(token in (GAP, ANY) for token in tokens)
     if marked or all(token in names for token in tokens):
         return read_pattern([_place(material, asked, token) for token in tokens])

@@ -13,33 +13,34 @@ import numpy as np
 
 from motiondb import answers, pictures, store
 from motiondb.database.catalogue.parts import cut_motion, load_example
-from motiondb.database.generated_files import source_spans, write_with_provenance
+from motiondb.database.generated_files import source_spans, sources_of, write_with_provenance
 from motiondb.database.grammars import (
     grammar_editing,
     grammar_facts,
     grammar_learning,
-    grammar_parsing,
     grammar_sequences,
     grammar_words,
 )
+from motiondb.database.grammars.grammar_facts import ParsedMotion
 from motiondb.database.grammars.grammar_learning import GrammarSettings, Progress
-from motiondb.database.grammars.grammar_parsing import ParsedMotion
 from motiondb.database.grammars.grammar_sequences import (
     Edit,
     GrammarSequence,
     Material,
     terminals_of,
 )
-from motiondb.database.learned_grammar import LearnedGrammar
+from motiondb.database.loading import LearnedGrammar
 from motiondb.database.session import Topic
 from motiondb.database.values import listed, seeded
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg import prefix
-from motiondb.grammar.cfg.context_free import derive_by
+from motiondb.grammar.cfg.context_free import GrammarError, derive_by
 from motiondb.grammar.cfg.loops import with_loops, with_loops_around
-from motiondb.grammar.derivation.complete import Completions
-from motiondb.grammar.derivation.derive import derive
+from motiondb.grammar.derivation.complete import Completions, complete, sample_completion
+from motiondb.grammar.derivation.derive import derive, draw_chain
+from motiondb.grammar.derivation.edit import alternatives, narrower, region_at, wider
 from motiondb.grammar.derivation.plan import Plan, plan
+from motiondb.learn.learned import Learned
 from motiondb.records import MOTION_FPS, CaptureInfo, Motion
 from motiondb.search.takings import Taking
 
@@ -161,9 +162,11 @@ class Grammars(Topic):
     def meanings(self, name: str) -> tuple[grammar_words.Meaning, ...]:
         """Return the meaning of each terminal; empty meanings if the database has not learned."""
         material = self.material(name)
+        return grammar_words.terminal_meanings(self._learned(), material.learned, material.numbers)
+
+    def _learned(self) -> Learned | None:
         with self.session.reading():
-            learned = self.session.learned if store.is_learned(self.store) else None
-        return grammar_words.terminal_meanings(learned, material.learned, material.numbers)
+            return self.session.learned if store.is_learned(self.store) else None
 
     def show(self, name: str) -> answers.GrammarAnswer:
         """Return the facts of a grammar, for printing or JSON; times in seconds."""
@@ -272,12 +275,12 @@ class Grammars(Topic):
         """
         with self.session.reading():
             material = self.material(name)
-            take = grammar_parsing.take_of(material, example)
+            take = grammar_facts.take_of(material, example)
             if take is not None:
-                return grammar_parsing.as_learned(material.learned, take)
+                return grammar_facts.as_learned(material.learned, take)
             motion = load_example(self.session, example)
-            transcription = grammar_parsing.read(self.session, material, motion)
-        return grammar_parsing.parse_transcription(material.learned.grammar, transcription)
+            transcription = grammar_facts.read(self.session, material, motion)
+        return grammar_facts.parse_transcription(material.learned.grammar, transcription)
 
     def suggest(
         self, name: str, beginning: str | Sequence[str] = ""
@@ -311,7 +314,12 @@ class Grammars(Topic):
         GrammarError
             When no sentence matches; with the first place of the pattern that none reaches.
         """
-        return grammar_words.best_completions(self.session, self.material(name), like, n, exact)
+        if n < 1:
+            raise QueryError(f"number: expected 1 sentence or more, found {n}. Ask for more.")
+        material = self.material(name)
+        pattern = grammar_words.pattern_of(material, self._learned(), like, exact)
+        allowed = grammar_words.playable(material)
+        return complete(material.learned.grammar, pattern, n, allowed=allowed)
 
     def generate(
         self,
@@ -338,16 +346,21 @@ class Grammars(Topic):
             Also when the length is below 1 or given beside a pattern, or all captures that show one
             of the terminals were removed.
         """
-        if like is not None:
-            return grammar_words.generate_completion(
-                self.session, self.material(name), like, length, seed, exact
+        if like is not None and length is not None:
+            raise QueryError(
+                f"length: expected none with a pattern, found {length}. Write the number of "
+                "terminals as positions: '? ? ?'."
             )
         if length is not None and length < 1:
             raise QueryError(f"length: expected at least 1 terminal, found {length}. Ask for more.")
-        material, rng = self.material(name), seeded(seed)
-        return grammar_sequences.play(
-            material, derive(material.learned.grammar, rng, length=length)
-        )
+        material = self.material(name)
+        grammar = material.learned.grammar
+        if like is None:
+            return grammar_sequences.play(material, derive(grammar, seeded(seed), length=length))
+        pattern = grammar_words.pattern_of(material, self._learned(), like, exact)
+        allowed = grammar_words.playable(material)
+        drawn = sample_completion(grammar, pattern, seeded(seed), allowed=allowed)
+        return grammar_sequences.play(material, drawn)
 
     def edit(
         self,
@@ -372,19 +385,57 @@ class Grammars(Topic):
         n : int
             Most alternatives.
         """
-        return grammar_sequences.offer(self.material(name), sequence, at, levels, n, seed)
+        material = self.material(name)
+        tree, clips = grammar_sequences.before(material, sequence)
+        try:
+            region = region_at(tree, at)
+            region = wider(tree, region, levels[0])
+            region = narrower(tree, region, levels[1])
+        except GrammarError as error:  # the region was asked for by the user
+            raise QueryError(str(error)) from None
+        rng = seeded(seed)
+        return Edit(
+            tree, clips, region, alternatives(material.learned.grammar, tree, region, n, rng)
+        )
 
     def play(self, name: str, edited: Edit, number: int) -> GrammarSequence:
         """Return the sequence with alternative ``number`` (from 0) in its region, as motion."""
-        return grammar_sequences.play_alternative(self.material(name), edited, number)
+        material, tree, pinned = self.material(name), edited.tree(number), edited.pinned(number)
+        if gone := grammar_sequences.gone(material, pinned.values()):
+            raise QueryError(
+                f"{' '.join(edited.before.leaves())}: expected the captures that play what is not"
+                f" edited, found {', '.join(gone)} removed. Add them again, or edit the string "
+                f"instead of the sequence: then all of it is assembled again."
+            )
+        return grammar_sequences.play(material, tree, pinned)
 
     def compare(self, name: str, seed: int = 0) -> tuple[grammar_facts.ComparedGrammar, ...]:
         """Compare a grammar with the finite state machine of its sentences."""
         return grammar_facts.compare(self.load(name), seed)
 
     def facts(self, sequence: GrammarSequence, seed: int = 0) -> answers.SequenceAnswer:
-        """Return how a sequence was generated, for JSON: string, tree, joins and sources."""
-        return grammar_facts.sequence_facts(sequence, seed)
+        """Return how a sequence was generated, for JSON.
+
+        String, tree, costs of the joins, foot slip (m/s), the time of each terminal (seconds) and
+        the sources of the frames.
+        """
+        made = sequence.made
+        return answers.SequenceAnswer(
+            grammar=sequence.grammar,
+            seed=seed,
+            string=sequence.string,
+            tree=" ".join(map(str, sequence.trees)),
+            sentences=len(sequence.trees),
+            seconds=round(sequence.motion.n_frames / MOTION_FPS, 3),
+            join_cost=float(sequence.choice.cost),
+            foot_slip=float(made.slip),
+            foot_slip_of_sources=float(made.source_slip),
+            spans=tuple(
+                answers.TerminalSpan(terminal, float(a) / MOTION_FPS, float(b) / MOTION_FPS)
+                for terminal, (a, b) in zip(sequence.string, made.spans)
+            ),
+            sources=sources_of(sequence.provenance),
+        )
 
     def write(
         self, sequence: GrammarSequence, path: str | Path, seed: int = 0
@@ -413,7 +464,10 @@ class Grammars(Topic):
 
     def taken_in_pattern(self, name: str, like: str) -> dict[str, Taking]:
         """Return what the words of a pattern are taken as that no caption holds."""
-        return grammar_words.taken_words(self.session, self.material(name), like)
+        material, learned = self.material(name), self._learned()
+        if learned is None:
+            return {}
+        return grammar_words.takings(material, learned, grammar_words.tokens_of(like))
 
     def strip(self, sequence: GrammarSequence) -> tuple[grammar_facts.StripTerminal, ...]:
         """Return the terminals of a sequence with their times and the segments that play them."""
@@ -437,7 +491,19 @@ class Grammars(Topic):
         duration is nearest. The segments are chosen for the whole chain, so that the cost of its
         joins is least. QueryError is raised also for a duration that is not above 0 or too long.
         """
-        return grammar_sequences.chain(self.material(name), seconds, seed)
+        material, rng = self.material(name), seeded(seed)
+        terminals, longest = material.learned.terminals, grammar_sequences.LONGEST_CHAIN
+        lengths = (terminals.ends - terminals.starts) / MOTION_FPS
+        if not 0.0 < seconds <= longest:
+            raise QueryError(
+                f"seconds: expected more than 0 and at most {longest:g}, found {seconds:g}."
+            )
+        of_each = {
+            terminal: float(lengths[terminals.labels == k].mean())
+            for k, terminal in enumerate(terminals.names)
+        }
+        drawn = draw_chain(material.learned.grammar, of_each, seconds, rng)
+        return grammar_sequences.play(material, drawn)
 
     def open(self, name: str) -> GrammarSequence:
         """Return a saved sequence, assembled again from its segments.
@@ -446,9 +512,14 @@ class Grammars(Topic):
         database, or a capture that plays one of its terminals was removed.
         """
         with self.session.reading():
-            _, derivation = grammar_sequences.load_sequence(self.store, name)
+            tree, derivation = grammar_sequences.load_sequence(self.store, name)
             material = self.material(derivation.grammar)
-            return grammar_sequences.play_saved(material, name)
+            if gone := grammar_sequences.gone(material, derivation.clips):
+                raise QueryError(
+                    f"{name}: expected the captures that play it, found {', '.join(gone)} removed."
+                    " Add them again."
+                )
+            return grammar_sequences.play(material, tree, dict(enumerate(derivation.clips)))
 
 
 def _caption(numbers: Sequence[int]) -> str:

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from motiondb import answers, store
-from motiondb.errors import KnowledgeError, NotLearnedError, QueryError, suggestion
+from motiondb.database.session import Session
+from motiondb.errors import KnowledgeError, QueryError, suggestion
 from motiondb.files.knowledge_file import (
     from_bytes,
     read_knowledge,
@@ -23,9 +24,6 @@ from motiondb.learn.knowledge import Knowledge, Started
 from motiondb.learn.knowledge_making import make_knowledge
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import LearnSettings
-
-if TYPE_CHECKING:
-    from motiondb.database.session import Session
 
 NONE = "none"  # Name that means no start
 ENDING = ".knowledge"
@@ -122,16 +120,6 @@ def export(
     knowledge = make_knowledge(learned, label, facts, credit, runs[-1].version)
     write_knowledge(knowledge, path)
     return read_knowledge(path)
-
-
-def start_knowledge(learned: Learned) -> Knowledge:
-    """The knowledge that a database started from."""
-    if learned.started is None:
-        raise NotLearnedError(
-            f"{learned.source}: expected a database that learned with a start, found one that "
-            f"learned from its own captures only. Name a file, or cmu."
-        )
-    return learned.started.knowledge
 
 
 def start_facts(session: Session) -> answers.StartAnswer | None:

@@ -21,7 +21,6 @@ from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.generated_files import keep_generated
 from motiondb.database.learn import updating
 from motiondb.database.scenes import scene_folder, scene_texts
-from motiondb.database.scenes.scene_clips import find_actions, scene_clips
 from motiondb.database.scenes.scene_folder import (
     fill_scene_folder,
     source_list,
@@ -32,7 +31,9 @@ from motiondb.database.scenes.scene_making import (
     MadeScene,
     SceneProgress,
     SceneSettings,
+    find_actions,
     make,
+    scene_clips,
 )
 from motiondb.database.scenes.scene_records import (
     action_captions,

@@ -17,7 +17,6 @@ from motiondb.errors import QueryError
 from motiondb.grammar.derivation.edit import region_at
 from motiondb.page.errors import ERRORS, PageError, unknown
 from motiondb.page.jobs import JobReply
-from motiondb.page.refs import find_row
 from motiondb.page.replies import Positions, SequenceReply, sequence_reply
 from motiondb.page.routes.parameters import (
     LONGEST_TEXT,
@@ -28,7 +27,7 @@ from motiondb.page.routes.parameters import (
     Seed,
     Text,
 )
-from motiondb.page.state import MadeSequence, Page
+from motiondb.page.state import MadeSequence, Page, find_row
 from motiondb.store import GrammarSize
 
 Beginning = Annotated[str, Query(max_length=LONGEST_TEXT, description="Such as a b c.")]

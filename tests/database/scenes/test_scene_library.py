@@ -11,7 +11,7 @@ import pytest
 
 import motiondb
 from motiondb import store
-from motiondb.database.scenes.scene_clips import SceneClips, find_actions, scene_clips
+from motiondb.database.scenes.scene_making import SceneClips, find_actions, scene_clips
 from motiondb.database.scenes.scene_texts import read_grammar
 from motiondb.errors import SceneError
 from motiondb.records import Caption, Event

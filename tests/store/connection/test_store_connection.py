@@ -18,7 +18,7 @@ from holding import holding
 from motiondb import store
 from motiondb.database.catalogue.rescuing import rescue
 from motiondb.database.catalogue.sheets import import_events
-from motiondb.database.check_process import check_file
+from motiondb.database.checking import check_file
 from motiondb.errors import HeldError, MotionDBError, StoreError
 from motiondb.files.safe_files import check_output
 from motiondb.store.connection import handle, opening

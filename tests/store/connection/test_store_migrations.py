@@ -13,7 +13,7 @@ import duckdb
 import pytest
 
 from motiondb import store
-from motiondb.database.check_process import check_file
+from motiondb.database.checking import check_file
 from motiondb.errors import StoreError
 from motiondb.store import checks
 from motiondb.store.connection import migrations, opening
