@@ -1,0 +1,71 @@
+"""Everything about one capture: what it needs, what is wrong with it, and what cannot be told."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from motiondb.quality.faults import faults
+from motiondb.quality.finding import FAULT, FILE, Assessed, Finding
+from motiondb.quality.measured import Measured, measure
+from motiondb.quality.rates import LEAST_FLIGHTS, flights, rate_finding, unit_findings
+from motiondb.quality.supports import supports
+from motiondb.records import FloatArray
+
+
+def assess(points: FloatArray, fps: float, has_toes: bool = True) -> Assessed:
+    """Say what a capture lacks.
+
+    Parameters
+    ----------
+    points : array (frames, 21, 3), metres
+        Joints in the world of the capture, y up, at its own rate and in its own size; NaN where a
+        joint was not seen. Not on the canonical body.
+    fps : float
+        Frames a second.
+    has_toes : bool
+        Whether the file has toes, or they were estimated from the shin.
+
+    Returns
+    -------
+    Assessed
+        Findings by their beginning, what cannot be told, and a number from 0 to 1 a second.
+    """
+    m = measure(points, fps, has_toes)
+    n_seconds = max(1, int(np.ceil(len(points) / fps - 1e-9)))
+    if m is None:
+        untold = ("cannot say anything: too few frames in which all joints have a place",)
+        return Assessed((), untold, np.full(n_seconds, 0.5), 0.0, ())
+    found = unit_findings(m)
+    flown = flights(m)
+    if not found:
+        rate = rate_finding(flown, m.n / m.fps, "the capture")
+        found = supports(m) + faults(m) + ([rate] if rate else [])
+    found.sort(key=lambda each: (each.start, each.kind))
+    numbers = np.array([_number(found, s) for s in range(n_seconds)])
+    return Assessed(tuple(found), _untold(m, flown), numbers, m.floor, flown)
+
+
+def _untold(m: Measured, flown: tuple[tuple[float, float], ...]) -> tuple[str, ...]:
+    out = []
+    if not flown:
+        out.append("cannot say whether the rate is right: no jump")
+    elif len(flown) < LEAST_FLIGHTS:
+        out.append(f"cannot say whether the rate is right: only {len(flown)} flights of 3")
+    if m.fps < 50.0:
+        out.append(
+            f"cannot say whether single joints jump by less than {40000 / m.fps**2:.0f} cm: "
+            f"{m.fps:g} frames a second"
+        )
+    if abs(m.floor) >= 0.25:
+        out.append("cannot say whether the whole capture floats: the floor is not at height 0")
+    return tuple(out)
+
+
+KEPT = 0.97
+KEPT_WITH: dict[str, float] = {}
+
+
+def _number(found: list[Finding], second: int) -> float:
+    """The number of a second."""
+    kinds = {f.kind for f in found if f.group in (FAULT, FILE) and f.start < second + 1 and f.end > second}
+    return min((KEPT_WITH.get(kind, 0.5) for kind in kinds), default=KEPT)
