@@ -7,7 +7,7 @@ import numpy as np
 from motiondb.quality.faults import faults
 from motiondb.quality.finding import FAULT, FILE, Assessed, Finding
 from motiondb.quality.measured import Measured, measure
-from motiondb.quality.rates import LEAST_FLIGHTS, flights, rate_finding, unit_findings
+from motiondb.quality.rates import LEAST_FLIGHTS, falls, flights, rate_finding, unit_findings
 from motiondb.quality.supports import supports
 from motiondb.records import FloatArray
 
@@ -39,7 +39,7 @@ def assess(points: FloatArray, fps: float, has_toes: bool = True) -> Assessed:
     flown = flights(m)
     if not found:
         rate = rate_finding(flown, m.n / m.fps, "the capture")
-        found = supports(m) + faults(m) + ([rate] if rate else [])
+        found = supports(m) + faults(m) + ([rate] if rate else falls(m))
     found.sort(key=lambda each: (each.start, each.kind))
     numbers = np.array([_number(found, s) for s in range(n_seconds)])
     return Assessed(tuple(found), _untold(m, flown), numbers, m.floor, flown)

@@ -12,20 +12,20 @@ import numpy as np
 
 from motiondb.body import body
 from motiondb.body.features import runs
-from motiondb.quality.finding import FAULT, NEEDS, Finding
+from motiondb.quality.finding import FAULT, NEEDS, Finding, times
 from motiondb.quality.measured import FEET, I, Measured, P, joined, long_runs
 from motiondb.records import BoolArray, FloatArray
 
 ROOT_STEP, ROOT_ACCELERATION = 0.06, 100.0
 JOINT_STEP, JOINT_ACCELERATION = 0.08, 400.0
 BONE = 0.06
-BACK = 0.12
+BACK = 0.14
 SWAP, SWAP_SHARE = 0.20, 0.4
-FROZEN, FROZEN_SECONDS = 1e-5, 0.1
+FROZEN, FROZEN_SECONDS = 2e-6, 0.1
 NOISE = 0.0045
 POSE_SECONDS = 0.15
 SINKS, SINKS_SECONDS = 0.06, 0.15
-SLIDES, TREADMILL = 0.10, 0.25
+SLIDES, TREADMILL = 0.13, 0.25
 FLOATS = 0.055
 RISES = 0.06
 _WHOLE = 9  # Joints that jump at once in a seam of all the body
@@ -57,7 +57,7 @@ def said(
     """A finding from when to when (s), with its measure, unit and threshold."""
     measure, unit, threshold = measured
     at = None if place is None else (float(place[0]), float(place[1]), float(place[2]))
-    words = f"{sentence}, {span[0]:.1f} to {span[1]:.1f} s"
+    words = f"{sentence}, {times(*span)}"
     return Finding(kind, group, *span, float(measure), unit, threshold, part, words, at)
 
 
@@ -70,7 +70,7 @@ def _jumps(m: Measured) -> list[Finding]:
     e[_near(m.missing)] = 0.0
     seam = (e[:, 0] > root) | ((e > root).sum(axis=1) >= _WHOLE)
     for a, b in joined(runs(seam), 0.2 * m.fps):
-        size = float(np.median(e[a:b].max(axis=0)))
+        size = float(max(e[a:b, 0].max(), np.median(e[a:b].max(axis=0))))
         words = f"the whole body jumps by {100 * size:.0f} cm"
         out.append(said("seam", words, _span(m, a, b), (size, "m", root), "body", m.points[a, 0]))
     e[_near(seam)] = 0.0
@@ -296,7 +296,7 @@ def _slides(m: Measured) -> list[Finding]:
         words = f"walks on a treadmill at {speed:.1f} m/s"
         measured = (speed, "m/s", TREADMILL)
         return [said("treadmill", words, span, measured, "feet", m.points[:, 0].mean(axis=0), NEEDS)]
-    if speed > SLIDES and agree > 0.7:
+    if speed > SLIDES and agree > 0.7 and len(v) > 2:
         words = f"feet on the floor slide at {speed:.2f} m/s"
         return [said("slides", words, span, (speed, "m/s", SLIDES), "feet")]
     return []

@@ -1,6 +1,7 @@
 """What a capture needs that was not captured: seats, steps, bars, ladders, walls, partners.
 
-Two rules find the times. (a) Nothing is within 9 cm of the floor for 0.45 s, and the centre of mass
+Two rules find the times. (a) Nothing is within 9 cm
+of the floor for 0.45 s, or within 6 cm for 0.65 s, and the centre of mass
 does not fall as a thrown body does. (b) Something is on the floor, but centre of mass and centre of
 pressure both lie more than 7 cm outside the outline of what touches it, for 0.45 s and with a slow
 pelvis. What the thing is follows part by part from what rests meanwhile: feet, seat, hands. Each
@@ -15,15 +16,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from motiondb.quality.finding import FAULT, NEEDS, Box, Finding
+from motiondb.quality.finding import FAULT, NEEDS, Box, Finding, times
 from motiondb.quality.measured import FEET, SOLES, Measured, P, joined, long_runs
 from motiondb.records import FloatArray
 
 G = 9.81
 CLEAR, CLEAR_SECONDS = 0.09, 0.45
+LOW, LOW_SECONDS = 0.06, 0.65
 OUTSIDE, OUTSIDE_SECONDS, OUTSIDE_SPEED = 0.07, 0.45, 0.35
 _FREE = 0.6  # Of g; a body that falls faster than this is thrown, not held
-_NEAR = 0.08
+_NEAR = 0.08  # Of the floor, to be touching it
+_OFF = 0.05  # Over the floor, where a foot rests that nothing in the capture holds
 _REST = 0.25  # Seconds for which a part has to rest
 _STAYS = 0.07  # Metres within which it stays where it rested
 _FOOT_RESTS, _STEP_SECONDS = 0.15, 0.2
@@ -67,8 +70,10 @@ def supports(m: Measured) -> list[Finding]:
 
 def _raised(m: Measured) -> list[tuple[int, int]]:
     """Frames in which nothing is near the floor and the body does not fall."""
+    high = long_runs(m.low > CLEAR * m.k, CLEAR_SECONDS * m.fps)
+    high += long_runs(m.low > LOW * m.k, LOW_SECONDS * m.fps)
     out = []
-    for a, b in long_runs(m.low > CLEAR * m.k, CLEAR_SECONDS * m.fps):
+    for a, b in joined(high, 0.0):
         t = np.arange(b - a) / m.fps
         free = 0.0
         if b - a < m.fps:
@@ -134,7 +139,7 @@ def _feet(m: Measured, start: int, end: int, seat: _Held | None) -> list[_Held]:
         bears[max(0, seat.start - start) : max(0, seat.end - start)] = False
     for s in "lr":
         h = m.h[start:end, [P[f"{s}_toe"], P[f"{s}_ankle"]]].min(axis=1)
-        still = m.rests[start:end, P[f"{s}_toe"]] & (h > _NEAR * m.k) & bears
+        still = m.rests[start:end, P[f"{s}_toe"]] & (h > _OFF * m.k) & bears
         for a, b in long_runs(still, _FOOT_RESTS * m.fps):
             place = np.median(m.x[start + a : start + b, P[f"{s}_toe"]], axis=0)
             height = float(np.median(h[a:b]))
@@ -314,7 +319,7 @@ def _finding(
     x, y, z = (float(c) for c in place)
     threshold = OUTSIDE if kind == "leans" else CLEAR
     a, b = start / m.fps, end / m.fps
-    said = f"{said}, {a:.1f} to {b:.1f} s"
+    said = f"{said}, {times(a, b)}"
     return Finding(
         kind, group, a, b, measure, "m", threshold * m.k, part, said, (x, y, z), box
     )
@@ -328,7 +333,7 @@ def _merged(found: list[Finding]) -> list[Finding]:
         same = last is not None and last.kind == each.kind and last.part == each.part
         if last is not None and same and each.start - last.end < 0.5 and abs(each.measure - last.measure) < 0.07:
             a, b = last.start, max(last.end, each.end)
-            said = f"{last.sentence.rsplit(', ', 1)[0]}, {a:.1f} to {b:.1f} s"
+            said = f"{last.sentence.rsplit(', ', 1)[0]}, {times(a, b)}"
             out[-1] = replace(last, end=b, sentence=said)
         else:
             out.append(each)
