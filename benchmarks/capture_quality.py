@@ -10,9 +10,7 @@ something are told by words of their captions (``NEEDING``).
 
 from __future__ import annotations
 
-import argparse
 import csv
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,9 +22,6 @@ from motiondb.body.joint_names import joint_map
 from motiondb.body.retarget import keypoints_of
 from motiondb.errors import MotionDBError
 from motiondb.files.formats import read_capture
-from motiondb.quality.assess import assess
-from motiondb.quality.finding import FAULT, FILE, NEEDS, Assessed
-from motiondb.quality.rates import rate_finding
 from motiondb.records import FloatArray
 
 DEVELOPMENT = {"01", "05", "07", "14", "16"}

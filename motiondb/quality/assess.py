@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from motiondb.quality.faults import faults
-from motiondb.quality.finding import FAULT, FILE, Assessed, Finding
 from motiondb.quality.measured import Measured, measure
 from motiondb.quality.rates import LEAST_FLIGHTS, falls, flights, rate_finding, unit_findings
 from motiondb.quality.supports import supports
-from motiondb.records import FloatArray
+from motiondb.records import FAULT, FILE, Finding, FloatArray, Quality
 
 
-def assess(points: FloatArray, fps: float, has_toes: bool = True) -> Assessed:
+def assess(points: FloatArray, fps: float, has_toes: bool = True) -> Quality:
     """Say what a capture lacks.
 
     Parameters
@@ -27,14 +26,14 @@ def assess(points: FloatArray, fps: float, has_toes: bool = True) -> Assessed:
 
     Returns
     -------
-    Assessed
+    Quality
         Findings by their beginning, what cannot be told, and a number from 0 to 1 a second.
     """
     m = measure(points, fps, has_toes)
     n_seconds = max(1, int(np.ceil(len(points) / fps - 1e-9)))
     if m is None:
         untold = ("cannot say anything: too few frames in which all joints have a place",)
-        return Assessed((), untold, np.full(n_seconds, 0.5), 0.0, ())
+        return Quality((), untold, np.full(n_seconds, 0.5), 0.0, ())
     found = unit_findings(m)
     flown = flights(m)
     if not found:
@@ -42,7 +41,7 @@ def assess(points: FloatArray, fps: float, has_toes: bool = True) -> Assessed:
         found = supports(m) + faults(m) + ([rate] if rate else falls(m))
     found.sort(key=lambda each: (each.start, each.kind))
     numbers = np.array([_number(found, s) for s in range(n_seconds)])
-    return Assessed(tuple(found), _untold(m, flown), numbers, m.floor, flown)
+    return Quality(tuple(found), _untold(m, flown), numbers, m.floor, flown)
 
 
 def _untold(m: Measured, flown: tuple[tuple[float, float], ...]) -> tuple[str, ...]:
@@ -67,5 +66,9 @@ KEPT_WITH: dict[str, float] = {}
 
 def _number(found: list[Finding], second: int) -> float:
     """The number of a second."""
-    kinds = {f.kind for f in found if f.group in (FAULT, FILE) and f.start < second + 1 and f.end > second}
+    kinds = {
+        f.kind
+        for f in found
+        if f.family in (FAULT, FILE) and f.start < second + 1 and f.end > second
+    }
     return min((KEPT_WITH.get(kind, 0.5) for kind in kinds), default=KEPT)

@@ -12,9 +12,9 @@ import numpy as np
 
 from motiondb.body import body
 from motiondb.body.features import runs
-from motiondb.quality.finding import FAULT, NEEDS, Finding, times
-from motiondb.quality.measured import FEET, I, Measured, P, joined, long_runs
-from motiondb.records import BoolArray, FloatArray
+from motiondb.quality.finding import times
+from motiondb.quality.measured import I, Measured, P, joined, long_runs
+from motiondb.records import FAULT, NEEDS, BoolArray, Finding, FloatArray
 
 ROOT_STEP, ROOT_ACCELERATION = 0.06, 100.0
 JOINT_STEP, JOINT_ACCELERATION = 0.08, 400.0
@@ -52,13 +52,13 @@ def said(
     measured: tuple[float, str, float],
     part: str = "body",
     place: FloatArray | None = None,
-    group: str = FAULT,
+    family: str = FAULT,
 ) -> Finding:
     """A finding from when to when (s), with its measure, unit and threshold."""
     measure, unit, threshold = measured
     at = None if place is None else (float(place[0]), float(place[1]), float(place[2]))
     words = f"{sentence}, {times(*span)}"
-    return Finding(kind, group, *span, float(measure), unit, threshold, part, words, at)
+    return Finding(kind, family, *span, float(measure), unit, threshold, part, words, at)
 
 
 def _jumps(m: Measured) -> list[Finding]:
@@ -218,7 +218,11 @@ def _residual(points: FloatArray, step: int) -> FloatArray:
 def _rest_pose(m: Measured, jumps: list[Finding]) -> list[Finding]:
     """A T-pose or A-pose at the start, from before the take."""
     n = min(m.n, round(1.5 * m.fps))
-    arms, level, legs = np.ones(n, dtype=np.bool_), np.ones(n, dtype=np.bool_), np.ones(n, dtype=np.bool_)
+    arms, level, legs = (
+        np.ones(n, dtype=np.bool_),
+        np.ones(n, dtype=np.bool_),
+        np.ones(n, dtype=np.bool_),
+    )
     for s in "lr":
         upper, fore = (
             m.at(f"{s}_{b}")[:n] - m.at(f"{s}_{a}")[:n]
@@ -295,7 +299,9 @@ def _slides(m: Measured) -> list[Finding]:
     if speed > TREADMILL and agree > 0.5 and pace < 0.5 * speed:
         words = f"walks on a treadmill at {speed:.1f} m/s"
         measured = (speed, "m/s", TREADMILL)
-        return [said("treadmill", words, span, measured, "feet", m.points[:, 0].mean(axis=0), NEEDS)]
+        return [
+            said("treadmill", words, span, measured, "feet", m.points[:, 0].mean(axis=0), NEEDS)
+        ]
     if speed > SLIDES and agree > 0.7 and len(v) > 2:
         words = f"feet on the floor slide at {speed:.2f} m/s"
         return [said("slides", words, span, (speed, "m/s", SLIDES), "feet")]

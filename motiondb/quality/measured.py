@@ -94,7 +94,12 @@ class Measured:
     @cached_property
     def x(self) -> FloatArray:
         """Places of the parts (frames, parts, 3)."""
-        places = {f"{s}_{n}": self.at(f"{s}_{n}") for n in _THICK if n not in ("tip", "hand") for s in "lr"}
+        places = {
+            f"{s}_{n}": self.at(f"{s}_{n}")
+            for n in _THICK
+            if n not in ("tip", "hand")
+            for s in "lr"
+        }
         for s in "lr":
             toe, ankle = self.at(f"{s}_toe"), self.at(f"{s}_ankle")
             ahead = toe - ankle

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from motiondb.body.features import runs
-from motiondb.quality.finding import FILE, Finding
 from motiondb.quality.measured import Measured
+from motiondb.records import FILE, Finding
 
 G = 9.81
 LEGS = (0.40, 1.2)  # Metres: children of two years to the tallest
@@ -108,7 +108,9 @@ def rate_finding(rows: Sequence[tuple[float, float]], seconds: float, whose: str
         return None
     speed, _ = found
     g = G * speed**2
-    words = f"{whose} plays at {speed:.2g} times its speed: {len(rows)} flights fall with {g:.1f} m/s2"
+    words = (
+        f"{whose} plays at {speed:.2g} times its speed: {len(rows)} flights fall with {g:.1f} m/s2"
+    )
     bound = RATES[0] if speed < 1.0 else RATES[1]
     return Finding("rate", FILE, 0.0, seconds, speed, "times", bound, "body", words)
 
@@ -122,3 +124,20 @@ def falls(m: Measured) -> list[Finding]:
         return []
     words = f"the body falls with {pull * G:.0f} m/s2, faster than gravity lets it: the rate may be too high"
     return [Finding("falls", FILE, 0.0, m.n / m.fps, pull * G, "m/s2", FALLS * G, "body", words)]
+
+
+def performer_rate(
+    rows: Sequence[tuple[float, float]], whose: str
+) -> tuple[float | None, float | None, str]:
+    """The speed at which somebody's captures play, how far it may be wrong, and a sentence."""
+    found = speed_of(rows)
+    if found is None:
+        reason = "no jump" if not rows else f"{len(rows)} jumps that do not agree"
+        if 0 < len(rows) < LEAST_FLIGHTS:
+            reason = f"only {len(rows)} of 3 jumps"
+        return None, None, f"cannot say whether the rate of {whose!r} is right: {reason}"
+    said = rate_finding(rows, 0.0, repr(whose))
+    if said is not None:
+        return *found, said.sentence
+    g = G * found[0] ** 2
+    return *found, f"the rate of {whose!r} is right: {len(rows)} jumps fall with {g:.1f} m/s2"

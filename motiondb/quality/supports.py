@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from motiondb.quality.finding import FAULT, NEEDS, Box, Finding, times
+from motiondb.quality.finding import times
 from motiondb.quality.measured import FEET, SOLES, Measured, P, joined, long_runs
-from motiondb.records import FloatArray
+from motiondb.records import FAULT, NEEDS, Box, Finding, FloatArray
 
 G = 9.81
 CLEAR, CLEAR_SECONDS = 0.09, 0.45
@@ -113,7 +113,9 @@ def outside(m: Measured) -> FloatArray:
     lift = (com[:, 1:2] - m.floor) / np.maximum(G + accel[:, 1:2], 3.0)
     shift = -lift * accel[:, [0, 2]]
     pressure = np.where(np.linalg.norm(shift, axis=1, keepdims=True) < 0.5, mass + shift, mass)
-    out = np.minimum((mass @ _DIRECTIONS - reach).max(axis=1), (pressure @ _DIRECTIONS - reach).max(axis=1))
+    out = np.minimum(
+        (mass @ _DIRECTIONS - reach).max(axis=1), (pressure @ _DIRECTIONS - reach).max(axis=1)
+    )
     out = np.where(mask.any(axis=1), np.maximum(out, 0.0), 0.0)
     return np.repeat(out, step)[: m.n]
 
@@ -257,7 +259,10 @@ def _rises_whole(m: Measured, frame: int, height: float) -> bool:
     """Whether feet and pelvis rise alike by a height around a frame, in 0.2 s."""
     half = max(1, round(0.15 * m.fps))
     a, b = max(0, frame - half), min(m.n - 1, frame + half)
-    rise = m.x[b, [P["l_toe"], P["r_toe"], P["l_hip"]], 1] - m.x[a, [P["l_toe"], P["r_toe"], P["l_hip"]], 1]
+    rise = (
+        m.x[b, [P["l_toe"], P["r_toe"], P["l_hip"]], 1]
+        - m.x[a, [P["l_toe"], P["r_toe"], P["l_hip"]], 1]
+    )
     return bool((rise / height > 0.6).all() and (rise / height < 1.4).all()) and abs(height) < 0.3
 
 
@@ -313,16 +318,14 @@ def _finding(
     part: str,
     place: FloatArray,
     box: Box | None,
-    group: str = NEEDS,
+    family: str = NEEDS,
 ) -> Finding:
     """A finding between two frames."""
     x, y, z = (float(c) for c in place)
     threshold = OUTSIDE if kind == "leans" else CLEAR
     a, b = start / m.fps, end / m.fps
     said = f"{said}, {times(a, b)}"
-    return Finding(
-        kind, group, a, b, measure, "m", threshold * m.k, part, said, (x, y, z), box
-    )
+    return Finding(kind, family, a, b, measure, "m", threshold * m.k, part, said, (x, y, z), box)
 
 
 def _merged(found: list[Finding]) -> list[Finding]:
@@ -331,7 +334,12 @@ def _merged(found: list[Finding]) -> list[Finding]:
     for each in sorted(found, key=lambda f: (f.kind, f.start)):
         last = out[-1] if out else None
         same = last is not None and last.kind == each.kind and last.part == each.part
-        if last is not None and same and each.start - last.end < 0.5 and abs(each.measure - last.measure) < 0.07:
+        if (
+            last is not None
+            and same
+            and each.start - last.end < 0.5
+            and abs(each.measure - last.measure) < 0.07
+        ):
             a, b = last.start, max(last.end, each.end)
             said = f"{last.sentence.rsplit(', ', 1)[0]}, {times(a, b)}"
             out[-1] = replace(last, end=b, sentence=said)

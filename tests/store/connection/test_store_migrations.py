@@ -96,6 +96,8 @@ def test_a_database_that_two_versions_wrote_stays_sound(
 
 
 _WITHOUT_PLACES = """
+    DROP TABLE finding;
+    DROP TABLE capture_quality;
     DROP TABLE known_file;
     ALTER TABLE segment_score DROP scores_at;
     DROP TABLE parquet_file;
@@ -103,7 +105,7 @@ _WITHOUT_PLACES = """
     ALTER TABLE source DROP data_at;
     ALTER TABLE source DROP skeleton_data_at;
     UPDATE meta SET value = '5' WHERE key = 'schema';
-"""  # From the tables of version 8 to those of version 5
+"""  # From the tables of version 9 to those of version 5
 _FORMER_SEGMENTS = """
     ALTER TABLE segment ADD COLUMN ordinal BIGINT;
     UPDATE segment SET ordinal = n FROM (SELECT capture_id AS c, start_frame AS f,
