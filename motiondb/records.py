@@ -268,7 +268,7 @@ class CaptureInfo:
     """What is unusual in the file."""
 
 
-NEEDS = "needs"  # Family of findings: something that was not captured: furniture, a bar, a partner, a treadmill
+NEEDS = "needs"  # Family of findings: a thing that was not captured, a partner, a treadmill
 FAULT = "fault"  # Not as a body moves
 FILE = "file"  # Not the unit or the rate that the file says
 
@@ -290,7 +290,7 @@ class Finding:
     kind: str
     """Such as "sits", "stands on", "hangs", "jumps", "frozen", "rate"."""
     family: str
-    """"needs", "fault" or "file"."""
+    """One of ``NEEDS``, ``FAULT`` and ``FILE``."""
     start: float
     """Seconds from the beginning of the capture."""
     end: float
@@ -307,8 +307,8 @@ class Finding:
     """The finding in words."""
     place: tuple[float, float, float] | None = None
     """Of the part, x, y, z in metres, y up; None: everywhere."""
-    box: Box | None = None
-    """What has to stand there, where a place is known."""
+    boxes: tuple[Box, ...] = ()
+    """What has to stand there, where a place is known; a box a step."""
 
 
 @dataclass(frozen=True, eq=False)

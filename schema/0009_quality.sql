@@ -20,7 +20,7 @@ CREATE TABLE finding (
     part VARCHAR NOT NULL,
     sentence VARCHAR NOT NULL,
     place DOUBLE[],
-    box DOUBLE[],
+    boxes DOUBLE[] NOT NULL,
     run_id BIGINT NOT NULL REFERENCES run (run_id),
     PRIMARY KEY (capture_id, ordinal)
 );

@@ -158,7 +158,7 @@ CREATE TABLE finding (
     part VARCHAR NOT NULL,                  -- of the body
     sentence VARCHAR NOT NULL,
     place DOUBLE[],                         -- x, y, z, metres, y up; NULL: everywhere
-    box DOUBLE[],                           -- centre, then whole sizes; NULL: none
+    boxes DOUBLE[] NOT NULL,                -- of each in turn: centre, then whole sizes
     run_id BIGINT NOT NULL REFERENCES run (run_id),
     PRIMARY KEY (capture_id, ordinal)
 );

@@ -25,6 +25,7 @@ _WIDTH, _LEFT, _RIGHT, _HIGH, _LANE, _AXIS, _TITLE = 12.0, 0.75, 0.25, 2.2, 0.21
 _N_FIGURES = 14
 _GHOST = "#E8A15C"
 _LIMBS = [bone for bone in BONES if max(bone) < len(body.JOINTS)]
+_LIMBS.append((body.INDEX["neck"], body.INDEX["head"]))
 _SAID = 6.0  # Shortest time, of 12, over which a sentence is written in its bar
 
 
@@ -55,7 +56,7 @@ def _draw_figures(axes: Axes, points: FloatArray, fps: float, quality: Quality) 
     from matplotlib.collections import LineCollection
     from matplotlib.patches import Rectangle
 
-    known = np.isfinite(points).all(axis=(1, 2))
+    known = np.asarray(np.isfinite(points).all(axis=(1, 2)))
     azimuth = best_azimuth(points[known]) if known.any() else 0.0
     right = np.array([np.cos(azimuth), 0.0, -np.sin(azimuth)])
     n = min(_N_FIGURES, len(points))
@@ -100,9 +101,8 @@ def _boxes(
     """Left edge, lower edge, width and height of the boxes at a time, as a camera sees them."""
     out = []
     for each in findings:
-        if each.box is None or not each.start <= time < each.end:
-            continue
-        half = float(np.abs(right) @ np.array(each.box.size)) / 2.0
-        x, y, high = float(np.array(each.box.centre) @ right), each.box.centre[1], each.box.size[1]
-        out.append((x - half, y - high / 2.0, 2.0 * half, high))
+        for box in each.boxes if each.start <= time < each.end else ():
+            half = float(np.abs(right) @ np.array(box.size)) / 2.0
+            x, y, high = float(np.array(box.centre) @ right), box.centre[1], box.size[1]
+            out.append((x - half, y - high / 2.0, 2.0 * half, high))
     return out

@@ -38,17 +38,15 @@ def to_values(findings: Sequence[Finding], up: str) -> list[dict[str, object]]:
             "size": list(box.size),
         }
         for f in findings
-        if f.box is not None
-        for box in [turned(f.box, up)]
+        for box in (turned(each, up) for each in f.boxes)
     ]
 
 
 def to_mjcf(findings: Sequence[Finding], up: str, name: str) -> str:
     """The boxes as fixed geoms of an MJCF model, whose sizes are half lengths."""
     lines = [f"<mujoco model={quoteattr(name)}>", "  <worldbody>"]
-    for number, each in enumerate(f for f in findings if f.box is not None):
-        assert each.box is not None
-        box = turned(each.box, up)
+    for number, (each, room) in enumerate((f, box) for f in findings for box in f.boxes):
+        box = turned(room, up)
         place = " ".join(f"{c:.4f}" for c in box.centre)
         half = " ".join(f"{c / 2.0:.4f}" for c in box.size)
         lines.append(f"    <!-- {each.sentence.replace('--', '-')} -->")

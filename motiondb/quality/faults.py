@@ -76,13 +76,12 @@ def _jumps(m: Measured) -> list[Finding]:
     e[_near(seam)] = 0.0
     bad = (e > joint) | _there_and_back(m)
     lengths, limbs = _bones(m)
-    for number, (_, end) in enumerate(_LIMBS):
-        bad[:, end] |= limbs[:, number]
-        e[:, end] = np.maximum(e[:, end], np.where(limbs[:, number], lengths[:, number], 0.0))
+    for limb, (_, end) in enumerate(_LIMBS):
+        bad[:, end] |= limbs[:, limb]
+        e[:, end] = np.maximum(e[:, end], np.where(limbs[:, limb], lengths[:, limb], 0.0))
     bad[_near(seam)] = False
-    for number in np.flatnonzero(bad.any(axis=0)):
-        if body.JOINTS[number].endswith("collar"):
-            continue  # it is estimated from neck and shoulder
+    bad[:, [I["l_collar"], I["r_collar"]]] = False  # estimated from neck and shoulder
+    for number in np.flatnonzero(bad.any(axis=0)).tolist():
         for a, b in joined(runs(bad[:, number]), 0.25 * m.fps):
             size = float(e[a:b, number].max())
             name = body.JOINTS[number]
@@ -276,7 +275,8 @@ def stances(m: Measured) -> tuple[FloatArray, FloatArray]:
         h, v = m.h[:, feet], m.v[:, feet][..., [0, 2]]
         change = np.linalg.norm(np.gradient(v, axis=0), axis=-1)
         change = np.where(h < 0.035 * m.k, change, np.inf)
-        for a, b in long_runs((h < 0.035 * m.k).any(axis=1), 0.12 * m.fps):
+        down = np.asarray((h < 0.035 * m.k).any(axis=1))
+        for a, b in long_runs(down, 0.12 * m.fps):
             for piece in np.array_split(np.arange(a, b), max(1, round((b - a) / m.fps))):
                 best = piece[np.argsort(change[piece].min(axis=1))[: max(1, len(piece) // 4)]]
                 foot = change[best].argmin(axis=1)

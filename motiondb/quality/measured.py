@@ -216,7 +216,7 @@ def measure(points: FloatArray, fps: float, has_toes: bool = True) -> Measured |
     """
     step = max(1, round(fps / MOST_FPS))
     kept = np.asarray(points[::step], dtype=np.float64)
-    seen = np.isfinite(kept).all(axis=2)
+    seen = np.asarray(np.isfinite(kept).all(axis=2))
     if len(kept) < 8 or not seen.any(axis=0).all() or not seen.all(axis=1).any():
         return None
     missing = np.asarray(~seen.all(axis=1))

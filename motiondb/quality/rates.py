@@ -12,8 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from motiondb.body.features import runs
-from motiondb.quality.measured import Measured
-from motiondb.records import FILE, Finding
+from motiondb.quality.measured import Measured, measure
+from motiondb.records import FILE, Finding, FloatArray
 
 G = 9.81
 LEGS = (0.40, 1.2)  # Metres: children of two years to the tallest
@@ -76,6 +76,12 @@ def flights(m: Measured) -> tuple[tuple[float, float], ...]:
     return tuple(out)
 
 
+def measured_flights(points: FloatArray, fps: float) -> tuple[tuple[float, float], ...]:
+    """Flights of joints (frames, 21, 3), metres, y up, as :func:`flights`."""
+    m = measure(points, fps)
+    return () if m is None or not LEGS[0] <= m.leg <= LEGS[1] else flights(m)
+
+
 def speed_of(rows: Sequence[tuple[float, float]]) -> tuple[float, float] | None:
     """The speed at which flights play, and how far it may be wrong; None if they do not agree.
 
@@ -122,7 +128,7 @@ def falls(m: Measured) -> list[Finding]:
     pull = float(np.percentile(-m.com_fit[2][:, 1], 99)) / G
     if pull < FALLS:
         return []
-    words = f"the body falls with {pull * G:.0f} m/s2, faster than gravity lets it: the rate may be too high"
+    words = f"the body falls with {pull * G:.0f} m/s2, faster than it can: is the rate too high?"
     return [Finding("falls", FILE, 0.0, m.n / m.fps, pull * G, "m/s2", FALLS * G, "body", words)]
 
 

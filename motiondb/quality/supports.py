@@ -13,6 +13,7 @@ The centre of pressure is that of a point mass: c = (x, z) - (y - floor) a / (g 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -214,7 +215,7 @@ def _heights(m: Measured, feet: list[_Held]) -> list[list[_Held]]:
     """Places of feet by height: those that lie within 9 cm are one."""
     groups = [[each] for each in feet]
     while len(groups) > 1:
-        gaps = [_level(b) - _level(a) for a, b in zip(groups, groups[1:])]
+        gaps = [_level(b) - _level(a) for a, b in pairwise(groups)]
         at = int(np.argmin(gaps))
         if gaps[at] > 0.09 * m.k:
             break
@@ -241,12 +242,17 @@ def _on_feet(m: Measured, feet: list[_Held], hands: list[_Held]) -> Finding:
         said = f"climbs {'rungs' if kind == 'ladder' else 'steps'} {heights} cm high"
     elif _rises_whole(m, start, levels[0]) or _rises_whole(m, end, -levels[0]):
         kind, said = "floats", f"floats {_cm(levels[0])} over the floor"
-        return _finding(m, kind, said, start, end, levels[0], "feet", top[0].place, None, FAULT)
-    places = np.array([f.place for f in top])
-    middle = places.mean(axis=0)
-    size = np.maximum(np.ptp(places, axis=0)[[0, 2]], 0.1) + 0.3 * m.k
-    box = _box(m, middle, levels[-1], size)
-    return _finding(m, kind, said, start, end, levels[-1], "feet", middle, box)
+        return _finding(m, kind, said, (start, end), levels[0], "feet", top[0].place, (), FAULT)
+    boxes = tuple(_step(m, group) for group in groups)
+    return _finding(m, kind, said, (start, end), levels[-1], "feet", top[0].place, boxes)
+
+
+def _step(m: Measured, feet: list[_Held]) -> Box:
+    """A box under places of feet of one height; those of the place where they rest longest."""
+    longest = max(feet, key=lambda each: each.frames).place
+    places = np.array([f.place for f in feet if np.hypot(*(f.place - longest)[[0, 2]]) < 0.6 * m.k])
+    size = np.maximum(np.ptp(places, axis=0)[[0, 2]], 0.1) + 0.2 * m.k
+    return _box(m, (places.min(axis=0) + places.max(axis=0)) / 2.0, _level(feet), size)
 
 
 def _is_steep(groups: list[list[_Held]]) -> bool:
@@ -271,7 +277,7 @@ def _sits(m: Measured, seat: _Held) -> Finding:
     box = _box(m, seat.place, seat.height, np.array([0.42, 0.42]) * max(m.k, 0.7))
     kind = "lies" if seat.lies else "sits"
     said = f"{kind} on something {_cm(seat.height)} high"
-    return _finding(m, kind, said, seat.start, seat.end, seat.height, "seat", seat.place, box)
+    return _finding(m, kind, said, (seat.start, seat.end), seat.height, "seat", seat.place, (box,))
 
 
 def _by_hands(m: Measured, hands: list[_Held]) -> Finding:
@@ -285,9 +291,9 @@ def _by_hands(m: Measured, hands: list[_Held]) -> Finding:
         start, end = min(h.start for h in hanging), max(h.end for h in hanging)
     else:
         kind, said = "holds", f"holds on to something at {best.height:.2f} m"
-    at = tuple(float(c) for c in best.place)
-    box = Box(at, (0.6, 0.05, 0.6) if kind == "holds" else (0.8, 0.05, 0.8))
-    return _finding(m, kind, said, start, end, best.height, "hands", best.place, box)
+    x, y, z = (float(c) for c in best.place)
+    box = Box((x, y, z), (0.6, 0.05, 0.6) if kind == "holds" else (0.8, 0.05, 0.8))
+    return _finding(m, kind, said, (start, end), best.height, "hands", best.place, (box,))
 
 
 def _held(m: Measured, start: int, end: int, aloft: bool) -> Finding:
@@ -296,10 +302,10 @@ def _held(m: Measured, start: int, end: int, aloft: bool) -> Finding:
     if aloft:
         height = float(np.median(m.low[start:end]))
         said = f"is held {_cm(height)} over the floor by something or somebody, or floats"
-        return _finding(m, "held", said, start, end, height, "body", pelvis, None)
+        return _finding(m, "held", said, (start, end), height, "body", pelvis)
     out = float(outside(m)[start:end].mean())
     said = f"leans on something or somebody, {_cm(out)} out of balance"
-    return _finding(m, "leans", said, start, end, out, "body", pelvis, None)
+    return _finding(m, "leans", said, (start, end), out, "body", pelvis)
 
 
 def _box(m: Measured, place: FloatArray, height: float, size: FloatArray) -> Box:
@@ -308,24 +314,23 @@ def _box(m: Measured, place: FloatArray, height: float, size: FloatArray) -> Box
     return Box(centre, (float(size[0]), height, float(size[1])))
 
 
-def _finding(
+def _finding(  # noqa: PLR0913  the fields of a finding
     m: Measured,
     kind: str,
     said: str,
-    start: int,
-    end: int,
+    frames: tuple[int, int],
     measure: float,
     part: str,
     place: FloatArray,
-    box: Box | None,
+    boxes: tuple[Box, ...] = (),
     family: str = NEEDS,
 ) -> Finding:
     """A finding between two frames."""
     x, y, z = (float(c) for c in place)
-    threshold = OUTSIDE if kind == "leans" else CLEAR
-    a, b = start / m.fps, end / m.fps
-    said = f"{said}, {times(a, b)}"
-    return Finding(kind, family, a, b, measure, "m", threshold * m.k, part, said, (x, y, z), box)
+    threshold = (OUTSIDE if kind == "leans" else CLEAR) * m.k
+    span = frames[0] / m.fps, frames[1] / m.fps
+    said = f"{said}, {times(*span)}"
+    return Finding(kind, family, *span, measure, "m", threshold, part, said, (x, y, z), boxes)
 
 
 def _merged(found: list[Finding]) -> list[Finding]:

@@ -40,24 +40,23 @@ def quality_of(
     lacking = [info for info in infos if info.capture_id not in known]
     problems: list[str] = []
     made: dict[int, Quality] = {}
-    if lacking:
-        run_id = None
-        for done, info in enumerate(lacking):
-            if progress is not None:
-                progress("measuring", done, len(lacking))
-            try:
-                made[info.capture_id] = _measured(session, info)
-            except MotionDBError as error:
-                problems.append(f"{info.name}: {error}")
-            if len(made) >= _AT_ONCE or (made and info is lacking[-1]):
-                run_id = _saved(session, made, run_id)
-                known |= made
-                made = {}
-        if made:
+    run_id: int | None = None
+    for done, info in enumerate(lacking):
+        if progress is not None:
+            progress("measuring", done, len(lacking))
+        try:
+            made[info.capture_id] = _measured(session, info)
+        except MotionDBError as error:
+            problems.append(f"{info.name}: {error}")
+        if len(made) >= _AT_ONCE:
             run_id = _saved(session, made, run_id)
             known |= made
-        if run_id is not None:
-            store.finish_run(session.store, run_id)
+            made = {}
+    if made:
+        run_id = _saved(session, made, run_id)
+        known |= made
+    if run_id is not None:
+        store.finish_run(session.store, run_id)
     found = {i.name: known[i.capture_id] for i in infos if i.capture_id in known}
     performers = {i.name: i.tags.get("performer") or _folder(i.name) for i in infos}
     return answers.QualityAnswer(
@@ -68,10 +67,10 @@ def quality_of(
     )
 
 
-def _saved(session: Session, made: Mapping[int, Quality], run_id: int | None) -> int:
+def _saved(session: Session, made: Mapping[int, Quality], run_id: int | None) -> int | None:
     """Save what was measured as part of one run, which is started with the first."""
     if session.store.read_only:
-        return -1 if run_id is None else run_id
+        return None
     with store.transaction(session.store):
         number = store.start_run(session.store, "quality") if run_id is None else run_id
         store.save_quality(session.store, made, number)

@@ -83,7 +83,8 @@ def remove_capture(store: Store, capture_id: int) -> None:
     """Remove a capture and everything that belongs to it, in one transaction.
 
     This includes its file, motion, tags, captions, events, relations, segments and findings; all
-    but the segments and findings go into the trash. Players of scenes whose motion it held stay, with ``capture_id`` -1.
+    but the segments and findings go into the trash. Players of scenes whose motion it held stay,
+    with ``capture_id`` -1.
     """
     with transaction(store) as connection:
         put_in_trash(store, capture_id)

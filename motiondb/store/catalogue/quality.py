@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ _COLUMNS = (
     "part",
     "sentence",
     "place",
-    "box",
+    "boxes",
 )  # Of a finding, in the order of the record's fields
 
 
@@ -46,7 +47,7 @@ def save_quality(store: Store, found: Mapping[int, Quality], run_id: int) -> Non
                 ],
             )
             for ordinal, finding in enumerate(quality.findings):
-                *values, place, box = vars(finding).values()
+                *values, place, boxes = vars(finding).values()
                 connection.execute(
                     f"INSERT INTO finding VALUES ({', '.join('?' * 14)})",
                     [
@@ -54,7 +55,7 @@ def save_quality(store: Store, found: Mapping[int, Quality], run_id: int) -> Non
                         ordinal,
                         *values,
                         None if place is None else list(place),
-                        None if box is None else [*box.centre, *box.size],
+                        [number for box in boxes for number in (*box.centre, *box.size)],
                         run_id,
                     ],
                 )
@@ -65,14 +66,18 @@ def load_quality(store: Store, captures: Iterable[int] | None = None) -> dict[in
     some = "" if captures is None else "WHERE capture_id IN (SELECT unnest($1))"
     chosen = [] if captures is None else [list(captures)]
     found: dict[int, list[Finding]] = {}
-    for number, *values, place, box in store.connection.execute(
+    for number, *values, place, boxes in store.connection.execute(
         f"SELECT capture_id, {', '.join(_COLUMNS)} FROM finding {some} "
         "ORDER BY capture_id, ordinal",
         chosen,
     ).fetchall():
         at = None if place is None else tuple(place)
-        room = None if box is None else Box(tuple(box[:3]), tuple(box[3:]))
-        found.setdefault(number, []).append(Finding(*values, at, room))
+        things = tuple(
+            Box(tuple(boxes[k : k + 3]), tuple(boxes[k + 3 : k + 6]))
+            for k in range(0, len(boxes), 6)
+        )
+        fields: list[Any] = [*values, at, things]
+        found.setdefault(number, []).append(Finding(*fields))
     rows = store.connection.execute(
         f"SELECT capture_id, seconds, untold, floor, flights FROM capture_quality {some} "
         "ORDER BY capture_id",
