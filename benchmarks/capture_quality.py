@@ -29,7 +29,8 @@ from motiondb.body.retarget import keypoints_of
 from motiondb.errors import MotionDBError
 from motiondb.files.formats import read_capture
 from motiondb.quality.assess import assess
-from motiondb.quality.rates import measured_flights, speed_of
+from motiondb.quality.measured import measure
+from motiondb.quality.rates import flights, speed_of
 from motiondb.records import FAULT, FILE, NEEDS, FloatArray, Quality
 
 DEVELOPMENT = {"01", "05", "07", "14", "16"}
@@ -375,9 +376,8 @@ def folder_rates(takes: list[Take]) -> list[list[str]]:
     for factor in (0.25, 0.5, 1.0, 2.0, 3.0):
         flown: dict[str, list[tuple[float, float]]] = {}
         for take in takes:
-            flown.setdefault(take.performer, []).extend(
-                measured_flights(take.points, take.fps * factor)
-            )
+            m = measure(take.points, take.fps * factor)
+            flown.setdefault(take.performer, []).extend(flights(m) if m else ())
         speeds = [speed_of(rows_) for rows_ in flown.values()]
         told = [each[0] / factor for each in speeds if each is not None]
         right = sum(abs(np.log(ratio)) < np.log(1.1) for ratio in told)
@@ -459,7 +459,8 @@ is taken, from which height a body floats, jumps there and back).
 ## Things that were not captured
 
 Captures whose captions name something ({", ".join(NEEDING)}), and
-others that are said to need something. Captions are a weak key: a dancer who is held by a partner counts as an alarm.
+others that are said to need something. Captions are a weak key: a dancer who is held by a partner
+counts as an alarm.
 
 {table(["captures", "found", "alarms", "which"], supported(takes))}
 ## Planted faults, at the rate of the files

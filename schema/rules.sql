@@ -145,6 +145,8 @@ SELECT count(*) FROM {table}
 -- {table}: expected rows of a finished run, found {} others.
 -- not quick
 -- | table
+-- | capture_quality
+-- | finding
 -- | segment
 -- | segment_score
 -- | grammar

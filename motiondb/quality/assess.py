@@ -8,7 +8,7 @@ from motiondb.quality.faults import faults
 from motiondb.quality.measured import Measured, measure
 from motiondb.quality.rates import LEAST_FLIGHTS, falls, flights, rate_finding, unit_findings
 from motiondb.quality.supports import supports
-from motiondb.records import FAULT, FILE, Finding, FloatArray, Quality
+from motiondb.records import Finding, FloatArray, Quality
 
 KEPT = 0.90
 KEPT_WITH = {
@@ -28,29 +28,13 @@ KEPT_WITH = {
     "through": 0.50,
     "unit": 0.01,
 }
-"""Probability that a second without findings, and with one, has no fault, where as many seconds have
-one as not: benchmarks/capture_quality.py, which has no gaps and no limbs in the trunk. Things that
-are needed do not lower it, nor does where the floor of the file is: one shift mends it."""
+"""Probability that a second without findings, and with one, has no fault, where as many seconds
+have one as not: benchmarks/capture_quality.py, which has no gaps and no limbs in the trunk. Things
+that are needed do not lower it, nor does where the floor of the file is: one shift mends it."""
 
 
 def assess(points: FloatArray, fps: float, has_toes: bool = True) -> Quality:
-    """Say what a capture lacks.
-
-    Parameters
-    ----------
-    points : array (frames, 21, 3), metres
-        Joints in the world of the capture, y up, at its own rate and in its own size; NaN where a
-        joint was not seen. Not on the canonical body.
-    fps : float
-        Frames a second.
-    has_toes : bool
-        Whether the file has toes, or they were estimated from the shin.
-
-    Returns
-    -------
-    Quality
-        Findings by their beginning, what cannot be told, and a number from 0 to 1 a second.
-    """
+    """Say what a capture lacks, from its joints (frames, 21, 3), metres, y up, NaN where unseen."""
     m = measure(points, fps, has_toes)
     n_seconds = max(1, int(np.ceil(len(points) / fps - 1e-9)))
     if m is None:

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from motiondb.body.features import runs
-from motiondb.quality.measured import Measured, measure
-from motiondb.records import FILE, Finding, FloatArray
+from motiondb.quality.measured import Measured
+from motiondb.records import FILE, Finding
 
 G = 9.81
 LEGS = (0.40, 1.2)  # Metres: children of two years to the tallest
@@ -74,12 +74,6 @@ def flights(m: Measured) -> tuple[tuple[float, float], ...]:
         if g > 0.0 and rises and fits and path > 0.03 * m.k and not m.missing[a:b].any():
             out.append((g, error))
     return tuple(out)
-
-
-def measured_flights(points: FloatArray, fps: float) -> tuple[tuple[float, float], ...]:
-    """Flights of joints (frames, 21, 3), metres, y up, as :func:`flights`."""
-    m = measure(points, fps)
-    return () if m is None or not LEGS[0] <= m.leg <= LEGS[1] else flights(m)
 
 
 def speed_of(rows: Sequence[tuple[float, float]]) -> tuple[float, float] | None:

@@ -25,8 +25,8 @@ def standing(seconds: float, fps: float = FPS, seed: int = 0) -> FloatArray:
             rest[joint] = rest[parent] + body.OFFSETS[joint]
     for s in "lr":
         shoulder = rest[I[f"{s}_shoulder"]]
-        rest[I[f"{s}_elbow"]] = [*shoulder, 0.0, -0.28, 0.02]
-        rest[I[f"{s}_wrist"]] = [*shoulder, 0.0, -0.52, 0.08]
+        rest[I[f"{s}_elbow"]] = shoulder + np.array([0.0, -0.28, 0.02])
+        rest[I[f"{s}_wrist"]] = shoulder + np.array([0.0, -0.52, 0.08])
     rest[:, 1] += body.LEG_LENGTH + body.ANKLE_HEIGHT
     t = np.arange(round(seconds * fps)) / fps
     phase = np.random.default_rng(seed).uniform(0.0, 6.0, (len(body.JOINTS), 3))
@@ -40,7 +40,7 @@ def sitting(p: FloatArray, height: float) -> FloatArray:
     q[..., 1] += height + 0.10 - 0.93
     for s in "lr":
         hip = q[:, I[f"{s}_hip"]]
-        q[:, I[f"{s}_knee"]] = [*hip, 0.0, 0.0, 0.43]
+        q[:, I[f"{s}_knee"]] = hip + np.array([0.0, 0.0, 0.43])
         q[:, I[f"{s}_ankle"]] = hip * [1.0, 0.0, 1.0] + [0.0, 0.08, 0.43 + 0.1]
         q[:, I[f"{s}_toe"]] = q[:, I[f"{s}_ankle"]] + [0.0, -0.06, 0.14]
     return q
@@ -84,7 +84,7 @@ def test_a_body_that_stands_or_jumps_lacks_nothing() -> None:
 
 @pytest.mark.parametrize("height", [0.35, 0.5, 0.7])
 def test_a_seat_is_told_with_height_time_and_place(height: float) -> None:
-    p = [*standing(8.0), 2.0, 0.0, 1.0]
+    p = standing(8.0) + np.array([2.0, 0.0, 1.0])
     found = only(assess(blended(p, sitting(p, height), 2.0, 6.0), FPS), "sits")
     assert found.measure == pytest.approx(height, abs=0.03)
     assert (found.start, found.end) == pytest.approx((2.0, 6.0), abs=0.3)
@@ -102,11 +102,11 @@ def test_a_seat_is_told_with_height_time_and_place(height: float) -> None:
 
 def test_one_who_hangs_is_told_at_the_height_of_the_hands() -> None:
     p = standing(8.0)
-    q = [*p, 0.0, 0.5, 0.0]
+    q = p + np.array([0.0, 0.5, 0.0])
     for s in "lr":
         shoulder = q[:, I[f"{s}_shoulder"]]
-        q[:, I[f"{s}_elbow"]] = [*shoulder, 0.0, 0.28, 0.0]
-        q[:, I[f"{s}_wrist"]] = [*shoulder, 0.0, 0.53, 0.0]
+        q[:, I[f"{s}_elbow"]] = shoulder + np.array([0.0, 0.28, 0.0])
+        q[:, I[f"{s}_wrist"]] = shoulder + np.array([0.0, 0.53, 0.0])
     swing = 0.3 * np.sin(2.0 * np.pi * np.arange(len(q)) / FPS)
     q[..., 2] += swing[:, None] * np.clip((2.2 - q[..., 1]) / 2.0, 0.0, 1.0)
     found = only(assess(blended(p, q, 2.0, 6.0), FPS), "hangs")
@@ -211,8 +211,8 @@ def test_a_rest_pose_before_the_take_is_told() -> None:
     pose = p[:1].copy()
     for s, sign in (("l", 1.0), ("r", -1.0)):
         shoulder = pose[:, I[f"{s}_shoulder"]]
-        pose[:, I[f"{s}_elbow"]] = [*shoulder, sign * 0.28, 0.0, 0.0]
-        pose[:, I[f"{s}_wrist"]] = [*shoulder, sign * 0.53, 0.0, 0.0]
+        pose[:, I[f"{s}_elbow"]] = shoulder + np.array([sign * 0.28, 0.0, 0.0])
+        pose[:, I[f"{s}_wrist"]] = shoulder + np.array([sign * 0.53, 0.0, 0.0])
     found = only(assess(np.concatenate([np.repeat(pose, 30, axis=0), p]), FPS), "rest pose")
     assert (found.start, found.end) == pytest.approx((0.0, 0.5), abs=0.02)
 
@@ -264,7 +264,7 @@ def test_a_sliding_quadratic_gives_the_derivatives_of_a_parabola() -> None:
 
 
 def test_boxes_leave_in_the_axes_of_the_file() -> None:
-    p = [*standing(8.0), 1.0, 0.0, 3.0]
+    p = standing(8.0) + np.array([1.0, 0.0, 3.0])
     findings = assess(blended(p, sitting(p, 0.5), 2.0, 6.0), FPS).findings
     ((row,),) = (boxes.to_values(findings, "z"),)
     x, y, z = row["centre"]  # type: ignore[misc]

@@ -40,7 +40,6 @@ def quality_of(
     lacking = [info for info in infos if info.capture_id not in known]
     problems: list[str] = []
     made: dict[int, Quality] = {}
-    run_id: int | None = None
     for done, info in enumerate(lacking):
         if progress is not None:
             progress("measuring", done, len(lacking))
@@ -49,14 +48,10 @@ def quality_of(
         except MotionDBError as error:
             problems.append(f"{info.name}: {error}")
         if len(made) >= _AT_ONCE:
-            run_id = _saved(session, made, run_id)
-            known |= made
+            known |= _saved(session, made)
             made = {}
     if made:
-        run_id = _saved(session, made, run_id)
-        known |= made
-    if run_id is not None:
-        store.finish_run(session.store, run_id)
+        known |= _saved(session, made)
     found = {i.name: known[i.capture_id] for i in infos if i.capture_id in known}
     performers = {i.name: i.tags.get("performer") or _folder(i.name) for i in infos}
     return answers.QualityAnswer(
@@ -67,14 +62,12 @@ def quality_of(
     )
 
 
-def _saved(session: Session, made: Mapping[int, Quality], run_id: int | None) -> int | None:
-    """Save what was measured as part of one run, which is started with the first."""
-    if session.store.read_only:
-        return None
-    with store.transaction(session.store):
-        number = store.start_run(session.store, "quality") if run_id is None else run_id
-        store.save_quality(session.store, made, number)
-    return number
+def _saved(session: Session, made: Mapping[int, Quality]) -> Mapping[int, Quality]:
+    """Save what was measured as a run of its own, where the database is not only read."""
+    if not session.store.read_only:
+        with store.running(session.store, "quality", {"captures": len(made)}) as run_id:
+            store.save_quality(session.store, made, run_id)
+    return made
 
 
 def _folder(name: str) -> str:
