@@ -9,6 +9,9 @@ motiondb add captures --words captions.tsv
 motiondb add take1 take2.bvh --prefix studio2/
 motiondb add cleaned --replace
 motiondb show ana/walk_1 --png walk.png
+motiondb quality
+motiondb quality ana/walk_1 --png lacks.png --boxes needs.json
+motiondb list --where 'quality > .8 and not needs'
 motiondb export ana/walk_1 -o walk.bvh
 motiondb export ana/walk_1 -o walk.npz
 motiondb export ana/walk_1 --from 1 --to 2.5 -o step.glb

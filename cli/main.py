@@ -22,6 +22,7 @@ COMMANDS = {
     "listing": ("list", "sql"),
     "archive": ("remove", "undo", "rename", "merge", "backup", "tags"),
     "learning": ("learn", "evaluate", "symbols"),
+    "quality": ("quality",),
     "search": ("search", "like", "describe", "compare", "batch"),
     "generation": ("generate", "join"),
     "words": ("words", "events"),

@@ -90,6 +90,8 @@ SELECT name FROM capture JOIN run r USING (run_id) JOIN source USING (sha256)
 -- | relation | capture_id | capture | capture_id
 -- | relation | other_id | capture | capture_id
 -- | generated_source | capture_id | capture | capture_id
+-- | capture_quality | capture_id | capture | capture_id
+-- | finding | capture_id | capture_quality | capture_id
 -- | same_file | capture_id | capture | capture_id
 -- | source | sha256 | capture | sha256
 -- | motion | poses_at.file_id | parquet_file | file_id
@@ -143,6 +145,8 @@ SELECT count(*) FROM {table}
 -- {table}: expected rows of a finished run, found {} others.
 -- not quick
 -- | table
+-- | capture_quality
+-- | finding
 -- | segment
 -- | segment_score
 -- | grammar

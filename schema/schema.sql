@@ -135,6 +135,34 @@ CREATE TABLE relation (
     PRIMARY KEY (capture_id, other_id, kind)
 );
 
+-- What captures lack, as `quality` found it; goes with its capture.
+CREATE TABLE capture_quality (
+    capture_id BIGINT PRIMARY KEY,
+    seconds DOUBLE[] NOT NULL,              -- a number from 0 to 1 for each second
+    untold VARCHAR[] NOT NULL,              -- sentences: what cannot be told
+    floor DOUBLE NOT NULL,                  -- height in the world of the capture, metres
+    flights DOUBLE[] NOT NULL,              -- gravity and its error, m/s2, of each flight in turn
+    run_id BIGINT NOT NULL REFERENCES run (run_id)
+);
+
+CREATE TABLE finding (
+    capture_id BIGINT NOT NULL,
+    ordinal BIGINT NOT NULL,
+    kind VARCHAR NOT NULL,                  -- 'sits', 'hangs', 'jumps', 'frozen', 'rate', ...
+    family VARCHAR NOT NULL CHECK (family IN ('needs', 'fault', 'file')),
+    start_s DOUBLE NOT NULL,
+    end_s DOUBLE NOT NULL,
+    measure DOUBLE NOT NULL,                -- in unit
+    unit VARCHAR NOT NULL,
+    threshold DOUBLE NOT NULL,              -- in unit
+    part VARCHAR NOT NULL,                  -- of the body
+    sentence VARCHAR NOT NULL,
+    place DOUBLE[],                         -- x, y, z, metres, y up; NULL: everywhere
+    boxes DOUBLE[] NOT NULL,                -- of each in turn: centre, then whole sizes
+    run_id BIGINT NOT NULL REFERENCES run (run_id),
+    PRIMARY KEY (capture_id, ordinal)
+);
+
 -- From which captures a generated one was made. Name, digest and licence are copied, so that they
 -- stay true when the source is removed.
 CREATE TABLE generated_source (

@@ -27,7 +27,18 @@ TREES = {
     if "node_modules" not in path.parts
 }
 MODULES = {path: tree for path, tree in TREES.items() if "tests" not in path.parts}
-PURE = ("body", "symbols", "language", "meaning", "learn", "search", "generate", "grammar", "scene")
+PURE = (
+    "body",
+    "quality",
+    "symbols",
+    "language",
+    "meaning",
+    "learn",
+    "search",
+    "generate",
+    "grammar",
+    "scene",
+)
 PURE_MODULES = {p: tree for p, tree in MODULES.items() if p.relative_to(ROOT).parts[1] in PURE}
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 

@@ -7,6 +7,9 @@ from .catalogue import (
     CaptureFacts as CaptureFacts,
 )
 from .catalogue import (
+    CaptureQuality as CaptureQuality,
+)
+from .catalogue import (
     Duplicates as Duplicates,
 )
 from .catalogue import (
@@ -23,6 +26,12 @@ from .catalogue import (
 )
 from .catalogue import (
     MatchFile as MatchFile,
+)
+from .catalogue import (
+    PerformerRate as PerformerRate,
+)
+from .catalogue import (
+    QualityAnswer as QualityAnswer,
 )
 from .catalogue import (
     SameFile as SameFile,
@@ -44,6 +53,9 @@ from .catalogue import (
 )
 from .catalogue import (
     TagRow as TagRow,
+)
+from .catalogue import (
+    capture_quality as capture_quality,
 )
 from .catalogue import (
     listed_capture as listed_capture,

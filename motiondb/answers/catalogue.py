@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from motiondb.answers.plain import OPTIONAL, SPREAD, extended
-from motiondb.records import Caption, CaptureInfo, DuplicateGroup, Event, Fit
+from motiondb.records import Caption, CaptureInfo, DuplicateGroup, Event, Finding, Fit, Quality
 from motiondb.tabled import Tabled
 
 
@@ -99,6 +99,7 @@ class CaptureFacts(Tabled):
     grammar: str | None = field(default=None, metadata=OPTIONAL)
     string: str | None = field(default=None, metadata=OPTIONAL)  # What the grammar derived
     activities: list[ShownActivity]
+    lacks: list[str] | None = field(default=None, metadata=OPTIONAL)  # Where it was measured
     png: Path | None = field(default=None, metadata=OPTIONAL)
     gif: Path | None = field(default=None, metadata=OPTIONAL)
 
@@ -116,6 +117,45 @@ class Exported:
     changes: tuple[str, ...] = ()  # What was done to the motion
     skeleton: Path | None = field(default=None, metadata=OPTIONAL)  # The ASF beside an AMC
     fit: Fit | None = field(default=None, metadata=OPTIONAL)  # How well a rig follows the motion
+
+
+@dataclass(frozen=True)
+class CaptureQuality:
+    """What a capture lacks; its findings stand beside any number."""
+
+    capture: str
+    quality: float  # Mean of the seconds
+    seconds: list[float]  # A number from 0 to 1 for each
+    findings: tuple[Finding, ...]
+    untold: tuple[str, ...]  # What cannot be told
+    png: Path | None = field(default=None, metadata=OPTIONAL)
+
+
+def capture_quality(name: str, quality: Quality) -> CaptureQuality:
+    """Return what the capture of a name lacks."""
+    seconds = [round(float(number), 3) for number in quality.seconds]
+    return CaptureQuality(name, round(quality.mean, 3), seconds, quality.findings, quality.untold)
+
+
+@dataclass(frozen=True)
+class PerformerRate:
+    """Whether captures of a performer (or of a folder) play at their true speed."""
+
+    performer: str
+    flights: int  # Jumps that were believed
+    speed: float | None  # 1: as it was; None: cannot be told
+    error: float | None  # Of the speed
+    sentence: str
+
+
+@dataclass(frozen=True)
+class QualityAnswer:
+    """What captures lack."""
+
+    captures: list[CaptureQuality]
+    performers: list[PerformerRate]
+    measured: int  # Captures that were measured now; of others it was known
+    problems: list[str]  # Captures that could not be measured
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -484,6 +484,58 @@ class Captures(Topic):
 
     def _motion(self, name: str) -> Motion:
         return store.load_motion(self.store, store.load_capture(self.store, name).capture_id)
+
+    def quality(
+        self,
+        where: Where = "",
+        again: bool = False,
+        progress: Callable[[str, float, float], None] | None = None,
+    ) -> answers.QualityAnswer:
+        """What captures lack: things they need, faults, wrong units and rates.
+
+        Captures are measured once, on their own skeletons, in metres and at their own rates; the
+        findings are kept with them.
+
+        Parameters
+        ----------
+        where : str or iterable of str
+            A filter, the name of a capture, or names.
+        again : bool
+            Whether to measure captures anew that were measured before.
+        progress : callable or None
+            Called with what is done, how much is done and how much there is.
+        """
+        from motiondb.database.catalogue import assessing
+
+        return assessing.quality_of(self.session, self._of(where), again, progress)
+
+    def write_boxes(self, where: Where, path: str | Path) -> Path:
+        """Write what captures need as boxes: .json, or .xml (MJCF) of one capture.
+
+        Metres, in the world of the capture's file. Captures are measured where they were not.
+        """
+        from motiondb.database.catalogue import assessing
+
+        infos = self._of(where)
+        self.quality([info.name for info in infos])
+        known = store.load_quality(self.store, [info.capture_id for info in infos])
+        found = {i.name: known[i.capture_id] for i in infos if i.capture_id in known}
+        assessing.write_boxes(self.session, found, Path(path))
+        return Path(path)
+
+    def draw_quality(self, name: str, path: str | Path | None = None) -> Path | Figure:
+        """Draw a capture at its places, with what it needs as boxes, as PNG."""
+        from motiondb.database.catalogue import assessing
+
+        return assessing.draw_quality(self.session, name, path)
+
+    def _of(self, where: Where) -> list[CaptureInfo]:
+        """The captures of a filter, or of the name that it is."""
+        if isinstance(where, str) and where.strip():
+            names = self.store.connection.column("SELECT name FROM capture")
+            if any(name == where or name.endswith(f"/{where}") for name in names):
+                return [store.load_capture(self.store, where)]
+        return self(where)
 
     def draw_reasons(
         self, answer: WordAnswer, path: str | Path | None = None, title: str = ""

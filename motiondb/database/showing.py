@@ -64,8 +64,18 @@ def describe_capture(session: Session, name: str) -> answers.CaptureFacts:
         notes=list(info.notes),
         segments=capture_segments(session, number) if store.is_learned(session.store) else [],
         activities=capture_activities(session, number),
+        lacks=_lacks(session, number),
         **made,
     )
+
+
+def _lacks(session: Session, capture_id: int) -> list[str] | None:
+    """What a capture lacks, in sentences; None where it was not measured."""
+    quality = store.load_quality(session.store, [capture_id]).get(capture_id)
+    if quality is None:
+        return None
+    said = [finding.sentence for finding in quality.findings]
+    return [f"quality {quality.mean:.2f}", *said, *quality.untold]
 
 
 def capture_segments(session: Session, capture_id: int) -> list[answers.ShownSegment]:

@@ -141,6 +141,12 @@ from .catalogue.names import (
 from .catalogue.parquet_files import (
     load_parquet_files as load_parquet_files,
 )
+from .catalogue.quality import (
+    load_quality as load_quality,
+)
+from .catalogue.quality import (
+    save_quality as save_quality,
+)
 from .catalogue.runs import (
     copy_run as copy_run,
 )

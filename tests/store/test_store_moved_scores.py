@@ -221,7 +221,8 @@ def test_damaged_scores_are_told_and_the_others_are_moved(
 def test_scores_of_version_6_come_to_today(learned: store.Store, tmp_path: Path) -> None:
     before = bits(learned)
     learned.connection.execute("ALTER TABLE segment_score DROP scores_at")
-    learned.connection.execute("DROP TABLE known_file")
+    for table in ("known_file", "finding", "capture_quality"):
+        learned.connection.execute(f"DROP TABLE {table}")
     learned.connection.execute("UPDATE meta SET value = '6' WHERE key = 'schema'")
     learned.close()
     with store.open_store(learned.path) as newer:

@@ -405,7 +405,8 @@ def test_a_database_of_version_5_takes_part(filled: store.Store, tmp_path: Path)
             filled.connection.execute(f"ALTER TABLE {schema}.{column}")
     filled.connection.execute("ALTER TABLE segment_score DROP scores_at")
     filled.connection.execute("DROP TABLE parquet_file")
-    filled.connection.execute("DROP TABLE known_file")
+    for table in ("known_file", "finding", "capture_quality"):
+        filled.connection.execute(f"DROP TABLE {table}")
     filled.connection.execute("UPDATE meta SET value = '5' WHERE key = 'schema'")
     filled.close()
     with store.opened_damaged(filled.path) as (opened, _):  # it stays as it is

@@ -20,11 +20,14 @@ from motiondb.files.safe_files import odd_kind
 from motiondb.records import Caption, CaptureInfo, Float32Array, Motion
 from motiondb.store.catalogue.annotations import load_captions, save_captions, save_tags
 from motiondb.store.catalogue.parquet_files import load_part
+from motiondb.store.catalogue.quality import load_measured
 from motiondb.store.catalogue.trash import OWN_TABLES, put_in_trash
 from motiondb.store.catalogue.where import (
     COLUMNS,
+    NOTHING,
     Filter,
     asks_captions,
+    asks_measured,
     matches,
     parse_where,
     with_columns,
@@ -79,15 +82,16 @@ def save_capture(
 def remove_capture(store: Store, capture_id: int) -> None:
     """Remove a capture and everything that belongs to it, in one transaction.
 
-    This includes its file, motion, tags, captions, events, relations and segments; all but the
-    segments go into the trash. Players of scenes whose motion it held stay, with ``capture_id`` -1.
+    This includes its file, motion, tags, captions, events, relations, segments and findings; all
+    but the segments and findings go into the trash. Players of scenes whose motion it held stay,
+    with ``capture_id`` -1.
     """
     with transaction(store) as connection:
         put_in_trash(store, capture_id)
         for table in OWN_TABLES:
             if table not in ("capture", "scene_player"):
                 connection.execute(f"DELETE FROM {table} WHERE capture_id = ?", [capture_id])
-        for table in ("segment", "segment_score"):
+        for table in ("segment", "segment_score", "finding", "capture_quality"):
             connection.execute(f"DELETE FROM {table} WHERE capture_id = ?", [capture_id])
         connection.execute(
             "UPDATE scene_player SET capture_id = -1 WHERE capture_id = ?", [capture_id]
@@ -121,7 +125,14 @@ def load_captures(store: Store, where: str | Sequence[Filter] = "") -> list[Capt
         return infos
     captions = load_captions(store) if asks_captions(filters) else {}
     texts = {number: [caption.words for caption in said] for number, said in captions.items()}
-    return [info for info in infos if matches(info, filters, texts.get(info.capture_id, ()))]
+    measured = load_measured(store, len(infos)) if asks_measured(filters) else {}
+    return [
+        info
+        for info in infos
+        if matches(
+            info, filters, texts.get(info.capture_id, ()), measured.get(info.capture_id, NOTHING)
+        )
+    ]
 
 
 @dataclass(frozen=True)

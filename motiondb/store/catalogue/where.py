@@ -5,13 +5,15 @@ An example is ``performer in (14, 16) and not (duration<2.5 or caption~walk)``. 
     filter      all {"or" all}
     all         single {"and" single}
     single      "not" single | "(" filter ")" | condition
-    condition   name operator value | name ["not"] "in" "(" value {"," value} ")"
+    condition   name operator value | name ["not"] "in" "(" value {"," value} ")" | "needs"
     operator    = != < <= > >= ~ !~         ~ means that the text contains the value
     value       text up to the next "and", "or" or closing parenthesis, or anything in quotes
 
 A name is a column of the catalogue, ``caption`` (the texts that people wrote about the capture), a
 tag (in quotes where it is like a word of the syntax: ``"in"=yes``), or a head of the catalogue's
-table where no tag has this name (``HEADS``). Two values are compared as numbers if both are
+table where no tag has this name (``HEADS``). So are ``quality``, the mean of the numbers of a
+capture's seconds, and ``finding``, the kinds and families of what it lacks; ``needs`` alone is
+``finding=needs``. Two values are compared as numbers if both are
 numbers, and otherwise as text without regard to case; ``~`` always compares text.
 
 A condition on captions holds if it holds for at least one caption of the capture. With ``!=``,
@@ -23,7 +25,7 @@ from __future__ import annotations
 
 import operator
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
@@ -49,6 +51,12 @@ CAPTION = "caption"
 HEADS = {"capture": "name", "length": "duration", "words": CAPTION, "frames": "n_frames"}
 """Heads that the table of captures has over its columns, with the names of the columns. A tag of
 the same name goes before them."""
+
+FINDING = "finding"
+MEASURED = {"quality": "//quality", FINDING: "//finding"}
+"""Names for what ``quality`` found, with those that conditions have where no tag is called so."""
+NOTHING: Mapping[str, Sequence[str]] = {}  # Of a capture of which nothing was asked
+_ALONE = ("needs",)  # Values of ``finding`` that are conditions by themselves
 
 _COMPARE: dict[str, Callable[[Any, Any], bool]] = {
     "=": operator.eq,
@@ -207,6 +215,11 @@ class _Reader:
         """Parse ``condition``: a comparison, or a name and the list of its values."""
         start = self.place
         is_quoted = self.kind() == "quoted"
+        if self.says(*_ALONE) and (
+            self.kind(1) == "end" or self.says("and", "or", offset=1) or self.next(1) == ")"
+        ):
+            self.place += 1
+            return Condition(FINDING, "=", self.next(-1).lower())
         self.place += is_quoted
         while (
             not is_quoted
@@ -299,9 +312,11 @@ def _with_columns(each: Filter, known: Sequence[str]) -> Filter:
         return each
     if each.name.casefold() in HEADS:
         return replace(each, name=HEADS[each.name.casefold()])
+    if each.name.casefold() in MEASURED:
+        return replace(each, name=MEASURED[each.name.casefold()])
     raise QueryError(
         f"filter on {each.name!r}: expected one of {', '.join(known)}, found no such "
-        f"column or tag.{suggestion(each.name, (*known, *HEADS))}"
+        f"column or tag.{suggestion(each.name, (*known, *HEADS, *MEASURED))}"
     )
 
 
@@ -310,17 +325,34 @@ def asks_captions(filters: Iterable[Filter]) -> bool:
     return any(condition.name == CAPTION for condition in conditions_of(filters))
 
 
-def matches(info: CaptureInfo, filters: Sequence[Filter], captions: Sequence[str] = ()) -> bool:
-    """Whether a capture satisfies all filters."""
-    return all(_fulfils(info, each, captions) for each in filters)
+def asks_measured(filters: Iterable[Filter]) -> bool:
+    """Whether any of the filters, as ``with_columns`` gives them, tests what ``quality`` found."""
+    return any(condition.name in MEASURED.values() for condition in conditions_of(filters))
 
 
-def _fulfils(info: CaptureInfo, each: Filter, captions: Sequence[str]) -> bool:
+def matches(
+    info: CaptureInfo,
+    filters: Sequence[Filter],
+    captions: Sequence[str] = (),
+    measured: Mapping[str, Sequence[str]] = NOTHING,
+) -> bool:
+    """Whether a capture satisfies all filters; `measured`: the values of ``MEASURED``."""
+    return all(_fulfils(info, each, captions, measured) for each in filters)
+
+
+def _fulfils(
+    info: CaptureInfo,
+    each: Filter,
+    captions: Sequence[str],
+    measured: Mapping[str, Sequence[str]],
+) -> bool:
     if isinstance(each, Condition):
+        if each.name in measured:
+            return _holds(measured[each.name], each)
         return _holds(_values(info, each.name, captions), each)
     if isinstance(each, NoneOf):
-        return not matches(info, each.filters, captions)
-    return any(matches(info, alternative, captions) for alternative in each.alternatives)
+        return not matches(info, each.filters, captions, measured)
+    return any(matches(info, one, captions, measured) for one in each.alternatives)
 
 
 def _values(info: CaptureInfo, name: str, captions: Sequence[str]) -> Sequence[str]:

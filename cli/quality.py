@@ -1,0 +1,86 @@
+"""Command quality: what captures lack."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import motiondb
+from motiondb import answers
+from motiondb.cli import options, printing
+
+app = options.Commands()
+
+
+def _boxes_name(path: Path | None) -> Path | None:
+    """Check the name of a file of boxes."""
+    options.check_ending(path, (".json", ".xml"))
+    return options.output_name(path)
+
+
+@app.command()
+def quality(
+    shared: options.Shared,
+    where: Annotated[
+        str,
+        typer.Argument(metavar="[FILTER]", help="The captures, as for --where, or a name."),
+    ] = "",
+    again: Annotated[
+        bool, typer.Option("--again", help="Measure anew what was measured before.")
+    ] = False,
+    boxes: Annotated[
+        Path | None,
+        typer.Option(
+            "--boxes",
+            callback=_boxes_name,
+            help="Write what the captures need as boxes into this file (.json; .xml of one).",
+        ),
+        options.WRITTEN,
+    ] = None,
+    png: Annotated[
+        Path | None,
+        options.picture("Draw one capture with what it needs into this file (.png)."),
+        options.WRITTEN,
+    ] = None,
+) -> None:
+    """Say what captures lack: things they need, faults, wrong units and rates.
+
+    Captures are measured once, and the findings are kept. Then filters know `quality`, `finding`
+    and `needs`: --where "quality > .8 and not needs".
+    """
+    with shared.database(writing=True) as base:
+        with printing.progress(shared) as tell:
+            answer = base.captures.quality(where, again, tell)
+        if png:
+            if len(answer.captures) != 1:
+                raise motiondb.QueryError(
+                    f"{png}: expected one capture to draw, found {len(answer.captures)}. Name one."
+                )
+            base.captures.draw_quality(answer.captures[0].capture, png)
+        if boxes:
+            base.captures.write_boxes([each.capture for each in answer.captures], boxes)
+    if not printing.as_json(shared, answer):
+        _print(answer)
+        printing.say_pictures(png, boxes)
+    printing.refuse(answer.problems)
+
+
+def _print(answer: answers.QualityAnswer) -> None:
+    """Print a line a finding; what cannot be told of one capture, or of how many."""
+    for each in answer.captures:
+        for finding in each.findings:
+            printing.say(f"{each.capture}: {finding.sentence}")
+    if len(answer.captures) == 1:
+        printing.say(
+            *(f"{answer.captures[0].capture}: {said}" for said in answer.captures[0].untold)
+        )
+    else:
+        printing.say(*(rate.sentence for rate in answer.performers))
+    lacking = sum(bool(each.findings) for each in answer.captures)
+    needing = sum(any(f.family == "needs" for f in each.findings) for each in answer.captures)
+    printing.say(
+        f"{printing.number(len(answer.captures), 'capture')}, {answer.measured} measured now; "
+        f"{lacking} with findings, {needing} of them need something that was not captured"
+    )

@@ -1,0 +1,150 @@
+"""What captures lack: measured when it is asked for, kept with the captures, and told."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from motiondb import answers, pictures, store
+from motiondb.body.joint_names import joint_map
+from motiondb.body.retarget import keypoints_of, up_axis
+from motiondb.database.catalogue.exporting import load_clip
+from motiondb.errors import MotionDBError, QueryError
+from motiondb.files.safe_files import output_file
+from motiondb.quality import boxes
+from motiondb.quality.assess import assess
+from motiondb.quality.measured import MOST_FPS
+from motiondb.quality.rates import performer_rate
+from motiondb.records import CaptureInfo, Clip, FloatArray, Quality
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from motiondb.database.session import Session
+
+Progress = Callable[[str, float, float], None]
+_AT_ONCE = 100  # Captures that are saved together: what was measured is kept if it is interrupted
+
+
+def quality_of(
+    session: Session,
+    infos: Sequence[CaptureInfo],
+    again: bool = False,
+    progress: Progress | None = None,
+) -> answers.QualityAnswer:
+    """Measure captures of which nothing is known, or all again, and tell of all."""
+    known = {} if again else store.load_quality(session.store, [i.capture_id for i in infos])
+    lacking = [info for info in infos if info.capture_id not in known]
+    problems: list[str] = []
+    made: dict[int, Quality] = {}
+    for done, info in enumerate(lacking):
+        if progress is not None:
+            progress("measuring", done, len(lacking))
+        try:
+            made[info.capture_id] = _measured(session, info)
+        except MotionDBError as error:
+            problems.append(f"{info.name}: {error}")
+        if len(made) >= _AT_ONCE:
+            known |= _saved(session, made)
+            made = {}
+    if made:
+        known |= _saved(session, made)
+    found = {i.name: known[i.capture_id] for i in infos if i.capture_id in known}
+    performers = {i.name: i.tags.get("performer") or _folder(i.name) for i in infos}
+    return answers.QualityAnswer(
+        [answers.capture_quality(name, each) for name, each in found.items()],
+        _rates(found, performers),
+        len(lacking) - len(problems),
+        problems,
+    )
+
+
+def _saved(session: Session, made: Mapping[int, Quality]) -> Mapping[int, Quality]:
+    """Save what was measured as a run of its own, where the database is not only read."""
+    if not session.store.read_only:
+        with store.running(session.store, "quality", {"captures": len(made)}) as run_id:
+            store.save_quality(session.store, made, run_id)
+    return made
+
+
+def _folder(name: str) -> str:
+    return name.rpartition("/")[0]
+
+
+def _measured(session: Session, info: CaptureInfo) -> Quality:
+    """Measure one capture on its own skeleton, in its own size, at its own rate."""
+    clip, points, has_toes = load_points(session, info)
+    return assess(points, clip.fps, has_toes)
+
+
+def load_points(session: Session, info: CaptureInfo) -> tuple[Clip, FloatArray, bool]:
+    """A stored clip of at most about 60 frames a second, its joints, and whether it has toes.
+
+    Joints (frames, 21, 3), metres, y up.
+    """
+    clip = load_clip(session, info.name)
+    step = max(1, round(clip.fps / MOST_FPS))
+    if step > 1:
+        moved = clip.joint_positions
+        clip = replace(
+            clip,
+            fps=clip.fps / step,
+            local_rotations=clip.local_rotations[::step],
+            root_positions=clip.root_positions[::step],
+            joint_positions=None if moved is None else moved[::step],
+        )
+    roles = joint_map(clip.skeleton, user_map(session, info))
+    return clip, keypoints_of(clip, roles)[0], {"l_toe", "r_toe"} <= roles.keys()
+
+
+def user_map(session: Session, info: CaptureInfo) -> dict[str, str] | None:
+    """The joint map with which a capture was added."""
+    runs = {run.run_id: run for run in store.load_runs(session.store)}
+    added = runs[info.run_id].parameters.get("joint_map")
+    return {str(k): str(v) for k, v in added.items()} if isinstance(added, dict) else None
+
+
+def _rates(
+    found: Mapping[str, Quality], performers: Mapping[str, str]
+) -> list[answers.PerformerRate]:
+    """The speed at which the captures of each performer play."""
+    flights: dict[str, list[tuple[float, float]]] = {}
+    for name, quality in found.items():
+        flights.setdefault(performers[name], []).extend(quality.flights)
+    out = []
+    for whose, rows in flights.items():
+        speed, error, said = performer_rate(rows, whose)
+        out.append(answers.PerformerRate(whose, len(rows), speed, error, said))
+    return out
+
+
+def write_boxes(session: Session, found: Mapping[str, Quality], path: Path) -> None:
+    """Write the boxes of captures as JSON, or of one as MJCF, in the world of its file."""
+    if path.suffix.lower() == ".xml" and len(found) != 1:
+        raise QueryError(
+            f"{path}: expected one capture for boxes as MJCF, found {len(found)}. "
+            "Name one, or write .json."
+        )
+    rows, text = [], ""
+    for name, quality in found.items():
+        info = store.load_capture(session.store, name)
+        up = up_axis(load_clip(session, name), user_map(session, info))
+        if path.suffix.lower() == ".xml":
+            text = boxes.to_mjcf(quality.findings, up, name)
+        rows.append(
+            {"capture": name, "up": up, "unit": "m", "boxes": boxes.to_values(quality.findings, up)}
+        )
+    with output_file(path) as draft:
+        draft.write_text(text or json.dumps(rows, indent=1), encoding="utf-8")
+
+
+def draw_quality(session: Session, name: str, path: str | Path | None) -> Path | Figure:
+    """Figures of a capture over the floor with what it needs as boxes, and its findings."""
+    info = store.load_capture(session.store, name)
+    known = store.load_quality(session.store, [info.capture_id]).get(info.capture_id)
+    clip, points, has_toes = load_points(session, info)
+    quality = known or assess(points, clip.fps, has_toes)
+    return pictures.save_png(pictures.ghosts_figure(points, clip.fps, quality, info.name), path)

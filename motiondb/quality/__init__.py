@@ -1,0 +1,1 @@
+"""What a capture lacks: things it needs, faults, wrong units and rates."""

@@ -1,0 +1,358 @@
+"""What is not as a body moves: jumps, swaps, frozen frames, noise, slides, and the like.
+
+Jumps are told from accelerations, so their threshold in metres grows with the square of the time
+between frames: a step of 12 cm that the steps around it do not explain is 430 m/s2 at 60 frames a
+second, more than any joint of a person reaches; at 30 a second a punch reaches it. Where a jump
+also changes the length of a bone, it is told at any rate.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from motiondb.body import body
+from motiondb.body.features import runs
+from motiondb.quality.finding import times
+from motiondb.quality.measured import I, Measured, P, joined, long_runs
+from motiondb.records import FAULT, NEEDS, BoolArray, Finding, FloatArray
+
+ROOT_STEP, ROOT_ACCELERATION = 0.06, 100.0
+JOINT_STEP, JOINT_ACCELERATION = 0.08, 400.0
+BONE = 0.06
+BACK = 0.14
+SWAP, SWAP_SHARE = 0.20, 0.4
+FROZEN, FROZEN_SECONDS = 2e-6, 0.1
+NOISE = 0.0045
+POSE_SECONDS = 0.15
+SINKS, SINKS_SECONDS = 0.06, 0.15
+SLIDES, TREADMILL = 0.13, 0.25
+FLOATS = 0.055
+RISES = 0.06
+_WHOLE = 9  # Joints that jump at once in a seam of all the body
+_LIMBS = tuple(
+    (I[f"{s}_{a}"], I[f"{s}_{b}"])
+    for s in "lr"
+    for a, b in (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
+)
+_WORDS = {"l": "left", "r": "right"}
+
+
+def faults(m: Measured) -> list[Finding]:
+    """Everything that is not as a body moves, by its beginning."""
+    jumps = _jumps(m)
+    found = jumps + _swaps(m) + _names(m) + _frozen(m) + _noise(m) + _rest_pose(m, jumps)
+    found += _sinks(m) + _slides(m) + _gaps(m) + _through(m) + _off_floor(m)
+    return sorted(found, key=lambda each: each.start)
+
+
+def said(
+    kind: str,
+    sentence: str,
+    span: tuple[float, float],
+    measured: tuple[float, str, float],
+    part: str = "body",
+    place: FloatArray | None = None,
+    family: str = FAULT,
+) -> Finding:
+    """A finding from when to when (s), with its measure, unit and threshold."""
+    measure, unit, threshold = measured
+    at = None if place is None else (float(place[0]), float(place[1]), float(place[2]))
+    words = f"{sentence}, {times(*span)}"
+    return Finding(kind, family, *span, float(measure), unit, threshold, part, words, at)
+
+
+def _jumps(m: Measured) -> list[Finding]:
+    """Jumps of the root (seams), and of single joints."""
+    e = m.steps.copy()
+    dt2 = 1.0 / m.fps**2
+    root, joint = max(ROOT_STEP, ROOT_ACCELERATION * dt2), max(JOINT_STEP, JOINT_ACCELERATION * dt2)
+    out = []
+    e[_near(m.missing)] = 0.0
+    seam = (e[:, 0] > root) | ((e > root).sum(axis=1) >= _WHOLE)
+    for a, b in joined(runs(seam), 0.2 * m.fps):
+        size = float(max(e[a:b, 0].max(), np.median(e[a:b].max(axis=0))))
+        words = f"the whole body jumps by {100 * size:.0f} cm"
+        out.append(said("seam", words, _span(m, a, b), (size, "m", root), "body", m.points[a, 0]))
+    e[_near(seam)] = 0.0
+    bad = (e > joint) | _there_and_back(m)
+    lengths, limbs = _bones(m)
+    for limb, (_, end) in enumerate(_LIMBS):
+        bad[:, end] |= limbs[:, limb]
+        e[:, end] = np.maximum(e[:, end], np.where(limbs[:, limb], lengths[:, limb], 0.0))
+    bad[_near(seam)] = False
+    bad[:, [I["l_collar"], I["r_collar"]]] = False  # estimated from neck and shoulder
+    for number in np.flatnonzero(bad.any(axis=0)).tolist():
+        for a, b in joined(runs(bad[:, number]), 0.25 * m.fps):
+            size = float(e[a:b, number].max())
+            name = body.JOINTS[number]
+            words = f"the {_joint(name)} jumps by {100 * size:.0f} cm"
+            place = m.points[a, number]
+            out.append(said("jumps", words, _span(m, a, b), (size, "m", joint), name, place))
+    return out
+
+
+def _there_and_back(m: Measured) -> BoolArray:
+    """Joints that step away and, within 0.2 s, as far back (frames, joints)."""
+    e, v = m.steps, m.step_vectors
+    out = np.zeros(e.shape, dtype=np.bool_)
+    for gap in range(1, max(2, round(0.2 * m.fps))):
+        size = np.minimum(e[:-gap], e[gap:])
+        if size.max(initial=0.0) < BACK:
+            continue
+        dots = np.einsum("fjc,fjc->fj", v[:-gap], v[gap:])
+        back = (size > BACK) & (dots < -0.8 * e[:-gap] * e[gap:])
+        back &= size > 0.7 * np.maximum(e[:-gap], e[gap:])
+        out[:-gap] |= back
+    return out
+
+
+def _near(mask: BoolArray) -> BoolArray:
+    """Frames at most 3 from those of a mask."""
+    return np.convolve(mask, np.ones(7), "same") > 0
+
+
+def _bones(m: Measured) -> tuple[FloatArray, BoolArray]:
+    """How far limbs are from their usual length, m, and where that is a jump (frames, limbs)."""
+    a, b = (m.points[:, [limb[end] for limb in _LIMBS]] for end in (0, 1))
+    length = np.linalg.norm(b - a, axis=-1)
+    off = np.abs(length - np.median(length, axis=0))
+    usual = np.percentile(off, 75, axis=0)  # a bone that is never of one length says nothing
+    return off, np.asarray((off > BONE * m.k + 3.0 * usual) & ~m.missing[:, None])
+
+
+def _joint(name: str) -> str:
+    return f"{_WORDS[name[0]]} {name[2:]}" if name[1] == "_" else name
+
+
+def _span(m: Measured, a: int, b: int) -> tuple[float, float]:
+    return a / m.fps, b / m.fps
+
+
+def _swaps(m: Measured) -> list[Finding]:
+    """Frames from which on left and right have changed places."""
+    out = []
+    for part, joints in (("feet", ("ankle", "toe")), ("hands", ("wrist",)), ("knees", ("knee",))):
+        left, right = (m.points[:, [I[f"{s}_{j}"] for j in joints]] for s in "lr")
+        moves = [np.linalg.norm(np.diff(x, axis=0), axis=-1).mean(axis=1) for x in (left, right)]
+        kept = moves[0] + moves[1]
+        crossed = np.linalg.norm(left[1:] - right[:-1], axis=-1).mean(axis=1)
+        crossed = crossed + np.linalg.norm(right[1:] - left[:-1], axis=-1).mean(axis=1)
+        bad = (kept > SWAP * m.k) & (crossed < SWAP_SHARE * kept)
+        bad &= np.minimum(*moves) > 0.6 * np.maximum(*moves)
+        bad &= np.median(m.steps[1:], axis=1) < 0.04
+        at = np.flatnonzero(bad & ~_near(m.missing)[1:]) + 1
+        for a, b in zip(at[::2], [*at[1::2], m.n]):
+            words = f"left and right {part} change places"
+            size = float(kept[a - 1])
+            out.append(said("swapped", words, _span(m, int(a), int(b)), (size, "m", SWAP), part))
+    return out
+
+
+def _names(m: Measured) -> list[Finding]:
+    """That toes and knees point backwards: the names of left and right are exchanged."""
+    left = m.at("l_hip") - m.at("r_hip")
+    ahead = np.cross(left, m.at("neck") - m.points[:, 0])
+    votes = []
+    if m.has_toes:
+        toes = sum(m.at(f"{s}_toe") - m.at(f"{s}_ankle") for s in "lr")
+        votes.append(np.asarray((ahead * toes).sum(axis=-1) > 0))
+    for s in "lr":
+        bend = m.at(f"{s}_knee") - (m.at(f"{s}_hip") + m.at(f"{s}_ankle")) / 2.0
+        clear = np.linalg.norm(bend, axis=1) > 0.06 * m.leg
+        if clear.mean() > 0.1:
+            votes.append(np.asarray((ahead * bend).sum(axis=-1)[clear] > 0))
+    if not votes or max(vote.mean() for vote in votes) > 0.4:
+        return []
+    share = 1.0 - float(np.mean([vote.mean() for vote in votes]))
+    words = "toes and knees point backwards: the names of left and right are exchanged"
+    return [said("names", words, (0.0, m.n / m.fps), (share, "of the frames", 0.6))]
+
+
+def _frozen(m: Measured) -> list[Finding]:
+    """Times in which nothing moves at all."""
+    still = np.abs(np.diff(m.points, axis=0)).max(axis=(1, 2)) < FROZEN
+    still &= ~(m.missing[1:] | m.missing[:-1])
+    out = []
+    for a, b in long_runs(still, FROZEN_SECONDS * m.fps):
+        length = (b + 1 - a) / m.fps
+        words = f"nothing moves for {length:.1f} s"
+        out.append(said("frozen", words, _span(m, a, b + 1), (length, "s", FROZEN_SECONDS)))
+    return out
+
+
+def _noise(m: Measured) -> list[Finding]:
+    """Seconds in which joints tremble more than a cubic through their neighbours explains.
+
+    Motion leaves 16 times as much at twice the distance of frames, noise leaves as much.
+    """
+    if m.n < 16:
+        return []
+    residual, wide = (_residual(m.points, step) for step in (1, 2))
+    size = max(8, round(m.fps))
+    out = []
+    bad = np.zeros(m.n, dtype=np.bool_)
+    values = np.zeros(m.n)
+    for start in range(0, max(1, m.n - size // 2), size // 2):
+        piece = slice(start, start + size)
+        value = float(np.median(residual[piece]))
+        if value > NOISE and value > 0.4 * float(np.median(wide[piece])):
+            bad[piece] = True
+            values[piece] = np.maximum(values[piece], value)
+    for a, b in runs(bad):
+        value = float(values[a:b].max())
+        words = f"joints tremble by {1000 * value:.0f} mm from frame to frame"
+        out.append(said("noise", words, _span(m, a, b), (value, "m", NOISE)))
+    return out
+
+
+def _residual(points: FloatArray, step: int) -> FloatArray:
+    """Distance of joints from the cubic through four frames around them (frames, joints), m."""
+    p = points
+    n = len(p) - 4 * step
+    a, b, c, d, e = (p[i * step : i * step + n] for i in range(5))
+    r = c - (-a + 4.0 * b + 4.0 * d - e) / 6.0
+    return np.sqrt(np.einsum("fjc,fjc->fj", r, r))
+
+
+def _rest_pose(m: Measured, jumps: list[Finding]) -> list[Finding]:
+    """A T-pose or A-pose at the start, from before the take."""
+    n = min(m.n, round(1.5 * m.fps))
+    arms, level, legs = (
+        np.ones(n, dtype=np.bool_),
+        np.ones(n, dtype=np.bool_),
+        np.ones(n, dtype=np.bool_),
+    )
+    for s in "lr":
+        upper, fore = (
+            m.at(f"{s}_{b}")[:n] - m.at(f"{s}_{a}")[:n]
+            for a, b in (("shoulder", "elbow"), ("elbow", "wrist"))
+        )
+        down = [-u[:, 1] / np.maximum(np.linalg.norm(u, axis=1), 1e-6) for u in (upper, fore)]
+        cosine = np.einsum("fc,fc->f", upper, fore) / np.maximum(
+            np.linalg.norm(upper, axis=1) * np.linalg.norm(fore, axis=1), 1e-6
+        )
+        arms &= (cosine > 0.94) & (np.abs(down[0]) < 0.85)
+        level &= (np.abs(down[0]) < 0.26) & (np.abs(down[1]) < 0.26)
+        leg = m.at(f"{s}_ankle")[:n] - m.at(f"{s}_hip")[:n]
+        legs &= -leg[:, 1] > 0.96 * np.linalg.norm(leg, axis=1)
+    wide = np.linalg.norm(m.at("l_wrist")[:n] - m.at("r_wrist")[:n], axis=1) > 1.5 * m.leg
+    still = m.speed[:n].max(axis=1) < 0.02
+    pose = legs & ((level & wide) | (arms & still))
+    first = runs(pose)[:1]
+    least = POSE_SECONDS * m.fps
+    if first and first[0][0] <= 0.1 * m.fps and first[0][1] >= least:
+        end = first[0][1] / m.fps
+        words = "stands in a rest pose from before the take"
+        return [said("rest pose", words, (0.0, end), (end, "s", POSE_SECONDS))]
+    seams = [j.start for j in jumps if j.kind == "seam" and 0.0 < j.start <= 1.5]
+    if seams and pose[: max(1, round(0.5 * seams[0] * m.fps))].all():
+        words = "begins with a rest pose from before the take"
+        return [said("rest pose", words, (0.0, seams[0]), (seams[0], "s", 0.0))]
+    return []
+
+
+def _sinks(m: Measured) -> list[Finding]:
+    """Feet below the floor."""
+    deep = -m.h[:, [P[f"{s}_{name}"] for s in "lr" for name in ("toe", "ankle")]].min(axis=1)
+    out = []
+    for a, b in joined(long_runs(deep > SINKS * m.k, SINKS_SECONDS * m.fps), 0.5 * m.fps):
+        depth = float(np.percentile(deep[a:b], 80))
+        words = f"sinks {100 * depth:.0f} cm into the floor"
+        place = m.points[a:b, 0].mean(axis=0)
+        out.append(said("sinks", words, _span(m, a, b), (depth, "m", SINKS * m.k), "feet", place))
+    return out
+
+
+def stances(m: Measured) -> tuple[FloatArray, FloatArray]:
+    """Drift of every stance of a foot: middle (stances,), s, and velocity (stances, 2).
+
+    It is taken where the foot's velocity changes least: where it is slowest, a foot that slides
+    is about to turn around.
+    """
+    times, drifts = [], []
+    for s in "lr":
+        feet = [P[f"{s}_{name}"] for name in ("toe", "ankle")]
+        h, v = m.h[:, feet], m.v[:, feet][..., [0, 2]]
+        change = np.linalg.norm(np.gradient(v, axis=0), axis=-1)
+        change = np.where(h < 0.035 * m.k, change, np.inf)
+        down = np.asarray((h < 0.035 * m.k).any(axis=1))
+        for a, b in long_runs(down, 0.12 * m.fps):
+            for piece in np.array_split(np.arange(a, b), max(1, round((b - a) / m.fps))):
+                best = piece[np.argsort(change[piece].min(axis=1))[: max(1, len(piece) // 4)]]
+                foot = change[best].argmin(axis=1)
+                times.append(float(piece.mean()) / m.fps)
+                drifts.append(np.median(v[best, foot], axis=0))
+    return np.array(times), np.array(drifts).reshape(-1, 2)
+
+
+def _slides(m: Measured) -> list[Finding]:
+    """Feet that drift one way in all stances: a slide, or a treadmill if the body stays."""
+    _, v = stances(m)
+    if len(v) < 2:
+        return []
+    drift = np.median(v, axis=0)
+    speed = float(np.linalg.norm(drift))
+    agree = float((v @ drift > 0.5 * speed**2).mean())
+    travel = m.points[-1, 0] - m.points[0, 0]
+    pace = float(np.hypot(travel[0], travel[2])) / (m.n / m.fps)
+    span = (0.0, m.n / m.fps)
+    if speed > TREADMILL and agree > 0.5 and pace < 0.5 * speed:
+        words = f"walks on a treadmill at {speed:.1f} m/s"
+        measured = (speed, "m/s", TREADMILL)
+        return [
+            said("treadmill", words, span, measured, "feet", m.points[:, 0].mean(axis=0), NEEDS)
+        ]
+    if speed > SLIDES and agree > 0.7 and len(v) > 2:
+        words = f"feet on the floor slide at {speed:.2f} m/s"
+        return [said("slides", words, span, (speed, "m/s", SLIDES), "feet")]
+    return []
+
+
+def _gaps(m: Measured) -> list[Finding]:
+    """Frames in which a joint has no place."""
+    out = []
+    for a, b in runs(m.missing):
+        length = (b - a) / m.fps
+        words = f"some joints have no place for {length:.2f} s"
+        out.append(said("gap", words, _span(m, a, b), (length, "s", 0.0)))
+    return out
+
+
+def _through(m: Measured) -> list[Finding]:
+    """Wrists or ankles at the axis of the trunk, where no limb can be."""
+    low, high = m.points[:, I["spine"]], m.points[:, I["chest"]]
+    axis = high - low
+    square = np.maximum((axis * axis).sum(axis=1), 1e-9)
+    out = []
+    for name in ("l_wrist", "r_wrist", "l_ankle", "r_ankle", "l_elbow", "r_elbow"):
+        x = m.at(name) - low
+        share = np.clip((x * axis).sum(axis=1) / square, 0.0, 1.0)
+        distance = np.linalg.norm(x - share[:, None] * axis, axis=1)
+        for a, b in long_runs(distance < 0.04 * m.k, 0.1 * m.fps):
+            words = f"the {_joint(name)} is inside the trunk"
+            measured = (float(distance[a:b].min()), "m", 0.04 * m.k)
+            out.append(said("through", words, _span(m, a, b), measured, name, m.at(name)[a]))
+    return out
+
+
+def _off_floor(m: Measured) -> list[Finding]:
+    """That feet rest at another height at the end than at the beginning, or off y = 0."""
+    span = (0.0, m.n / m.fps)
+    out = []
+    if FLOATS < abs(m.floor) < 0.25:
+        words = "over" if m.floor > 0 else "below"
+        words = f"feet rest {100 * abs(m.floor):.0f} cm {words} the height 0 of the file"
+        out.append(said("off the floor", words, span, (m.floor, "m", FLOATS), "feet"))
+    soles = m.bottom[:, [P[f"{s}_{name}"] for s in "lr" for name in ("toe", "ankle")]]
+    frames, at = np.nonzero(m.rests[:, [P[f"{s}_{n}"] for s in "lr" for n in ("toe", "ankle")]])
+    y = soles[frames, at]
+    kept = y < m.floor + 0.15 * m.k
+    frames, y = frames[kept], y[kept]
+    if len(frames) < 0.5 * m.fps or np.ptp(frames) < 0.5 * m.n:
+        return out
+    thirds = np.array_split(y, 3)
+    rise = float(np.median(thirds[2]) - np.median(thirds[0]))
+    if abs(rise) > RISES * m.k:
+        words = f"the floor {'rises' if rise > 0 else 'falls'} by {100 * abs(rise):.0f} cm"
+        out.append(said("floor tilts", words, span, (rise, "m", RISES * m.k), "feet"))
+    return out

@@ -1,0 +1,271 @@
+"""What the rules need of one capture, in metres of the world and at the capture's own rate.
+
+The canonical body is scaled to legs of 0.85 m and has 30 frames a second: units vanish on it, and a
+flight of a run has four frames. So the 21 joints are taken where the file has them, every n-th
+frame, so that about 60 remain in a second. Lengths that belong to the body (the thickness of a
+foot) are scaled by k = leg / 0.85 m; accelerations and jumps are not.
+
+The floor decides everything else. It is the lowest height at which feet rest for 0.2 s in all and
+for a tenth of the time of the most usual height: the 5th percentile of the feet is wrong on
+ladders, and the lowest rest is wrong where one bad second has a pointed toe.
+
+Masses of the segments and their centres: D. Winter, Biomechanics and Motor Control of Human
+Movement, 4th edition, table 4.1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from motiondb.body import body
+from motiondb.body.features import runs
+from motiondb.body.retarget import legs_of
+from motiondb.records import BoolArray, FloatArray
+
+MOST_FPS = 60.0
+I = body.INDEX  # noqa: E741
+_SEGMENTS = (
+    (0.081, "neck", "head", 1.0),
+    (0.497, "pelvis", "neck", 0.5),
+    *(
+        (mass, f"{side}_{a}", f"{side}_{b}", share)
+        for side in "lr"
+        for mass, a, b, share in (
+            (0.028, "shoulder", "elbow", 0.436),
+            (0.022, "elbow", "wrist", 0.68),
+            (0.100, "hip", "knee", 0.433),
+            (0.0465, "knee", "ankle", 0.433),
+            (0.0145, "ankle", "toe", 0.5),
+        )
+    ),
+)  # Share of the mass, from, to, place of its centre
+_THICK = {
+    "toe": 0.02,
+    "tip": 0.01,
+    "ankle": 0.08,
+    "knee": 0.06,
+    "hip": 0.10,
+    "shoulder": 0.08,
+    "elbow": 0.04,
+    "wrist": 0.04,
+    "hand": 0.03,
+}
+PARTS: tuple[str, ...] = (*(f"{s}_{name}" for name in _THICK for s in "lr"), "chest", "head")
+"""Places of the body that may touch something; the tip of the foot and the hand are beyond the last
+joint."""
+P = {name: number for number, name in enumerate(PARTS)}
+_BELOW: FloatArray = np.array([*(t for t in _THICK.values() for _ in "lr"), 0.12, 0.10])
+"""From the joint to the skin below it, metres on a leg of 0.85 m."""
+FEET = [P[f"{s}_{name}"] for s in "lr" for name in ("toe", "tip", "ankle")]
+SOLES = [P[f"{s}_{name}"] for s in "lr" for name in ("toe", "ankle")]
+_TIP, _HAND = 0.06, 0.35
+"""Tip of the foot beyond the toe joint (metres), hand beyond the wrist (by the forearm)."""
+REST_SPEED = 0.25  # Metres per second below which a part rests, on a leg of 0.85 m
+_REST_SECONDS, _REST_SHARE, _REST_HIGH = 0.2, 0.1, 0.04
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """Joints of a capture and what follows from them."""
+
+    points: FloatArray  # (frames, 21, 3), metres, y up, without gaps
+    fps: float
+    missing: BoolArray  # (frames,): some joint has no place
+    leg: float  # Hip to ankle, metres
+    has_toes: bool  # Whether the file has toes; others are estimated from the shin
+
+    @property
+    def k(self) -> float:
+        """Size of the body, 1 for a leg of 0.85 m."""
+        return self.leg / body.LEG_LENGTH
+
+    @property
+    def n(self) -> int:
+        """Number of frames."""
+        return len(self.points)
+
+    def at(self, joint: str) -> FloatArray:
+        """Places of a joint, (frames, 3)."""
+        return self.points[:, I[joint]]
+
+    @cached_property
+    def x(self) -> FloatArray:
+        """Places of the parts (frames, parts, 3)."""
+        places = {
+            f"{s}_{n}": self.at(f"{s}_{n}")
+            for n in _THICK
+            if n not in ("tip", "hand")
+            for s in "lr"
+        }
+        for s in "lr":
+            toe, ankle = self.at(f"{s}_toe"), self.at(f"{s}_ankle")
+            ahead = toe - ankle
+            length = np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-6)
+            places[f"{s}_tip"] = toe + _TIP * self.k * ahead / length
+            wrist = self.at(f"{s}_wrist")
+            places[f"{s}_hand"] = wrist + _HAND * (wrist - self.at(f"{s}_elbow"))
+        places |= {"chest": self.at("chest"), "head": self.at("head")}
+        return np.stack([places[name] for name in PARTS], axis=1)
+
+    @cached_property
+    def v(self) -> FloatArray:
+        """Velocities of the parts (frames, parts, 3), m/s."""
+        flat = self.x.reshape(self.n, -1)
+        return smoothed(flat, self.fps, 0.10, (1,))[0].reshape(self.x.shape)
+
+    @cached_property
+    def speed(self) -> FloatArray:
+        """Speeds of the parts (frames, parts), m/s."""
+        return np.sqrt(np.einsum("fpc,fpc->fp", self.v, self.v))
+
+    @cached_property
+    def rests(self) -> BoolArray:
+        """Whether a part rests (frames, parts)."""
+        return self.speed < REST_SPEED * self.k
+
+    @cached_property
+    def bottom(self) -> FloatArray:
+        """Height of the skin under each part (frames, parts), m."""
+        return self.x[..., 1] - _BELOW * self.k
+
+    @cached_property
+    def floor(self) -> float:
+        """Height of the floor, m."""
+        soles = self.bottom[:, SOLES].min(axis=1)
+        rest = np.sort(soles[self.rests[:, SOLES].any(axis=1)])
+        least = _REST_SECONDS * self.fps
+        if len(rest) < max(3.0, least):
+            return float(np.percentile(soles, 5))
+        n = np.searchsorted(rest, rest + _REST_HIGH * self.k) - np.arange(len(rest))
+        enough = np.flatnonzero(n >= max(least, _REST_SHARE * n.max()))
+        first = int(enough[0]) if len(enough) else int(n.argmax())
+        densest = first + int(n[first : first + int(n[first])].argmax())
+        return float(np.median(rest[densest : densest + int(n[densest])]))
+
+    @cached_property
+    def h(self) -> FloatArray:
+        """Height of the parts over the floor (frames, parts), m."""
+        return self.bottom - self.floor
+
+    @cached_property
+    def low(self) -> FloatArray:
+        """Height of the lowest part over the floor (frames,), m."""
+        return self.h.min(axis=1)
+
+    @cached_property
+    def com(self) -> FloatArray:
+        """Centre of mass (frames, 3), m."""
+        total = sum(mass for mass, *_ in _SEGMENTS)
+        weights = np.zeros(len(body.JOINTS))
+        for mass, start, end, share in _SEGMENTS:
+            weights[I[start]] += mass * (1.0 - share) / total
+            weights[I[end]] += mass * share / total
+        return np.einsum("fjc,j->fc", self.points, weights)
+
+    @cached_property
+    def com_fit(self) -> tuple[FloatArray, ...]:
+        """Smoothed centre of mass, its velocity and acceleration, each (frames, 3)."""
+        return smoothed(self.com, self.fps, 0.16, (0, 1, 2))
+
+    @cached_property
+    def pelvis_speed(self) -> FloatArray:
+        """Speed of the pelvis (frames,), m/s."""
+        return np.linalg.norm(smoothed(self.points[:, 0], self.fps, 0.16, (1,))[0], axis=1)
+
+    @cached_property
+    def step_vectors(self) -> FloatArray:
+        """What of each frame's step the steps around it do not explain (frames, joints, 3), m."""
+        d = np.diff(self.points, axis=0)
+        wide = np.pad(d, ((2, 2), (0, 0), (0, 0)), mode="reflect")
+        around = np.stack([wide[:-4], wide[1:-3], wide[3:-1], wide[4:]])
+        around.sort(axis=0)
+        out = np.zeros_like(self.points)
+        out[1:] = d - (around[1] + around[2]) / 2.0
+        return out
+
+    @cached_property
+    def steps(self) -> FloatArray:
+        """Length of these (frames, joints), m."""
+        v = self.step_vectors
+        return np.sqrt(np.einsum("fjc,fjc->fj", v, v))
+
+    @cached_property
+    def upright(self) -> FloatArray:
+        """Cosine between the trunk and the vertical (frames,)."""
+        trunk = self.at("neck") - self.points[:, 0]
+        return np.asarray(trunk[:, 1] / np.maximum(np.linalg.norm(trunk, axis=1), 1e-6))
+
+    @cached_property
+    def thigh(self) -> FloatArray:
+        """Angle of the less raised thigh from hanging straight down (frames,), degrees."""
+        angles = []
+        for s in "lr":
+            bone = self.at(f"{s}_knee") - self.at(f"{s}_hip")
+            down = -bone[:, 1] / np.maximum(np.linalg.norm(bone, axis=1), 1e-6)
+            angles.append(np.degrees(np.arccos(np.clip(down, -1.0, 1.0))))
+        return np.minimum(*angles)
+
+
+def measure(points: FloatArray, fps: float, has_toes: bool = True) -> Measured | None:
+    """Thin a capture to about 60 frames a second and close its gaps; None if too little is there.
+
+    Shapes: `points` (frames, 21, 3), metres, y up, NaN where a joint was not seen.
+    """
+    step = max(1, round(fps / MOST_FPS))
+    kept = np.asarray(points[::step], dtype=np.float64)
+    seen = np.asarray(np.isfinite(kept).all(axis=2))
+    if len(kept) < 8 or not seen.any(axis=0).all() or not seen.all(axis=1).any():
+        return None
+    missing = np.asarray(~seen.all(axis=1))
+    if missing.any():
+        kept = kept.copy()
+        times = np.arange(len(kept))
+        for joint in np.flatnonzero(~seen.all(axis=0)):
+            known = seen[:, joint]
+            for axis in range(3):
+                kept[~known, joint, axis] = np.interp(
+                    times[~known], times[known], kept[known, joint, axis]
+                )
+    return Measured(kept, fps / step, missing, legs_of(kept), has_toes)
+
+
+def smoothed(
+    y: FloatArray, fps: float, seconds: float, orders: tuple[int, ...]
+) -> tuple[FloatArray, ...]:
+    """Derivatives of y (frames, n) by a sliding quadratic; ends are mirrored through the end."""
+    half = max(2, round(seconds * fps / 2.0))
+    half = min(half, (len(y) - 1) // 2)
+    t = np.arange(-half, half + 1) / fps
+    weights = np.linalg.pinv(np.stack([np.ones_like(t), t, t * t / 2.0], axis=1))
+    head, tail = 2.0 * y[:1] - y[half:0:-1], 2.0 * y[-1:] - y[-2 : -half - 2 : -1]
+    padded = np.concatenate([head, y, tail])
+    out = []
+    for order in orders:
+        total = np.zeros_like(y)
+        for number, weight in enumerate(weights[order]):
+            total += weight * padded[number : number + len(y)]
+        out.append(total)
+    return tuple(out)
+
+
+def long_runs(mask: BoolArray, least: float) -> list[tuple[int, int]]:
+    """Intervals of at least so many frames in which a mask is true."""
+    return [(a, b) for a, b in runs(mask) if b - a >= least]
+
+
+def joined(spans: list[tuple[int, int]], gap: float) -> list[tuple[int, int]]:
+    """Join intervals that lie at most so many frames apart.
+
+    >>> joined([(0, 3), (4, 6), (20, 22)], 2)
+    [(0, 6), (20, 22)]
+    """
+    out: list[tuple[int, int]] = []
+    for a, b in sorted(spans):
+        if out and a - out[-1][1] <= gap:
+            out[-1] = (out[-1][0], max(b, out[-1][1]))
+        else:
+            out.append((a, b))
+    return out
