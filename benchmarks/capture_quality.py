@@ -442,8 +442,11 @@ def main() -> None:
         look(take, take.points, take.fps)
     cost = 1000.0 * (time.process_time() - began) / seconds
     clean = clean_takes(takes)
-    kinds = calibrated([t for t in clean if not t.is_tested])
-    cells = [[k or "none", f"{p:.2f}", f"{a:.4f}", f"{b:.4f}"] for k, (p, a, b) in kinds.items()]
+    kinds, seen = (calibrated([t for t in clean if t.is_tested == half]) for half in (False, True))
+    cells = [
+        [k or "none", f"{p:.2f}", f"{a:.4f}", f"{b:.4f}", f"{seen[k][0]:.2f}" if k in seen else "-"]
+        for k, (p, a, b) in kinds.items()
+    ]
     out = thrown_out(takes)
     n_sound = sum(t.name.startswith("cmu") and not t.needs for t in takes)
     heads = ["fault", "development: found", "alarms before", "test: found", "alarms before"]
@@ -482,8 +485,8 @@ more than 25 %; silent: fewer than three jumps agree.
 
 The probability that a second with a finding is one without a planted fault, where seconds with and
 without are equally many: shares of seconds of the development captures that have the finding, but
-for faults that cannot be told ({", ".join(UNTOLD)}). A second has the smallest number of its
-findings. **It is calibrated on planted faults, not on what
+for faults that cannot be told ({"; ".join(UNTOLD)}).
+A second has the smallest number of its findings. **It is calibrated on planted faults, not on what
 people keep**: no person has judged a second.
 
 {table(["finding", "number", "of clean seconds", "of faulty seconds", "number on the test"], cells)}

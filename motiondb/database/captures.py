@@ -20,6 +20,7 @@ from motiondb.records import (
     CaptureInfo,
     DuplicateGroup,
     Event,
+    Finding,
     Float32Array,
     Match,
     Motion,
@@ -496,18 +497,18 @@ class Captures(Topic):
         Captures are measured once, on their own skeletons, in metres and at their own rates; the
         findings are kept with them.
 
-        Parameters
-        ----------
-        where : str or iterable of str
-            A filter, the name of a capture, or names.
-        again : bool
-            Whether to measure captures anew that were measured before.
-        progress : callable or None
-            Called with what is done, how much is done and how much there is.
+        ``where``: a filter, the name of a capture, or names. ``again``: measures anew what was
+        measured before. ``progress`` is called with what is done, how much, and of how much.
         """
         from motiondb.database.catalogue import assessing
 
         return assessing.quality_of(self.session, self._of(where), again, progress)
+
+    def findings(self, name: str) -> tuple[Finding, ...]:
+        """What a capture lacks, as far as it was measured before."""
+        number = store.load_capture(self.store, name).capture_id
+        known = store.load_quality(self.store, [number])
+        return known[number].findings if known else ()
 
     def write_boxes(self, where: Where, path: str | Path) -> Path:
         """Write what captures need as boxes: .json, or .xml (MJCF) of one capture.

@@ -29,7 +29,7 @@ from motiondb.database.scenes.scene_records import action_captions
 from motiondb.language.vocabulary import as_said
 from motiondb.page.diagrams import DiagramShape, diagram_shape
 from motiondb.page.state import Block
-from motiondb.records import MOTION_FPS, Caption, Match, Relation
+from motiondb.records import MOTION_FPS, Caption, Finding, Match, Relation
 from motiondb.scene.language.tactics_file import parse_diagram
 from motiondb.search.by_example import ExampleAnswer
 from motiondb.search.by_words import WordAnswer
@@ -176,6 +176,7 @@ class CaptureDetails(answers.ListedCapture):
     events: tuple[answers.ShownEvent, ...]
     segments: tuple[WordedSegment, ...]
     activities: tuple[answers.ShownActivity, ...]
+    lacks: tuple[Finding, ...]
     recognised: tuple[answers.WordsOverTime, ...]
     sources: tuple[answers.Source, ...] = ()
     stretches: tuple[Stretch, ...] = ()
@@ -219,6 +220,7 @@ def capture_details(db: MotionDB, row: BrowsedCapture, described: bool = True) -
         events=tuple(map(answers.shown_event, db.captures.events(name))),
         segments=worded_segments(db, name),
         activities=tuple(db.captures.activities(name)) if described else (),
+        lacks=db.captures.findings(name),
         recognised=described_words(db, name) if described else (),
         **made,
     )

@@ -109,7 +109,8 @@ def rate_finding(rows: Sequence[tuple[float, float]], seconds: float, whose: str
     speed, _ = found
     g = G * speed**2
     words = (
-        f"{whose} plays at {speed:.2g} times its speed: {len(rows)} flights fall with {g:.1f} m/s2"
+        f"{whose} plays at {speed:.2g} times its speed, or its lengths are {speed**2:.2g} times "
+        f"what they were: {len(rows)} flights fall with {g:.1f} m/s2"
     )
     bound = RATES[0] if speed < 1.0 else RATES[1]
     return Finding("rate", FILE, 0.0, seconds, speed, "times", bound, "body", words)

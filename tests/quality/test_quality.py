@@ -161,7 +161,10 @@ def test_without_three_jumps_the_rate_cannot_be_told() -> None:
     assert speed == pytest.approx(0.5, rel=0.01)
     assert error is not None
     assert error < 0.02
-    assert said == "'Ann' plays at 0.5 times its speed: 3 flights fall with 2.4 m/s2"
+    assert said == (
+        "'Ann' plays at 0.5 times its speed, or its lengths are 0.25 times what they were: "
+        "3 flights fall with 2.4 m/s2"
+    )
 
 
 @pytest.mark.parametrize(

@@ -71,7 +71,7 @@ def _saved(session: Session, made: Mapping[int, Quality]) -> Mapping[int, Qualit
 
 
 def _folder(name: str) -> str:
-    return name.rpartition("/")[0]
+    return name.rpartition("/")[0] or "no folder"
 
 
 def _measured(session: Session, info: CaptureInfo) -> Quality:

@@ -46,7 +46,8 @@ def told(base: MotionDB) -> MotionDB:
     infos = base.captures(sort="name")
     found = (made(SEAT), made(SEAT, JUMP, number=0.3), made(JUMP, number=0.3), made())
     numbers = {info.capture_id: each for info, each in zip(infos, found)}
-    store.save_quality(base.store, numbers, store.start_run(base.store, "quality"))
+    with store.running(base.store, "quality") as run_id:
+        store.save_quality(base.store, numbers, run_id)
     return base
 
 

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { rgbOf, tintOf } from "../src/parts/tint.ts";
 import { bytesText, plural, seconds, signed } from "../src/parts/text.ts";
-import { packRows, stretchLane, symbolLane, wordLane } from "../src/timeline/lanes.ts";
+import { lacksLane, packRows, stretchLane, symbolLane, wordLane } from "../src/timeline/lanes.ts";
 import { niceTicks } from "../src/timeline/ticks.ts";
 import type { PlacedSymbol } from "../src/api/types.ts";
 import { axisEnds, clustersOf, foundSymbols } from "../src/views/symbols/clusters.ts";
@@ -38,6 +38,23 @@ test("no row ever holds two blocks that overlap", () => {
 test("rulers have round times and not too many", () => {
   assert.deepEqual(niceTicks(5.7, 6), [0, 1, 2, 3, 4, 5]);
   for (const duration of [0.3, 1, 7, 59, 61, 3600]) assert.ok(niceTicks(duration, 8).length <= 9);
+});
+
+test("findings stand with their sentence, and needs with what they are", () => {
+  const found = { measure: 0.5, unit: "m", threshold: 0.09, part: "seat", place: null, boxes: [] };
+  const said = "sits on something 50 cm high, 1.0 to 2.0 s";
+  const seat = { ...found, kind: "sits", family: "needs", start: 1, end: 2, sentence: said };
+  const jump = {
+    ...found,
+    kind: "jumps",
+    family: "fault",
+    start: 3,
+    end: 4,
+    sentence: "it jumps, 3.0 to 4.0 s",
+  };
+  const [one, two] = lacksLane([seat, jump]).blocks;
+  assert.deepEqual([one!.label, one!.title, one!.faint], ["sits on something 50 cm high", said, false]);
+  assert.deepEqual([two!.label, two!.faint], ["jumps", true]);
 });
 
 test("lanes say what they do not know", () => {

@@ -137,6 +137,11 @@ export interface BoardsReply {
   boards: BoardFile[];
 }
 
+export interface Box {
+  centre: [number, number, number];
+  size: [number, number, number];
+}
+
 export interface Caption {
   words: string;
   start: number | null;
@@ -178,6 +183,7 @@ export interface CaptureDetails {
   events: ShownEvent[];
   segments: WordedSegment[];
   activities: ShownActivity[];
+  lacks: Finding[];
   recognised: WordsOverTime[];
   sources: Source[];
   stretches: Stretch[];
@@ -402,6 +408,20 @@ export interface FacetValue {
 export interface FacetsReply {
   total: number;
   facets: FacetRow[];
+}
+
+export interface Finding {
+  kind: string;
+  family: string;
+  start: number;
+  end: number;
+  measure: number;
+  unit: string;
+  threshold: number;
+  part: string;
+  sentence: string;
+  place: [number, number, number] | null;
+  boxes: Box[];
 }
 
 export interface FolderBody {

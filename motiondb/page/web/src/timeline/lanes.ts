@@ -1,6 +1,6 @@
 /** The content of a timeline: lanes of blocks, and the rows of blocks that overlap. */
 
-import type { Caption, Stretch, WordedSegment, WordsOverTime } from "../api/types.ts";
+import type { Caption, Finding, Stretch, WordedSegment, WordsOverTime } from "../api/types.ts";
 import { probability } from "../parts/text.ts";
 import { tintOf } from "../parts/tint.ts";
 import { routeTo } from "../shell/router.ts";
@@ -96,6 +96,21 @@ export function wordLane(words: readonly WordsOverTime[]): Lane {
         faint: probable.length === 0 || !checked,
       };
     }),
+  };
+}
+
+/** What a capture lacks: things that it needs, and faults. */
+export function lacksLane(findings: readonly Finding[]): Lane {
+  return {
+    name: "lacks",
+    kind: "parts",
+    blocks: findings.map(({ kind, family, start, end, sentence }) => ({
+      start,
+      end,
+      label: family === "needs" ? sentence.replace(/, [^,]*$/, "") : kind,
+      title: sentence,
+      faint: family !== "needs",
+    })),
   };
 }
 

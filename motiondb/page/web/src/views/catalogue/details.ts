@@ -11,7 +11,14 @@ import { download, downloadButtons, downloadMenu, type FileFormat } from "../../
 import { faultState } from "../../parts/states.ts";
 import { interval, seconds } from "../../parts/text.ts";
 import { makeTake } from "../../take/take.ts";
-import { captionLane, stretchLane, symbolLane, wordLane, type Lane } from "../../timeline/lanes.ts";
+import {
+  captionLane,
+  lacksLane,
+  stretchLane,
+  symbolLane,
+  wordLane,
+  type Lane,
+} from "../../timeline/lanes.ts";
 import type { Interval } from "../../timeline/timeline.ts";
 import { go, routeTo } from "../../shell/router.ts";
 import type { Context } from "../view.ts";
@@ -35,6 +42,7 @@ export function lanesOf(facts: CaptureDetails): Lane[] {
     captionLane(facts.words, facts.duration),
     symbolLane(facts.segments),
     wordLane(facts.recognised),
+    lacksLane(facts.lacks),
     stretchLane(facts.stretches),
   ];
 }
