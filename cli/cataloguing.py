@@ -65,6 +65,14 @@ def add(
     keep_implausible: Annotated[
         bool, typer.Option("--keep-implausible", help="Also add motion too fast for people.")
     ] = False,
+    skeleton: Annotated[
+        Path | None,
+        typer.Option(
+            "--skeleton",
+            help="The robot's model (MJCF or URDF), an ASF, or a text file of joint names, for "
+            "captures whose sheet names none.",
+        ),
+    ] = None,
     outside_skeletons: Annotated[
         bool, typer.Option("--outside-skeletons", help="Let sheets name ASF files outside FOLDER.")
     ] = False,
@@ -132,6 +140,7 @@ def add(
         jobs=jobs,
         limits=motiondb.ReadLimits(seconds=time_limit, memory=int(memory_limit * 1e9)),
         keep_implausible=keep_implausible,
+        skeleton=skeleton,
         outside_skeletons=outside_skeletons,
         prefix=prefix,
         replace=replacing,

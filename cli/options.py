@@ -191,7 +191,11 @@ class Changes:
     mirror: Annotated[bool, typer.Option("--mirror", help="Mirror left and right.")] = False
     onto: Annotated[
         Path | None,
-        typer.Option("--onto", help="A rig (.bvh, .fbx, .glb): put the motion on its joints."),
+        typer.Option(
+            "--onto",
+            help="A rig (.bvh, .fbx, .glb), a robot (MJCF, URDF), or lafan1, soma, mixamo, "
+            "smpl: put the motion on its joints.",
+        ),
     ] = None
     joint_map: Annotated[
         Path | None,

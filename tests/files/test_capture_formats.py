@@ -65,6 +65,9 @@ def test_formats() -> None:
         "fbx",
         "trc",
         "movement",
+        "positions",
+        "robot",
+        "robot",
     ]
     with pytest.raises(CaptureError) as caught:
         capture_format("walk.htr")
