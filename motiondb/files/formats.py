@@ -50,6 +50,16 @@ def capture_format(path: Path | str) -> str:
     return FORMATS[ending]
 
 
+def data_format(data: bytes, path: Path | str) -> str:
+    """Return the format of a file by its ending and, for arrays, by what they are called."""
+    kind = capture_format(path)
+    if kind != "amass":
+        return kind
+    from motiondb.files.readers.array_motion import array_kind
+
+    return array_kind(data, kind)
+
+
 def read_capture(
     path: Path | str,
     *,

@@ -342,7 +342,8 @@ def _write_on_robot(motion: Motion, path: Path, asked: MotionChanges, owner: str
     made = fitted.motion
     if asked.speed != 1.0 or asked.fps not in (None, made.fps):
         made = made.resampled(asked.fps or made.fps, asked.speed)
-        said.append(f"{made.fps:g} frames a second, {asked.speed:g} times as fast")
+        tempo = "" if asked.speed == 1.0 else f", {asked.speed:g} times as fast"
+        said.append(f"interpolated to {made.fps:g} frames a second{tempo}")
     clip = made.clip()
     if path.suffix.lower() in ROBOT_ENDINGS:
         beside = write_robot(path, robot, made.fps, made.root, made.turns, made.values)

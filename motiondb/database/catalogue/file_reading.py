@@ -33,6 +33,7 @@ from motiondb.errors import CaptureError, MotionDBError
 from motiondb.files.folder import WITH_SKELETON, named_skeleton, skeleton_path
 from motiondb.files.formats import (
     capture_format,
+    data_format,
     read_capture_bytes,
     read_file,
     read_skeleton,
@@ -446,8 +447,9 @@ def _load(job: FileToRead) -> _Loaded | Readings:
     path, options = job.path, job.options()
     try:
         with guarded(path, job.seconds(_size(path))):
-            kind = capture_format(path)
+            capture_format(path)
             data = read_file(path, options)
+            kind = data_format(data, path)
             asf = job.skeleton()
             skeleton_data = read_skeleton(asf, options) if asf else None
             return _Loaded(options, kind, data, asf, skeleton_data)

@@ -263,8 +263,11 @@ def load_pickle(data: bytes, path: object) -> Arrays:
             "expected a pickle of plain arrays, numbers and texts, found "
             f"{quoted(str(error), 120)}, which is not made. Save the arrays as npz.",
         ) from None
-    except (KeyError, EOFError) as error:
-        what = "one that is cut short" if isinstance(error, EOFError) else "other content"
+    except MemoryError:
+        raise
+    except Exception as error:  # an unpickler raises some ten kinds for other files
+        is_cut = isinstance(error, EOFError | IndexError | struct.error)
+        what = "one that is cut short" if is_cut else "other content"
         raise CaptureError(
             path, f"expected a pickle of plain arrays, found {what}. Save the arrays as npz."
         ) from None

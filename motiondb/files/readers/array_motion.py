@@ -24,6 +24,19 @@ from motiondb.records import Clip
 _KEYS = (*RATES, *robot_motion.KEYS, *point_motion.KEYS, "quaternion_order")
 
 
+def array_kind(data: bytes, kind: str) -> str:
+    """Return the format of a file of arrays, which its ending does not tell."""
+    if data[:4] != b"PK\x03\x04":
+        return kind
+    try:
+        names = npz_names(data, "")
+    except CaptureError:
+        return kind
+    if is_amass(names) or not (robot_motion.is_robot(names) or point_motion.is_points(names)):
+        return "amass"
+    return "robot" if robot_motion.is_robot(names) else "positions"
+
+
 def read_array_motion(
     data: bytes, path: Path | str, skeleton: SkeletonFile | None, options: ReadOptions
 ) -> Clip:

@@ -330,7 +330,7 @@ def _of_robot(
     turns = rotation.from_matrix(matrices.astype(np.float64))
     if not (np.isfinite(points).all() and np.isfinite(turns).all()):
         raise CaptureError(path, "expected finite numbers, found others. Export it again.")
-    parents, order = rigid_tree(points)
+    parents, order = rigid_tree(points, names)
     labels = tuple(names[n] for n in order)
     clip = hinges.of_frames(
         labels, parents, points[:, order], turns[:, order], fps, up=options.up or "y"

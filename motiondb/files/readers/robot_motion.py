@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from motiondb.body import hinges, rotation
 from motiondb.body.hinges import Robot
 from motiondb.body.robot_names import part_of
+from motiondb.body.world import find_rate
 from motiondb.errors import CaptureError, suggestion
 from motiondb.files.limits import ReadOptions, check_clip_size, check_rate
 from motiondb.files.readers.array_files import RATES, Arrays, texts_of
@@ -266,7 +267,7 @@ def _named_columns(table: FloatArray, names: tuple[str, ...], path: object) -> R
         "wxyz",
         is_said=True,
         is_table=True,
-        fps=1.0 / step if 1e-4 < step < 1.0 else None,
+        fps=find_rate(step)[0] if 1e-4 < step < 1.0 else None,
     )
 
 
@@ -584,7 +585,7 @@ def _of_bodies(said: RobotFile, path: object, fps: float, options: ReadOptions) 
         )
     keep = [n for n, name in enumerate(names) if name.lower() not in ("world", "universe")]
     places, turns = said.bodies[:, keep], rotation.normalize(said.body_turns[:, keep])
-    parents, order = rigid_tree(places)
+    parents, order = rigid_tree(places, [names[n] for n in keep])
     labels = tuple(names[keep[n]] for n in order)
     clip = hinges.of_frames(
         labels, parents, places[:, order], turns[:, order], fps, up=options.up or "z"
@@ -596,16 +597,19 @@ def _of_bodies(said: RobotFile, path: object, fps: float, options: ReadOptions) 
 _SAMPLES = 200  # Frames in which distances are compared
 
 
-def rigid_tree(places: FloatArray) -> tuple[NDArray[np.int64], list[int]]:
+def rigid_tree(places: FloatArray, names: Sequence[str]) -> tuple[NDArray[np.int64], list[int]]:
     """Return parents and an order in which they come first, for points (frames, points, 3).
 
-    The tree joins points that keep their distance, near ones first. The first point is the root.
+    The tree joins points that keep their distance, near ones first, and none of the left side to
+    one of the right. The first point is the root.
     """
     from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
     some = places[np.linspace(0, len(places) - 1, min(len(places), _SAMPLES)).astype(int)]
     apart = np.linalg.norm(some[:, :, None] - some[:, None], axis=-1)
     cost = apart.std(axis=0) + 1e-3 * apart.mean(axis=0) + 1e-9
+    sides = [part_of(name)[0] for name in names]
+    cost += np.array([[bool(a and b and a != b) for a in sides] for b in sides])
     np.fill_diagonal(cost, 0.0)
     tree = minimum_spanning_tree(cost)
     order, above = breadth_first_order(tree, 0, directed=False)
