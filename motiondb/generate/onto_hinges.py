@@ -2,7 +2,8 @@
 
 The motion is put on the robot as on any rig (:mod:`.onto`), as if its joints could turn freely.
 Then the pose of the root and the hinges is fitted to the places of hips, knees, ankles, toes,
-shoulders, elbows and wrists: x minimises, in each frame,
+shoulders, elbows and wrists; the feet are as far apart as the robot's hips ask. x minimises, in
+each frame,
 
     sum w_p |p(x) - p*|^2 + r |q - q_0|^2 + s |q - q_s|^2
 
@@ -30,6 +31,8 @@ _WEIGHTS = {
     "hip": 0.5, "knee": 1.0, "ankle": 4.0, "toe": 2.0,
     "shoulder": 0.5, "elbow": 1.0, "wrist": 2.0,
 }  # fmt: skip
+_FEET = {"knee": 0.5, "ankle": 1.0, "toe": 1.0, "sole": 1.0}  # Shares of the way of a foot
+_HIPS = [body.INDEX["l_hip"], body.INDEX["r_hip"]]
 _SOLE = 1.0  # Weight of a point beside the ankle, which keeps the sole flat
 _REST, _SMOOTH, _DAMPING = 1e-4, (0.0, 0.02, 0.02), 1e-4
 """r; s of every round; what is added to the diagonal, so that steps stay small. In square metres a
@@ -101,6 +104,8 @@ def onto_robot(
     rig = hinges.to_clip(robot, zero, MOTION_FPS)
     fitted = onto(motion, rig, user_map)
     points = _points(robot, rig, fitted.clip, zero, joint_map(rig.skeleton, user_map))
+    width = float(np.linalg.norm(np.diff(retarget.clip_keypoints(rig, user_map)[0, _HIPS], axis=0)))
+    points = _astride(points, motion, width / 2.0 - body.OFFSETS[_HIPS[0], 0] * fitted.fit.scale)
     back = rotation.conjugate(world.to_y_up("z"))
     turn = np.broadcast_to(back, (motion.n_frames, 4))
     root = rotation.rotate(turn, fitted.clip.root_positions)
@@ -123,6 +128,33 @@ def onto_robot(
         driven=len(robot.free),
     )
     return FittedRobot(found, fit, float(joints.mean()), float(joints.max()))
+
+
+def _astride(points: _Points, motion: Motion, wider: float) -> _Points:
+    """Set the feet apart by as much as the hips of the robot are wider (metres a side).
+
+    A foot in contact is moved by the same way in all frames of the contact.
+    """
+    places = retarget.motion_positions(motion)[0]
+    left = (places[:, _HIPS[0]] - places[:, _HIPS[1]]) * [1.0, 0.0, 1.0]
+    back = np.broadcast_to(rotation.conjugate(world.to_y_up("z")), (len(left), 4))
+    left = rotation.rotate(back, rotation.normalize(left))
+    down = contact.find_contacts(places) if motion.n_frames > 1 else np.ones((1, 2), dtype=bool)
+    targets = points.targets.copy()
+    for foot, side in enumerate("lr"):
+        known, ways = list[int](), list[FloatArray]()
+        for start, end in contact.runs(down[:, foot]):
+            known += range(start, end)
+            ways += [left[start:end].mean(axis=0)] * (end - start)
+        if not known:
+            known, ways = list(range(len(left))), list(left)
+        frames, shift = np.arange(len(left)), np.array(ways)
+        way = np.stack([np.interp(frames, known, shift[:, axis]) for axis in range(3)], axis=-1)
+        way *= wider if side == "l" else -wider
+        for number, role in enumerate(points.roles):
+            share = _FEET.get(role.rpartition("_")[2], 0.0) * (role[0] == side)
+            targets[:, number] += share * way
+    return replace(points, targets=targets)
 
 
 def _slip(at: FloatArray, parts: list[str], motion: Motion) -> float:

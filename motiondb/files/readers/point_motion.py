@@ -131,9 +131,11 @@ _NAMES = ("joint_names", "names", "joints", "bone_names", "keypoint_names", "mar
 _TURNS = "global_rot_mats"
 KEYS = (*_POSITIONS, *_NAMES, _TURNS, "root_positions")
 _BONES = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
-_KEEPS, _ALIKE = 0.15, 0.03
+_KEEPS, _ALIKE, _BACKWARDS, _PROPORTIONS = 0.15, 0.03, 0.1, 0.3
 """Shares by which limbs change their length, and differ between the sides, in the mean: above the
-first no order is believed; another order that is nearer than the second is told, too."""
+first no order is believed; another order that is nearer than the second is told, too; the third is
+added where knees bend backwards. The mean logarithm of the ratios of limbs to those of the
+canonical body, above which they are no limbs: by hand."""
 _USUAL_FPS, _FPS_ML3D, _WIDTH_ML3D, _JOINTS_ML3D = 30.0, 20.0, 263, 22
 
 
@@ -271,9 +273,12 @@ def _known_order(points: FloatArray, path: object) -> tuple[tuple[str, ...], tup
 
 
 def _misfit(points: FloatArray, names: Sequence[str]) -> float:
-    """Return by how much limbs change their lengths, and differ between the sides, in shares."""
+    """Return by how much limbs change their lengths, and differ between the sides, in shares.
+
+    Infinite for limbs of no person's proportions; more where the knees bend backwards.
+    """
     places = dict(zip(names, points.transpose(1, 0, 2)))
-    spread = []
+    spread, sizes = [], []
     for pair in _BONES:
         lengths = []
         for side in "lr":
@@ -287,7 +292,25 @@ def _misfit(points: FloatArray, names: Sequence[str]) -> float:
             return math.inf
         spread += [float(each.std()) / mean for each, mean in zip(lengths, means)]
         spread.append(abs(means[0] - means[1]) / sum(means))
-    return float(np.mean(spread))
+        sizes.append(sum(means) / 2.0)
+    usual = [np.linalg.norm(body.OFFSETS[body.INDEX[f"l_{end}"]]) for _, end in _BONES]
+    ratios = np.log(np.array(sizes) / sum(sizes[:2]) * body.LEG_LENGTH / np.array(usual))
+    if np.abs(ratios).mean() > _PROPORTIONS:
+        return math.inf
+    return float(np.mean(spread)) + _BACKWARDS * _bends_back(places)
+
+
+def _bends_back(places: Mapping[str, FloatArray]) -> bool:
+    """Whether knees bend backwards, as where the sides are exchanged."""
+    at = {
+        f"{side}_{part}": np.asarray(_place_of(places, side, part))
+        for side in "lr"
+        for part in ("hip", "knee", "ankle")
+    }
+    middle = {part: (at[f"l_{part}"] + at[f"r_{part}"]) / 2.0 for part in ("hip", "knee", "ankle")}
+    ahead = np.cross(at["l_hip"] - at["r_hip"], middle["hip"] - middle["ankle"])
+    bend = middle["knee"] - (middle["hip"] + middle["ankle"]) / 2.0
+    return float(np.nanmedian(np.sum(bend * ahead, axis=-1))) < 0.0
 
 
 def _place_of(places: Mapping[str, FloatArray], side: str, part: str) -> FloatArray | None:
