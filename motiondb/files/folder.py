@@ -253,7 +253,7 @@ def _model_beside(path: Path) -> Path | None:
 @lru_cache(maxsize=64)
 def _beside(folder: Path, _changed: int) -> tuple[Path, ...]:
     """Return the models and lists of names in a folder, which was changed at a time."""
-    from motiondb.files.readers.robot_model import is_model
+    from motiondb.files.readers.first_bytes import is_model
 
     found = []
     for path in sorted(_children(folder)):
@@ -275,15 +275,15 @@ def _start(path: Path) -> bytes:
 
 def _is_motion(path: Path, ending: str) -> bool:
     """Say whether a table or an array may hold motion, or may not be read, which is told later."""
-    from motiondb.files.readers import array_files, point_motion, robot_motion
+    from motiondb.files.readers import array_files, first_bytes
 
     start = _start(path)
     if not start:
         return path.is_file() and not os.access(path, os.R_OK)
     if ending == ".npy":
-        return point_motion.is_points_shape(array_files.npy_shape(start))
+        return first_bytes.is_points_shape(array_files.npy_shape(start))
     if ending == ".csv":
-        return robot_motion.is_robot_csv(start)
+        return first_bytes.is_robot_csv(start)
     return any(key.encode() in start for key in ("root_pos", "root_rot", "root_trans", "dof_pos"))
 
 

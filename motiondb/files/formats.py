@@ -226,7 +226,8 @@ def read_file(path: Path, options: ReadOptions) -> bytes:
 
 def read_skeleton(path: Path, options: ReadOptions) -> bytes:
     """Return the content of the skeleton file of a capture, with the files that it includes."""
-    from motiondb.files.readers.robot_model import MODEL_ENDINGS, whole_model
+    from motiondb.files.readers.first_bytes import MODEL_ENDINGS
+    from motiondb.files.readers.robot_model import whole_model
 
     data = read_file(path, options)
     if path.suffix.lower() not in MODEL_ENDINGS:

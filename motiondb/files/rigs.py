@@ -25,7 +25,8 @@ from motiondb.files.formats import read_capture_bytes, read_file, read_skeleton
 from motiondb.files.json_text import parse_json
 from motiondb.files.limits import AS_USUAL, guarded
 from motiondb.files.own_rigs import OWN_RIGS, own_rig
-from motiondb.files.readers.robot_model import MODEL_ENDINGS, read_robot
+from motiondb.files.readers.first_bytes import MODEL_ENDINGS
+from motiondb.files.readers.robot_model import read_robot
 from motiondb.files.safe_files import output_file
 from motiondb.records import Clip, FloatArray, Skeleton
 

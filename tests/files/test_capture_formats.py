@@ -72,7 +72,7 @@ def test_formats() -> None:
     with pytest.raises(CaptureError) as caught:
         capture_format("walk.htr")
     assert str(caught.value) == (
-        "walk.htr: expected a capture (.bvh, .amc, .txt, .json, .npz, .c3d, .fbx, .trc, .nc), "
+        "walk.htr: expected a capture (.bvh, .amc, .txt, .json, .npz, .c3d, .fbx, .trc, .nc, "
         "found ending '.htr'. Rename or convert it."
     )
 

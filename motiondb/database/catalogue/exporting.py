@@ -33,7 +33,7 @@ from motiondb.files import packed_files
 from motiondb.files.arrays import ARRAY_ENDINGS, write_arrays
 from motiondb.files.limits import MAX_FPS, MIN_FPS
 from motiondb.files.own_files import check_overwriting
-from motiondb.files.readers.robot_model import MODEL_ENDINGS
+from motiondb.files.readers.first_bytes import MODEL_ENDINGS
 from motiondb.files.rigs import read_model, read_rig
 from motiondb.files.robot_writer import ROBOT_ENDINGS, write_robot
 from motiondb.files.units import UNITS

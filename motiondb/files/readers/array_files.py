@@ -158,7 +158,7 @@ class _Type:
         self.order = str(state[1]) if str(state[1]) in "<>=|" else "="
 
     def dtype(self) -> np.dtype[Any]:
-        return np.dtype(self.code).newbyteorder("=" if self.order == "|" else self.order)  # type: ignore[arg-type]
+        return np.dtype((self.order if self.order in "<>" else "") + self.code.lstrip("<>=|"))
 
 
 class _Array:

@@ -17,7 +17,8 @@ from motiondb.files.readers.array_files import (
     load_pickle,
     npz_names,
 )
-from motiondb.files.readers.robot_model import is_model, read_robot
+from motiondb.files.readers.first_bytes import is_model
+from motiondb.files.readers.robot_model import read_robot
 from motiondb.files.text import quoted
 from motiondb.records import Clip
 

@@ -32,6 +32,7 @@ from motiondb.body.world import UNITS
 from motiondb.errors import CaptureError, SkeletonError
 from motiondb.files.limits import ReadOptions, check_clip_size, check_rate
 from motiondb.files.readers.array_files import RATES, Arrays, texts_of
+from motiondb.files.readers.first_bytes import HUMANML3D_WIDTH, is_points_shape
 from motiondb.files.readers.marker_gaps import LONGEST_GAP, gaps_of, longest_gap, seen, straight
 from motiondb.files.readers.markers import skeleton_of
 from motiondb.files.text import decode, quoted
@@ -136,25 +137,12 @@ _KEEPS, _ALIKE, _BACKWARDS, _PROPORTIONS = 0.15, 0.03, 0.1, 0.3
 first no order is believed; another order that is nearer than the second is told, too; the third is
 added where knees bend backwards. The mean logarithm of the ratios of limbs to those of the
 canonical body, above which they are no limbs: by hand."""
-_USUAL_FPS, _FPS_ML3D, _WIDTH_ML3D, _JOINTS_ML3D = 30.0, 20.0, 263, 22
+_USUAL_FPS, _FPS_ML3D, _JOINTS_ML3D = 30.0, 20.0, 22
 
 
 def is_points(names: Sequence[str]) -> bool:
     """Whether arrays of these names are positions of joints."""
     return bool({*_POSITIONS} & {*names})
-
-
-def is_points_shape(shape: tuple[int, ...]) -> bool:
-    """Whether an array of a shape may be positions of joints over time, or HumanML3D's numbers.
-
-    >>> is_points_shape((100, 22, 3)), is_points_shape((100, 263)), is_points_shape((100, 3))
-    (True, True, False)
-    """
-    if len(shape) == 4 and 1 in shape[:2]:
-        shape = tuple(size for at, size in enumerate(shape) if at > 1 or size > 1)
-    return (len(shape) == 3 and shape[2] == 3 and 11 <= shape[1] <= 1000) or (
-        len(shape) == 2 and shape[1] == _WIDTH_ML3D
-    )
 
 
 def read_points(
@@ -196,7 +184,7 @@ def _positions(arrays: Arrays, path: object) -> tuple[FloatArray, float | None, 
         array = array[0] if len(array) == 1 else array[:, 0]
     rates = [n for n in RATES if n in arrays and arrays[n].size == 1]
     fps = check_rate(float(arrays[rates[0]].reshape(-1)[0]), path) if rates else None
-    if array.ndim == 2 and array.shape[1] == _WIDTH_ML3D:
+    if array.ndim == 2 and array.shape[1] == HUMANML3D_WIDTH:
         return humanml3d_positions(array), fps, _FPS_ML3D
     if not is_points_shape(array.shape) or not len(array):
         raise CaptureError(

@@ -29,7 +29,6 @@ from motiondb.errors import CaptureError
 from motiondb.files.text import clean_bytes, decode, quoted
 from motiondb.records import FloatArray
 
-MODEL_ENDINGS = (".xml", ".mjcf", ".urdf")
 _MOST_BYTES, _MOST_LINKS, _MOST_INCLUDES = 20_000_000, 2000, 20
 _DEPTH = 200  # Links below one another
 _INCLUDE = re.compile(r"<include\s[^>]*?file\s*=\s*[\"']([^\"'<>]*)[\"'][^>]*?(/>|>\s*</include>)")
@@ -37,11 +36,6 @@ _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 _UNFOLDED = ("attach", "replicate", "composite", "flexcomp")
 
 Element = ElementTree.Element
-
-
-def is_model(data: bytes) -> bool:
-    """Say whether the start of a file is that of MJCF or URDF."""
-    return re.search(rb"<(mujoco|robot)[\s>/]", data[:65536]) is not None
 
 
 def whole_model(data: bytes, path: Path, read: Callable[[Path], bytes]) -> bytes:

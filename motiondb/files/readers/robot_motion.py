@@ -32,6 +32,7 @@ from motiondb.body.world import find_rate
 from motiondb.errors import CaptureError, suggestion
 from motiondb.files.limits import ReadOptions, check_clip_size, check_rate
 from motiondb.files.readers.array_files import RATES, Arrays, texts_of
+from motiondb.files.readers.first_bytes import cells, column, is_number
 from motiondb.files.text import clean_bytes, decode, quoted
 from motiondb.records import Clip, FloatArray
 
@@ -154,81 +155,24 @@ def _numbers(
     return values
 
 
-# CSV
-
-_ROOT_COLUMN = re.compile(
-    r"^(root|base|pelvis|torso|floating_?base)?[_ .]?(joint)?[_ .]?(pos|position|translate|trans|"
-    r"quat|quaternion|rot|rotation|rotate|orientation)?[_ .]?(q?[xyzw])$"
-)
-_TIME = re.compile(r"^(time|timestamp|t|seconds)( ?\[?\(?s\)?\]?)?$")
-_FRAME = re.compile(r"^(frame|index|frame_?(id|number|index)|)$")
-
-
-def is_robot_csv(start: bytes) -> bool:
-    """Say whether the start of a CSV file is that of a motion: numbers, or names of joints."""
-    lines = [line for line in start.decode("latin-1").splitlines() if line.strip()]
-    if not lines:
-        return False
-    cells = _cells(lines[0])
-    if len(cells) < 8:
-        return False
-    if all(map(_is_number, cells)):
-        return True
-    columns = {kind for kind, _ in map(_column, cells)}
-    return {"root", "turn"} <= columns and len(lines) > 1 and all(map(_is_number, _cells(lines[1])))
-
-
-def _cells(line: str) -> list[str]:
-    mark = max(",;\t", key=line.count)
-    return [cell.strip().strip('"') for cell in line.split(mark)]
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
-
-
-def _column(name: str) -> tuple[str, str]:
-    """Return what a column holds ("root", "turn", "time", "frame" or "joint"), and which axis.
-
-    >>> _column("root_pos_x"), _column("root_qw"), _column("left_knee_joint"), _column("root_rot_x")
-    (('root', 'x'), ('turn', 'w'), ('joint', ''), ('turn', 'x'))
-    """
-    text = re.sub(r"([a-z])([A-Z])", r"\1_\2", name).lower().strip()
-    if _TIME.match(text):
-        return "time", ""
-    if _FRAME.match(text):
-        return "frame", ""
-    found = _ROOT_COLUMN.match(text)
-    if found is None:
-        return "joint", ""
-    axis = found[4][-1]
-    turned = found[4].startswith("q") or axis == "w"
-    turned |= bool(found[3]) and not found[3].startswith(("pos", "trans"))
-    return ("turn" if turned else "root"), axis
-
-
 def from_csv(data: bytes, path: object) -> RobotFile:
     """Return what a CSV file says of a motion of a robot (CaptureError)."""
     lines = decode(clean_bytes(data, path)).splitlines()
     rows = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
     if not rows:
         raise CaptureError(path, "expected at least 1 frame, found 0. Export the motion again.")
-    head = _cells(rows[0][1])
-    names = () if all(map(_is_number, head)) else tuple(head)
+    head = cells(rows[0][1])
+    names = () if all(map(is_number, head)) else tuple(head)
     body = rows[1:] if names else rows
     table = np.full((len(body), len(head)), np.nan)
     faults: list[tuple[int | None, str]] = []
     for at, (number, line) in enumerate(body):
-        cells = _cells(line)
-        if len(cells) != len(head) or not all(map(_is_number, cells)):
-            count = f"{len(cells)} cells" if len(cells) != len(head) else "other text"
+        row = cells(line)
+        if len(row) != len(head) or not all(map(is_number, row)):
+            count = f"{len(row)} cells" if len(row) != len(head) else "other text"
             faults.append((number, f"expected {len(head)} numbers, found {count}. Mend the row."))
         else:
-            table[at] = [float(cell) for cell in cells]
+            table[at] = [float(cell) for cell in row]
     if faults:
         raise CaptureError(path, faults[:20])
     if not len(table):
@@ -246,7 +190,7 @@ def from_csv(data: bytes, path: object) -> RobotFile:
 
 def _named_columns(table: FloatArray, names: tuple[str, ...], path: object) -> RobotFile:
     """Return what named columns hold."""
-    kinds = [_column(name) for name in names]
+    kinds = [column(name) for name in names]
     root = {axis: n for n, (kind, axis) in enumerate(kinds) if kind == "root"}
     turn = {axis: n for n, (kind, axis) in enumerate(kinds) if kind == "turn"}
     joints = [n for n, (kind, _) in enumerate(kinds) if kind == "joint"]
