@@ -16,7 +16,13 @@ import numpy as np
 from motiondb.body.joint_names import mirror_joints
 from motiondb.body.world import as_asked, asked_unit_notes
 from motiondb.errors import CaptureError
-from motiondb.files.folder import CAPTURE_ENDINGS, FORMATS, WITH_TAKES, skeleton_path
+from motiondb.files.folder import (
+    CAPTURE_ENDINGS,
+    FORMATS,
+    OTHER_FORMATS,
+    WITH_TAKES,
+    skeleton_path,
+)
 from motiondb.files.limits import (
     AS_USUAL,
     ReadOptions,
@@ -44,8 +50,10 @@ def capture_format(path: Path | str) -> str:
     ending = Path(path).suffix.lower()
     if ending not in FORMATS:
         known = ", ".join(CAPTURE_ENDINGS)
+        what = f" ({OTHER_FORMATS[ending]})" if ending in OTHER_FORMATS else ""
         raise CaptureError(
-            path, f"expected a capture ({known}), found ending {ending!r}. Rename or convert it."
+            path,
+            f"expected a capture ({known}), found ending {ending!r}{what}. Rename or convert it.",
         )
     return FORMATS[ending]
 
