@@ -42,6 +42,11 @@ def add(
     ] = None,
     skip_bad_frames: Annotated[bool, "Leave out frames that cannot be read."] = False,
     keep_implausible: Annotated[bool, "Also add motion too fast for people."] = False,
+    skeleton: Annotated[
+        Path | None,
+        "The robot's model (MJCF or URDF), an ASF, or a text file of joint names, for captures "
+        "whose sheet names none.",
+    ] = None,
     outside_skeletons: Annotated[bool, "Let sheets name ASF files outside FOLDER."] = False,
     time_limit: Annotated[
         float,
@@ -93,6 +98,7 @@ def add(
         jobs=jobs,
         limits=motiondb.ReadLimits(seconds=time_limit, memory=int(memory_limit * 1e9)),
         keep_implausible=keep_implausible,
+        skeleton=skeleton,
         outside_skeletons=outside_skeletons,
         prefix=prefix,
         replace=replacing,

@@ -162,7 +162,11 @@ class Changes:
     loop: Annotated[bool, "Trim to one seamless cycle."] = False
     in_place: Annotated[bool, "Remove travel, keep the motion on the spot."] = False
     mirror: Annotated[bool, "Mirror left and right."] = False
-    onto: Annotated[Path | None, "A rig (.bvh, .fbx, .glb): put the motion on its joints."] = None
+    onto: Annotated[
+        Path | None,
+        "A rig (.bvh, .fbx, .glb), a robot (MJCF, URDF), or lafan1, soma, mixamo, smpl: put the "
+        "motion on its joints.",
+    ] = None
     joint_map: Annotated[
         Path | None, "A file of lines `role = joint` for a rig of unknown names."
     ] = None

@@ -63,7 +63,7 @@ OPENERS = {
     "motiondb/files/safe_files.py": "the one way",
     "motiondb/files/limits.py": "of the system",
     "motiondb/files/own_folder.py": "files that motiondb made",
-    "motiondb/files/readers/amass.py": "members of an archive",
+    "motiondb/files/readers/array_files.py": "members of an archive",
     "motiondb/store/connection/log_mark.py": "an empty file of its own",
     "motiondb/store/connection/opening.py": "of the system",
     "motiondb/store/connection/turns.py": "notes, to lock them",

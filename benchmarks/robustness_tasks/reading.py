@@ -20,8 +20,7 @@ import odd_captures
 from motiondb import MotionDB
 from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
 from motiondb.files.formats import capture_format, read_capture_bytes
-from motiondb.files.limits import ReadLimits, ReadOptions, guarded
-from motiondb.files.readers.amc import AsfFile
+from motiondb.files.limits import ReadLimits, ReadOptions, SkeletonFile, guarded
 from robustness_tasks.odd_texts import text_case
 
 SHARE_CAPTURES, SHARE_C3D, SHARE_WRITING = 0.5, 0.01, 0.03
@@ -77,7 +76,7 @@ def _read_capture(
         path = place.folder / f"sheet{suffix}"
         path.write_bytes(data)
         return read_sheet(path) if suffix == ".tsv" else read_event_sheet(path)
-    asf = AsfFile(companions["skeleton.asf"]) if companions else None
+    asf = SkeletonFile(companions["skeleton.asf"]) if companions else None
     options = ReadOptions(skip_bad_frames=seed % 3 == 0, limits=ReadLimits(10.0))
     kind = capture_format(f"odd{suffix}")
     clip = read_capture_bytes(data, kind, path=f"odd{suffix}", skeleton=asf, options=options)

@@ -10,6 +10,9 @@ required roles is taken, then the one with the most roles, then the first; roles
 find are taken from the others, where the joint hangs where it should. :func:`joint_map` refuses a
 skeleton without hips, knees, ankles, shoulders, elbows and a neck, and lists its joints.
 
+Where no convention names a body, the words of links and hinges of robots are looked at
+(:mod:`motiondb.body.robot_names`).
+
 Where the joints of the trunk have other names, those nearest to a third and to three fifths of the
 way from the pelvis to the neck are taken. Skeletons of Vicon Shogun have the names of
 MotionBuilder.
@@ -26,6 +29,7 @@ import numpy as np
 
 from motiondb.body import body
 from motiondb.body.kinematics import is_below
+from motiondb.body.robot_names import robot_roles
 from motiondb.errors import SkeletonError, suggestion
 from motiondb.records import IntArray, Skeleton
 
@@ -208,6 +212,10 @@ def joint_map(skeleton: Skeleton, user_map: Mapping[str, str] | None = None) -> 
         if _worth(found) > _worth(chosen):
             best, chosen, numbers, conventions = other, found, plain, _SIDES_FIRST
     roles = {role: _of_equals(role, joints) for role, joints in chosen.items()}
+    if any(role not in chosen for role in REQUIRED):
+        robot = robot_roles(skeleton)
+        if _worth(robot) > _worth(chosen):
+            best, roles = "robots", robot
     roles |= _read_user_map(user_map or {}, skeleton)
     _fill(roles, numbers, conventions, skeleton)
     missing = [role for role in REQUIRED if role not in roles]

@@ -74,7 +74,8 @@ def propose_map(skeleton: Skeleton) -> dict[str, str]:
                 for side in sides
             ]
         for side, chosen in zip("lr", sides):
-            found |= {f"{side}_{part}": skeleton.names[j] for part, j in chosen.items()}
+            proposed = {f"{side}_{part}": skeleton.names[j] for part, j in chosen.items()}
+            found = proposed | found
     for part in ("neck", "head"):
         taken = set(found.values())
         options = [j for j in _candidates(words, "", part) if skeleton.names[j] not in taken]

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
 
@@ -17,6 +18,7 @@ from motiondb.errors import CaptureError
 from motiondb.files.safe_files import is_file, leads_out, open_file
 from motiondb.files.text import quoted
 
+_MODELS = (".xml", ".mjcf", ".urdf")
 FORMATS = MappingProxyType(
     {
         ".bvh": "bvh",
@@ -28,20 +30,32 @@ FORMATS = MappingProxyType(
         ".fbx": "fbx",
         ".trc": "trc",
         ".nc": "movement",
+        ".npy": "positions",
+        ".csv": "robot",
+        ".pkl": "robot",
     }
 )  # Ending, lower case -> format
 WITH_TAKES = frozenset({"fbx", "c3d", "trc"})
 """Formats of which one file may hold several captures, takes or performers."""
 CAPTURE_ENDINGS: tuple[str, ...] = tuple(FORMATS)
-"""Endings of captures, lower case; ".txt" and ".json" count where they hold DeepMimic's JSON."""
+"""Endings of captures, lower case; ".txt" and ".json" count where they hold DeepMimic's JSON,
+".csv", ".npy" and ".pkl" where they hold motion."""
+WITH_SKELETON: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {".amc": (".asf",), ".csv": _MODELS, ".pkl": (*_MODELS, ".txt")}
+    | {".npz": (*_MODELS, ".txt"), ".npy": (".txt",)}
+)
+"""Ending of a capture -> endings of the skeleton file that may belong to it: an ASF, the model of a
+robot, names of joints."""
+NAME_FILES = ("joint_names.txt", "joints.txt")
+"""Text files of joint names for all arrays of their folder; ``NAME.joints.txt`` is for one."""
 OTHER_FORMATS = MappingProxyType(
     {
         ".trb": "marker tracks of Motion Analysis",
         ".htr": "Motion Analysis HTR",
         ".gtr": "Motion Analysis GTR",
-        ".mot": "OpenSim motion",
-        ".sto": "OpenSim storage",
-        ".osim": "OpenSim model",
+        ".mot": "OpenSim motion: joint angles of a model that is not read",
+        ".sto": "OpenSim storage: joint angles or forces of a model that is not read",
+        ".osim": "OpenSim model, a skeleton without motion",
         ".v": "Vicon V-file",
         ".vsk": "Vicon skeleton",
         ".vst": "Vicon skeleton template",
@@ -79,6 +93,7 @@ GENERIC_SKELETONS = frozenset(
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069]")
 """Characters that end lines, command terminals or turn the direction of writing around: a list of
 captures that holds them would show what is not there."""
+_HEAD = 65536  # Bytes of a table or an array in which is looked whether it holds motion
 _LOOK = 4096
 """Bytes at both ends of a text file in which the key "Frames" is searched for: DeepMimic writes it
 within the first or, where other keys follow, the last few hundred bytes."""
@@ -96,8 +111,11 @@ def find_captures(folder: Path | str, within: Path | None = None) -> list[Path]:
 
 
 def holds_capture(path: Path) -> bool:
-    """Whether a file with the ending of a capture may hold one; ".txt" and ".json" often do not."""
-    return path.suffix.lower() not in (".txt", ".json") or _is_deepmimic(path)
+    """Whether a file with the ending of a capture may hold one; those of tables often do not."""
+    ending = path.suffix.lower()
+    if ending in (".csv", ".npy", ".pkl"):
+        return _is_motion(path, ending)
+    return ending not in (".txt", ".json") or _is_deepmimic(path)
 
 
 def not_read(folder: Path | str) -> tuple[str, ...]:
@@ -115,7 +133,11 @@ def not_read(folder: Path | str) -> tuple[str, ...]:
         elif path.suffix.lower() in FORMATS and not path.is_file():
             what = "a link that leads to no file" if path.is_symlink() else "a pipe or device"
             sentences.append(f"{printable(path)}: {what} is not read")
-        elif path.suffix.lower() in OTHER_FORMATS and path.is_file():
+        elif (
+            path.suffix.lower() in OTHER_FORMATS
+            and path.is_file()
+            and not (path.suffix.lower() in FORMATS and holds_capture(path))
+        ):
             others.setdefault(path.suffix.lower(), []).append(path)
     for ending, paths in others.items():
         more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
@@ -152,18 +174,25 @@ def name_fault(path: Path | str) -> str:
 
 
 def skeleton_path(path: Path | str, skeleton: Path | str | None = None) -> Path | None:
-    """Return the ASF file that belongs to an AMC file; None for captures that need none.
+    """Return the skeleton file that belongs to a capture; None for captures that need none.
 
-    That is, in this order: ``skeleton`` if given; of the ASF files of the same folder, in any case
-    of letters, the one with the longest name that the AMC's name is or begins with (``16.asf`` for
-    ``16_01.amc``); the only one of the folder, if its name is the folder's or says nothing about
-    whose skeleton it is (``skeleton.asf``). An ASF file with another performer's name is not used.
+    For the motion of a robot: ``skeleton`` if given; of the models (MJCF, URDF) of the same folder
+    the one with the longest name that the capture's name begins with; the only one. For positions:
+    ``walk.joints.txt`` for ``walk.npy``, or ``joint_names.txt``.
+
+    For an AMC, in this order: ``skeleton`` if given; of the ASF files of the same folder, in any
+    case of letters, the one with the longest name that the AMC's name is or begins with (``16.asf``
+    for ``16_01.amc``); the only one of the folder, if its name is the folder's or says nothing
+    about whose skeleton it is (``skeleton.asf``). An ASF with another
+    performer's name is not used.
     """
     path = Path(path)
-    if path.suffix.lower() != ".amc":
+    if path.suffix.lower() not in WITH_SKELETON:
         return None
     if skeleton is not None:
         return Path(skeleton)
+    if path.suffix.lower() != ".amc":
+        return _model_beside(path)
     beside = sorted(p for p in _children(path.parent) if p.suffix.lower() == ".asf")
     named = [asf for asf in beside if _begins_with(path.stem, asf.stem)]
     if named:
@@ -185,7 +214,7 @@ def named_skeleton(path: Path, name: str, folder: Path, allow_outside: bool = Fa
     outside = False
     if "\0" not in name:
         for base in (root, path.parent):
-            for ending in ("", ".asf"):
+            for ending in ("", *WITH_SKELETON.get(path.suffix.lower(), (".asf",))):
                 candidate = base / (name + ending)
                 if not is_file(candidate):
                     continue
@@ -203,6 +232,59 @@ def named_skeleton(path: Path, name: str, folder: Path, allow_outside: bool = Fa
         f"expected the skeleton {quoted(name, 200)} of the sheet below {root} or beside the "
         "capture, found none. Correct the column 'skeleton'.",
     )
+
+
+def _model_beside(path: Path) -> Path | None:
+    """Return the model, or the names of joints, beside an array; None where it is not clear."""
+    try:
+        beside = _beside(path.parent, path.parent.stat().st_mtime_ns)
+    except OSError:
+        return None
+    endings = WITH_SKELETON[path.suffix.lower()]
+    models = [p for p in beside if p.suffix.lower() in endings and p.suffix.lower() != ".txt"]
+    named = [model for model in models if _begins_with(path.stem, model.stem)]
+    if named or len({model.stem for model in models}) == 1:
+        return max(named or models, key=lambda p: (len(p.stem), p.suffix.lower() != ".urdf"))
+    texts = {p.name.lower(): p for p in beside if ".txt" in endings}
+    wanted = (f"{path.stem.lower()}.joints.txt", *NAME_FILES)
+    return next((texts[name] for name in wanted if name in texts), None)
+
+
+@lru_cache(maxsize=64)
+def _beside(folder: Path, _changed: int) -> tuple[Path, ...]:
+    """Return the models and lists of names in a folder, which was changed at a time."""
+    from motiondb.files.readers.first_bytes import is_model
+
+    found = []
+    for path in sorted(_children(folder)):
+        name = path.name.lower()
+        is_robot = path.suffix.lower() in _MODELS and is_model(_start(path))
+        if is_robot or name in NAME_FILES or name.endswith(".joints.txt"):
+            found.append(path)
+    return tuple(found)
+
+
+def _start(path: Path) -> bytes:
+    """Return the first bytes of a file; none if it may not be read."""
+    try:
+        with open_file(path) as file:
+            return file.read(_HEAD)
+    except OSError:
+        return b""
+
+
+def _is_motion(path: Path, ending: str) -> bool:
+    """Say whether a table or an array may hold motion, or may not be read, which is told later."""
+    from motiondb.files.readers import array_files, first_bytes
+
+    start = _start(path)
+    if not start:
+        return path.is_file() and not os.access(path, os.R_OK)
+    if ending == ".npy":
+        return first_bytes.is_points_shape(array_files.npy_shape(start))
+    if ending == ".csv":
+        return first_bytes.is_robot_csv(start)
+    return any(key.encode() in start for key in ("root_pos", "root_rot", "root_trans", "dof_pos"))
 
 
 def _begins_with(stem: str, name: str) -> bool:

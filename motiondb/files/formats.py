@@ -16,17 +16,23 @@ import numpy as np
 from motiondb.body.joint_names import mirror_joints
 from motiondb.body.world import as_asked, asked_unit_notes
 from motiondb.errors import CaptureError
-from motiondb.files.folder import CAPTURE_ENDINGS, FORMATS, WITH_TAKES, skeleton_path
+from motiondb.files.folder import (
+    CAPTURE_ENDINGS,
+    FORMATS,
+    OTHER_FORMATS,
+    WITH_TAKES,
+    skeleton_path,
+)
 from motiondb.files.limits import (
     AS_USUAL,
     ReadOptions,
+    SkeletonFile,
     check_clip_size,
     check_duration,
     check_file_size,
     check_options,
     guarded,
 )
-from motiondb.files.readers.amc import AsfFile
 from motiondb.files.safe_files import is_file, open_file
 from motiondb.records import Clip
 
@@ -44,10 +50,22 @@ def capture_format(path: Path | str) -> str:
     ending = Path(path).suffix.lower()
     if ending not in FORMATS:
         known = ", ".join(CAPTURE_ENDINGS)
+        what = f" ({OTHER_FORMATS[ending]})" if ending in OTHER_FORMATS else ""
         raise CaptureError(
-            path, f"expected a capture ({known}), found ending {ending!r}. Rename or convert it."
+            path,
+            f"expected a capture ({known}), found ending {ending!r}{what}. Rename or convert it.",
         )
     return FORMATS[ending]
+
+
+def data_format(data: bytes, path: Path | str) -> str:
+    """Return the format of a file by its ending and, for arrays, by what they are called."""
+    kind = capture_format(path)
+    if kind != "amass":
+        return kind
+    from motiondb.files.readers.array_motion import array_kind
+
+    return array_kind(data, kind)
 
 
 def read_capture(
@@ -68,7 +86,8 @@ def read_capture(
     path : Path or str
         The file; its ending names the format. ``FILE.fbx#TAKE`` is one of several takes.
     skeleton : Path or str or None
-        The ASF file of an AMC; None: the one that :func:`skeleton_path` finds.
+        The ASF file of an AMC, the model (MJCF or URDF) of a robot's motion, or a text file with
+        the names of the joints of an array; None: the one that :func:`skeleton_path` finds.
     fps : float or None
         Frames per second, instead of the rate in the file.
     unit : float or None
@@ -103,12 +122,12 @@ def read_capture(
         mirror_world=mirror_world,
         swap_sides=swap_sides,
     )
-    asf = skeleton_path(path, skeleton) if kind == "amc" else None
+    beside = skeleton_path(path, skeleton)
     return read_capture_bytes(
         read_file(path, options),
         kind,
         path=path,
-        skeleton=None if asf is None else AsfFile(read_file(asf, options), asf),
+        skeleton=None if beside is None else SkeletonFile(read_skeleton(beside, options), beside),
         options=options,
     )
 
@@ -118,7 +137,7 @@ def read_capture_bytes(
     kind: str,
     *,
     path: Path | str = "capture",
-    skeleton: AsfFile | None = None,
+    skeleton: SkeletonFile | None = None,
     options: ReadOptions = AS_USUAL,
 ) -> Clip:
     """Read the clip in the bytes of a capture."""
@@ -135,7 +154,7 @@ def read_takes_bytes(
     kind: str,
     *,
     path: Path | str = "capture",
-    skeleton: AsfFile | None = None,
+    skeleton: SkeletonFile | None = None,
     options: ReadOptions = AS_USUAL,
 ) -> dict[str, Clip]:
     """Read the clips in the bytes of a capture by the names of their takes; "" for the only one."""
@@ -170,7 +189,7 @@ def _as_asked(clip: Clip, path: object, options: ReadOptions) -> Clip:
     """Return a clip in the world that the user names; markers and positions are read so."""
     if options.unit is not None:
         clip = replace(clip, notes=clip.notes + asked_unit_notes(clip))
-    if clip.format in ("c3d", "trc", "movement"):
+    if clip.format in ("c3d", "trc", "movement", "positions"):
         return clip
     names = mirror_joints(clip.skeleton) if options.swap_sides else None
     if names is not None and (names == np.arange(len(names))).all():
@@ -213,8 +232,19 @@ def read_file(path: Path, options: ReadOptions) -> bytes:
         raise CaptureError(path, f"expected a readable file, found: {reason}.") from error
 
 
+def read_skeleton(path: Path, options: ReadOptions) -> bytes:
+    """Return the content of the skeleton file of a capture, with the files that it includes."""
+    from motiondb.files.readers.first_bytes import MODEL_ENDINGS
+    from motiondb.files.readers.robot_model import whole_model
+
+    data = read_file(path, options)
+    if path.suffix.lower() not in MODEL_ENDINGS:
+        return data
+    return whole_model(data, path, lambda inner: read_file(inner, options))
+
+
 def _read(
-    data: bytes, kind: str, path: Path | str, skeleton: AsfFile | None, options: ReadOptions
+    data: bytes, kind: str, path: Path | str, skeleton: SkeletonFile | None, options: ReadOptions
 ) -> Clip:
     """Call the reader of a format; each is imported where it is needed."""
     if kind == "bvh":
@@ -229,10 +259,10 @@ def _read(
         from motiondb.files.readers.deepmimic import read_deepmimic
 
         return read_deepmimic(data, path, options)
-    if kind == "amass":
-        from motiondb.files.readers.amass import read_amass
+    if kind in ("amass", "robot", "positions"):
+        from motiondb.files.readers.array_motion import read_array_motion
 
-        return read_amass(data, path, options)
+        return read_array_motion(data, path, skeleton, options)
     if kind == "c3d":
         from motiondb.files.readers.c3d import read_c3d
 

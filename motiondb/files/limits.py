@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
+from typing import NamedTuple
 
 import numpy as np
 
@@ -66,6 +67,16 @@ class ReadLimits:
 
 NO_LIMITS = ReadLimits(sys.float_info.max, sys.maxsize, sys.maxsize, sys.maxsize)
 """For bytes that were accepted before, such as those that a database keeps."""
+
+
+class SkeletonFile(NamedTuple):
+    """The file beside a capture that it needs: its content, and its name in messages.
+
+    The ASF of an AMC, the model of a robot, the names of the joints of an array.
+    """
+
+    data: bytes
+    path: object = "skeleton.asf"
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,9 @@
 
 BVH: the pose without rotations; where nobody could stand so, that of the first frame (in files of
 Bandai-Namco all bones lie along one axis without rotations, in some of CMU the legs point up).
-FBX: the pose in which the joints stand in the file, of the person with the most joints. glTF: that
-of the nodes; the joints are those of the first skin, or of the animated nodes where there is none.
-Meshes are not read.
+MJCF and URDF: the pose in which all hinges are 0. FBX: the pose in which the joints stand in the
+file, of the person with the most joints. glTF: that of the nodes; the joints are those of the first
+skin, or of the animated nodes where there is none. Meshes are not read.
 """
 
 from __future__ import annotations
@@ -16,17 +16,21 @@ from typing import Any
 
 import numpy as np
 
-from motiondb.body import body, changes, kinematics, retarget, rotation
+from motiondb.body import body, changes, hinges, kinematics, retarget, rotation
+from motiondb.body.hinges import Robot
 from motiondb.body.joint_names import REQUIRED, joint_map
 from motiondb.body.joint_proposals import map_text, propose_map
 from motiondb.errors import CaptureError, SkeletonError
-from motiondb.files.formats import read_capture_bytes, read_file
+from motiondb.files.formats import read_capture_bytes, read_file, read_skeleton
 from motiondb.files.json_text import parse_json
 from motiondb.files.limits import AS_USUAL, guarded
+from motiondb.files.own_rigs import OWN_RIGS, own_rig
+from motiondb.files.readers.first_bytes import MODEL_ENDINGS
+from motiondb.files.readers.robot_model import read_robot
 from motiondb.files.safe_files import output_file
 from motiondb.records import Clip, FloatArray, Skeleton
 
-ENDINGS = (".bvh", ".fbx", ".glb", ".gltf")  # Of files that hold a rig
+ENDINGS = (".bvh", ".fbx", ".glb", ".gltf", *MODEL_ENDINGS)  # Of files that hold a rig
 _ALIKE = 0.8  # Cosine of the angle between directions that count as alike. By hand
 _MOST_JSON = 100_000_000  # Bytes of the document of a glTF file
 
@@ -35,9 +39,16 @@ def read_rig(path: Path | str, user_map: Mapping[str, str] | None = None) -> Cli
     """Read the rig in a file (CaptureError); `user_map`: role -> joint."""
     path = Path(path)
     ending = path.suffix.lower()
+    if str(path) in OWN_RIGS and not path.exists():
+        return own_rig(str(path))
     if ending not in ENDINGS:
         known = ", ".join(ENDINGS)
-        raise CaptureError(path, f"expected a rig ({known}), found ending {ending!r}.")
+        raise CaptureError(
+            path, f"expected a rig ({known}, or {', '.join(OWN_RIGS)}), found ending {ending!r}."
+        )
+    if ending in MODEL_ENDINGS:
+        robot = read_model(path)
+        return replace(hinges.to_clip(robot, hinges.at_zero(robot), 30.0), unit=1.0)
     data = read_file(path, AS_USUAL)
     if ending == ".bvh":
         clip = read_capture_bytes(data, "bvh", path=path)
@@ -52,6 +63,13 @@ def read_rig(path: Path | str, user_map: Mapping[str, str] | None = None) -> Cli
 
             return read_pose(data, path)
         return _read_gltf(data, path)
+
+
+def read_model(path: Path) -> Robot:
+    """Read the robot in an MJCF or URDF file (CaptureError)."""
+    with guarded(path):
+        robot = read_robot(read_skeleton(path, AS_USUAL), path)
+        return replace(robot, name=path.name)
 
 
 def _stands(pose: Clip, user_map: Mapping[str, str] | None) -> bool:

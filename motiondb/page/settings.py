@@ -11,7 +11,7 @@ from motiondb.files.folder import CAPTURE_ENDINGS
 
 VERSION = version("motiondb")  # The installed version of motiondb
 LOOPBACK = ("127.0.0.1", "::1", "localhost")  # Addresses that only this computer can reach
-SKELETON_ENDINGS = (".asf",)
+SKELETON_ENDINGS = (".asf", ".xml", ".mjcf", ".urdf")
 SHEET_ENDINGS = (".tsv", ".csv")
 BUNDLE = Path(__file__).parent / "bundle"  # The folder into which the build writes them
 ENDINGS = (".html", ".js", ".css", ".svg", ".png", ".ico", ".woff2", ".map", ".webmanifest", ".txt")
@@ -88,7 +88,7 @@ def upload_kind(name: str) -> str:
     ('capture', 'sheet', '')
     """
     ending = Path(name).suffix.lower()
-    kinds = (("capture", CAPTURE_ENDINGS), ("skeleton", SKELETON_ENDINGS), ("sheet", SHEET_ENDINGS))
+    kinds = (("sheet", SHEET_ENDINGS), ("capture", CAPTURE_ENDINGS), ("skeleton", SKELETON_ENDINGS))
     return next((kind for kind, endings in kinds if ending in endings), "")
 
 

@@ -14,8 +14,7 @@ from odd_captures import AMC, ASF, BVH, DEEPMIMIC
 
 from motiondb.errors import CaptureError, QueryError
 from motiondb.files.formats import read_capture_bytes
-from motiondb.files.limits import NO_LIMITS, ReadLimits, ReadOptions, guarded
-from motiondb.files.readers.amc import AsfFile
+from motiondb.files.limits import NO_LIMITS, ReadLimits, ReadOptions, SkeletonFile, guarded
 
 
 def refusal(data: bytes | str, kind: str, asf: str = ASF, **options: object) -> str:
@@ -23,7 +22,7 @@ def refusal(data: bytes | str, kind: str, asf: str = ASF, **options: object) -> 
     raw = data.encode() if isinstance(data, str) else data
     with pytest.raises(CaptureError) as caught:
         read_capture_bytes(
-            raw, kind, path="f", skeleton=AsfFile(asf.encode(), "s.asf"),
+            raw, kind, path="f", skeleton=SkeletonFile(asf.encode(), "s.asf"),
             options=ReadOptions(**options),
         )  # fmt: skip
     return str(caught.value)

@@ -12,8 +12,7 @@ from odd_npz import mutated_npz
 from motiondb.body import retarget
 from motiondb.errors import CaptureError, MotionDBError
 from motiondb.files.formats import capture_format, read_capture_bytes
-from motiondb.files.limits import ReadLimits, ReadOptions, guarded
-from motiondb.files.readers.amc import AsfFile
+from motiondb.files.limits import ReadLimits, ReadOptions, SkeletonFile, guarded
 from motiondb.files.sheets import read_event_sheet, read_sheet
 
 UNEXPECTED = "expected a file that its reader knows"
@@ -33,7 +32,7 @@ def read_file(suffix: str, data: bytes, companions: Companions, folder: Path) ->
             path.write_bytes(data)
             (read_sheet if suffix == ".tsv" else read_event_sheet)(path)
             return ""
-        asf = AsfFile(companions["skeleton.asf"]) if companions else None
+        asf = SkeletonFile(companions["skeleton.asf"]) if companions else None
         kind = capture_format(f"odd{suffix}")
         clip = read_capture_bytes(data, kind, path=f"odd{suffix}", skeleton=asf)
         with guarded("odd"):

@@ -62,7 +62,8 @@ def test_refusals(tmp_path: Path) -> None:
         cut: "expected a whole glTF file, found one that is cut short.",
         meshes: "expected a skin with joints, found none. Export the skeleton with the file.",
         circle: "expected a tree of nodes, found a circle.",
-        tmp_path / "d.obj": "expected a rig (.bvh, .fbx, .glb, .gltf), found ending '.obj'.",
+        tmp_path / "d.obj": "expected a rig (.bvh, .fbx, .glb, .gltf, .xml, .mjcf, .urdf, or "
+        "lafan1, soma, mixamo, smpl), found ending '.obj'.",
     }
     for path, said in expected.items():
         with pytest.raises(CaptureError) as caught:

@@ -33,12 +33,15 @@ from motiondb.files import packed_files
 from motiondb.files.arrays import ARRAY_ENDINGS, write_arrays
 from motiondb.files.limits import MAX_FPS, MIN_FPS
 from motiondb.files.own_files import check_overwriting
-from motiondb.files.rigs import read_rig
+from motiondb.files.readers.first_bytes import MODEL_ENDINGS
+from motiondb.files.rigs import read_model, read_rig
+from motiondb.files.robot_writer import ROBOT_ENDINGS, write_robot
 from motiondb.files.units import UNITS
 from motiondb.generate.contact import find_contacts
 from motiondb.generate.loops import Loop, looped
 from motiondb.generate.material import SequenceMotion
 from motiondb.generate.onto import at_rest, onto
+from motiondb.generate.onto_hinges import FittedRobot, onto_robot
 from motiondb.records import MOTION_FPS, BoolArray, CaptureInfo, Clip, Fit, Motion
 
 GLTF = (".glb", ".gltf")
@@ -66,7 +69,8 @@ class MotionChanges:
     """Whether left and right are exchanged."""
     onto: Path | None = None
     """File with a rig (.bvh, .fbx, .glb or .gltf), onto whose joints and proportions the motion on
-    the canonical body is put."""
+    the canonical body is put; the model of a robot (MJCF, URDF), for whose hinges it is solved; or
+    "lafan1", "soma", "mixamo" or "smpl", rigs of this program with the joints of these."""
     joint_map: Mapping[str, str] = field(default_factory=dict)
     """Role -> joint name, for a rig, or a capture, that no convention fits."""
     is_cycle: bool = False
@@ -309,6 +313,8 @@ def write_motion(motion: Motion, path: Path, asked: MotionChanges, owner: str = 
     if asked.onto is None:
         return write_changed(retarget.to_clip(motion), path, asked, owner)
     check_changes(asked, path)
+    if asked.onto.suffix.lower() in MODEL_ENDINGS:
+        return _write_on_robot(motion, path, asked, owner)
     rig = read_rig(asked.onto, asked.joint_map)
     fitted = onto(motion, rig, _map_of(rig, path, asked))
     done = changed(fitted.clip, asked)
@@ -318,6 +324,52 @@ def write_motion(motion: Motion, path: Path, asked: MotionChanges, owner: str = 
     missing = _write(clip, path, asked, owner)
     said = (*_say_fit(asked.onto, fitted.fit), *done.said, *missing)
     return Changed(clip, said, fit=fitted.fit)
+
+
+def _write_on_robot(motion: Motion, path: Path, asked: MotionChanges, owner: str) -> Changed:
+    """Write a motion of the canonical body on the hinges of a robot, with changes."""
+    assert asked.onto is not None
+    robot = read_model(asked.onto)
+    first = changed(retarget.to_clip(motion), asked.of_motion)
+    size = motion.leg_length / body.LEG_LENGTH
+    before = replace(
+        motion,
+        local_rotations=first.clip.local_rotations.astype(np.float32),
+        root_positions=(first.clip.root_positions / size).astype(np.float32),
+    )
+    fitted = onto_robot(before, robot, asked.joint_map)
+    said = [*first.said, *_say_robot(asked.onto, fitted)]
+    made = fitted.motion
+    if asked.speed != 1.0 or asked.fps not in (None, made.fps):
+        made = made.resampled(asked.fps or made.fps, asked.speed)
+        tempo = "" if asked.speed == 1.0 else f", {asked.speed:g} times as fast"
+        said.append(f"interpolated to {made.fps:g} frames a second{tempo}")
+    clip = made.clip()
+    if path.suffix.lower() in ROBOT_ENDINGS:
+        beside = write_robot(path, robot, made.fps, made.root, made.turns, made.values)
+        order = "x, y, z, w" if beside else "w, x, y, z"
+        said.append(
+            f"z up, metres, radians; quaternions {order}; joints in the order of {asked.onto.name}"
+            + (f" (columns and rate: {beside})" if beside else "")
+        )
+    else:
+        unit = asked.unit or FIXED_UNITS.get(path.suffix.lower(), 0.01)
+        said += _write(replace(clip, unit=unit), path, asked, owner)
+    return Changed(clip, tuple(said), first.first, fitted.fit)
+
+
+def _say_robot(model: Path, fitted: FittedRobot) -> list[str]:
+    """Say how well a robot follows a motion."""
+    fit = fitted.fit
+    return [
+        f"onto {model.name}: {fit.driven} hinges follow the motion within their limits; the legs "
+        f"are {fit.scale:.2f} times those of the canonical body",
+        f"onto: joints are {1000 * fitted.joint_error:.0f} mm from their scaled places in the mean "
+        f"({1000 * fitted.most_joint_error:.0f} at most), the feet {1000 * fit.foot_error:.0f} "
+        f"({1000 * fit.most_foot_error:.0f}), the hands {1000 * fit.hand_error:.0f} "
+        f"({1000 * fit.most_hand_error:.0f}; {fit.hands}); feet in contact slip "
+        f"{100 * fit.slip:.1f} cm/s, in the motion {100 * fit.slip_of_motion:.1f}",
+    ]
 
 
 def _keeps_frames(source: Path, rig: Clip) -> bool:
@@ -375,7 +427,8 @@ def write_added(
 ) -> Exported:
     """Write the file that was added, and the skeleton of an AMC beside it."""
     said: tuple[str, ...] = ()
-    skeleton = path.with_suffix(".asf") if source.skeleton_data is not None else None
+    ending = Path(source.skeleton_name or "").suffix or ".asf"
+    skeleton = path.with_suffix(ending) if source.skeleton_data is not None else None
     if skeleton is not None and source.skeleton_data is not None:
         check_overwriting(path)  # both files or none
         check_overwriting(skeleton)

@@ -30,12 +30,25 @@ from motiondb.answers.plain import extended
 from motiondb.body import body, retarget
 from motiondb.body.world import UPS, Found
 from motiondb.errors import CaptureError, MotionDBError
-from motiondb.files.folder import named_skeleton, skeleton_path
-from motiondb.files.formats import capture_format, read_capture_bytes, read_file, read_takes_bytes
-from motiondb.files.limits import NO_LIMITS, ReadLimits, ReadOptions, cap_memory, guarded
+from motiondb.files.folder import WITH_SKELETON, named_skeleton, skeleton_path
+from motiondb.files.formats import (
+    capture_format,
+    data_format,
+    read_capture_bytes,
+    read_file,
+    read_skeleton,
+    read_takes_bytes,
+)
+from motiondb.files.limits import (
+    NO_LIMITS,
+    ReadLimits,
+    ReadOptions,
+    SkeletonFile,
+    cap_memory,
+    guarded,
+)
 from motiondb.files.packed_files import Source, leave_out, pack_source
 from motiondb.files.parent_process import end_with_parent, is_main_thread
-from motiondb.files.readers.amc import AsfFile
 from motiondb.files.readers.child_process import how_ended, too_slow
 from motiondb.files.safe_files import read_bounded_text
 from motiondb.files.sheets import SheetEntry
@@ -90,6 +103,9 @@ class AddSettings:
     """Limits for reading one file."""
     keep_implausible: bool = False
     """Keep captures that move faster than people can."""
+    skeleton: Path | None = None
+    """The skeleton file of the captures whose sheet names none: the model (MJCF, URDF) of a robot,
+    an ASF, or names of joints, one a line."""
     outside_skeletons: bool = False
     """Allow a sheet to name skeletons outside the added folder."""
     within: Path | None = None
@@ -154,11 +170,13 @@ class FileToRead:
         return extended(ReadOptions, settings, fps=fps, up=up)
 
     def skeleton(self) -> Path | None:
-        """The skeleton file of an AMC; CaptureError if it is not found."""
-        entry, path = self.entry, self.path
-        named = entry.skeleton if entry and path.suffix.lower() == ".amc" else None
+        """The skeleton file that the capture needs; CaptureError if it is not found."""
+        entry, path, given = self.entry, self.path, self.settings.skeleton
+        endings = WITH_SKELETON.get(path.suffix.lower(), ())
+        named = entry.skeleton if entry and endings else None
         if not named:
-            return skeleton_path(path)
+            fits = given is not None and given.suffix.lower() in endings
+            return skeleton_path(path, given if fits else None)
         return named_skeleton(path, named, self.folder, self.settings.outside_skeletons)
 
 
@@ -429,10 +447,11 @@ def _load(job: FileToRead) -> _Loaded | Readings:
     path, options = job.path, job.options()
     try:
         with guarded(path, job.seconds(_size(path))):
-            kind = capture_format(path)
+            capture_format(path)
             data = read_file(path, options)
+            kind = data_format(data, path)
             asf = job.skeleton()
-            skeleton_data = read_file(asf, options) if asf else None
+            skeleton_data = read_skeleton(asf, options) if asf else None
             return _Loaded(options, kind, data, asf, skeleton_data)
     except MotionDBError as error:
         return (_with_problem(job.name, path, error),)
@@ -461,7 +480,7 @@ def _solve_takes(job: FileToRead, loaded: _Loaded) -> Readings:
     """Solve the canonical body for each take of a file."""
     path, data, kind, asf = job.path, loaded.data, loaded.kind, loaded.asf
     skeleton_data, options = loaded.skeleton_data, loaded.options
-    skeleton = AsfFile(skeleton_data, asf) if skeleton_data is not None else None
+    skeleton = SkeletonFile(skeleton_data, asf) if skeleton_data is not None else None
     clips = read_takes_bytes(data, kind, path=path, skeleton=skeleton, options=options)
     readings = []
     for take, clip in clips.items():
@@ -527,7 +546,7 @@ def read_stored(
     up = worlds.get(info.sha256) if isinstance(worlds, Mapping) else None
     skeleton = None
     if source.skeleton_data is not None:
-        skeleton = AsfFile(source.skeleton_data, source.skeleton_name or "")
+        skeleton = SkeletonFile(source.skeleton_data, source.skeleton_name or "")
     options = ReadOptions(
         fps=fps,
         unit=float(str(unit)) if unit else None,

@@ -9,9 +9,6 @@ AMASS has z up, which a posture cannot contradict; another axis is up where the 
 the whole take, and told where the body stands along it. The world is turned so that y is up; where
 the user names the axis, it stays.
 
-Sizes and types of the arrays are checked before any array is unpacked, because a few kilobytes of
-compressed zeros can unpack to gigabytes.
-
 Source: Loper et al., "SMPL", ACM Transactions on Graphics 34(6), 2015 (the joints and their order);
 Mahmood et al., "AMASS", ICCV 2019 (the arrays). The rest positions are rounded to a centimetre and
 made symmetric: proportions of an average adult, not data of the model.
@@ -19,21 +16,19 @@ made symmetric: proportions of an average adult, not data of the model.
 
 from __future__ import annotations
 
-import io
 import itertools
 import math
-import warnings
-import zipfile
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from motiondb.body import body, kinematics, rotation, world
 from motiondb.body.joint_names import joint_map
 from motiondb.errors import CaptureError
 from motiondb.files.limits import AS_USUAL, ReadOptions, check_clip_size, check_rate
+from motiondb.files.readers.array_files import RATES, load_npz
 from motiondb.files.readers.smpl_rotations import joint_numbers, to_rotations
 from motiondb.files.text import quoted
 from motiondb.records import BoolArray, Clip, Skeleton
@@ -71,15 +66,19 @@ _ENDS = (
     ("R_Wrist", (-0.17, -0.01, -0.02)),
 )
 N_JOINTS = len(_TABLE)
-_RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "framerate", "frame_rate")
-_UNPACKED, _RATIO = 256_000_000, 20
-"""Bytes to which the arrays of a file may unpack, or this multiple of the file's size if that is
-more. An hour of poses at 60 frames a second takes 270 MB, and compressed motion has at least a
-third of its size; compressed zeros have a thousandth."""
 _POSES = ("poses", "smpl_poses", "pose", "fullpose")
 _PARTS = (("root_orient", "global_orient"), ("pose_body", "body_pose"))
 _TRANS = ("trans", "transl", "smpl_trans")
 _SCALE = "smpl_scaling"
+
+
+def is_amass(names: Sequence[str]) -> bool:
+    """Whether arrays of these names are poses of SMPL.
+
+    >>> is_amass(["poses", "trans"]), is_amass(["joint_pos", "fps"])
+    (True, False)
+    """
+    return any(name in names for name in (*_POSES, *itertools.chain(*_PARTS)))
 
 
 def skeleton(unit: float = 1.0) -> Skeleton:
@@ -100,7 +99,8 @@ def skeleton(unit: float = 1.0) -> Skeleton:
 
 def read_amass(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip:
     """Read the clip in the bytes of an npz file."""
-    arrays, names = _load(data, path)
+    wanted = (*_POSES, *itertools.chain(*_PARTS), *_TRANS, _SCALE, *RATES)
+    arrays, names = load_npz(data, path, wanted)
     found = [name for name in _POSES if name in arrays][:1]
     found = found or [next((n for n in part if n in arrays), part[0]) for part in _PARTS]
     if len(found) == 2 and not set(found) <= set(arrays):
@@ -164,49 +164,6 @@ def _with_y_up(clip: Clip) -> Clip:
     )
 
 
-def _load(data: bytes, path: object) -> tuple[dict[str, NDArray[np.generic]], tuple[str, ...]]:
-    """Return the arrays that can be read without running code from the file, and all names."""
-    names = (*_POSES, *itertools.chain(*_PARTS), *_TRANS, _SCALE, *_RATES)
-    wanted = {f"{name}.npy": name for name in names}
-    try:
-        with zipfile.ZipFile(io.BytesIO(data)) as file:
-            members = [info for info in file.infolist() if info.filename in wanted]
-            unpacked = sum(info.file_size for info in members)
-            if unpacked > max(_UNPACKED, _RATIO * len(data)):
-                raise CaptureError(
-                    path,
-                    f"expected arrays of at most {max(_UNPACKED, _RATIO * len(data)) / 1e6:.4g} "
-                    f"MB, found {unpacked / 1e6:.4g} MB packed into {len(data) / 1e6:.4g} MB. "
-                    "Save the motion again, without other data.",
-                )
-            present = tuple(name.removesuffix(".npy") for name in file.namelist())
-            return {wanted[info.filename]: _read_array(file, info) for info in members}, present
-    except CaptureError:
-        raise
-    except Exception as error:  # zipfile and NumPy raise some sixteen kinds for other files
-        raise CaptureError(
-            path, "expected an npz file of plain arrays, found something else. Save it again."
-        ) from error
-
-
-def _read_array(file: zipfile.ZipFile, info: zipfile.ZipInfo) -> NDArray[np.generic]:
-    """The array of a member that its header fits, unpacked piece by piece."""
-    with file.open(info) as member:
-        version = npy.read_magic(member)
-        read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-        with warnings.catch_warnings():  # odd headers make Python's parser warn beside its errors
-            warnings.simplefilter("ignore", SyntaxWarning)
-            shape, _, dtype = read_header(member)
-    if dtype.hasobject or any(length < 0 for length in shape):
-        raise ValueError("objects, or a negative length")
-    size = info.file_size
-    if math.prod(shape) * dtype.itemsize > size or math.prod(shape) > size:
-        raise ValueError("less data than the header says")
-    with file.open(info) as member, warnings.catch_warnings():
-        warnings.simplefilter("ignore", SyntaxWarning)
-        return np.asarray(npy.read_array(member, allow_pickle=False))
-
-
 def _array(
     arrays: dict[str, NDArray[np.generic]], name: str, names: tuple[str, ...], path: object
 ) -> NDArray[np.generic]:
@@ -246,7 +203,7 @@ def _frame_rate(
 ) -> tuple[float, tuple[str, ...]]:
     """Return the frame rate under the first of its usual names that there is, and notes."""
     rates: dict[str, float] = {}
-    for name in _RATES:
+    for name in RATES:
         if name in arrays:
             values = _array(arrays, name, names, path)
             if values.size != 1:

@@ -10,13 +10,18 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
 from motiondb.body import rotation
 from motiondb.errors import CaptureError, suggestion
-from motiondb.files.limits import AS_USUAL, ReadOptions, check_clip_size, check_rate
+from motiondb.files.limits import (
+    AS_USUAL,
+    ReadOptions,
+    SkeletonFile,
+    check_clip_size,
+    check_rate,
+)
 from motiondb.files.readers.asf import AcclaimBody, Bone, axis_rotation, read_asf
 from motiondb.files.text import (
     CUT_SHORT,
@@ -45,15 +50,8 @@ make the comparison endless."""
 Layout = list[tuple[str, int]]  # (bone, number of values) in the order of the lines of a frame
 
 
-class AsfFile(NamedTuple):
-    """The skeleton file of an AMC: its content, and its name in messages."""
-
-    data: bytes
-    path: object = "skeleton.asf"
-
-
 def read_amc(
-    data: bytes, path: object, asf: AsfFile | None, options: ReadOptions = AS_USUAL
+    data: bytes, path: object, asf: SkeletonFile | None, options: ReadOptions = AS_USUAL
 ) -> Clip:
     """Read the clip in the bytes of an AMC file and of its ASF."""
     if asf is None:

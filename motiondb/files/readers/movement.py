@@ -10,20 +10,16 @@ follows from the length of the legs. The library xarray opens the file, in a pro
 from __future__ import annotations
 
 import importlib.util
-import math
 from typing import Any
 
 import numpy as np
 
-from motiondb.body import body, retarget, rotation
-from motiondb.body.joint_names import joint_map, mirror_joints
-from motiondb.body.world import UNITS, find_rate
-from motiondb.errors import CaptureError, MotionDBError, SkeletonError
+from motiondb.body.world import find_rate
+from motiondb.errors import CaptureError, MotionDBError
 from motiondb.files.limits import AS_USUAL, ReadOptions, check_rate
 from motiondb.files.readers.child_process import end_child_with_parent, read_in_child
-from motiondb.files.readers.marker_gaps import LONGEST_GAP, gaps_of, longest_gap, seen, straight
-from motiondb.files.readers.markers import skeleton_of
-from motiondb.records import Clip, FloatArray, Skeleton
+from motiondb.files.readers.point_motion import clip_of_points
+from motiondb.records import Clip
 
 NO_XARRAY = (
     "expected the packages xarray and h5netcdf for data sets of movement, found none. Install "
@@ -42,28 +38,8 @@ def read_movement(data: bytes, path: object, options: ReadOptions = AS_USUAL) ->
     if "fault" in read:
         raise CaptureError(path, str(read["fault"]))
     rate, rate_notes = _rate(read, path, options.fps)
-    names, points, gap_notes = _tracks(read, rate, path, options.skip_bad_frames)
-    if options.mirror_world:
-        points = points * [-1.0, 1.0, 1.0]
-    try:
-        keypoints, notes = _keypoints(names, points, rate, options)
-    except SkeletonError as error:
-        raise CaptureError(path, f"{error} Or rename the keypoints.") from None
-    leg = retarget.legs_of(keypoints)
-    usual, unit = body.LEG_LENGTH, options.unit
-    if unit is None:
-        unit = min(UNITS.values(), key=lambda metres: abs(math.log(leg * metres / usual)))
-        notes += (f"The file has no length unit; by the length of the legs it is {unit:.4g} m.",)
-    return Clip(
-        skeleton=skeleton_of(keypoints * unit),
-        fps=rate,
-        local_rotations=retarget.solve_rotations(keypoints),
-        root_positions=keypoints[:, 0] * unit,
-        format="movement",
-        unit=unit,
-        notes=rate_notes + gap_notes + notes,
-        up="y",
-    )
+    names = list(map(str, read["keypoints"]))
+    return clip_of_points(names, read["points"], rate, options, path, "movement", rate_notes)
 
 
 def _rate(read: dict[str, Any], path: object, asked: float | None) -> tuple[float, tuple[str, ...]]:
@@ -77,56 +53,6 @@ def _rate(read: dict[str, Any], path: object, asked: float | None) -> tuple[floa
         raise CaptureError(path, "expected the attribute fps, found none. Give it (--fps).")
     rate, notes = find_rate(float(np.median(steps)))
     return check_rate(rate, path), notes
-
-
-def _tracks(
-    read: dict[str, Any], rate: float, path: object, skip_bad: bool
-) -> tuple[list[str], FloatArray, tuple[str, ...]]:
-    """Return the keypoints that were seen, their places (frames, n, 3), and notes."""
-    points, names = read["points"], list(map(str, read["keypoints"]))
-    tracks = {n: points[:, at] for at, n in enumerate(names) if seen(points[:, at]).any()}
-    tracks = {name: straight(track, LONGEST_GAP * rate) for name, track in tracks.items()}
-    lost = {name: longest_gap(track) / rate for name, track in tracks.items()}
-    lost = {name: seconds for name, seconds in lost.items() if seconds > 0.0}
-    places = np.stack(list(tracks.values()), axis=1) if tracks else np.zeros((0, 0, 3))
-    good = np.isfinite(places).all(axis=(1, 2))
-    if not good.any() or (lost and not skip_bad):
-        raise CaptureError(
-            path,
-            f"expected no gap above {LONGEST_GAP:g} s, found lost keypoints: "
-            f"{gaps_of(list(lost), lost) or 'all'}. Fill the gaps (interpolate_over_time), or "
-            "pass --skip-bad-frames to leave those frames out.",
-        )
-    left_out = f"Left out {int((~good).sum())} frames with lost keypoints."
-    return list(tracks), places[good], (left_out,) * bool(lost)
-
-
-def _keypoints(
-    names: list[str], points: FloatArray, rate: float, options: ReadOptions
-) -> tuple[FloatArray, tuple[str, ...]]:
-    """Return the places (frames, 21, 3) of the canonical joints, y up, in file units, and notes."""
-    alike = Skeleton(tuple(names), np.zeros(len(names), dtype=np.int64), np.zeros((len(names), 3)))
-    if options.swap_sides:
-        names = [names[other] for other in mirror_joints(alike)]
-    at = {name.casefold(): points[:, n] for n, name in enumerate(names)}
-    shoulders = [at[key] for key in at if "shoulder" in key and "mid" not in key]
-    if not any("neck" in key for key in at) and len(shoulders) == 2:
-        names, middle = [*names, "neck"], (shoulders[0] + shoulders[1]) / 2.0
-        points = np.concatenate([points, middle[:, None]], axis=1)
-    root = points.mean(axis=1)
-    places = np.concatenate([root[:, None], points - root[:, None]], axis=1)
-    parents = np.zeros(len(names) + 1, dtype=np.int64)
-    parents[0] = -1
-    skeleton = Skeleton(("keypoints", *names), parents, np.median(places, axis=0))
-    roles = joint_map(skeleton)
-    turns = np.tile(rotation.IDENTITY, (*places.shape[:2], 1))
-    for side in "lr":  # a foot without a toe keeps its place beside the shin
-        hips = points[:, roles["l_hip"] - 1] - points[:, roles["r_hip"] - 1]
-        shin = points[:, roles[f"{side}_knee"] - 1] - points[:, roles[f"{side}_ankle"] - 1]
-        turns[:, roles[f"{side}_ankle"]] = retarget.frame_of(hips, shin)
-    clip = Clip(skeleton, rate, turns, root, places, up=options.up)
-    solved, found = retarget.keypoints_of(clip, roles)
-    return solved, found.notes
 
 
 def convert(source: str, target: str, _given: list[str]) -> None:

@@ -11,8 +11,8 @@ from motiondb.body import kinematics
 from motiondb.errors import CaptureError
 from motiondb.files.folder import skeleton_path
 from motiondb.files.formats import read_capture
-from motiondb.files.limits import ReadOptions
-from motiondb.files.readers.amc import AsfFile, read_amc
+from motiondb.files.limits import ReadOptions, SkeletonFile
+from motiondb.files.readers.amc import read_amc
 from motiondb.files.readers.asf import read_asf
 
 CMU = 0.0254 / 0.45
@@ -83,7 +83,7 @@ shin 40 50
 
 
 def read(amc: str = AMC, asf: str | None = ASF, **options):
-    skeleton = None if asf is None else AsfFile(asf.encode(), "16.asf")
+    skeleton = None if asf is None else SkeletonFile(asf.encode(), "16.asf")
     return read_amc(amc.encode(), "16_01.amc", skeleton, ReadOptions(**options))
 
 

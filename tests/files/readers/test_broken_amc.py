@@ -6,7 +6,7 @@ import pytest
 
 from motiondb.errors import CaptureError
 from motiondb.files.formats import read_capture_bytes
-from motiondb.files.readers.amc import AsfFile
+from motiondb.files.limits import SkeletonFile
 
 SKIP = (
     "The file may be cut short: export it again, or pass --skip-bad-frames to leave this frame out."
@@ -89,7 +89,7 @@ def test_broken_amc(name: str) -> None:
     text, message = BROKEN_AMC[name]
     with pytest.raises(CaptureError) as caught:
         read_capture_bytes(
-            text.encode(), "amc", path="a.amc", skeleton=AsfFile(ASF.encode(), "a.asf")
+            text.encode(), "amc", path="a.amc", skeleton=SkeletonFile(ASF.encode(), "a.asf")
         )
     assert str(caught.value) == message
 
@@ -152,7 +152,7 @@ def test_broken_asf(name: str) -> None:
     text, message = BROKEN_ASF[name]
     with pytest.raises(CaptureError) as caught:
         read_capture_bytes(
-            AMC.encode(), "amc", path="a.amc", skeleton=AsfFile(text.encode(), "a.asf")
+            AMC.encode(), "amc", path="a.amc", skeleton=SkeletonFile(text.encode(), "a.asf")
         )
     assert str(caught.value) == message
 

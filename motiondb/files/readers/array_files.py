@@ -1,0 +1,309 @@
+"""Arrays by name in .npz, .npy and .pkl files, without running code from the file.
+
+npz and npy: sizes and types are checked before any array is unpacked, because a few kilobytes of
+compressed zeros can unpack to gigabytes. Arrays of objects are refused.
+
+pkl: Python's own unpickler may call anything. This one makes dictionaries, lists, tuples, numbers,
+texts and NumPy arrays of numbers and texts, and refuses everything else by its name. NumPy's own
+way of restoring an array is not used either, since it believes the state that the file gives.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import pickle
+import re
+import struct
+import warnings
+import zipfile
+from collections.abc import Callable, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.lib import format as npy
+from numpy.typing import NDArray
+
+from motiondb.errors import CaptureError
+from motiondb.files.text import quoted
+
+RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "framerate", "frame_rate", "frequency")
+"""Names of the frame rate."""
+_UNPACKED, _RATIO = 256_000_000, 20
+"""Bytes to which the arrays of a file may unpack, or this multiple of the file's size if that is
+more. An hour of poses at 60 frames a second takes 270 MB, and compressed motion has at least a
+third of its size; compressed zeros have a thousandth."""
+_NO_NPZ = "expected an npz file of plain arrays, found something else. Save it again."
+
+Arrays = dict[str, NDArray[np.generic]]
+
+
+def load_npz(
+    data: bytes, path: object, wanted: Sequence[str] | None = None
+) -> tuple[Arrays, tuple[str, ...]]:
+    """Return arrays of an npz file by name, and the names of all; `wanted`: None for all."""
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as file:
+            named = {info.filename.removesuffix(".npy"): info for info in file.infolist()}
+            members = {n: i for n, i in named.items() if wanted is None or n in wanted}
+            _check_unpacked(sum(info.file_size for info in members.values()), len(data), path)
+            found = {}
+            for name, info in members.items():
+                with file.open(info) as member:
+                    shape, dtype = _header(member)
+                if wanted is None and dtype.hasobject:
+                    continue  # such as an object of a simulator beside the motion
+                _check_header(shape, dtype, info.file_size)
+                with file.open(info) as member:
+                    found[name] = _values(member)
+            return found, tuple(named)
+    except CaptureError:
+        raise
+    except Exception as error:  # zipfile and NumPy raise some sixteen kinds for other files
+        raise CaptureError(path, _NO_NPZ) from error
+
+
+def npz_names(data: bytes, path: object) -> tuple[str, ...]:
+    """Return the names of the arrays of an npz file."""
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as file:
+            return tuple(name.removesuffix(".npy") for name in file.namelist())
+    except Exception as error:
+        raise CaptureError(path, _NO_NPZ) from error
+
+
+def load_npy(data: bytes, path: object) -> NDArray[np.generic]:
+    """Return the array of an npy file."""
+    try:
+        shape, dtype = _header(io.BytesIO(data))
+        if dtype.hasobject:
+            raise CaptureError(
+                path, "expected an array of numbers, found objects. Save the array alone."
+            )
+        _check_header(shape, dtype, len(data))
+        return _values(io.BytesIO(data))
+    except CaptureError:
+        raise
+    except Exception as error:
+        raise CaptureError(
+            path, "expected an npy file of numbers, found something else. Save it again."
+        ) from error
+
+
+def texts_of(array: NDArray[np.generic]) -> tuple[str, ...]:
+    """Return the texts of an array, which some programs save as bytes."""
+    return tuple(
+        text.decode("utf-8", "replace") if isinstance(text, bytes) else str(text) for text in array
+    )
+
+
+def npy_shape(start: bytes) -> tuple[int, ...]:
+    """Return the shape that the start of an npy file tells; () for other files."""
+    try:
+        shape, dtype = _header(io.BytesIO(start))
+    except Exception:
+        return ()
+    return shape if dtype.kind in "iuf" else ()
+
+
+def _check_unpacked(unpacked: int, packed: int, path: object) -> None:
+    most = max(_UNPACKED, _RATIO * packed)
+    if unpacked > most:
+        raise CaptureError(
+            path,
+            f"expected arrays of at most {most / 1e6:.4g} MB, found {unpacked / 1e6:.4g} MB packed "
+            f"into {packed / 1e6:.4g} MB. Save the motion again, without other data.",
+        )
+
+
+def _header(member: Any) -> tuple[tuple[int, ...], np.dtype[Any]]:  # noqa: ANN401  a file
+    """Read the shape and the type of an array."""
+    version = npy.read_magic(member)
+    read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+    with warnings.catch_warnings():  # odd headers make Python's parser warn beside its errors
+        warnings.simplefilter("ignore", SyntaxWarning)
+        shape, _, dtype = read_header(member)
+    return shape, dtype
+
+
+def _check_header(shape: tuple[int, ...], dtype: np.dtype[Any], size: int) -> None:
+    """Refuse a header that promises more than there is, or objects (ValueError)."""
+    if dtype.hasobject or any(length < 0 for length in shape):
+        raise ValueError("objects, or a negative length")
+    if math.prod(shape) * dtype.itemsize > size or math.prod(shape) > size:
+        raise ValueError("less data than the header says")
+
+
+def _values(member: Any) -> NDArray[np.generic]:  # noqa: ANN401  a file
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SyntaxWarning)
+        return np.asarray(npy.read_array(member, allow_pickle=False))
+
+
+# Pickles
+
+
+class _Type:
+    """The type of an array while it is read: a code such as "f8", and its byte order."""
+
+    __slots__ = ("code", "order")
+
+    def __init__(self, code: object) -> None:
+        self.code = code.decode() if isinstance(code, bytes) else str(code)
+        self.order = "="
+        if not re.fullmatch(r"[<>=|]?([biufc?]\d{0,2}|[SU]\d{1,4})", self.code):
+            raise pickle.UnpicklingError(f"an array of type {self.code[:40]!r}")
+
+    def restore(self, state: Any) -> None:  # noqa: ANN401  from a file
+        self.order = str(state[1]) if str(state[1]) in "<>=|" else "="
+
+    def dtype(self) -> np.dtype[Any]:
+        return np.dtype((self.order if self.order in "<>" else "") + self.code.lstrip("<>=|"))
+
+
+class _Array:
+    """An array while it is read."""
+
+    __slots__ = ("value",)
+
+    def __init__(self) -> None:
+        self.value: NDArray[np.generic] = np.zeros(0)
+
+    def restore(self, state: Any) -> None:  # noqa: ANN401  from a file
+        _, shape, dtype, is_fortran, content = state
+        self.value = _from_bytes(content, dtype, shape, "F" if is_fortran else "C")
+
+
+def _from_bytes(content: Any, dtype: Any, shape: Any, order: Any = "C") -> NDArray[np.generic]:  # noqa: ANN401
+    """Return the array whose bytes a file gives."""
+    if not isinstance(content, bytes | bytearray) or not isinstance(dtype, _Type):
+        raise pickle.UnpicklingError("an array of objects")
+    values = np.frombuffer(bytes(content), dtype.dtype())
+    return values.reshape(tuple(int(n) for n in shape), order="F" if order == "F" else "C")
+
+
+class _Maker:
+    """Something that a pickle may call."""
+
+    __slots__ = ("_make",)
+
+    def __init__(self, make: Callable[..., Any]) -> None:
+        self._make = make
+
+    def __call__(self, *args: Any) -> Any:  # noqa: ANN401  from a file
+        return self._make(*args)
+
+
+def _scalar(dtype: Any, content: Any = b"") -> Any:  # noqa: ANN401  from a file
+    return _from_bytes(content, dtype, (1,))[0]
+
+
+_CORE = ("numpy._core", "numpy.core")
+_MADE: dict[str, Callable[..., Any]] = {
+    **{f"{core}.multiarray._reconstruct": lambda *_: _Array() for core in _CORE},
+    **{f"{core}.multiarray.scalar": _scalar for core in _CORE},
+    **{f"{core}.numeric._frombuffer": _from_bytes for core in _CORE},
+    "numpy.ndarray": lambda *_: _Array(),
+    "numpy.dtype": lambda code, *_: _Type(code),
+    "_codecs.encode": lambda text, *_: str(text).encode("latin-1"),
+    "collections.OrderedDict": lambda pairs=(): dict(pairs),
+    "builtins.bytearray": lambda content=b"", *_: bytes(content) if content else b"",
+}
+
+
+_InPython: Any = pickle._Unpickler  # its memo is a dictionary
+
+
+class _PlainUnpickler(_InPython):
+    """Makes plain containers and arrays, and nothing else."""
+
+    dispatch: ClassVar[Any] = dict(_InPython.dispatch)
+
+    stack: list[Any]
+    read: Callable[[int], bytes]
+    append: Callable[[Any], None]
+
+    def __init__(self, data: bytes) -> None:
+        super().__init__(io.BytesIO(data))
+        self.n_bytes = len(data)
+
+    def find_class(self, module: str, name: str) -> Any:  # noqa: ANN401
+        made = _MADE.get(f"{module}.{name}")
+        if made is None:
+            raise pickle.UnpicklingError(f"{module}.{name}")
+        return _Maker(made)
+
+    def restore(self) -> None:
+        state = self.stack.pop()
+        if not isinstance(self.stack[-1], _Array | _Type):
+            raise pickle.UnpicklingError("an object with a state")
+        self.stack[-1].restore(state)
+
+    def bytearray_of(self) -> None:
+        (length,) = struct.unpack("<Q", self.read(8))
+        if length > self.n_bytes:
+            raise EOFError
+        self.append(self.read(length))
+
+    dispatch[pickle.BUILD[0]] = restore
+    dispatch[pickle.BYTEARRAY8[0]] = bytearray_of
+    for _code in (pickle.INST, pickle.OBJ, pickle.NEWOBJ, pickle.NEWOBJ_EX, pickle.EXT1):
+        dispatch.pop(_code[0])
+    for _code in (pickle.EXT2, pickle.EXT4, pickle.PERSID, pickle.BINPERSID, pickle.NEXT_BUFFER):
+        dispatch.pop(_code[0])
+
+
+def load_pickle(data: bytes, path: object) -> Arrays:
+    """Return the arrays, numbers and lists of texts in the dictionary of a pickle."""
+    try:
+        found = _PlainUnpickler(data).load()
+    except pickle.UnpicklingError as error:
+        raise CaptureError(
+            path,
+            "expected a pickle of plain arrays, numbers and texts, found "
+            f"{quoted(str(error), 120)}, which is not made. Save the arrays as npz.",
+        ) from None
+    except MemoryError:
+        raise
+    except Exception as error:  # an unpickler raises some ten kinds for other files
+        is_cut = isinstance(error, EOFError | IndexError | struct.error)
+        what = "one that is cut short" if is_cut else "other content"
+        raise CaptureError(
+            path, f"expected a pickle of plain arrays, found {what}. Save the arrays as npz."
+        ) from None
+    if isinstance(found, dict) and len(found) == 1 and isinstance(next(iter(found.values())), dict):
+        found = next(iter(found.values()))
+    if not isinstance(found, dict):
+        raise CaptureError(
+            path, f"expected a dictionary of arrays, found a {type(found).__name__}. Save one."
+        )
+    if found and all(isinstance(value, dict) for value in found.values()):
+        raise CaptureError(
+            path, f"expected one motion, found {len(found)}. Save each in a file of its own."
+        )
+    budget = [len(data)]
+    values = {str(k)[:100]: _plain(v, budget, path) for k, v in found.items() if v is not None}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _plain(value: object, budget: list[int], path: object) -> NDArray[np.generic] | None:
+    """Return a value as an array; None for what is none, such as a dictionary."""
+    if isinstance(value, _Array):
+        return value.value
+    if isinstance(value, np.ndarray | np.generic):
+        return np.asarray(value)
+    if isinstance(value, bool | int | float | str):
+        return np.asarray(value) if not isinstance(value, int) or abs(value) < 2**63 else None
+    if not isinstance(value, list | tuple):
+        return None
+    budget[0] -= len(value)
+    if budget[0] < 0:
+        raise CaptureError(
+            path, "expected lists that the file holds once, found repeated ones. Save arrays."
+        )
+    parts = [_plain(part, budget, path) for part in value]
+    shapes = {part.shape for part in parts if part is not None}
+    kinds = {part.dtype.kind in "US" for part in parts if part is not None}
+    if any(part is None for part in parts) or len(shapes) > 1 or len(kinds) > 1 or not parts:
+        return None
+    return np.stack([part for part in parts if part is not None])

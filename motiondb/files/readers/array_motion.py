@@ -1,0 +1,96 @@
+"""Which reader reads the arrays of an .npz, .npy, .pkl or .csv file, by what they are called."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from motiondb.errors import CaptureError
+from motiondb.files.limits import ReadOptions, SkeletonFile
+from motiondb.files.readers import point_motion, robot_motion
+from motiondb.files.readers.amass import is_amass, read_amass
+from motiondb.files.readers.array_files import (
+    RATES,
+    Arrays,
+    load_npy,
+    load_npz,
+    load_pickle,
+    npz_names,
+)
+from motiondb.files.readers.first_bytes import is_model
+from motiondb.files.readers.robot_model import read_robot
+from motiondb.files.text import quoted
+from motiondb.records import Clip
+
+_KEYS = (*RATES, *robot_motion.KEYS, *point_motion.KEYS, "quaternion_order")
+
+
+def array_kind(data: bytes, kind: str) -> str:
+    """Return the format of a file of arrays, which its ending does not tell."""
+    if data[:4] != b"PK\x03\x04":
+        return kind
+    try:
+        names = npz_names(data, "")
+    except CaptureError:
+        return kind
+    if is_amass(names) or not (robot_motion.is_robot(names) or point_motion.is_points(names)):
+        return "amass"
+    return "robot" if robot_motion.is_robot(names) else "positions"
+
+
+def read_array_motion(
+    data: bytes, path: Path | str, skeleton: SkeletonFile | None, options: ReadOptions
+) -> Clip:
+    """Read the clip in the bytes of a file of arrays; its form is known by its first bytes."""
+    start = data[:6]
+    if start == b"\x93NUMPY":
+        return _points({"positions": load_npy(data, path)}, path, skeleton, options, len(data))
+    if start[:4] == b"PK\x03\x04" or Path(path).suffix.lower() == ".npz":
+        names = npz_names(data, path)
+        if is_amass(names) or not (robot_motion.is_robot(names) or point_motion.is_points(names)):
+            return read_amass(data, path, options)
+        arrays = load_npz(data, path, _KEYS)[0]
+    elif start[:1] == b"\x80":
+        arrays = load_pickle(data, path)
+    else:
+        return _robot(robot_motion.from_csv(data, path), path, skeleton, options, len(data))
+    if robot_motion.is_robot(tuple(arrays)):
+        said = robot_motion.from_arrays(arrays, path)
+        arrays.clear()
+        return _robot(said, path, skeleton, options, len(data))
+    return _points(arrays, path, skeleton, options, len(data))
+
+
+def _robot(
+    said: robot_motion.RobotFile,
+    path: object,
+    skeleton: SkeletonFile | None,
+    options: ReadOptions,
+    n_bytes: int,
+) -> Clip:
+    """Return the clip of a robot, whose model is the skeleton."""
+    robot = None
+    if skeleton is not None and is_model(skeleton.data):
+        robot = read_robot(skeleton.data, skeleton.path)
+        name = Path(str(skeleton.path)).name
+        robot = replace(robot, name=name or robot.name)
+    return robot_motion.to_clip(said, robot, path, options, n_bytes)
+
+
+def _points(
+    arrays: Arrays,
+    path: object,
+    skeleton: SkeletonFile | None,
+    options: ReadOptions,
+    n_bytes: int,
+) -> Clip:
+    """Return the clip of positions, whose names may stand in a file beside it."""
+    if not point_motion.is_points(tuple(arrays)):
+        found = ", ".join(quoted(name, 40) for name in sorted(arrays)[:20]) or "none"
+        raise CaptureError(
+            path,
+            "expected joints and the root of a robot (dof_pos, root_pos, root_rot), or positions, "
+            f"found {found}. Is this a motion?",
+        )
+    names = None if skeleton is None or is_model(skeleton.data) else skeleton.data
+    return point_motion.read_points(arrays, names, path, options, n_bytes)

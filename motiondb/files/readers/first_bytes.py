@@ -1,0 +1,82 @@
+"""What the first bytes of a table, an array or a model tell: whether it holds motion."""
+
+from __future__ import annotations
+
+import re
+
+MODEL_ENDINGS = (".xml", ".mjcf", ".urdf")
+"""Of models of robots."""
+HUMANML3D_WIDTH = 263  # Numbers a frame
+_ROOT_COLUMN = re.compile(
+    r"^(root|base|pelvis|torso|floating_?base)?[_ .]?(joint)?[_ .]?(pos|position|translate|trans|"
+    r"quat|quaternion|rot|rotation|rotate|orientation)?[_ .]?(q?[xyzw])$"
+)
+_TIME = re.compile(r"^(time|timestamp|t|seconds)( ?\[?\(?s\)?\]?)?$")
+_FRAME = re.compile(r"^(frame|index|frame_?(id|number|index)|)$")
+
+
+def is_model(data: bytes) -> bool:
+    """Say whether the start of a file is that of MJCF or URDF."""
+    return re.search(rb"<(mujoco|robot)[\s>/]", data[:65536]) is not None
+
+
+def is_points_shape(shape: tuple[int, ...]) -> bool:
+    """Whether an array of a shape may be positions of joints over time, or HumanML3D's numbers.
+
+    >>> is_points_shape((100, 22, 3)), is_points_shape((100, 263)), is_points_shape((100, 3))
+    (True, True, False)
+    """
+    if len(shape) == 4 and 1 in shape[:2]:
+        shape = tuple(size for at, size in enumerate(shape) if at > 1 or size > 1)
+    return (len(shape) == 3 and shape[2] == 3 and 11 <= shape[1] <= 1000) or (
+        len(shape) == 2 and shape[1] == HUMANML3D_WIDTH
+    )
+
+
+def is_robot_csv(start: bytes) -> bool:
+    """Say whether the start of a CSV file is that of a motion: numbers, or names of joints."""
+    lines = [line for line in start.decode("latin-1").splitlines() if line.strip()]
+    if not lines:
+        return False
+    head = cells(lines[0])
+    if len(head) < 8:
+        return False
+    if all(map(is_number, head)):
+        return True
+    columns = {kind for kind, _ in map(column, head)}
+    return {"root", "turn"} <= columns and len(lines) > 1 and all(map(is_number, cells(lines[1])))
+
+
+def cells(line: str) -> list[str]:
+    """Return the cells of a line of a table."""
+    mark = max(",;\t", key=line.count)
+    return [cell.strip().strip('"') for cell in line.split(mark)]
+
+
+def is_number(cell: str) -> bool:
+    """Whether a cell is a number."""
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def column(name: str) -> tuple[str, str]:
+    """Return what a column holds ("root", "turn", "time", "frame" or "joint"), and which axis.
+
+    >>> column("root_pos_x"), column("root_qw"), column("left_knee_joint"), column("root_rot_x")
+    (('root', 'x'), ('turn', 'w'), ('joint', ''), ('turn', 'x'))
+    """
+    text = re.sub(r"([a-z])([A-Z])", r"\1_\2", name).lower().strip()
+    if _TIME.match(text):
+        return "time", ""
+    if _FRAME.match(text):
+        return "frame", ""
+    found = _ROOT_COLUMN.match(text)
+    if found is None:
+        return "joint", ""
+    axis = found[4][-1]
+    turned = found[4].startswith("q") or axis == "w"
+    turned |= bool(found[3]) and not found[3].startswith(("pos", "trans"))
+    return ("turn" if turned else "root"), axis

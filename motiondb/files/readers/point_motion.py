@@ -1,0 +1,435 @@
+"""Reader of positions alone: frames x joints x 3 in npy and npz, Kimodo's npz and HumanML3D.
+
+The names of the joints stand in the file (``joint_names``), in a text file beside it, one a line,
+or are those of a known order: of SMPL, SMPL-H, LAFAN1, SOMA, Kinect, Human3.6M, COCO, or a
+skeleton of MotionBuilder with fingers. The order is a guess, and told: it is the one under which
+thighs, shins, upper arms and forearms keep their lengths over the take and are alike on both sides.
+
+Kimodo: ``posed_joints`` and ``global_rot_mats`` of SOMA (77 or 30 joints), SMPL-X (22) or the
+skeleton of Unitree's G1 (34); y up, 30 frames a second. HumanML3D: 263 numbers a frame, of which
+the way of the root and the places of the joints are read; 20 frames a second.
+
+The body is solved as that of a C3D is; fingers and the turns of head, hands and feet are left out.
+
+Source: https://research.nvidia.com/labs/sil/projects/kimodo/docs (output formats); Guo et al.,
+"Generating Diverse and Natural 3D Human Motions From Text", CVPR 2022 (263 numbers); Loper et al.,
+"SMPL", 2015; Harvey et al., "Robust Motion In-betweening", 2020 (LAFAN1).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.body import body, hinges, retarget, rotation
+from motiondb.body.joint_names import joint_map, mirror_joints
+from motiondb.body.world import UNITS
+from motiondb.errors import CaptureError, SkeletonError
+from motiondb.files.limits import ReadOptions, check_clip_size, check_rate
+from motiondb.files.readers.array_files import RATES, Arrays, texts_of
+from motiondb.files.readers.first_bytes import HUMANML3D_WIDTH, is_points_shape
+from motiondb.files.readers.marker_gaps import LONGEST_GAP, gaps_of, longest_gap, seen, straight
+from motiondb.files.readers.markers import skeleton_of
+from motiondb.files.text import decode, quoted
+from motiondb.records import Clip, FloatArray, Skeleton
+
+_FINGERS = ("Thumb", "Index", "Middle", "Ring", "Pinky")
+_SMPL = (
+    "Pelvis L_Hip R_Hip Spine1 L_Knee R_Knee Spine2 L_Ankle R_Ankle Spine3 L_Foot R_Foot Neck "
+    "L_Collar R_Collar Head L_Shoulder R_Shoulder L_Elbow R_Elbow L_Wrist R_Wrist"
+)
+_LEG, _ARM = "{0}UpLeg {0}Leg {0}Foot {0}ToeBase", "{0}Shoulder {0}Arm {0}ForeArm {0}Hand"
+
+
+def _hand(side: str, fingers: Sequence[str], ends: Sequence[str]) -> str:
+    return " ".join(f"{side}Hand{finger}{end}" for finger in fingers for end in ends)
+
+
+def _soma(hand: bool) -> str:
+    """Names of SOMA's 77 or 30 joints, in Kimodo's order."""
+    four = ("1", "2", "3", "4", "End")
+    text = "Hips Spine1 Spine2 Chest Neck1 Neck2 Head" + (" HeadEnd" if hand else "")
+    text += " Jaw LeftEye RightEye "
+    for side in ("Left", "Right"):
+        text += _ARM.format(side) + " "
+        thumb = _hand(side, ("Thumb",), ("1", "2", "3", "End"))
+        ends = f"{side}HandThumbEnd {side}HandMiddleEnd"
+        text += f"{thumb} {_hand(side, _FINGERS[1:], four)} " if hand else ends + " "
+    for side in ("Left", "Right"):
+        text += f"{side}Leg {side}Shin {side}Foot {side}ToeBase " + f"{side}ToeEnd " * hand
+    return text
+
+
+def _g1() -> str:
+    """Names of the 34 joints of G1 in Kimodo's order."""
+    text = "pelvis_skel "
+    for side in ("left", "right"):
+        for part in ("hip_pitch", "hip_roll", "hip_yaw", "knee", "ankle_pitch", "ankle_roll"):
+            text += f"{side}_{part}_skel "
+        text += f"{side}_toe_base "
+    text += "waist_yaw_skel waist_roll_skel waist_pitch_skel "
+    for side in ("left", "right"):
+        for part in ("shoulder_pitch", "shoulder_roll", "shoulder_yaw", "elbow"):
+            text += f"{side}_{part}_skel "
+        for part in ("wrist_roll", "wrist_pitch", "wrist_yaw", "hand_roll"):
+            text += f"{side}_{part}_skel "
+    return text
+
+
+_MIXAMO_HANDS = " ".join(
+    f"{_ARM.format(side)} {_hand(side, _FINGERS, '123')}" for side in ("Left", "Right")
+)
+_KINECT = (
+    "SpineBase SpineMid Neck Head ShoulderLeft ElbowLeft WristLeft HandLeft ShoulderRight "
+    "ElbowRight WristRight HandRight HipLeft KneeLeft AnkleLeft FootLeft HipRight KneeRight "
+    "AnkleRight FootRight SpineShoulder HandTipLeft ThumbLeft HandTipRight ThumbRight"
+)
+ORDERS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        name: tuple(text.split())
+        for name, text in {
+            "SMPL": _SMPL,
+            "SMPL with hands": _SMPL + " L_Hand R_Hand",
+            "SMPL-H": f"{_SMPL} "
+            + " ".join(
+                f"{s}_{f}{n}"
+                for s in "LR"
+                for f in ["Index", "Middle", "Pinky", "Ring", "Thumb"]
+                for n in "123"
+            ),
+            "LAFAN1": "Hips "
+            + " ".join(_LEG.format(s) for s in ("Left", "Right"))
+            + " Spine Spine1 Spine2 Neck Head "
+            + " ".join(_ARM.format(s) for s in ("Left", "Right")),
+            "LAFAN1, right first": "Hips "
+            + " ".join(_LEG.format(s) for s in ("Right", "Left"))
+            + " Spine Spine1 Spine2 Neck Head "
+            + " ".join(_ARM.format(s) for s in ("Right", "Left")),
+            "SOMA (77)": _soma(True),
+            "SOMA (30)": _soma(False),
+            "Unitree's G1 in Kimodo": _g1(),
+            "Kinect": _KINECT,
+            "Human3.6M": "Pelvis R_Hip R_Knee R_Ankle L_Hip L_Knee L_Ankle Spine Neck Nose Head "
+            "L_Shoulder L_Elbow L_Wrist R_Shoulder R_Elbow R_Wrist",
+            "COCO": "Nose L_Eye R_Eye L_Ear R_Ear L_Shoulder R_Shoulder L_Elbow R_Elbow L_Wrist "
+            "R_Wrist L_Hip R_Hip L_Knee R_Knee L_Ankle R_Ankle",
+            "MotionBuilder with fingers": f"Hips Spine Spine1 Neck Head {_MIXAMO_HANDS} "
+            + " ".join(_LEG.format(s) for s in ("Left", "Right"))
+            + " LeftFootMod RightFootMod",
+        }.items()
+    }
+)  # Known orders of joints
+_POSITIONS = (
+    *("posed_joints", "global_joint_positions", "joint_positions", "joints_3d", "joints3d"),
+    *("keypoints", "keypoints_3d", "positions", "joints", "poses_3d", "xyz", "points", "arr_0"),
+)  # Names of arrays of positions, in the order in which they are looked for
+_NAMES = ("joint_names", "names", "joints", "bone_names", "keypoint_names", "marker_names")
+_TURNS = "global_rot_mats"
+KEYS = (*_POSITIONS, *_NAMES, _TURNS, "root_positions")
+_BONES = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
+_KEEPS, _ALIKE, _BACKWARDS, _PROPORTIONS = 0.15, 0.03, 0.1, 0.3
+"""Shares by which limbs change their length, and differ between the sides, in the mean: above the
+first no order is believed; another order that is nearer than the second is told, too; the third is
+added where knees bend backwards. The mean logarithm of the ratios of limbs to those of the
+canonical body, above which they are no limbs: by hand."""
+_USUAL_FPS, _FPS_ML3D, _JOINTS_ML3D = 30.0, 20.0, 22
+
+
+def is_points(names: Sequence[str]) -> bool:
+    """Whether arrays of these names are positions of joints."""
+    return bool({*_POSITIONS} & {*names})
+
+
+def read_points(
+    arrays: Arrays, names_file: bytes | None, path: object, options: ReadOptions, n_bytes: int
+) -> Clip:
+    """Read the clip in arrays of positions (CaptureError); `names_file`: names, one a line."""
+    points, fps, usual = _positions(arrays, path)
+    names = _names(arrays, names_file, points.shape[1], path)
+    check_clip_size(len(points), points.shape[1], n_bytes, path, options.limits)
+    notes: tuple[str, ...] = ()
+    if not names:
+        names, notes = _known_order(points, path)
+    if options.fps:
+        fps = options.fps
+    elif fps is None:
+        fps = usual
+        told = f"The file has no frame rate; {usual:g} frames a second are taken. "
+        notes += (told + "Give the right one (--fps) if this is wrong.",)
+    if _TURNS in arrays and len(_robot_names(names)) > 0:
+        return _of_robot(names, points, arrays[_TURNS], fps, path, options, notes)
+    up = options.up or ("y" if "posed_joints" in arrays else "")
+    return clip_of_points(names, points, fps, replace(options, up=up), path, "positions", notes)
+
+
+def _robot_names(names: Sequence[str]) -> list[str]:
+    return [name for name in names if name.endswith("_skel")]
+
+
+def _positions(arrays: Arrays, path: object) -> tuple[FloatArray, float | None, float]:
+    """Return positions (frames, joints, 3), the frame rate of the file, and the usual one."""
+    name = next(
+        (n for n in _POSITIONS if n in arrays and arrays[n].dtype.kind in "iuf"), _POSITIONS[0]
+    )
+    if name not in arrays or arrays[name].dtype.kind not in "iuf":
+        found = ", ".join(quoted(n, 40) for n in sorted(arrays)[:20]) or "none"
+        raise CaptureError(path, f"expected an array of positions, found {found}.")
+    array = arrays[name].astype(np.float64)
+    if array.ndim == 4 and 1 in array.shape[:2]:
+        array = array[0] if len(array) == 1 else array[:, 0]
+    rates = [n for n in RATES if n in arrays and arrays[n].size == 1]
+    fps = check_rate(float(arrays[rates[0]].reshape(-1)[0]), path) if rates else None
+    if array.ndim == 2 and array.shape[1] == HUMANML3D_WIDTH:
+        return humanml3d_positions(array), fps, _FPS_ML3D
+    if not is_points_shape(array.shape) or not len(array):
+        raise CaptureError(
+            path,
+            f"expected positions of shape (frames, joints, 3), found {quoted(name, 30)} of shape "
+            f"{array.shape}. Save the joints of one body in 3D.",
+        )
+    return array, fps, _USUAL_FPS
+
+
+def humanml3d_positions(numbers: FloatArray) -> FloatArray:
+    """Return positions (frames, 22, 3) of HumanML3D's numbers (frames, 263), y up, metres.
+
+    The first four are the turn about y and the way of the root to the next frame (x, z in its own
+    frame), and its height; then the other 21 joints from the root's place on the ground, in its
+    frame.
+    """
+    turning = np.zeros(len(numbers))
+    turning[1:] = np.cumsum(numbers[:-1, 0])
+    back = np.zeros((len(numbers), 4))
+    back[:, 0], back[:, 2] = np.cos(turning), -np.sin(turning)  # half angles, as its authors have
+    step = np.zeros((len(numbers), 3))
+    step[1:, [0, 2]] = numbers[:-1, 1:3]
+    root = np.cumsum(rotation.rotate(back, step), axis=0)
+    others = numbers[:, 4 : 4 + 3 * (_JOINTS_ML3D - 1)].reshape(len(numbers), -1, 3)
+    turned = rotation.rotate(np.broadcast_to(back[:, None], (*others.shape[:2], 4)), others)
+    turned = turned + root[:, None] * [1.0, 0.0, 1.0]
+    root[:, 1] = numbers[:, 3]
+    return np.concatenate([root[:, None], turned], axis=1)
+
+
+def _names(
+    arrays: Arrays, names_file: bytes | None, n_joints: int, path: object
+) -> tuple[str, ...]:
+    """Return the names that the file has, or the file of names beside it; () for none."""
+    found: tuple[str, ...] = ()
+    for name in _NAMES:
+        if name in arrays and arrays[name].dtype.kind in "US" and arrays[name].ndim == 1:
+            found = texts_of(arrays[name])
+            break
+    if names_file is not None and not found:
+        lines = [line.strip() for line in decode(names_file).splitlines()]
+        found = tuple(line for line in lines if line and not line.startswith("#"))
+    if found and len(found) != n_joints:
+        raise CaptureError(
+            path, f"expected names of {n_joints} joints, found {len(found)}. Correct the list."
+        )
+    return found
+
+
+def _known_order(points: FloatArray, path: object) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the names of the known order that fits best, and a note on what that rests on."""
+    n_joints = points.shape[1]
+    fits = {
+        name: _misfit(points, order) for name, order in ORDERS.items() if len(order) == n_joints
+    }
+    ranked = sorted(fits, key=lambda name: fits[name])
+    if not ranked or not fits[ranked[0]] < _KEEPS:
+        sizes = ", ".join(map(str, sorted({len(order) for order in ORDERS.values()})))
+        why = "whose limbs keep their lengths" if ranked else f"of {n_joints} (known: {sizes})"
+        raise CaptureError(
+            path,
+            f"expected names of the joints, or a known order {why}, found none. Write the names, "
+            f"one a line, into joint_names.txt beside the file.",
+        )
+    best = ranked[0]
+    note = (
+        f"The file names no joints; its {n_joints} are taken in the order of {best}, under which "
+        f"limbs keep their lengths and are alike on both sides within {fits[best]:.1%}"
+    )
+    near = [name for name in ranked[1:] if fits[name] < fits[best] + _ALIKE]
+    note += f" (as under {near[0]})" if near else ""
+    return ORDERS[best], (note + ". Write them into joint_names.txt beside it if this is wrong.",)
+
+
+def _misfit(points: FloatArray, names: Sequence[str]) -> float:
+    """Return by how much limbs change their lengths, and differ between the sides, in shares.
+
+    Infinite for limbs of no person's proportions; more where the knees bend backwards.
+    """
+    places = dict(zip(names, points.transpose(1, 0, 2)))
+    spread, sizes = [], []
+    for pair in _BONES:
+        lengths = []
+        for side in "lr":
+            ends = [_place_of(places, side, part) for part in pair]
+            if any(end is None for end in ends):
+                return math.inf
+            length = np.linalg.norm(np.asarray(ends[0]) - np.asarray(ends[1]), axis=-1)
+            lengths.append(length[np.isfinite(length)])
+        means = [float(length.mean()) if len(length) else 0.0 for length in lengths]
+        if min(means) <= 0.0:
+            return math.inf
+        spread += [float(each.std()) / mean for each, mean in zip(lengths, means)]
+        spread.append(abs(means[0] - means[1]) / sum(means))
+        sizes.append(sum(means) / 2.0)
+    usual = [np.linalg.norm(body.OFFSETS[body.INDEX[f"l_{end}"]]) for _, end in _BONES]
+    ratios = np.log(np.array(sizes) / sum(sizes[:2]) * body.LEG_LENGTH / np.array(usual))
+    if np.abs(ratios).mean() > _PROPORTIONS:
+        return math.inf
+    return float(np.mean(spread)) + _BACKWARDS * _bends_back(places)
+
+
+def _bends_back(places: Mapping[str, FloatArray]) -> bool:
+    """Whether knees bend backwards, as where the sides are exchanged."""
+    at = {
+        f"{side}_{part}": np.asarray(_place_of(places, side, part))
+        for side in "lr"
+        for part in ("hip", "knee", "ankle")
+    }
+    middle = {part: (at[f"l_{part}"] + at[f"r_{part}"]) / 2.0 for part in ("hip", "knee", "ankle")}
+    ahead = np.cross(at["l_hip"] - at["r_hip"], middle["hip"] - middle["ankle"])
+    bend = middle["knee"] - (middle["hip"] + middle["ankle"]) / 2.0
+    return float(np.nanmedian(np.sum(bend * ahead, axis=-1))) < 0.0
+
+
+def _place_of(places: Mapping[str, FloatArray], side: str, part: str) -> FloatArray | None:
+    """Return the places of a joint of the body among joints of one of the known orders."""
+    long = {"l": "Left", "r": "Right"}[side]
+    words = {
+        "hip": ("UpLeg", "Hip", "Leg"),
+        "knee": ("Knee", "Shin", "Leg"),
+        "ankle": ("Ankle", "Foot"),
+        "shoulder": ("Arm", "Shoulder"),
+        "elbow": ("ForeArm", "Elbow"),
+        "wrist": ("Wrist", "Hand"),
+    }[part]
+    robot = {"hip": "hip_roll", "ankle": "ankle_pitch", "shoulder": "shoulder_roll"}
+    spelt = [f"{long.lower()}_{robot.get(part, part)}_skel", f"{long.lower()}_wrist_yaw_skel"]
+    for word in words:
+        if word == "Leg" and part == "hip" and f"{long}Shin" not in places:
+            continue
+        spelt += [f"{long}{word}", f"{side.upper()}_{word}", f"{word}{long}"]
+    spelt = spelt if part == "wrist" else [name for name in spelt if "wrist" not in name]
+    return next((places[name] for name in spelt if name in places), None)
+
+
+def _of_robot(
+    names: tuple[str, ...],
+    points: FloatArray,
+    matrices: NDArray[np.generic],
+    fps: float,
+    path: object,
+    options: ReadOptions,
+    notes: tuple[str, ...],
+) -> Clip:
+    """Return the clip of a robot's joints with their turns (frames, joints, 3, 3), y up."""
+    from motiondb.files.readers.robot_motion import rigid_tree
+
+    if matrices.shape != (*points.shape, 3) or matrices.dtype.kind not in "iuf":
+        raise CaptureError(
+            path, f"expected {_TURNS} of shape {(*points.shape, 3)}, found {matrices.shape}."
+        )
+    turns = rotation.from_matrix(matrices.astype(np.float64))
+    if not (np.isfinite(points).all() and np.isfinite(turns).all()):
+        raise CaptureError(path, "expected finite numbers, found others. Export it again.")
+    parents, order = rigid_tree(points, names)
+    labels = tuple(names[n] for n in order)
+    clip = hinges.of_frames(
+        labels, parents, points[:, order], turns[:, order], fps, up=options.up or "y"
+    )
+    return replace(clip, notes=notes + clip.notes)
+
+
+# Points of any origin
+
+
+def clip_of_points(
+    names: Sequence[str],
+    points: FloatArray,
+    fps: float,
+    options: ReadOptions,
+    path: object,
+    kind: str,
+    notes: tuple[str, ...] = (),
+) -> Clip:
+    """Return the clip of points (frames, n, 3), NaN where they are lost; y up (CaptureError)."""
+    names, points, gap_notes = _tracks(names, points, fps, path, options.skip_bad_frames)
+    if options.mirror_world:
+        points = points * [-1.0, 1.0, 1.0]
+    try:
+        keypoints, found = _keypoints(names, points, fps, options)
+    except SkeletonError as error:
+        raise CaptureError(path, f"{error} Or rename the keypoints.") from None
+    leg = retarget.legs_of(keypoints)
+    usual, unit = body.LEG_LENGTH, options.unit
+    if unit is None:
+        unit = min(UNITS.values(), key=lambda metres: abs(math.log(leg * metres / usual)))
+        found += (f"The file has no length unit; by the length of the legs it is {unit:.4g} m.",)
+    return Clip(
+        skeleton=skeleton_of(keypoints * unit),
+        fps=fps,
+        local_rotations=retarget.solve_rotations(keypoints),
+        root_positions=keypoints[:, 0] * unit,
+        format=kind,
+        unit=unit,
+        notes=notes + gap_notes + found,
+        up="y",
+    )
+
+
+def _tracks(
+    names: Sequence[str], points: FloatArray, rate: float, path: object, skip_bad: bool
+) -> tuple[list[str], FloatArray, tuple[str, ...]]:
+    """Return the keypoints that were seen, their places (frames, n, 3), and notes."""
+    tracks = {n: points[:, at] for at, n in enumerate(names) if seen(points[:, at]).any()}
+    tracks = {name: straight(track, LONGEST_GAP * rate) for name, track in tracks.items()}
+    lost = {name: longest_gap(track) / rate for name, track in tracks.items()}
+    lost = {name: seconds for name, seconds in lost.items() if seconds > 0.0}
+    places = np.stack(list(tracks.values()), axis=1) if tracks else np.zeros((0, 0, 3))
+    good = np.isfinite(places).all(axis=(1, 2))
+    if not good.any() or (lost and not skip_bad):
+        raise CaptureError(
+            path,
+            f"expected no gap above {LONGEST_GAP:g} s, found lost keypoints: "
+            f"{gaps_of(list(lost), lost) or 'all'}. Fill the gaps, or "
+            "pass --skip-bad-frames to leave those frames out.",
+        )
+    left_out = f"Left out {int((~good).sum())} frames with lost keypoints."
+    return list(tracks), places[good], (left_out,) * bool(lost)
+
+
+def _keypoints(
+    names: list[str], points: FloatArray, rate: float, options: ReadOptions
+) -> tuple[FloatArray, tuple[str, ...]]:
+    """Return the places (frames, 21, 3) of the canonical joints, y up, in file units, and notes."""
+    alike = Skeleton(tuple(names), np.zeros(len(names), dtype=np.int64), np.zeros((len(names), 3)))
+    if options.swap_sides:
+        names = [names[other] for other in mirror_joints(alike)]
+    at = {name.casefold(): points[:, n] for n, name in enumerate(names)}
+    shoulders = [at[key] for key in at if "shoulder" in key and "mid" not in key]
+    if not any("neck" in key for key in at) and len(shoulders) == 2:
+        names, middle = [*names, "neck"], (shoulders[0] + shoulders[1]) / 2.0
+        points = np.concatenate([points, middle[:, None]], axis=1)
+    root = points.mean(axis=1)
+    places = np.concatenate([root[:, None], points - root[:, None]], axis=1)
+    parents = np.zeros(len(names) + 1, dtype=np.int64)
+    parents[0] = -1
+    skeleton = Skeleton(("keypoints", *names), parents, np.median(places, axis=0))
+    roles = joint_map(skeleton)
+    turns = np.tile(rotation.IDENTITY, (*places.shape[:2], 1))
+    for side in "lr":  # a foot without a toe keeps its place beside the shin
+        hips = points[:, roles["l_hip"] - 1] - points[:, roles["r_hip"] - 1]
+        shin = points[:, roles[f"{side}_knee"] - 1] - points[:, roles[f"{side}_ankle"] - 1]
+        turns[:, roles[f"{side}_ankle"]] = retarget.frame_of(hips, shin)
+    clip = Clip(skeleton, rate, turns, root, places, up=options.up)
+    solved, found = retarget.keypoints_of(clip, roles)
+    return solved, found.notes

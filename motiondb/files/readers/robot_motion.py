@@ -1,0 +1,562 @@
+"""Reader of motions of robots: the pose of the root and values of hinges, in CSV, npz and pkl.
+
+CSV of retargeted LAFAN1: root x y z, quaternion x y z w, joints in radians, 30 frames a second, no
+header; or a header that names the columns. npz of BeyondMimic, mjlab, UniLab and holosoma:
+``joint_pos`` and the places of all bodies (``body_pos_w``, ``body_quat_w``: w x y z); of Isaac Lab
+and AMASS for G1: ``dof_positions``, ``body_positions``, ``body_rotations`` (w x y z); of MuJoCo:
+``qpos`` (w x y z). pkl of GMR: ``root_pos``, ``root_rot`` (x y z w), ``dof_pos``. Metres, z up.
+
+A motion without names has the joints in the order of its model, or, from Isaac Lab, all of one
+depth after those of the depth before; which of the two is found by the places of the bodies, where
+there are any. Velocities are not read. Values outside a hinge's limits are noted and kept.
+
+Source: https://huggingface.co/datasets/unitreerobotics/LAFAN1_Retargeting_Dataset;
+https://github.com/HybridRobotics/whole_body_tracking; https://github.com/YanjieZe/GMR;
+https://isaac-sim.github.io/IsaacLab (motion files of direct AMP).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.body import hinges, rotation
+from motiondb.body.hinges import Robot
+from motiondb.body.robot_names import part_of
+from motiondb.body.world import find_rate
+from motiondb.errors import CaptureError, suggestion
+from motiondb.files.limits import ReadOptions, check_clip_size, check_rate
+from motiondb.files.readers.array_files import RATES, Arrays, texts_of
+from motiondb.files.readers.first_bytes import cells, column, is_number
+from motiondb.files.text import clean_bytes, decode, quoted
+from motiondb.records import Clip, FloatArray
+
+_JOINTS = ("joint_pos", "dof_pos", "dof_positions", "dof", "joint_angles", "joint_positions")
+_ROOTS = ("root_pos", "root_trans", "root_trans_offset", "root_positions", "base_pos", "root_pos_w")
+_TURNS: Mapping[str, str] = MappingProxyType(
+    {"root_rot": "xyzw", "root_quat": "", "root_rotation": "", "base_quat": ""}
+    | {"root_quat_w": "wxyz", "root_orientation": "", "base_rot": ""}
+)  # Name -> order of the quaternion by its format; "" where none says it
+_PLACES = ("body_pos_w", "body_positions", "xpos")
+_BODY_TURNS = ("body_quat_w", "body_rotations", "xquat")
+_JOINT_NAMES = ("joint_names", "dof_names")
+_BODY_NAMES = ("body_names", "link_names", "link_body_list")
+_WHOLE = "qpos"
+KEYS = (*_JOINTS, *_ROOTS, *_TURNS, *_PLACES, *_BODY_TURNS, *_JOINT_NAMES, *_BODY_NAMES, _WHOLE)
+_KNOWN: Mapping[int, str] = MappingProxyType(
+    {29: "Unitree's G1 (29)", 23: "Unitree's G1 (23) and Booster's T1", 19: "Unitree's H1"}
+    | {27: "Unitree's H1-2", 12: "the legs of many robots", 43: "Unitree's G1 with hands"}
+)  # Number of joints -> robots that have as many
+DEFAULT_FPS = 30.0  # Of CSV files: that of retargeted LAFAN1
+_FITS, _UPRIGHT, _LYING = 0.03, 0.7, 0.4
+"""Metres within which bodies are where the model has them; cosines with the vertical of a base that
+is upright, and of one that is not."""
+_SUFFIX = re.compile(r"(_?(joint|dof|link|pos|skel))+$")
+
+
+@dataclass(frozen=True)
+class RobotFile:
+    """What a file says of a motion."""
+
+    values: FloatArray | None = None  # (frames, joints)
+    names: tuple[str, ...] = ()  # Of the joints; () where the file has none
+    root: FloatArray | None = None  # (frames, 3)
+    turns: FloatArray | None = None  # (frames, 4), in the order that follows
+    order: str = ""  # "xyzw" or "wxyz"; "" where nothing says it
+    is_said: bool = False  # Whether the file itself says the order
+    bodies: FloatArray | None = None  # (frames, bodies, 3)
+    body_turns: FloatArray | None = None  # (frames, bodies, 4), w x y z
+    body_names: tuple[str, ...] = ()
+    fps: float | None = None
+    is_table: bool = False  # Whether it is CSV
+
+
+def is_robot(names: Sequence[str]) -> bool:
+    """Whether arrays of these names are a motion of a robot."""
+    given = {*names}
+    has_joints = bool({*_JOINTS, _WHOLE} & given)
+    return (has_joints and bool({*_ROOTS, *_PLACES, _WHOLE, *_TURNS} & given)) or (
+        bool({*_PLACES} & given) and bool({*_BODY_TURNS} & given)
+    )
+
+
+def from_arrays(arrays: Arrays, path: object) -> RobotFile:
+    """Return what arrays by name say of a motion of a robot (CaptureError)."""
+
+    def first(names: Sequence[str], width: int | None = None) -> FloatArray | None:
+        for name in names:
+            if name in arrays:
+                return _numbers(arrays[name], name, width, path)
+        return None
+
+    def texts(names: Sequence[str]) -> tuple[str, ...]:
+        found = next((arrays[n] for n in names if n in arrays), np.zeros(0))
+        if found.dtype.kind not in "US" or found.ndim != 1:
+            return ()
+        return texts_of(found)
+
+    names, bodies = texts(_JOINT_NAMES), first(_PLACES, 3)
+    values, root = first(_JOINTS), first(_ROOTS, 3)
+    turn_name = next((n for n in _TURNS if n in arrays), "")
+    turns, order = first((turn_name,), 4), _TURNS.get(turn_name, "")
+    whole = first((_WHOLE,))
+    if values is None and whole is not None:
+        if whole.shape[1] < 8:
+            raise CaptureError(
+                path, f"expected a root and joints in qpos, found {whole.shape[1]} numbers a frame."
+            )
+        root, turns, order, values = whole[:, :3], whole[:, 3:7], "wxyz", whole[:, 7:]
+    if values is not None and names and values.shape[1] - len(names) in (7, 6):
+        values = values[:, -len(names) :]
+    if values is not None and names and len(names) == values.shape[1] + 1:
+        names = names[1:]  # that of the free joint
+    body_turns = first(_BODY_TURNS, 4)
+    said = str(arrays["quaternion_order"]) if "quaternion_order" in arrays else ""
+    letters = "".join(re.findall("[wxyz]", said.split(";")[0]))
+    is_said = letters in ("wxyz", "xyzw")
+    rate = first(RATES)
+    return RobotFile(
+        values=values,
+        names=names,
+        root=root,
+        turns=turns,
+        order=letters if is_said and turns is not None else order,
+        is_said=is_said,
+        bodies=bodies,
+        body_turns=body_turns,
+        body_names=texts(_BODY_NAMES),
+        fps=None if rate is None or rate.size == 0 else float(rate.reshape(-1)[0]),
+    )
+
+
+def _numbers(
+    array: NDArray[np.generic], name: str, width: int | None, path: object
+) -> FloatArray | None:
+    """Return an array of numbers whose last axis has a width (CaptureError)."""
+    if array.dtype.kind not in "iuf":
+        raise CaptureError(path, f"expected numbers in {name!r}, found other values.")
+    values = array.astype(np.float64)
+    if name in RATES:
+        return values
+    if values.ndim == 3 and values.shape[1] == 1:
+        values = values[:, 0]
+    if name in _JOINTS and values.ndim == 3 and values.shape[2] == 1:
+        values = values[:, :, 0]
+    wanted = 3 if name in (*_PLACES, *_BODY_TURNS) else 2
+    if values.ndim != wanted or width not in (None, values.shape[-1]):
+        last = "n" if width is None else str(width)
+        shape = f"(frames, {'bodies, ' if wanted == 3 else ''}{last})"
+        raise CaptureError(path, f"expected {name!r} of shape {shape}, found {values.shape}.")
+    return values
+
+
+def from_csv(data: bytes, path: object) -> RobotFile:
+    """Return what a CSV file says of a motion of a robot (CaptureError)."""
+    lines = decode(clean_bytes(data, path)).splitlines()
+    rows = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
+    if not rows:
+        raise CaptureError(path, "expected at least 1 frame, found 0. Export the motion again.")
+    head = cells(rows[0][1])
+    names = () if all(map(is_number, head)) else tuple(head)
+    body = rows[1:] if names else rows
+    table = np.full((len(body), len(head)), np.nan)
+    faults: list[tuple[int | None, str]] = []
+    for at, (number, line) in enumerate(body):
+        row = cells(line)
+        if len(row) != len(head) or not all(map(is_number, row)):
+            count = f"{len(row)} cells" if len(row) != len(head) else "other text"
+            faults.append((number, f"expected {len(head)} numbers, found {count}. Mend the row."))
+        else:
+            table[at] = [float(cell) for cell in row]
+    if faults:
+        raise CaptureError(path, faults[:20])
+    if not len(table):
+        raise CaptureError(path, "expected at least 1 frame, found 0. Export the motion again.")
+    if not names:
+        if table.shape[1] < 8:
+            raise CaptureError(
+                path,
+                "expected root x y z, quaternion x y z w and joints, found "
+                f"{table.shape[1]} columns. Export the motion again.",
+            )
+        return RobotFile(table[:, 7:], (), table[:, :3], table[:, 3:7], "xyzw", is_table=True)
+    return _named_columns(table, names, path)
+
+
+def _named_columns(table: FloatArray, names: tuple[str, ...], path: object) -> RobotFile:
+    """Return what named columns hold."""
+    kinds = [column(name) for name in names]
+    root = {axis: n for n, (kind, axis) in enumerate(kinds) if kind == "root"}
+    turn = {axis: n for n, (kind, axis) in enumerate(kinds) if kind == "turn"}
+    joints = [n for n, (kind, _) in enumerate(kinds) if kind == "joint"]
+    if {*root} != {*"xyz"} or {*turn} != {*"wxyz"}:
+        raise CaptureError(
+            path,
+            "expected columns for x, y and z of the root and w, x, y and z of its quaternion, "
+            f"found {', '.join(quoted(n, 30) for n in names[:12])}. Name them root_x and root_qx.",
+        )
+    times = [table[:, n] for n, (kind, _) in enumerate(kinds) if kind == "time"]
+    steps = np.diff(times[0]) if times and len(table) > 1 else np.zeros(0)
+    step = float(np.median(steps)) if len(steps) else 0.0
+    return RobotFile(
+        table[:, joints],
+        tuple(names[n] for n in joints),
+        table[:, [root[axis] for axis in "xyz"]],
+        table[:, [turn[axis] for axis in "wxyz"]],
+        "wxyz",
+        is_said=True,
+        is_table=True,
+        fps=find_rate(step)[0] if 1e-4 < step < 1.0 else None,
+    )
+
+
+# The clip
+
+
+def to_clip(
+    said: RobotFile, robot: Robot | None, path: object, options: ReadOptions, n_bytes: int
+) -> Clip:
+    """Return the clip of a motion and its model (CaptureError)."""
+    n_frames = _count(said, path)
+    links = len(robot.links) if robot is not None else 1
+    check_clip_size(n_frames, links, n_bytes, path, options.limits)
+    said, notes = _good_frames(said, path, options.skip_bad_frames)
+    fps, rate_notes = _rate(said, path, options)
+    if robot is None:
+        clip = _of_bodies(said, path, fps, options)
+    else:
+        clip = _of_robot(said, robot, path, fps, options)
+    return replace(clip, notes=rate_notes + notes + clip.notes)
+
+
+def _count(said: RobotFile, path: object) -> int:
+    """Return the number of frames, the same in all arrays."""
+    parts = (said.values, said.root, said.turns, said.bodies, said.body_turns)
+    counts = {len(part) for part in parts if part is not None}
+    if len(counts) != 1 or 0 in counts:
+        raise CaptureError(
+            path,
+            f"expected arrays of as many frames, found {', '.join(map(str, sorted(counts)))}. "
+            "Export the motion again.",
+        )
+    return counts.pop()
+
+
+def _good_frames(
+    said: RobotFile, path: object, skip_bad: bool
+) -> tuple[RobotFile, tuple[str, ...]]:
+    """Leave out frames that are not finite, or refuse the file."""
+    parts = {
+        name: part
+        for name in ("values", "root", "turns", "bodies", "body_turns")
+        if (part := getattr(said, name)) is not None
+    }
+    rows = [np.isfinite(part.reshape(len(part), -1)).all(axis=1) for part in parts.values()]
+    if said.turns is not None:
+        rows.append(np.linalg.norm(said.turns, axis=1) > 1e-6)
+    good = np.all(rows, axis=0)
+    if good.all():
+        return said, ()
+    count, first = int((~good).sum()), int(np.argmin(good))
+    if not skip_bad or not good.any():
+        raise CaptureError(
+            path,
+            f"expected finite numbers and quaternions, found others in {count} frames, the first "
+            f"is {first}. Export it again, or pass --skip-bad-frames to leave them out.",
+        )
+    kept = {name: part[good] for name, part in parts.items()}
+    return replace(said, **kept), (f"Left out {count} bad frames; the first is {first}.",)
+
+
+def _rate(said: RobotFile, path: object, options: ReadOptions) -> tuple[float, tuple[str, ...]]:
+    if options.fps:
+        return options.fps, ()
+    if said.fps is not None:
+        return check_rate(said.fps, path), ()
+    if said.is_table:
+        told = f"The file has no frame rate; {DEFAULT_FPS:g} a second are taken, as in retargeted "
+        return DEFAULT_FPS, (told + "LAFAN1. Give another one (--fps) if this is wrong.",)
+    raise CaptureError(path, "expected a frame rate (fps), found none. Give it with --fps.")
+
+
+def _of_robot(
+    said: RobotFile, robot: Robot, path: object, fps: float, options: ReadOptions
+) -> Clip:
+    """Return the clip of a motion on its model."""
+    if said.values is None:
+        raise CaptureError(
+            path, "expected values of joints (joint_pos, dof_pos), found none. Export them, too."
+        )
+    if said.bodies is not None:
+        root, turns, values, notes = _by_bodies(said, robot, path)
+    else:
+        if said.root is None or said.turns is None:
+            raise CaptureError(
+                path, "expected places and turns of the root, found none. Export them, too."
+            )
+        values, notes = _values(said, robot, path)
+        root = said.root
+        turns, order_notes = _root_turns(said)
+        notes += order_notes
+    values = hinges.with_mimics(robot, values)
+    posed = hinges.pose(robot, root, rotation.unroll(turns), values)
+    clip = hinges.to_clip(robot, posed, fps, options.up)
+    notes = robot.notes + notes + limit_notes(robot, values)
+    return replace(clip, notes=notes + clip.notes)
+
+
+def _root_turns(said: RobotFile) -> tuple[FloatArray, tuple[str, ...]]:
+    """Return the turns of the root, w x y z; where nothing says their order, the upright one."""
+    assert said.turns is not None
+    given = rotation.normalize(said.turns)
+    each = {"wxyz": given, "xyzw": given[:, [3, 0, 1, 2]]}
+    stands = {
+        order: float(rotation.rotate(turns, np.array([0.0, 0.0, 1.0]))[:, 2].mean())
+        for order, turns in each.items()
+    }
+    order = said.order or max(stands, key=lambda one: stands[one])
+    other = "wxyz" if order == "xyzw" else "xyzw"
+    if said.order and not said.is_said and stands[order] < _LYING and stands[other] > _UPRIGHT:
+        return each[other], (
+            f"The quaternions of the root are taken as {' '.join(other)}, not as "
+            f"{' '.join(order)}, as the format has them: then the robot stands upright.",
+        )
+    if not said.order:
+        return each[order], (
+            f"The file does not say the order of quaternions; {' '.join(order)} is taken, with "
+            f"which the robot is more upright ({stands[order]:.2f} against {stands[other]:.2f}).",
+        )
+    return each[order], ()
+
+
+def _values(said: RobotFile, robot: Robot, path: object) -> tuple[FloatArray, tuple[str, ...]]:
+    """Return the values (frames, joints of the model) in the order of the model, and notes."""
+    assert said.values is not None
+    n_frames, width = said.values.shape
+    values = np.zeros((n_frames, len(robot.joints)))
+    if said.names:
+        if len(said.names) != width:
+            raise CaptureError(
+                path, f"expected {len(said.names)} joints as there are names, found {width}."
+            )
+        return _by_names(said, robot, values, path)
+    body = [n for n in robot.free if part_of(robot.joints[n].name)[1] or not _is_finger(robot, n)]
+    choices = (
+        (list(robot.free), "in the order of the model"),
+        (list(range(len(robot.joints))), "in the order of the model"),
+        (body, "in the order of the model, without fingers"),
+    )
+    for chosen, how in choices:
+        if len(chosen) == width or (width - len(chosen) == 7 and said.order == "wxyz"):
+            values[:, chosen] = said.values[:, : len(chosen)]
+            return values, (f"The file names no joints; they are taken {how}.",)
+    raise CaptureError(
+        path,
+        f"expected {len(robot.free)} joints as the model {quoted(robot.name, 40)} has, found "
+        f"{width}{_robots_of(width)}. Give the model of this robot with --skeleton.",
+    )
+
+
+def _is_finger(robot: Robot, joint: int) -> bool:
+    words = ("thumb", "index", "middle", "ring", "pinky", "little", "finger", "gripper", "hand")
+    return any(word in robot.joints[joint].name.lower() for word in words)
+
+
+def _plain(name: str) -> str:
+    return _SUFFIX.sub("", name.lower().strip().replace("-", "_").replace(" ", "_"))
+
+
+def _by_names(
+    said: RobotFile, robot: Robot, values: FloatArray, path: object
+) -> tuple[FloatArray, tuple[str, ...]]:
+    """Put values in their places by the names of their joints."""
+    assert said.values is not None
+    exact = {name: n for n, name in enumerate(robot.joint_names)}
+    plain = {_plain(name): n for n, name in enumerate(robot.joint_names)}
+    found = [exact.get(name, plain.get(_plain(name), -1)) for name in said.names]
+    unknown = [name for name, n in zip(said.names, found) if n < 0]
+    if unknown:
+        raise CaptureError(
+            path,
+            f"expected joints of the model {quoted(robot.name, 40)}, found "
+            f"{', '.join(quoted(name, 40) for name in unknown[:5])}"
+            f"{f' and {len(unknown) - 5} more' if len(unknown) > 5 else ''}."
+            f"{suggestion(unknown[0], robot.joint_names)} Give the model of this robot.",
+        )
+    values[:, found] = said.values
+    left = [robot.joints[n].name for n in robot.free if n not in found]
+    more = f" and {len(left) - 5} more" if len(left) > 5 else ""
+    note = f"The file has no values for {', '.join(left[:5])}{more}; they are 0."
+    return values, (note,) if left else ()
+
+
+def _robots_of(width: int) -> str:
+    """Say which robots have so many joints."""
+    return f" (as many as {_KNOWN[width]})" if width in _KNOWN else ""
+
+
+def _breadth_first(robot: Robot) -> list[int]:
+    """Return the links in the order of Isaac Lab: by depth, then by their parents."""
+    depth = np.zeros(len(robot.links), dtype=np.int64)
+    order, waiting = [0], [0]
+    while waiting:
+        link = waiting.pop(0)
+        below = [n for n, parent in enumerate(robot.parents) if parent == link]
+        depth[below] = depth[link] + 1
+        order += below
+        waiting += below
+    return order
+
+
+def _by_bodies(
+    said: RobotFile, robot: Robot, path: object
+) -> tuple[FloatArray, FloatArray, FloatArray, tuple[str, ...]]:
+    """Return root, turns, values and notes, in the order in which bodies are where they should be.
+
+    The root is the pose of the first link in the arrays of all bodies.
+    """
+    assert said.bodies is not None
+    assert said.values is not None
+    if said.body_turns is None:
+        raise CaptureError(path, "expected the turns of bodies (body_quat_w), found none.")
+    moved = {joint.link for joint in robot.joints}
+    breadth = _breadth_first(robot)
+    in_model = list(range(len(robot.links)))
+    bodies = {
+        "model": [in_model, [-1, *in_model], [n for n in in_model if n in moved or n == 0]],
+        "depth": [breadth, [-1, *breadth], [n for n in breadth if n in moved or n == 0]],
+    }
+    if said.body_names:
+        known = {name: n for n, name in enumerate(robot.links)}
+        named = [known.get(name, -1) for name in said.body_names]
+        bodies = {"model": [named], "depth": [named]}
+    best: tuple[float, FloatArray, FloatArray, FloatArray, str] | None = None
+    faults = []
+    for order, lists in bodies.items():
+        try:
+            values = _in_order(said, robot, breadth if order == "depth" else in_model, path)
+        except CaptureError as error:
+            faults.append(error)
+            continue
+        for links in lists:
+            if len(links) != said.bodies.shape[1] or 0 not in links:
+                continue
+            at = links.index(0)
+            root, turns = said.bodies[:, at], rotation.normalize(said.body_turns[:, at])
+            posed = hinges.pose(robot, root, turns, hinges.with_mimics(robot, values))
+            there = [n for n, link in enumerate(links) if link >= 0]
+            apart = posed.places[:, [links[n] for n in there]] - said.bodies[:, there]
+            size = float(np.median(np.linalg.norm(apart, axis=-1)))
+            if best is None or size < best[0] - 1e-9:
+                best = (size, root, turns, values, order)
+    if best is None and faults:
+        raise faults[0]
+    if best is None or best[0] > _FITS:
+        what = (
+            f"{said.bodies.shape[1]} bodies"
+            if best is None
+            else f"bodies {best[0]:.3f} m from where the model has them"
+        )
+        raise CaptureError(
+            path,
+            f"expected the bodies of the model {quoted(robot.name, 40)} ({len(robot.links)} links),"
+            f" found {what}. Give the model with which the file was made (--skeleton).",
+        )
+    size, root, turns, values, order = best
+    how = "the model" if order == "model" else "their depth, as Isaac Lab has them"
+    note = (
+        f"The file names no joints; they are taken in the order of {how}: then bodies are within "
+        f"{1000 * size:.1f} mm of the file's."
+    )
+    return root, turns, values, () if said.names else (note,)
+
+
+def _in_order(said: RobotFile, robot: Robot, links: Sequence[int], path: object) -> FloatArray:
+    """Return values whose joints come in the order of links."""
+    assert said.values is not None
+    values, _ = _values(replace(said, order="wxyz"), robot, path)
+    if said.names or list(links) == sorted(links):
+        return values
+    free = robot.free
+    wanted = sorted(free, key=lambda n: (links.index(robot.joints[n].link), n))
+    out = np.zeros_like(values)
+    if said.values.shape[1] != len(free):
+        return values
+    out[:, wanted] = said.values
+    return out
+
+
+def limit_notes(robot: Robot, values: FloatArray) -> tuple[str, ...]:
+    """Note the joints that leave their limits."""
+    found = []
+    for number, joint in enumerate(robot.joints):
+        if joint.limits is None or joint.slides or joint.mimics is not None:
+            continue
+        low, high = joint.limits
+        beyond = np.maximum(low - values[:, number], values[:, number] - high)
+        if float(beyond.max()) > np.deg2rad(0.5):
+            found.append((float(beyond.max()), int((beyond > np.deg2rad(0.5)).sum()), joint))
+    if not found:
+        return ()
+    most, count, joint = max(found, key=lambda each: each[0])
+    assert joint.limits is not None
+    low, high = np.rad2deg(joint.limits)
+    return (
+        f"{len(found)} joints leave the limits of the model, {joint.name} the most: by "
+        f"{np.rad2deg(most):.1f} degrees ({low:.0f} to {high:.0f} are allowed), in {count} frames.",
+    )
+
+
+def _of_bodies(said: RobotFile, path: object, fps: float, options: ReadOptions) -> Clip:
+    """Return the clip of places and turns of bodies, without a model."""
+    width = 0 if said.values is None else said.values.shape[1]
+    if said.bodies is None or said.body_turns is None or not said.body_names:
+        raise CaptureError(
+            path,
+            f"expected the model of the robot (MJCF or URDF) beside the motion, found none, or "
+            f"several; the motion has {width or 'no'} joints{_robots_of(width)}. Give it with "
+            "--skeleton, or in the sheet's column skeleton.",
+        )
+    names = said.body_names
+    if len(names) != said.bodies.shape[1]:
+        raise CaptureError(
+            path, f"expected {len(names)} bodies as named, found {said.bodies.shape[1]}."
+        )
+    keep = [n for n, name in enumerate(names) if name.lower() not in ("world", "universe")]
+    places, turns = said.bodies[:, keep], rotation.normalize(said.body_turns[:, keep])
+    parents, order = rigid_tree(places, [names[n] for n in keep])
+    labels = tuple(names[keep[n]] for n in order)
+    clip = hinges.of_frames(
+        labels, parents, places[:, order], turns[:, order], fps, up=options.up or "z"
+    )
+    note = "Without a model, the bodies hang from those to which they keep their distance."
+    return replace(clip, notes=(note, *clip.notes))
+
+
+_SAMPLES = 200  # Frames in which distances are compared
+
+
+def rigid_tree(places: FloatArray, names: Sequence[str]) -> tuple[NDArray[np.int64], list[int]]:
+    """Return parents and an order in which they come first, for points (frames, points, 3).
+
+    The tree joins points that keep their distance, near ones first, and none of the left side to
+    one of the right. The first point is the root.
+    """
+    from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
+
+    some = places[np.linspace(0, len(places) - 1, min(len(places), _SAMPLES)).astype(int)]
+    apart = np.linalg.norm(some[:, :, None] - some[:, None], axis=-1)
+    cost = apart.std(axis=0) + 1e-3 * apart.mean(axis=0) + 1e-9
+    sides = [part_of(name)[0] for name in names]
+    cost += np.array([[bool(a and b and a != b) for a in sides] for b in sides])
+    np.fill_diagonal(cost, 0.0)
+    tree = minimum_spanning_tree(cost)
+    order, above = breadth_first_order(tree, 0, directed=False)
+    at = {int(point): n for n, point in enumerate(order)}
+    parents = [at[int(above[p])] if above[p] >= 0 else -1 for p in order]
+    return np.array(parents, dtype=np.int64), [int(p) for p in order]

@@ -1,0 +1,92 @@
+"""Pickles make plain arrays and nothing else."""
+
+import pickle
+import pickletools
+import struct
+from collections import OrderedDict
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from motiondb.errors import CaptureError
+from motiondb.files.readers.array_files import load_npy, load_pickle
+
+
+@pytest.mark.parametrize("protocol", range(2, 6))
+def test_arrays_numbers_and_texts_are_read_as_they_were_saved(protocol: int) -> None:
+    given: dict[str, Any] = {
+        "a": np.arange(6.0).reshape(2, 3),
+        "b": np.asfortranarray(np.arange(6, dtype=np.int16).reshape(2, 3)),
+        "c": np.arange(3, dtype=">f4"),
+        "d": np.array(["x", "yz"]),
+        "e": np.float32(2.5),
+        "f": [1, 2.5],
+        "g": ("u", "v"),
+        "h": 30,
+    }
+    found = load_pickle(pickle.dumps(OrderedDict(given), protocol), "f")
+    for name, value in given.items():
+        np.testing.assert_array_equal(found[name], np.asarray(value))
+
+
+def test_anything_else_is_refused_by_its_name_and_not_made(tmp_path: Path) -> None:
+    class Opens:
+        def __reduce__(self) -> tuple[Any, ...]:
+            return (open, (str(tmp_path / "made"), "w"))
+
+    for value, name in (
+        (Fraction(1, 2), "fractions.Fraction"),
+        (Opens(), "io.open"),
+        (Path("a"), "pathlib.PosixPath"),
+        (np.array([Fraction(1)]), "an array of type"),
+        (len, "builtins.len"),
+    ):
+        with pytest.raises(CaptureError) as error:
+            load_pickle(pickle.dumps({"a": value}), "f")
+        assert f"found '{name}" in str(error.value).replace('found "', "found '")
+    assert not (tmp_path / "made").exists()
+
+
+def test_states_that_a_file_invents_reach_no_object() -> None:
+    dtype = pickle.dumps(np.dtype("f8"), 2)
+    assert b"\x86" in dtype or b"(" in dtype
+    changed = b"\x80\x02cnumpy\ndtype\n}X\x01\x00\x00\x00aK\x01sb."
+    for data in (changed, b"\x80\x02}}X\x01\x00\x00\x00aK\x01sb."):
+        with pytest.raises(CaptureError, match="an object with a state"):
+            load_pickle(data, "f")
+
+
+def test_repeated_lists_do_not_grow_without_end() -> None:
+    lists: list[Any] = [1.0] * 10
+    for _ in range(30):
+        lists = [lists] * 10
+    with pytest.raises(CaptureError, match="found repeated ones"):
+        load_pickle(pickle.dumps({"a": lists}), "f")
+
+
+def test_cut_and_lying_files_are_refused() -> None:
+    whole = pickle.dumps({"a": np.arange(100.0)}, 5)
+    for length in range(len(whole)):
+        with pytest.raises(CaptureError):
+            load_pickle(whole[:length], "f")
+    promised = b"\x80\x05" + pickle.BYTEARRAY8 + struct.pack("<Q", 2**40) + b"."
+    with pytest.raises(CaptureError, match="cut short"):
+        load_pickle(promised, "f")
+    ops = {op.name for op, _, _ in pickletools.genops(whole)}
+    assert "BYTEARRAY8" in ops  # which the loader bounds by the size of the file
+
+
+def test_arrays_of_objects_and_short_arrays_are_refused() -> None:
+    import io
+
+    file = io.BytesIO()
+    np.save(file, np.array([{}]), allow_pickle=True)
+    with pytest.raises(CaptureError, match="found objects"):
+        load_npy(file.getvalue(), "f")
+    file = io.BytesIO()
+    np.save(file, np.zeros((10, 22, 3)))
+    with pytest.raises(CaptureError, match="expected an npy file of numbers"):
+        load_npy(file.getvalue()[:-8], "f")

@@ -1,0 +1,231 @@
+"""Motions of robots: one walk in every form is the same clip; faults are named."""
+
+import pickle
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from motiondb.body import hinges, retarget
+from motiondb.errors import CaptureError
+from motiondb.files.folder import find_captures, not_read
+from motiondb.files.formats import read_capture
+from motiondb.files.readers.robot_model import read_robot
+from motiondb.records import Clip
+from tests import small_robot
+
+ROBOT = read_robot(small_robot.mjcf().encode(), "small.xml")
+ROOT, TURNS, VALUES = small_robot.walk()
+# The order of the model is that of the document: the torso's hinge first, here, then the arms
+VALUES = VALUES[:, [small_robot.JOINTS.index(name) for name in ROBOT.joint_names]]
+POSED = hinges.pose(ROBOT, ROOT, TURNS, VALUES)
+XYZW = TURNS[:, [1, 2, 3, 0]]
+TABLE = np.concatenate([ROOT, XYZW, VALUES], axis=1)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "small.xml").write_text(small_robot.mjcf())
+    return tmp_path
+
+
+def _expected() -> Clip:
+    return hinges.to_clip(ROBOT, POSED, 30.0)
+
+
+def _save(folder: Path, name: str, **arrays: Any) -> Path:
+    np.savez(folder / name, **arrays)
+    return folder / name
+
+
+def _csv(folder: Path, table: np.ndarray[Any, Any], head: str = "") -> Path:
+    np.savetxt(folder / "w.csv", table, delimiter=",", header=head, comments="")
+    return folder / "w.csv"
+
+
+def _is_walk(clip: Clip) -> None:
+    assert clip.format == "robot"
+    assert clip.fps == 30.0
+    expected = _expected().world_positions()
+    np.testing.assert_allclose(clip.world_positions(), expected, atol=2e-5)
+
+
+def test_csv_of_lafan1_has_its_rate_and_order_told(folder: Path) -> None:
+    clip = read_capture(_csv(folder, TABLE))
+    _is_walk(clip)
+    assert clip.notes[0].startswith("The file has no frame rate; 30 a second are taken")
+    assert clip.notes[1] == "The file names no joints; they are taken in the order of the model."
+
+
+def test_csv_with_a_header_is_read_by_its_names_in_any_order(folder: Path) -> None:
+    order = np.random.default_rng(1).permutation(TABLE.shape[1])
+    names = ["root_x", "root_y", "root_z", "root_qx", "root_qy", "root_qz", "root_qw"]
+    names = np.array([*names, *ROBOT.joint_names])
+    times = np.arange(len(TABLE))[:, None] / 30.0
+    table = np.concatenate([times, TABLE[:, order]], axis=1)
+    clip = read_capture(_csv(folder, table, ",".join(["time", *names[order]])))
+    _is_walk(clip)
+    assert not any("frame rate" in note or "order" in note for note in clip.notes)
+
+
+def _forms(folder: Path) -> dict[str, Path]:
+    depth = np.zeros(len(ROBOT.links), dtype=int)
+    for link, parent in enumerate(ROBOT.parents):
+        depth[link] = 0 if parent < 0 else depth[parent] + 1
+    moving = [0, *(joint.link for joint in ROBOT.joints)]
+    by_depth = sorted(moving, key=lambda link: (depth[link], link))
+    joint_of = {joint.link: number for number, joint in enumerate(ROBOT.joints)}
+    joints = [joint_of[link] for link in by_depth[1:]]
+    world = np.zeros((len(ROOT), 1, 3)), np.tile([1.0, 0, 0, 0], (len(ROOT), 1, 1))
+    forms = {
+        "isaac": {
+            "joint_pos": VALUES[:, joints],
+            "body_pos_w": POSED.places[:, by_depth],
+            "body_quat_w": POSED.turns[:, by_depth],
+        },
+        "mjlab": {
+            "joint_pos": VALUES,
+            "body_pos_w": POSED.places,
+            "body_quat_w": POSED.turns,
+        },
+        "with_world": {
+            "joint_pos": np.concatenate([ROOT, TURNS, VALUES], axis=1),
+            "body_pos_w": np.concatenate([world[0], POSED.places], axis=1),
+            "body_quat_w": np.concatenate([world[1], POSED.turns], axis=1),
+            "joint_names": np.array(ROBOT.joint_names),
+            "body_names": np.array(["world", *ROBOT.links]),
+        },
+        "amass": {
+            "dof_positions": VALUES[:, ::-1],
+            "dof_names": np.array(ROBOT.joint_names[::-1]),
+            "body_positions": POSED.places[:, moving],
+            "body_rotations": POSED.turns[:, moving],
+            "body_names": np.array([ROBOT.links[link] for link in moving]),
+        },
+        "qpos": {"qpos": np.concatenate([ROOT, TURNS, VALUES], axis=1)},
+    }
+    return {n: _save(folder, f"{n}.npz", fps=30, **arrays) for n, arrays in forms.items()}
+
+
+def test_npz_of_simulators_are_the_same_walk_whatever_the_order_of_joints(folder: Path) -> None:
+    for name, path in _forms(folder).items():
+        clip = read_capture(path)
+        _is_walk(clip)
+        told = " ".join(clip.notes)
+        assert ("as Isaac Lab has them: then bodies are within 0.0 mm" in told) == (name == "isaac")
+
+
+def test_pickles_of_gmr_and_phc_are_the_same_walk(folder: Path) -> None:
+    gmr = {"fps": 30, "root_pos": ROOT, "root_rot": XYZW, "dof_pos": VALUES}
+    gmr |= {"local_body_pos": None, "link_body_list": None}
+    phc = {"root_trans_offset": ROOT, "root_rot": XYZW, "dof": VALUES[..., None], "fps": 30}
+    for protocol in range(2, 6):
+        for motion in (gmr, {"walk": phc}):
+            (folder / "w.pkl").write_bytes(pickle.dumps(motion, protocol))
+            _is_walk(read_capture(folder / "w.pkl"))
+    (folder / "w.pkl").write_bytes(pickle.dumps({"a": gmr, "b": gmr}))
+    with pytest.raises(CaptureError, match="expected one motion, found 2"):
+        read_capture(folder / "w.pkl")
+
+
+def test_bodies_are_read_without_a_model_by_their_names(tmp_path: Path) -> None:
+    clip = read_capture(_forms(tmp_path)["with_world"])
+    expected, actual = (retarget.clip_keypoints(each) for each in (_expected(), clip))
+    np.testing.assert_allclose(actual, expected, atol=0.02)  # toes are estimated
+    with pytest.raises(CaptureError) as error:
+        read_capture(_csv(tmp_path, np.zeros((2, 36)) + 0.1))
+    assert "found none, or several; the motion has 29 joints (as many as Unitree's G1" in str(
+        error.value
+    )
+
+
+def test_quaternions_in_the_other_order_are_told(folder: Path) -> None:
+    table = np.concatenate([ROOT, TURNS, VALUES], axis=1)
+    clip = read_capture(_csv(folder, table))
+    _is_walk(clip)
+    assert "as w x y z, not as x y z w" in " ".join(clip.notes)
+    path = _save(folder, "a.npz", fps=30, root_pos=ROOT, root_quat=XYZW, dof_pos=VALUES)
+    clip = read_capture(path)
+    _is_walk(clip)
+    assert "does not say the order of quaternions; x y z w is taken" in " ".join(clip.notes)
+
+
+def test_values_beyond_the_limits_are_noted_and_kept(folder: Path) -> None:
+    table = TABLE.copy()
+    knee = 7 + ROBOT.joint_names.index("left_knee_joint")
+    table[10:13, knee] = np.deg2rad(-12.0)
+    clip = read_capture(_csv(folder, table))
+    assert (
+        "1 joints leave the limits of the model, left_knee_joint the most: by 7.0 degrees "
+        "(-5 to 160 are allowed), in 3 frames." in clip.notes
+    )
+
+
+def test_names_of_other_robots_and_lists_of_other_lengths_are_refused(folder: Path) -> None:
+    names = np.array([name.replace("knee", "knie") for name in ROBOT.joint_names])
+    given = {"fps": 30, "root_pos": ROOT, "root_rot": XYZW, "dof_pos": VALUES}
+    for more, said in (
+        ({"joint_names": names}, "found 'left_knie_joint', 'right_knie_joint'"),
+        ({"joint_names": names[:5]}, "expected 5 joints as there are names, found 21"),
+        ({"dof_pos": VALUES[:, :19]}, "found 19 (as many as Unitree's H1)"),
+        ({"dof_pos": VALUES[:50]}, "expected arrays of as many frames, found 50, 120"),
+        ({"root_pos": ROOT[:, :2]}, "expected 'root_pos' of shape (frames, 3), found (120, 2)"),
+        ({"dof_pos": VALUES.astype(str)}, "expected numbers in 'dof_pos'"),
+        ({"fps": 0.01}, "expected a frame rate from 1 to 2000"),
+    ):
+        with pytest.raises(CaptureError) as error:
+            read_capture(_save(folder, "w.npz", **(given | more)))
+        assert said in str(error.value)
+
+
+def test_bodies_that_are_not_where_the_model_has_them_are_refused(folder: Path) -> None:
+    with pytest.raises(CaptureError) as error:
+        read_capture(
+            _save(
+                folder,
+                "w.npz",
+                fps=30,
+                joint_pos=VALUES,
+                body_pos_w=POSED.places * 1.3,
+                body_quat_w=POSED.turns,
+            )
+        )
+    assert "m from where the model has them. Give the model with which" in str(error.value)
+
+
+def test_frames_that_are_not_finite_are_refused_or_left_out(folder: Path) -> None:
+    values = VALUES.copy()
+    values[5, 3] = np.nan
+    turns = XYZW.copy()
+    turns[7] = 0.0
+    path = _save(folder, "w.npz", fps=30, root_pos=ROOT, root_rot=turns, dof_pos=values)
+    with pytest.raises(CaptureError, match="found others in 2 frames, the first is 5"):
+        read_capture(path)
+    assert read_capture(path, skip_bad_frames=True).n_frames == len(ROOT) - 2
+
+
+def test_tables_with_other_columns_are_refused_by_line(folder: Path) -> None:
+    path = _csv(folder, TABLE[:3])
+    path.write_text(path.read_text() + "1,2,3\n")
+    with pytest.raises(CaptureError) as error:
+        read_capture(path)
+    assert error.value.faults[0][0] == 4
+    assert "expected 28 numbers, found 3 cells" in str(error.value)
+    _csv(folder, TABLE[:, :7])
+    with pytest.raises(CaptureError, match="found 7 columns"):
+        read_capture(path)
+
+
+def test_only_tables_and_arrays_of_motion_are_captures_of_a_folder(folder: Path) -> None:
+    _csv(folder, TABLE)
+    (folder / "words.csv").write_text("file,words,a,b,c,d,e,f\nw.csv,a walk,1,2,3,4,5,6\n")
+    (folder / "weights.pkl").write_bytes(pickle.dumps({"layers": [1, 2]}))
+    np.save(folder / "heights.npy", np.zeros((20, 3)))
+    np.save(folder / "joints.npy", np.zeros((20, 22, 3)))
+    found = [path.name for path in find_captures(folder)]
+    assert found == ["joints.npy", "w.csv"]
+    assert [line.rpartition("/")[2].partition(":")[0] for line in not_read(folder)] == [
+        "heights.npy",
+        "weights.pkl",
+    ]
