@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 import motiondb
 from motiondb import answers
 from motiondb.cli import options, printing
@@ -24,25 +22,22 @@ def _boxes_name(path: Path | None) -> Path | None:
 def quality(
     shared: options.Shared,
     where: Annotated[
-        str,
-        typer.Argument(metavar="[FILTER]", help="The captures, as for --where, or a name."),
+        str, options.argument("The captures, as for --where, or a name.", "[FILTER]")
     ] = "",
-    again: Annotated[
-        bool, typer.Option("--again", help="Measure anew what was measured before.")
-    ] = False,
+    again: Annotated[bool, "Measure anew what was measured before."] = False,
     boxes: Annotated[
         Path | None,
-        typer.Option(
-            "--boxes",
+        options.option(
+            "Write what the captures need as boxes into this file (.json; .xml of one).",
             callback=_boxes_name,
-            help="Write what the captures need as boxes into this file (.json; .xml of one).",
         ),
-        options.WRITTEN,
     ] = None,
     png: Annotated[
         Path | None,
-        options.picture("Draw one capture with what it needs into this file (.png)."),
-        options.WRITTEN,
+        options.option(
+            "Draw one capture with what it needs into this file (.png).",
+            callback=options.picture_name,
+        ),
     ] = None,
 ) -> None:
     """Say what captures lack: things they need, faults, wrong units and rates.

@@ -13,8 +13,8 @@ from motiondb import answers, store
 from motiondb.database.catalogue import browsing
 from motiondb.database.catalogue.parts import load_example
 from motiondb.database.session import Topic
-from motiondb.database.values import Where, listed
-from motiondb.errors import QueryError, suggestion
+from motiondb.database.values import ANY, FOLDER, Where, folder_names, listed, names_by_pattern
+from motiondb.errors import QueryError
 from motiondb.records import (
     Caption,
     CaptureInfo,
@@ -41,9 +41,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.search.takings import Taking
     from motiondb.store import Provenance
 
-FOLDER = "/"  # How the name of a folder of captures ends
 _SHOWN_COLUMNS = ("name", "duration", "fps", "format", "tags")  # Of a list of captures
-ANY = "*"  # In a pattern of names: any letters
 _UNUSUAL = re.compile(r"[^\w.-]+")  # Characters that names of files of matches do not have
 _SHOWN = 8  # Most matches in a picture: more would be too small on a screen
 _LEAST_SHARE = 0.005  # Nats from which on a contribution is drawn: smaller ones round to 0.00
@@ -265,11 +263,11 @@ class Captures(Topic):
                 chosen = [
                     store.load_capture(opened, name).name for name in listed("captures", captures)
                 ]
-                renamed = _names_by_pattern(chosen, old, new)
+                renamed = names_by_pattern(chosen, old, new)
             elif old.endswith(FOLDER):
-                renamed = _folder_names(everyone, old, new)
+                renamed = folder_names(everyone, old, new)
             elif ANY in old and old not in everyone:
-                renamed = _names_by_pattern(everyone, old, new)
+                renamed = names_by_pattern(everyone, old, new)
             else:
                 renamed = {store.load_capture(opened, old).name: new}
             for name in renamed.values():
@@ -572,43 +570,6 @@ def chosen(session: Session, names: Iterable[str], where: Where) -> list[Capture
     where = session.filter(where)
     infos += store.load_captures(session.store, where) if where.strip() else []
     return list({info.capture_id: info for info in infos}.values())
-
-
-def _folder_names(everyone: Mapping[str, CaptureInfo], old: str, new: str) -> dict[str, str]:
-    """The captures of a folder with their names in another one."""
-    if new and not new.endswith(FOLDER):
-        raise QueryError(
-            f"{new!r}: expected a folder, as {old!r} is one, found no {FOLDER!r} at its end. "
-            f"Give {new + FOLDER!r}."
-        )
-    names = [name for name in everyone if name.startswith(old)]
-    if not names:
-        folders = {n[: n.rindex(FOLDER) + 1] for n in everyone if FOLDER in n}
-        raise QueryError(
-            f"{old!r}: expected a folder of captures, found none whose name begins so."
-            f"{suggestion(old, folders)}"
-        )
-    return {name: new + name.removeprefix(old) for name in names}
-
-
-def _names_by_pattern(names: Iterable[str], old: str, new: str) -> dict[str, str]:
-    """The names that fit a pattern, with what the other pattern makes of them."""
-    for pattern in (old, new):
-        if pattern.count(ANY) != 1:
-            raise QueryError(
-                f"{pattern!r}: expected a pattern with one {ANY!r}, which stands for any letters,"
-                f" found {pattern.count(ANY)}. Nothing was renamed."
-            )
-    (before, after), (head, tail) = old.split(ANY), new.split(ANY)
-    least = len(before) + len(after)
-    fitting = [
-        name
-        for name in names
-        if name.startswith(before) and name.endswith(after) and len(name) >= least
-    ]
-    if not fitting:
-        raise QueryError(f"{old!r}: expected a pattern of names, found no capture that fits.")
-    return {name: head + name[len(before) : len(name) - len(after)] + tail for name in fitting}
 
 
 def _file_name(match: Match) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, TypeAlias
 
-from motiondb.errors import QueryError
+from motiondb.errors import QueryError, suggestion
 
 if TYPE_CHECKING:
     import numpy as np
@@ -81,3 +81,44 @@ FORMER: Mapping[str, str] = MappingProxyType(
     | {"log_note": "session.store.log_note", "file_notes": "session.store.notes"}
 )
 """Name -> attribute of :class:`MotionDB` that it stands for."""
+
+
+FOLDER = "/"  # How the name of a folder of captures ends
+ANY = "*"  # In a pattern of names: any letters
+
+
+def folder_names(everyone: Iterable[str], old: str, new: str) -> dict[str, str]:
+    """The captures of a folder with their names in another one."""
+    if new and not new.endswith(FOLDER):
+        raise QueryError(
+            f"{new!r}: expected a folder, as {old!r} is one, found no {FOLDER!r} at its end. "
+            f"Give {new + FOLDER!r}."
+        )
+    names = [name for name in everyone if name.startswith(old)]
+    if not names:
+        folders = {n[: n.rindex(FOLDER) + 1] for n in everyone if FOLDER in n}
+        raise QueryError(
+            f"{old!r}: expected a folder of captures, found none whose name begins so."
+            f"{suggestion(old, folders)}"
+        )
+    return {name: new + name.removeprefix(old) for name in names}
+
+
+def names_by_pattern(names: Iterable[str], old: str, new: str) -> dict[str, str]:
+    """The names that fit a pattern, with what the other pattern makes of them."""
+    for pattern in (old, new):
+        if pattern.count(ANY) != 1:
+            raise QueryError(
+                f"{pattern!r}: expected a pattern with one {ANY!r}, which stands for any letters,"
+                f" found {pattern.count(ANY)}. Nothing was renamed."
+            )
+    (before, after), (head, tail) = old.split(ANY), new.split(ANY)
+    least = len(before) + len(after)
+    fitting = [
+        name
+        for name in names
+        if name.startswith(before) and name.endswith(after) and len(name) >= least
+    ]
+    if not fitting:
+        raise QueryError(f"{old!r}: expected a pattern of names, found no capture that fits.")
+    return {name: head + name[len(before) : len(name) - len(after)] + tail for name in fitting}
