@@ -52,6 +52,7 @@ _TOGETHER = 64  # Captures whose second opinion is computed together
 PER_CAPTURE = 6  # Most candidates of one capture
 N_CANDIDATES = 120  # Most candidates of all captures
 NEAR = 0.2  # Whitened feature distance below which two intervals count as equal up to noise
+SAME = 0.02  # The same, for which an answer is called the same motion as the example
 
 
 @dataclass(frozen=True, eq=False)

@@ -96,6 +96,8 @@ def search_motion(
             found = _whole_activities(learned, pool, seen.raw, motion.n_frames, found[: 2 * limit])
         found = found[:limit]
         sure = _how_sure(learned, query, found)
+        # what ranks is not what is calibrated: no answer is more probable than one before it
+        chances = np.minimum.accumulate([chance for _, chance in sure]).tolist()
         matches = tuple(
             Match(
                 rank,
@@ -103,8 +105,8 @@ def search_motion(
                 *to_seconds(learned, c.capture, c.start * FEATURE_STEP, c.end * FEATURE_STEP),
                 c.score,
                 _words_of_interval(learned, c),
-                mark_generated(learned, c.capture),
-                sure[rank - 1][1] if sure else None,
+                "; ".join(filter(None, (_same(c), mark_generated(learned, c.capture)))),
+                chances[rank - 1] if sure else None,
             )
             for rank, c in enumerate(found, start=1)
         )
@@ -207,6 +209,11 @@ def _whole_activities(
         if length >= extents.LONG * n_frames
     }
     return by_motion.to_activities(contexts.view(example), candidates, takes)
+
+
+def _same(answer: by_motion.Candidate) -> str:
+    """Whether an answer is the example itself or a copy of it, in words."""
+    return "the same motion" if answer.warp < by_motion.SAME else ""
 
 
 def _words_of_interval(learned: Learned, answer: by_motion.Candidate) -> tuple[str, ...]:

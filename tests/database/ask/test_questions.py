@@ -19,7 +19,6 @@ from motiondb.errors import QueryError
 from motiondb.language.question.heads import verbs_in
 from motiondb.language.question.readings import is_order, readings, say
 from motiondb.meaning import by_question
-from motiondb.meaning.word_evidence import WRITTEN
 from motiondb.search import reasons
 from motiondb.search.asked_words import learned_words, without_words_apart
 
@@ -48,18 +47,27 @@ def test_reasons_of_any_question_sum_to_what_ranks(asked: MotionDB, question: st
     assert answer.matches
     for match, why in zip(answer.matches, answer.reasons):
         take = evidence.takes[ids[match.capture]]
-        hit = by_question.search_take(take, read, number, verbs)
+        hit = by_question.search_take(take, read, number)
         assert hit is not None
         assert math.isclose(reasons.total(why), hit.log_odds, rel_tol=1e-9, abs_tol=1e-9)
-    totals = [  # what the motion contradicts counts as much as a caption
-        reasons.total(why) - WRITTEN * bool(match.contradicted)
-        for match, why in zip(answer.matches, answer.reasons)
+    is_plain = len(read) > 1 or not is_order(read[0])
+    ranks = [  # of an order, probable answers come first; what the motion contradicts comes last
+        (bool(m.contradicted), not (is_plain or (m.probability or 0.0) >= 0.5))
+        for m in answer.matches
     ]
-    if len(read) == 1 and is_order(read[0]):  # answers that are probable and in order come first
-        n_first = sum((match.probability or 0.0) >= 0.5 for match in answer.matches)
-        assert totals[:n_first] == sorted(totals[:n_first], reverse=True)
-        totals = totals[n_first:]
-    assert totals == sorted(totals, reverse=True)
+    totals = [reasons.total(why) for why in answer.reasons]
+    placed = [(*rank, -total) for rank, total in zip(ranks, totals)]
+    assert placed == sorted(placed)
+
+
+def test_answers_to_an_example_fall_and_tell_the_example_itself(asked: MotionDB) -> None:
+    name = asked.captures()[0].name
+    answer = asked.like(name, limit=8)
+    assert [bool(match.reason) for match in answer] == [match.capture == name for match in answer]
+    assert answer[0].reason == "the same motion"
+    chances = [match.probability or 0.0 for match in answer]
+    assert chances == sorted(chances, reverse=True)
+    assert chances[0] > chances[-1]
 
 
 def test_excluded_actions_are_not_in_the_first_answers(asked: MotionDB) -> None:
@@ -157,7 +165,7 @@ def test_a_kept_generated_capture_is_found_and_marked(db: MotionDB) -> None:
     made = db.generate("a person kicks", seed=3)
     db.captures.save_generated("made/kick", "a person kicks", made, 3)
     nearest = db.like("made/kick", limit=1)[0]
-    assert (nearest.capture, nearest.reason) == ("made/kick", "generated")
+    assert (nearest.capture, nearest.reason) == ("made/kick", "the same motion; generated")
     assert {m.capture for m in db.like("goran/kick_1", where="kind=captured", limit=3)} == {
         m.capture for m in before
     }
