@@ -43,7 +43,8 @@ unless whether could should may might must shall let lets gonna wanna gotta ever
 anyone anybody folk folks guys individual individuals participant participants lady ladies
 gentleman gentlemen dude kid kids children adult adults yourself myself themselves ourselves mine
 yours theirs please afterwards afterward subsequently thereafter meanwhile eventually actually
-basically simply maybe perhaps somehow somewhat rather quite such yes thanks thank
+basically simply maybe perhaps somehow somewhat rather quite such yes thanks thank least most
+exactly
 """
 STOP_WORDS = frozenset(_STOP_WORDS.split())
 """Stop words: they describe no motion. Directions and body parts are never among them."""

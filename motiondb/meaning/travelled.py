@@ -65,6 +65,9 @@ mosey hike stalk advance retreat hurry rush scurry scuttle waddle strut trudge h
 TRAVELS = frozenset(_TRAVELS_TEXT.split())
 """Words for travelling over the ground. Other actions have directions that are not travelled: a
 person can lean back, reach forward and look left in place."""
+RUNS = frozenset(("run", "jog", "sprint", "dash"))
+RUNNING, GOING = 1.5, 0.3
+"""Averaged speed over the ground, m/s, above which a person runs, or goes at all."""
 STEADY = 1.0  # Seconds over which speeds are averaged before they are compared
 LASTING = 2.0
 """Seconds from which on a turn on the spot lasts; twists are taken back after 1 to 2."""
@@ -94,6 +97,31 @@ def directions_to_measure(words: Sequence[str]) -> tuple[str, ...]:
             and not (word in SIDES and following in LIMBS)
         )
     )
+
+
+def longest_going(
+    speeds: FloatArray,
+    words: Sequence[str],
+    shown: NDArray[np.bool_] | None = None,
+    fps: float = FEATURE_FPS,
+) -> tuple[float, int, int]:
+    """The longest time for which a motion goes on travelling, in seconds, and its part [a, b).
+
+    `speeds` (frames, 3): those of ``speeds_of``. `words`: those of the action, which tell how fast
+    it goes at least. `shown` (frames,): frames that count; without it, all.
+
+    >>> speeds = np.zeros((90, 3)); speeds[:60, 1] = 2.0  # 4 s ahead, then 2 s at rest
+    >>> round(longest_going(speeds, ("run",))[0]), longest_going(speeds[60:], ("run",))[0]
+    (4, 0.0)
+    """
+    from scipy.ndimage import uniform_filter1d
+
+    least = RUNNING if RUNS.intersection(words) else GOING
+    steady = uniform_filter1d(speeds[:, :2], round(STEADY * fps), axis=0, mode="nearest")
+    goes = np.hypot(*steady.T) > least
+    found = [(0, 0), *runs(goes if shown is None else goes & shown)]
+    first, behind = max(found, key=lambda run: run[1] - run[0])
+    return float((behind - first) / fps), int(first), int(behind)
 
 
 def turning(words: Sequence[str]) -> str:

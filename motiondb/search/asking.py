@@ -26,10 +26,10 @@ from motiondb.language.question.readings import (
     with_hints,
 )
 from motiondb.language.question.tree import LIMBS, SIDES, Node, NotUsed, actions_of, core
-from motiondb.language.vocabulary import MODIFIERS
+from motiondb.language.vocabulary import IN_PLACE, MODIFIERS
 from motiondb.learn.learned import Learned
 from motiondb.meaning.limb_sides import limbs_to_measure
-from motiondb.meaning.travelled import LEAST, directions_to_measure
+from motiondb.meaning.travelled import LEAST, TRAVELS, directions_to_measure
 from motiondb.search.asked_words import (
     AskedWords,
     WrittenWord,
@@ -222,7 +222,14 @@ def actions_of_part(
 
 def is_measured(asked: AskedWords, reading: Reading, only: tuple[str, ...]) -> bool:
     """Whether a reading, or the only action of a question, names what is measured."""
-    return any(map(measured_words, _compared(asked, reading, only)))
+    lasting = any(lasts_going(part, action) for part in reading.parts for action in part.actions)
+    return lasting or any(map(measured_words, _compared(asked, reading, only)))
+
+
+def lasts_going(part: Part, action: Sequence[str]) -> bool:
+    """Whether a part asks how long one action goes on travelling, which is measured."""
+    travels = not TRAVELS.isdisjoint(action) and IN_PLACE not in action
+    return part.seconds > 0.0 and len(part.actions) == 1 and travels
 
 
 def unmeasured_words(

@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
-from motiondb.language.question.readings import say_duration
+from motiondb.language.question.readings import Part, say_duration
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, as_said
 from motiondb.meaning.edge_map import HALF, averaged
 from motiondb.meaning.limb_sides import (
@@ -41,6 +41,7 @@ from motiondb.meaning.limb_sides import (
 from motiondb.meaning.travelled import (
     directions_to_measure,
     furthest,
+    longest_going,
     say_not_gone,
     share_of_full,
     speeds_of,
@@ -52,6 +53,7 @@ from motiondb.search.asking import (
     AskedQuestion,
     actions_of_part,
     excluded_words,
+    lasts_going,
     measured_words,
 )
 from motiondb.search.placing import PartPlace, Placed
@@ -79,6 +81,9 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
             places[k + 1].start // FEATURE_STEP if k + 1 < len(places) else len(frames),
         )
         for action in actions_of_part(asked, part, question.only):
+            if lasts_going(part, action):
+                places[k], short = _gone_on(seen, part, action, places[k], room)
+                contradicted += short
             if not measured_words(action):
                 continue
             shown = np.zeros((2, len(frames)), dtype=bool)
@@ -108,6 +113,19 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
                 contradicted += done
     spoken = tuple(dict.fromkeys(contradicted))
     return replace(placed, parts=tuple(places), contradicted=spoken, is_unclear=unclear)
+
+
+def _gone_on(
+    seen: SeenFrames, part: Part, action: Sequence[str], place: PartPlace, room: slice
+) -> tuple[PartPlace, list[str]]:
+    """Where a motion goes on travelling as long as it is asked for, and what speaks against it."""
+    inside = np.zeros(len(seen.features), dtype=bool)
+    inside[room] = True
+    lasting, first, behind = longest_going(seen.speeds, action, inside)
+    if lasting < part.seconds:
+        asked = say_duration(part.seconds, None).removeprefix("for ")
+        return _unsure(place), [f"goes on for {lasting:.1f} s, not {asked}"]
+    return (place if place.unknown else _moved(place, first, behind)), []
 
 
 def _compare_action(

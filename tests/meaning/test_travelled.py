@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -219,3 +220,15 @@ def test_a_direction_that_no_caption_holds_is_measured_all_the_same(learned_file
         assert not answer.not_used
         assert contradicted(answer, "/run_") == {("does not go backward",)}
         assert answer.nothing == "probably nothing in this database matches"
+
+
+def test_how_long_an_action_goes_on_is_measured(learned_file: Path) -> None:
+    """A walk of some seconds is shown where the person walks that long without a rest."""
+    with motiondb.open(learned_file, read_only=True) as db:
+        short = db.search("walk for at least 1 second", limit=5)
+        long = db.search("walk for at least 60 seconds", limit=5)
+    assert not any(match.contradicted for match in short.matches)
+    for match in long.matches:
+        assert re.fullmatch(r"goes on for \d+\.\d s, not at least 60 s", match.contradicted[0])
+        assert match.probability is None
+    assert long.nothing.endswith("nothing in this database matches")
