@@ -23,7 +23,7 @@ COMMANDS = {
     "archive": ("remove", "undo", "rename", "merge", "backup", "tags"),
     "learning": ("learn", "evaluate", "symbols"),
     "search": ("search", "like", "describe", "compare", "batch"),
-    "generation": ("generate", "join"),
+    "generation": ("generate", "judge", "join"),
     "words": ("words", "events"),
     "keeping": ("check", "rescue", "info", "compact", "knowledge"),
     "grammars": ("grammar",),
