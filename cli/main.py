@@ -29,6 +29,7 @@ COMMANDS = {
     "grammars": ("grammar",),
     "scenes": ("scene",),
     "serving": ("serve",),
+    "mcp": ("mcp",),
 }
 """Module -> its commands and groups. A command's module alone is loaded: all take .1 s."""
 
