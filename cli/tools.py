@@ -18,6 +18,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from contextvars import copy_context
 from dataclasses import dataclass, field
+from inspect import unwrap
 from pathlib import Path
 from typing import Any
 
@@ -118,7 +119,7 @@ class Tools:
                 "description": command.help.replace("\b\n", ""),
                 "inputSchema": self._schema(command),
                 "annotations": {
-                    "readOnlyHint": not TOOLS[name.replace("_", " ")],
+                    "readOnlyHint": not self._changes(name),
                     "destructiveHint": name in ("remove", "words_set", "tags_set", "learn"),
                     "openWorldHint": False,
                 },
@@ -150,10 +151,15 @@ class Tools:
             said = "\n".join((*out.getvalue().splitlines(), *notes))
             raise ToolError(said or f"{name}: ended with {code}") from None
 
+    def _changes(self, name: str) -> bool:
+        """Whether a tool may change the database or write a file."""
+        return TOOLS[name.replace("_", " ")] or any(
+            map(_is_output, self._parameters(self._commands[name]))
+        )
+
     def _parameters(self, command: Any) -> Iterator[Any]:  # noqa: ANN401  Typer's own Click
         for each in command.params:
-            is_output = each.callback in options.NAME_CHECKS or each.name in _OUTPUTS
-            if each.name not in _OF_SERVER and (self.writes or not is_output):
+            if each.name not in _OF_SERVER and (self.writes or not _is_output(each)):
                 yield each
 
     def _schema(self, command: Any) -> dict[str, Any]:  # noqa: ANN401
@@ -244,10 +250,23 @@ def _kind(parameter: Any) -> str:  # noqa: ANN401
     return next((kind for start, kind in _KINDS.items() if name.startswith(start)), "string")
 
 
+def _has_name_check(parameter: Any) -> bool:  # noqa: ANN401
+    """Whether a command checks the name of a file that it writes; Typer wraps the checks."""
+    return parameter.callback and unwrap(parameter.callback) in options.NAME_CHECKS
+
+
+def _is_output(parameter: Any) -> bool:  # noqa: ANN401
+    return _has_name_check(parameter) or parameter.name in _OUTPUTS
+
+
 def _is_path(parameter: Any) -> bool:  # noqa: ANN401
     """Whether a parameter takes nothing but the name of a file or folder."""
-    is_output = parameter.callback in options.NAME_CHECKS
-    return is_output or parameter.type.name in ("path", "file", "directory", "a_path")
+    return _has_name_check(parameter) or parameter.type.name in (
+        "path",
+        "file",
+        "directory",
+        "a_path",
+    )
 
 
 def _is_many(parameter: Any) -> bool:  # noqa: ANN401
