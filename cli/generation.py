@@ -89,8 +89,8 @@ def judge(
     something is not shown, 3 if this is not sure.
     """
     with shared.database() as base:
-        read = printing.read_example(base, example, up)
-        told = base.judge(example if not up else read, sentence, start, end, exact)
+        read = printing.read_example(base, example, up) if up else example
+        told = base.judge(read, sentence, start, end, exact)
     if not printing.as_json(shared, told):
         _print_judgement(told)
     if told.shown is not True:

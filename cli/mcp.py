@@ -73,7 +73,8 @@ def mcp(
 def _own_streams() -> tuple[BinaryIO, BinaryIO]:
     """Standard input and output, which nothing else reads or writes from now on."""
     reading, writing = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
-    nothing = os.open(os.devnull, os.O_RDONLY)
+    nothing, end = os.pipe()
+    os.close(end)
     os.dup2(nothing, 0)
     os.dup2(2, 1)
     return reading, writing

@@ -65,7 +65,6 @@ _OF_SERVER = {
     "json",
     "wait",
     "force",
-    "yes",
     "cluster",
     "as_csv",
     "jobs",

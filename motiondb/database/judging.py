@@ -12,12 +12,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from motiondb import answers, store
+from motiondb.body.joint_names import joint_map
+from motiondb.body.retarget import keypoints_of
+from motiondb.database.catalogue.exporting import load_clip
 from motiondb.database.generating import action_verdict, replace_unknown, say_why_not, with_notation
 from motiondb.database.loading import nearby_table
 from motiondb.database.searching import check_any
 from motiondb.database.session import Session
-from motiondb.database.values import check_text
+from motiondb.database.values import check_text, seeded
 from motiondb.errors import MotionDBError
+from motiondb.files.formats import read_capture, split_take
 from motiondb.files.own_files import provenance_path
 from motiondb.files.safe_files import is_file, read_bounded
 from motiondb.generate.material import Takes
@@ -59,7 +63,7 @@ def judge(
         numbers = {info.name: number for number, info in learned.captures.items()}
         takes = Takes(session.features, lambda capture: store.load_motion(session.store, capture))
         found = judge_sentence(
-            learned, takes, motion, asked.text, [numbers[name] for name in left_out]
+            learned, takes, motion, asked.text, [numbers[n] for n in left_out], seeded(0)
         )
         quality = _quality(session, example)
 
@@ -124,10 +128,17 @@ def _sources_beside(path: Path) -> set[str]:
     return set()
 
 
-def _quality(session: Session, example: Example) -> Any | None:  # noqa: ANN401  a record of its room
-    """What the motion lacks; None where this version measures no quality."""
-    if find_spec("motiondb.quality") is None:
+def _quality(session: Session, example: Example) -> Any | None:  # noqa: ANN401  of its room
+    """What the motion lacks, as `quality` tells it; None where this version has no such room."""
+    if find_spec("motiondb.quality") is None or isinstance(example, Motion):
         return None
-    return import_module("motiondb.database.catalogue.assessing").quality_of_example(
-        session, example
-    )
+    clip = example if isinstance(example, Clip) else None
+    if clip is None:
+        is_of_file = is_file(split_take(str(example))[0])
+        clip = read_capture(example) if is_of_file else load_clip(session, str(example))
+    roles, most = joint_map(clip.skeleton), import_module("motiondb.quality.measured").MOST_FPS
+    points, step = keypoints_of(clip, roles)[0], max(1, round(clip.fps / most))
+    assess = import_module("motiondb.quality.assess").assess
+    found = assess(points[::step], clip.fps / step, {"l_toe", "r_toe"} <= roles.keys())
+    name = "" if isinstance(example, Clip) else str(example)
+    return import_module("motiondb.answers.catalogue").capture_quality(name, found)

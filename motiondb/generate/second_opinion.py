@@ -25,7 +25,7 @@ import numpy as np
 
 from motiondb.body.features import FEATURE_STEP, recognition_features
 from motiondb.errors import QueryError
-from motiondb.generate.direction import directions_of, progress
+from motiondb.generate.direction import REACHED, VERTICAL, directions_of, gone, progress
 from motiondb.generate.excerpt_motion import joint_speeds
 from motiondb.generate.excerpt_report import compare_speed, is_within
 from motiondb.generate.excerpts import counted_word
@@ -89,9 +89,17 @@ def verdict(
 
 
 def judge_sentence(
-    learned: Learned, takes: Takes, motion: Motion, text: str, sources: Sequence[int]
+    learned: Learned,
+    takes: Takes,
+    motion: Motion,
+    text: str,
+    sources: Sequence[int],
+    rng: np.random.Generator,
 ) -> Opinion:
-    """Judge any motion by a sentence, without the captures ``sources`` that it comes from."""
+    """Judge any motion by a sentence, without the captures ``sources`` that it comes from.
+
+    Nothing depends on ``rng``: a plan draws alternatives, and here each is judged.
+    """
     read = read_sentence(learned, text)
     readings(read.question.tree)  # refuses more alternatives and parts than a search takes
     unread = [
@@ -101,7 +109,7 @@ def judge_sentence(
     trees = list(alternatives(read.question.tree))
     with one_blas_thread():
         seen = _Seen.of(learned, takes, motion, sources)
-        opinions = [_judge_tree(seen, tree, read.question, unread) for tree in trees]
+        opinions = [_judge_tree(seen, tree, read.question, unread, rng) for tree in trees]
     best = max(opinions, key=lambda each: _rank(each.shown))
     return best if len(trees) > 1 else replace(best, chosen="")
 
@@ -151,10 +159,14 @@ class _Seen:
 
 
 def _judge_tree(
-    seen: _Seen, tree: Node, question: KnownQuestion, unread: Sequence[JudgedAction]
+    seen: _Seen,
+    tree: Node,
+    question: KnownQuestion,
+    unread: Sequence[JudgedAction],
+    rng: np.random.Generator,
 ) -> Opinion:
     """The opinion on a tree without alternatives."""
-    actions, _, left = plan_sentence(tree, np.random.default_rng(0))  # nothing is drawn
+    actions, _, left = plan_sentence(tree, rng)
     if not actions:
         raise QueryError(
             f"judge: expected an action, found only what not to show in {question.text!r}. "
@@ -301,8 +313,20 @@ def _asked(
     if action.speed:
         said, not_said = compare_speed(action.speed, "as it is", _speeds(seen, action, span))
         done, left = done + said, left + not_said
-    directions = tuple(dict.fromkeys(d for group in action.groups for d in directions_of(group)))
+    every = dict.fromkeys(d for group in action.groups for d in directions_of(group))
+    directions = tuple(d for d in every if not _is_taken_back(part, d))
     return Asked(action, *span, tuple(done), directions, not_done=tuple(left))
+
+
+def _is_taken_back(track: FloatArray, measured: str) -> bool:
+    """Whether somebody stands up, sits down, stops or starts within a part, but not at its end.
+
+    Parts of a planned motion end with that; elsewhere it says nothing against the action.
+    """
+    if measured not in (*VERTICAL, "stop", "start") or gone(track, measured) >= REACHED:
+        return False
+    way = progress(track, measured)
+    return bool((way - np.minimum.accumulate(way)).max() >= REACHED)
 
 
 def _speeds(seen: _Seen, action: PlannedAction, span: Span) -> tuple[float, float, float] | None:

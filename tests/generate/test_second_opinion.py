@@ -115,6 +115,16 @@ def test_a_short_action_in_a_long_motion_is_shown(db: motiondb.MotionDB) -> None
     assert told.actions[0].end < 15.0
 
 
+def test_who_sits_down_and_rises_again_has_sat_down(db: motiondb.MotionDB) -> None:
+    sit = db.motion("ana/sit_down_1")
+    order = np.concatenate([np.arange(sit.n_frames), np.arange(sit.n_frames)[::-1]])
+    again = motiondb.Motion(sit.local_rotations[order], sit.root_positions[order])
+    assert db.judge(again, "sit down").actions[0].shown is not False
+    stand = motiondb.Motion(sit.local_rotations[order * 0], sit.root_positions[order * 0])
+    told = db.judge(stand, "sit down")
+    assert (told.shown, told.actions[0].reason) == (False, "it does not go down")
+
+
 def test_a_database_that_has_not_learned_cannot_judge(
     some: Path, tmp_path: Path, theirs: Path
 ) -> None:
