@@ -135,7 +135,7 @@ def _quality(session: Session, example: Example) -> Any | None:  # noqa: ANN401 
     clip = example if isinstance(example, Clip) else None
     if clip is None:
         is_of_file = is_file(split_take(str(example))[0])
-        clip = read_capture(example) if is_of_file else load_clip(session, str(example))
+        clip = read_capture(str(example)) if is_of_file else load_clip(session, str(example))
     roles, most = joint_map(clip.skeleton), import_module("motiondb.quality.measured").MOST_FPS
     points, step = keypoints_of(clip, roles)[0], max(1, round(clip.fps / most))
     assess = import_module("motiondb.quality.assess").assess
