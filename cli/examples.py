@@ -21,6 +21,10 @@ motiondb joints rig.fbx -o rig.map
 motiondb export ana/walk_1 --speed 1.2 --reduce-keys 0.5 -o walk.glb
 motiondb join ana/walk_1:0-2 ana/jump_1:0.5-2.5 -o walk_jump.bvh
 motiondb join ana/walk_1:0-2 ana/kick_1:1-3 -o joined.bvh
+motiondb judge ana/walk_1 "walk, then kick"
+motiondb judge theirs.bvh "a person jumps twice" --json
+motiondb mcp --db motions.duckdb --folder captures
+motiondb mcp --folder captures --folder exports --write
 motiondb list --where 'performer=ana and duration>5' --sort -duration
 motiondb list --csv > captures.csv
 motiondb list --faulty

@@ -1,4 +1,4 @@
-"""Command generate: motions from sentences."""
+"""Commands generate, judge and join: motions from sentences, and what any motion shows."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from motiondb.cli import options, printing
 app = options.Commands()
 
 FPS = 30.0  # Frames per second of generated motion
+NOT_SURE = 3  # Exit code where a motion may show what is asked, or not
 
 
 @app.command()
@@ -69,6 +70,52 @@ def generate(
     _print_generated(shared, motions, facts, variants)
     if not all(made.shows_all for made in motions):
         raise typer.Exit(1)
+
+
+@app.command()
+def judge(
+    shared: options.Shared,
+    example: Annotated[str, options.argument("A file, or the name of a stored capture.")],
+    sentence: Annotated[str, options.argument('Such as "a person walks, then kicks twice".')],
+    start: options.From = None,
+    end: options.To = None,
+    exact: options.Exact = False,
+    up: options.Up = "",
+) -> None:
+    """Say whether a motion shows a sentence: its actions, their order and their number.
+
+    The motion may come from anywhere, such as from a generator of others. Captures that it is a
+    copy of, or was made from, are no evidence. The exit code is 0 if everything is shown, 1 if
+    something is not shown, 3 if this is not sure.
+    """
+    with shared.database() as base:
+        read = printing.read_example(base, example, up) if up else example
+        told = base.judge(read, sentence, start, end, exact)
+    if not printing.as_json(shared, told):
+        _print_judgement(told)
+    if told.shown is not True:
+        raise typer.Exit(NOT_SURE if told.shown is None else 1)
+
+
+def _print_judgement(told: answers.Judgement) -> None:
+    """Print the verdict on a motion, on each action, and what the motion is most like."""
+    chosen = f", by {told.chosen!r}" if told.chosen else ""
+    why = f" - {told.reason}" if told.reason else ""
+    printing.say(f"{SAID[told.shown]}{chosen}{why}")
+    printing.print_question(told.question.understood, (), told.question.not_used, "judging")
+    for one in told.actions:
+        printing.say(f"  {_say_shown(one, 1.0)}", *(f"      {line}" for line in one.done))
+    if told.nearest is not None:
+        near = told.nearest
+        printing.say(
+            f"moves most like {near.capture} {near.start:.2f}-{near.end:.2f} s ({near.score:.2f})"
+        )
+    for finding in getattr(told.quality, "findings", ()):
+        printing.say(f"quality: {finding.sentence}")
+    for name in told.left_out:
+        printing.note(f"{name} is the motion itself or a part of it, and no evidence")
+    for sentence in told.sentences:
+        printing.note(sentence)
 
 
 @app.command()
@@ -180,13 +227,19 @@ def _say_smoothness(facts: answers.WrittenMotion) -> str:
     )
 
 
-def _say_shown(one: motiondb.JudgedAction) -> str:
+SAID = {True: "shown", False: "not shown", None: "not sure"}
+
+
+def _say_shown(one: motiondb.JudgedAction | answers.ActionVerdict, fps: float = FPS) -> str:
     """One action: its interval, whether it is shown, and the words that its motion resembles."""
-    place = f"{one.start / FPS:.2f}-{one.end / FPS:.2f} s  " if one.end > one.start else ""
-    said = {True: "shown", False: "not shown", None: "not sure"}[one.shown]
+    place = f"{one.start / fps:.2f}-{one.end / fps:.2f} s  " if one.end > one.start else ""
     sure = "" if one.probability is None else f" ({one.probability:.2f})"
     why = f": {one.reason}" if one.reason else ""
-    looks = ", ".join(f"{word} {p:.2f}" for word, p in one.described)
-    return f"{place}{' '.join(one.words)}: {said}{sure}{why}" + (
+    near = (
+        (each.word, each.probability) if isinstance(each, answers.WordProbability) else each
+        for each in one.described
+    )
+    looks = ", ".join(f"{word} {p:.2f}" for word, p in near)
+    return f"{place}{' '.join(one.words)}: {SAID[one.shown]}{sure}{why}" + (
         f"; looks like {looks}" if looks else ""
     )

@@ -24,12 +24,13 @@ COMMANDS = {
     "learning": ("learn", "evaluate", "symbols"),
     "quality": ("quality",),
     "search": ("search", "like", "describe", "compare", "batch"),
-    "generation": ("generate", "join"),
+    "generation": ("generate", "judge", "join"),
     "words": ("words", "events"),
     "keeping": ("check", "rescue", "info", "compact", "knowledge"),
     "grammars": ("grammar",),
     "scenes": ("scene",),
     "serving": ("serve",),
+    "mcp": ("mcp",),
 }
 """Module -> its commands and groups. A command's module alone is loaded: all take .1 s."""
 

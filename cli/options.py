@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from copy import copy
 from dataclasses import dataclass, fields, is_dataclass
 from functools import wraps
@@ -292,7 +293,7 @@ class SharedOfClips:
 def _opened(
     path: Path, wait: float, *, writing: bool = False, create: bool = False
 ) -> Iterator[motiondb.MotionDB]:
-    with motiondb.MotionDB(path, read_only=not writing, create=create, wait=wait) as db:
+    with _database(path, wait, writing, create) as db:
         printing.note(db.store.log_note)
         try:
             yield db
@@ -301,6 +302,48 @@ def _opened(
             for sentence in db.store.notes:
                 printing.note(sentence)
     printing.note(db.store.log_note)
+
+
+_KEPT: ContextVar[dict[tuple[Path, bool], motiondb.MotionDB] | None] = ContextVar(
+    "_KEPT", default=None
+)
+
+
+@contextmanager
+def keeping_open() -> Iterator[Callable[[], None]]:
+    """Keep what commands load in memory for the next ones; their files are closed in between.
+
+    Yields a function that forgets all of it.
+    """
+    kept: dict[tuple[Path, bool], motiondb.MotionDB] = {}
+
+    def forget() -> None:
+        while kept:
+            kept.popitem()[1].close()
+
+    before = _KEPT.set(kept)
+    try:
+        yield forget
+    finally:
+        _KEPT.reset(before)
+        forget()
+
+
+@contextmanager
+def _database(path: Path, wait: float, writing: bool, create: bool) -> Iterator[motiondb.MotionDB]:
+    kept = _KEPT.get()
+    if kept is None:
+        with motiondb.MotionDB(path, read_only=not writing, create=create, wait=wait) as db:
+            yield db
+        return
+    if (path, writing) not in kept:
+        opened = motiondb.MotionDB(path, read_only=not writing, create=create, wait=wait)
+        kept[path, writing] = opened
+    try:
+        yield kept[path, writing]
+    finally:
+        if (path, writing) in kept:
+            kept[path, writing].release()
 
 
 class Group(typer.core.TyperGroup):

@@ -45,6 +45,11 @@ def visible(text: str) -> str:
     return text if text.isprintable() else text.translate(_VISIBLE)
 
 
+def visible_lines(text: str) -> str:
+    """Return a text of several lines in which other control characters are escapes."""
+    return "\n".join(map(visible, text.split("\n")))
+
+
 def number(count: int, noun: str) -> str:
     """Return a number of things.
 

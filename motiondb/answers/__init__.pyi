@@ -241,6 +241,9 @@ from .making import (
     JoinedPart as JoinedPart,
 )
 from .making import (
+    Judgement as Judgement,
+)
+from .making import (
     Source as Source,
 )
 from .making import (

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from motiondb.answers.database import WordProbability
 from motiondb.answers.plain import OPTIONAL
 from motiondb.answers.questions import UnderstoodQuestion
 from motiondb.generate.joining import Seam
 from motiondb.generate.smoothness import Smoothness
-from motiondb.records import Fit
+from motiondb.records import Fit, Match
 from motiondb.search.chances import WordSource
+from motiondb.tabled import Tabled
 
 
 @dataclass(frozen=True)
@@ -116,3 +118,22 @@ class Variants:
     shown: bool  # Whether all of them show every action
     asked: int  # How many were asked for
     variants: list[WrittenMotion]
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Judgement(Tabled):
+    """Whether a motion of any origin shows a sentence, by the judge of generated motion."""
+
+    sentence: str
+    seconds: float  # Of the motion
+    shown: bool | None  # None: not sure
+    actions: tuple[ActionVerdict, ...]  # In the order of the sentence
+    in_order: bool | None  # None: no order is asked for, or it cannot be told
+    reason: str  # What is not shown, or not sure to be; "" if all is shown
+    chosen: str  # Of alternatives the one that the verdict is about; "" without any
+    question: UnderstoodQuestion
+    sentences: tuple[str, ...]  # How words that no caption holds were taken, and other notes
+    left_out: tuple[str, ...]  # Captures of this motion, which are no evidence about it
+    nearest: Match | None  # The real capture that moves most like it; None without any other
+    # What the motion lacks
+    quality: Any | None = field(default=None, metadata=OPTIONAL)

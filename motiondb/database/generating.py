@@ -165,12 +165,8 @@ class Generated(Tabled):
     @property
     def why_not(self) -> str:
         """What is not understood, not shown, or not sure to be shown; "" if everything is shown."""
-        said = [say_not_understood(self.missing)]
-        for verdict, shown in (("not shown", False), ("not sure", None)):
-            of = [one for one in self.shown if one.shown is shown and (one.end or not self.missing)]
-            listed = ", ".join(f"{' '.join(one.words)} ({one.reason})" for one in of)
-            said.append(f"{verdict}: {listed}" if of else "")
-        return "; ".join(filter(None, said))
+        made = [one for one in self.shown if one.end or not self.missing]
+        return say_why_not(made, say_not_understood(self.missing))
 
     def facts(self) -> answers.GeneratedAnswer:
         """The request, its decoding and the sources, for JSON; times in seconds."""
@@ -179,7 +175,7 @@ class Generated(Tabled):
             self,
             seconds=round(self.motion.n_frames / MOTION_FPS, 3),
             shown=self.shows_all,
-            shown_actions=tuple(map(_verdict, self.shown)),
+            shown_actions=tuple(map(action_verdict, self.shown)),
             decodings=tuple(answers.extended(answers.DecodedAction, d) for d in self.decodings),
             sources=sources_of(self.provenance),
             words_from=self.sources,
@@ -206,6 +202,16 @@ class Generated(Tabled):
     def draw(self, path: str | Path | None = None) -> Path | Figure:
         """Draw a strip of stick figures over the sources of the frames, as PNG."""
         return draw_generated(self, self.words, path)
+
+
+def say_why_not(shown: Sequence[JudgedAction], first: str = "") -> str:
+    """What is not shown or not sure, behind another sentence."""
+    said = [first]
+    for verdict, value in (("not shown", False), ("not sure", None)):
+        of = [one for one in shown if one.shown is value]
+        listed = ", ".join(f"{' '.join(one.words)} ({one.reason})" for one in of)
+        said.append(f"{verdict}: {listed}" if of else "")
+    return "; ".join(filter(None, said))
 
 
 def generate(
@@ -243,7 +249,7 @@ def generate(
             instead: dict[str, str] = {}
         else:
             sentence, same = write_otherwise(sentence)
-            learned, takings, instead = _replace_unknown(
+            learned, takings, instead = replace_unknown(
                 sentence, anyway, any(place.capture for place in places)
             )
         wishes = tuple(_wish(session, place) for place in places)
@@ -344,7 +350,7 @@ def _shares_most(one: MadeMotion, other: MadeMotion, action: int) -> bool:
     return 2 * len(used[0] & used[1]) > min(map(len, used))
 
 
-def _replace_unknown(
+def replace_unknown(
     sentence: Sentence, anyway: bool, is_picked: bool
 ) -> tuple[Learned, dict[str, Taking], dict[str, str]]:
     """Unknown words as known ones; words of speed stay, since the tempo can be changed.
@@ -387,7 +393,7 @@ def _to_generated(
         recognised=tuple(int(s) for s in judged.recognised),
         provenance=provenance,
         question=with_hints(motion.question, hints),
-        shown=tuple(map(_with_notation, judged.shown, of_each)),
+        shown=tuple(map(with_notation, judged.shown, of_each)),
         decided=motion.decided,
         taken={word: taking for word, taking in takings.items() if taking.is_taken},
         suggested=suggested,
@@ -421,7 +427,7 @@ def _taken_words(
     return [{word: takings[word] for word in words if word in takings} for words in written]
 
 
-def _with_notation(one: JudgedAction, takings: Mapping[str, Taking]) -> JudgedAction:
+def with_notation(one: JudgedAction, takings: Mapping[str, Taking]) -> JudgedAction:
     """A judged action whose taken words say so; at most it is not sure to show what was asked."""
     taken = {t.words[0][0]: t for t in takings.values() if t.is_taken}
     told = [taken[word] for word in one.words if word in taken]
@@ -438,7 +444,7 @@ def _with_notation(one: JudgedAction, takings: Mapping[str, Taking]) -> JudgedAc
     return replace(one, words=words, shown=None, probability=None, reason=why)
 
 
-def _verdict(one: JudgedAction) -> answers.ActionVerdict:
+def action_verdict(one: JudgedAction) -> answers.ActionVerdict:
     """One action for JSON; times in seconds."""
     return answers.extended(
         answers.ActionVerdict,

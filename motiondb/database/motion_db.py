@@ -192,21 +192,11 @@ class MotionDB:
             When there are no captures to add, or a sheet cannot be read.
         """
         from motiondb.database.catalogue import cataloguing, sheets
-        from motiondb.files.sheets import read_event_sheet, read_sheet
 
-        given = sheets.Sheets(
-            read_sheet(words) if words is not None else None,
-            read_event_sheet(events) if events is not None else None,
-        )
-        folders = [folder] if isinstance(folder, str | Path) else folder
-        return cataloguing.add_captures(
-            self.store,
-            [Path(each) for each in folders],
-            given,
-            settings or cataloguing.AddSettings(),
-            progress,
-            workers,
-        )
+        given = sheets.Sheets.read(words, events)
+        paths = [Path(each) for each in ([folder] if isinstance(folder, str | Path) else folder)]
+        asked = settings or cataloguing.AddSettings()
+        return cataloguing.add_captures(self.store, paths, given, asked, progress, workers)
 
     def merge(
         self,
@@ -357,10 +347,8 @@ class MotionDB:
         from motiondb.database.learn import learn_run
         from motiondb.learn.recognition import LearnSettings
 
-        asked = self.session.filter(where)
-        return learn_run.learn(
-            self.store, settings or LearnSettings(), progress, start, asked, workers or HERE
-        )
+        asked, how = self.session.filter(where), settings or LearnSettings()
+        return learn_run.learn(self.store, how, progress, start, asked, workers or HERE)
 
     def evaluate(
         self, where: Where = "", progress: Progress | None = None, workers: Cluster | None = None
@@ -582,6 +570,20 @@ class MotionDB:
 
         seeds = seeds_from(seed, number)
         return generating.generate(self.session, words, seeds, method, exact, anyway, changes)
+
+    def judge(
+        self,
+        example: Example,
+        sentence: str,
+        start: float | None = None,
+        end: float | None = None,
+        exact: bool = False,
+    ) -> answers.Judgement:
+        """Say whether a motion of any origin shows a sentence: its actions, order and counts."""
+        from motiondb.database import judging
+
+        motion = self.motion(example, start, end)
+        return judging.judge(self.session, example, motion, sentence, exact)
 
     def join(self, parts: Sequence[str], changes: MotionChanges | None = None) -> Joined:
         """Join parts of captures, with the blending of generated motion.

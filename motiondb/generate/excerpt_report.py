@@ -58,7 +58,7 @@ def report_excerpt(
     ]
     does = [word for word in shown.directions if gone(track, word) >= FULLY]
     done += [f"{say_measured(word)}: measured in the motion" for word in does]
-    if action.seconds is not None and not _within(seconds, action.seconds):
+    if action.seconds is not None and not is_within(seconds, action.seconds):
         text = say_duration(action.seconds.least, action.seconds.most)
         why = "whole repetitions" if action.times is not None else "whole performances"
         left.append(NotUsed(text, f"{why} last {seconds:.1f} s"))
@@ -146,21 +146,33 @@ def segments_of(learned: Learned, shown: ShownExcerpt) -> list[int]:
     return segments
 
 
-def _report_speed(shown: ShownExcerpt) -> tuple[list[str], list[NotUsed]]:
-    text = adverb_of(shown.action.speed)
-    if shown.speeds is None or shown.speeds[1] >= shown.speeds[2]:
+def compare_speed(
+    asked: str, how: str, speeds: tuple[float, float, float] | None
+) -> tuple[list[str], list[NotUsed]]:
+    """Whether a motion is "slow" or "fast" as asked: what is done, and what is not.
+
+    `speeds`: Its speed, and the least and largest of the captures of its action, m/s.
+
+    >>> compare_speed("fast", "as recorded", (2.0, 1.0, 2.5))
+    (['fast: as recorded, 2.00 m/s; captures 1.00 to 2.50'], [])
+    """
+    text = adverb_of(asked)
+    if speeds is None or speeds[1] >= speeds[2]:
         return [], [NotUsed(text, "one capture alone shows the action: its range is not known")]
-    actual, least, most = shown.speeds
-    speed = actual * shown.rate
-    how = f"played at {shown.rate:.2f} of its speed" if shown.rate != 1.0 else "as recorded"
-    place = (speed - least) / (most - least)
-    if (place > 0.5) == (shown.action.speed == "fast"):
+    speed, least, most = speeds
+    if ((speed - least) / (most - least) > 0.5) == (asked == "fast"):
         return [f"{text}: {how}, {speed:.2f} m/s; captures {least:.2f} to {most:.2f}"], []
     reason = f"{how}, {speed:.2f} m/s; the captures' range is {least:.2f} to {most:.2f}"
     return [], [NotUsed(text, reason)]
 
 
-def _within(seconds: float, asked: Amount) -> bool:
+def _report_speed(shown: ShownExcerpt) -> tuple[list[str], list[NotUsed]]:
+    how = f"played at {shown.rate:.2f} of its speed" if shown.rate != 1.0 else "as recorded"
+    speeds = shown.speeds and (shown.speeds[0] * shown.rate, *shown.speeds[1:])
+    return compare_speed(shown.action.speed, how, speeds)
+
+
+def is_within(seconds: float, asked: Amount) -> bool:
     """Whether a duration is near enough to what was asked for; "at least" is meant strictly."""
     short = 0.0 if asked.most is None else NEAR_ENOUGH
     if seconds < asked.least * (1.0 - short) - 0.5 / MOTION_FPS:

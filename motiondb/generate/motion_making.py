@@ -156,15 +156,8 @@ def _understand(
     wishes: Sequence[PlaceWish],
 ) -> _Wanted:
     """Read a sentence; words of speed, of what is measured and of picked excerpts are known."""
-    counts = dict.fromkeys(SPEED_NAMES, 1)
-    for word, count in zip(learned.association.words, learned.association.counts):
-        if count > 0:
-            counts[word] = int(count)
-    read = parse(text, learned.synonyms, learned.lemmas)
-    for word in (*_picked_words(read.tree, rng, wishes), *_measured_words(read.tree, counts)):
-        counts.setdefault(word, 1)
-    question = _each_word_once(hold_to_known(read, counts))
-    missing = _missing(read, counts)
+    read = read_sentence(learned, text, lambda tree: _picked_words(tree, rng, wishes))
+    question, missing = read.question, read.missing
     actions, decided, left = plan_sentence(question.tree, rng)
     if not actions:
         raise QueryError(
@@ -173,21 +166,49 @@ def _understand(
         )
     if missing and not anyway:
         raise UnknownWordsError(_nothing_shows(missing, learned))
-    verbs = verbs_in(text, learned.synonyms, learned.lemmas)
-    heads = missing_heads(read.tree, verbs, counts)
-    lost = dict.fromkeys((*missing, *(h for h in heads if not any({*h} <= {*m} for m in missing))))
     judged = [
         JudgedAction(words, 0, 0, False, 0.0, reason=f"it was not made: {reason_unknown(())}")
-        for words in lost
+        for words in read.lost
     ]
-    for words in _in_actions(read.tree, lambda one: tuple(w for w in one.words if w not in counts)):
-        if left_over := tuple(w for w in words if not any(w in of for of in lost)):
-            judged.append(JudgedAction(left_over, 0, 0, None, reason=reason_unknown(())))
+    for words in read.left_over:
+        judged.append(JudgedAction(words, 0, 0, None, reason=reason_unknown(())))
     for word, near in instead.items():
         why = f"{reason_unknown(())}; {near!r}, the nearest known word, was made instead"
         judged.append(JudgedAction((word,), 0, 0, False, 0.0, reason=why))
     not_used = (*question.not_used, *left)
-    return _Wanted(question, actions, verbs, tuple(judged), decided, not_used)
+    return _Wanted(question, actions, read.verbs, tuple(judged), decided, not_used)
+
+
+@dataclass(frozen=True, eq=False)
+class ReadSentence:
+    """A sentence in the words of the captions and of what is measured, and what that loses."""
+
+    question: KnownQuestion
+    verbs: frozenset[str]  # Of the sentence
+    missing: tuple[tuple[str, ...], ...]  # Words of the actions without any known word
+    lost: tuple[tuple[str, ...], ...]  # These, and unknown heads of the other actions
+    left_over: tuple[tuple[str, ...], ...]  # Other unknown words of an action
+
+
+def read_sentence(
+    learned: Learned, text: str, also_known: Callable[[Node], set[str]] = lambda _tree: set()
+) -> ReadSentence:
+    """Read a sentence; words of speed, of what is measured and of ``also_known`` are known."""
+    counts = dict.fromkeys(SPEED_NAMES, 1)
+    for word, count in zip(learned.association.words, learned.association.counts):
+        if count > 0:
+            counts[word] = int(count)
+    read = parse(text, learned.synonyms, learned.lemmas)
+    for word in (*also_known(read.tree), *_measured_words(read.tree, counts)):
+        counts.setdefault(word, 1)
+    question = _each_word_once(hold_to_known(read, counts))
+    missing = tuple(_missing(read, counts))
+    verbs = verbs_in(text, learned.synonyms, learned.lemmas)
+    heads = missing_heads(read.tree, verbs, counts)
+    lost = dict.fromkeys((*missing, *(h for h in heads if not any({*h} <= {*m} for m in missing))))
+    unknown = _in_actions(read.tree, lambda one: tuple(w for w in one.words if w not in counts))
+    left = (tuple(w for w in words if not any(w in of for of in lost)) for words in unknown)
+    return ReadSentence(question, verbs, missing, tuple(lost), tuple(filter(None, left)))
 
 
 def _picked_words(tree: Node, rng: np.random.Generator, wishes: Sequence[PlaceWish]) -> set[str]:

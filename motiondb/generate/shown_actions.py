@@ -258,7 +258,7 @@ def _less_than_asked(shown: JudgedAction, asked: Asked) -> JudgedAction:
     """The judge's answer, or that it is not sure where the part leaves out what was asked for."""
     if shown.shown is not True or not asked.not_done:
         return shown
-    left = "; ".join(f"{one.text!r} is left out: {one.reason}" for one in asked.not_done)
+    left = "; ".join(f"{one.text!r} is not met: {one.reason}" for one in asked.not_done)
     return replace(shown, shown=None, probability=None, reason=left)
 
 

@@ -96,7 +96,7 @@ def test_a_measured_action_is_never_denied_for_its_looks(db: motiondb.MotionDB) 
     assert jumps.shown is (None if (jumps.probability or 1.0) < MEASURED else True)
     less = replace(asked, not_done=(NotUsed("3 times", "found 1"),))
     unsure = judge_motion(db.learned, motion, [less], [])[0]
-    assert (unsure.shown, unsure.reason) == (None, "'3 times' is left out: found 1")
+    assert (unsure.shown, unsure.reason) == (None, "'3 times' is not met: found 1")
 
 
 def test_frames_that_a_seam_bends_do_not_take_back_what_was_done(db: motiondb.MotionDB) -> None:

@@ -30,6 +30,14 @@ class Sheets:
     words: Sheet | None = None
     events: EventSheet | None = None
 
+    @classmethod
+    def read(cls, words: str | Path | None, events: str | Path | None) -> Sheets:
+        """The sheets of two files, each of which may be missing."""
+        return cls(
+            read_sheet(words) if words is not None else None,
+            read_event_sheet(events) if events is not None else None,
+        )
+
     @property
     def each(self) -> list[Sheet | EventSheet]:
         """The sheets that there are."""
