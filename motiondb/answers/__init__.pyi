@@ -93,6 +93,9 @@ from .database import (
 from .database import (
     InfoAnswer as InfoAnswer,
 )
+from .gait import (
+    GaitReport as GaitReport,
+)
 from .grammars import (
     Alternative as Alternative,
 )
