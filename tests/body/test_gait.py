@@ -43,8 +43,10 @@ def test_who_stands_shifts_or_lifts_one_foot_makes_no_steps() -> None:
 def test_who_sits_and_swings_the_feet_makes_no_steps() -> None:
     points = walker(100.0)
     sits = points.copy()
-    above = [n for name, n in INDEX.items() if not name.endswith(("ankle", "toe"))]
-    sits[:, above, 1] -= 0.5
+    legs = ("knee", "ankle", "toe")
+    sits[:, [n for name, n in INDEX.items() if not name.endswith(legs)], 1] -= 0.5
+    for side in "lr":
+        sits[:, INDEX[f"{side}_knee"]] = sits[:, INDEX[f"{side}_ankle"]] + [0.0, 0.42, 0.0]
     assert gait.foot_events(points, 100.0)
     assert gait.foot_events(sits, 100.0) == []
 
@@ -112,7 +114,7 @@ def test_angles_of_a_straight_and_a_bent_leg() -> None:
     points = walker(100.0)[:1]
     hip, knee, ankle, toe = (INDEX[f"l_{j}"] for j in ("hip", "knee", "ankle", "toe"))
     place = points[0, hip]
-    points[0, knee] = place + [0.0, 0.0, 0.43]  # the thigh is level
+    points[0, knee] = np.add(place, [0.0, 0.0, 0.43])  # the thigh is level
     points[0, ankle] = points[0, knee] + [0.0, -0.42, 0.0]
     points[0, toe] = points[0, ankle] + [0.0, -0.06, 0.14]
     angles = gait.leg_angles(points, "l")
