@@ -44,7 +44,7 @@ def test_who_sits_and_swings_the_feet_makes_no_steps() -> None:
     points = walker(100.0)
     sits = points.copy()
     legs = ("knee", "ankle", "toe")
-    sits[:, [n for name, n in INDEX.items() if not name.endswith(legs)], 1] -= 0.5
+    sits[:, [n for name, n in INDEX.items() if not name.endswith(legs)], 1] -= 0.6
     for side in "lr":
         sits[:, INDEX[f"{side}_knee"]] = sits[:, INDEX[f"{side}_ankle"]] + [0.0, 0.42, 0.0]
     assert gait.foot_events(points, 100.0)
