@@ -29,13 +29,14 @@ import numpy as np
 from motiondb.answers.plain import extended
 from motiondb.body import body, retarget
 from motiondb.body.world import UPS, Found
-from motiondb.errors import CaptureError, MotionDBError
+from motiondb.errors import CaptureError, MotionDBError, NoBodyError
 from motiondb.files.folder import WITH_SKELETON, named_skeleton, skeleton_path
 from motiondb.files.formats import (
     capture_format,
     data_format,
     read_capture_bytes,
     read_file,
+    read_marker_bytes,
     read_skeleton,
     read_takes_bytes,
 )
@@ -376,7 +377,7 @@ def _is_reading(reading: ReadFile) -> bool:
         and np.allclose(np.linalg.norm(motion.local_rotations, axis=-1), 1.0, atol=1e-3)
         and bool((root[0, [0, 2]] == 0.0).all())
         and abs(retarget.ground_height(positions)) < 1e-3
-        and motion.leg_length > 0.0
+        and motion.leg_length >= 0.0
         and type(reading.skeleton) is str
         and isinstance(reading.found, Found)
         and {reading.found.up, reading.found.usual} <= {*UPS}
@@ -481,7 +482,10 @@ def _solve_takes(job: FileToRead, loaded: _Loaded) -> Readings:
     path, data, kind, asf = job.path, loaded.data, loaded.kind, loaded.asf
     skeleton_data, options = loaded.skeleton_data, loaded.options
     skeleton = SkeletonFile(skeleton_data, asf) if skeleton_data is not None else None
-    clips = read_takes_bytes(data, kind, path=path, skeleton=skeleton, options=options)
+    try:
+        clips = read_takes_bytes(data, kind, path=path, skeleton=skeleton, options=options)
+    except NoBodyError as error:
+        return (_as_markers(job.name, loaded, path, error),)
     readings = []
     for take, clip in clips.items():
         of = f"{job.name}#{take}" if take else job.name
@@ -492,6 +496,25 @@ def _solve_takes(job: FileToRead, loaded: _Loaded) -> Readings:
                 raise
             readings.append(_with_problem(of, Path(f"{path}#{take}"), error))
     return tuple(readings)
+
+
+def _as_markers(name: str, loaded: _Loaded, path: Path, error: NoBodyError) -> ReadFile:
+    """Keep markers without a body: in place of its motion, a standing body of no size is stored."""
+    tracks = read_marker_bytes(loaded.data, loaded.kind, path=path, options=loaded.options)
+    n_frames = max(1, round(len(tracks.places) / tracks.fps * MOTION_FPS))
+    rotations = np.zeros((n_frames, len(body.JOINTS), 4), np.float32)
+    rotations[..., 0] = 1.0
+    root = np.zeros((n_frames, 3), np.float32)
+    standing = Motion(rotations, root)
+    root[:, 1] -= retarget.ground_height(retarget.motion_positions(standing)[0])
+    why = error.faults[0][1].partition("found ")[2].partition(". Rename")[0]
+    told = (
+        f"Kept as markers, without the motion of a body: {why}. They are found by words and tags "
+        "and exported, not searched by motion; rename them to those of a whole body for that."
+    )
+    motion = Motion(rotations, root, 0.0)
+    notes = (told, *tracks.notes)
+    return ReadFile(name, str(path), None, motion, tracks.fps, len(tracks.places), notes)
 
 
 def _solved(name: str, path: Path, clip: Clip, settings: AddSettings) -> ReadFile:
@@ -542,12 +565,22 @@ def read_stored(
     info: CaptureInfo, source: Source, parameters: Mapping[str, object], fps: float | None
 ) -> Clip:
     """The clip of a stored file, read as it was when it was added, without limits."""
-    unit, worlds = parameters.get("unit"), parameters.get("worlds")
-    up = worlds.get(info.sha256) if isinstance(worlds, Mapping) else None
     skeleton = None
     if source.skeleton_data is not None:
         skeleton = SkeletonFile(source.skeleton_data, source.skeleton_name or "")
-    options = ReadOptions(
+    options = stored_options(info, source, parameters, fps)
+    return read_capture_bytes(
+        source.data, source.format, path=info.name, skeleton=skeleton, options=options
+    )
+
+
+def stored_options(
+    info: CaptureInfo, source: Source, parameters: Mapping[str, object], fps: float | None
+) -> ReadOptions:
+    """How a stored file was read when it was added, without limits."""
+    unit, worlds = parameters.get("unit"), parameters.get("worlds")
+    up = worlds.get(info.sha256) if isinstance(worlds, Mapping) else None
+    return ReadOptions(
         fps=fps,
         unit=float(str(unit)) if unit else None,
         skip_bad_frames=bool(parameters.get("skip_bad_frames")),
@@ -556,7 +589,4 @@ def read_stored(
         swap_sides=bool(parameters.get("swap_sides")),
         limits=NO_LIMITS,
         take=source.take,
-    )
-    return read_capture_bytes(
-        source.data, source.format, path=info.name, skeleton=skeleton, options=options
     )

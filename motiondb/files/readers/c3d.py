@@ -16,13 +16,17 @@ from motiondb.records import Clip
 
 def read_c3d_takes(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> dict[str, Clip]:
     """Read the clip of each performer in the bytes of a C3D file; "" for the only one."""
+    return read_markers(c3d_markers(data, path, options), len(data), path, options)
+
+
+def c3d_markers(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> MarkerFile:
+    """Read the markers in the bytes of a C3D file."""
     file = read_c3d_file(data, path, options.skip_bad_frames)
     track = cache(file.track)  # a file may hold hundreds of points that are no markers
     notes = file.notes + (file.rate_notes if options.fps is None else ())
-    read = MarkerFile(
+    return MarkerFile(
         file.labels, file.n_frames, track, file.fps, file.unit, file.up, "z", "c3d", notes
     )
-    return read_markers(read, len(data), path, options)
 
 
 def read_c3d(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip:
