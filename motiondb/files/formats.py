@@ -35,7 +35,7 @@ from motiondb.files.limits import (
     guarded,
 )
 from motiondb.files.safe_files import is_file, open_file
-from motiondb.records import Clip
+from motiondb.records import Clip, Event
 
 if TYPE_CHECKING:
     from motiondb.files.readers.markers import MarkerTracks
@@ -189,6 +189,18 @@ def read_marker_bytes(
         tracks = read_tracks(file, len(data), path, options)
         check_duration(len(tracks.places), tracks.fps, path)
     return tracks
+
+
+def read_events_bytes(
+    data: bytes, kind: str, *, path: Path | str = "capture", fps: float, take: str = ""
+) -> list[Event]:
+    """Read the events in the bytes of a capture, frames at 30 a second; only C3D has some."""
+    if kind != "c3d":
+        return []
+    from motiondb.files.readers.c3d import c3d_events
+
+    with guarded(path):
+        return c3d_events(data, path, fps, take)
 
 
 def _read_takes(data: bytes, kind: str, path: object, options: ReadOptions) -> dict[str, Clip]:

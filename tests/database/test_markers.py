@@ -104,3 +104,19 @@ def test_points_never_seen_are_refused(tmp_path: Path) -> None:
     with motiondb.MotionDB(tmp_path / "a.motiondb") as opened:
         (problem,) = opened.add([tmp_path / "none.c3d"]).problems
     assert "expected markers, found none that was ever seen" in problem
+
+
+def test_events_of_a_c3d_are_those_of_its_capture_unless_a_sheet_has_others(
+    tmp_path: Path,
+) -> None:
+    said = {"EVENT:TIMES": [0.0, 1.0], "EVENT:LABELS": ["Foot Off"], "EVENT:CONTEXTS": ["Left"]}
+    (tmp_path / "foot.c3d").write_bytes(c3d_bytes(places(), LABELS, said=said))
+    with motiondb.MotionDB(tmp_path / "a.motiondb") as opened:
+        assert opened.add([tmp_path]).events == 1
+        found = opened.captures.events("foot")
+        assert found == (motiondb.Event(30, "foot_off", "l_ankle", "ground"),)
+    sheet = tmp_path / "events.tsv"
+    sheet.write_text("file\tevent\ttime\nfoot\tcatch\t0.5\n")
+    with motiondb.MotionDB(tmp_path / "b.motiondb") as opened:
+        opened.add([tmp_path], events=sheet)
+        assert [e.name for e in opened.captures.events("foot")] == ["catch"]

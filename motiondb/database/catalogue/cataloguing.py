@@ -334,9 +334,12 @@ def _save(
             captions = captions or captions_within(info.name, kept.captions, info.duration, notes)
             info = store.save_capture(opened, info, reading.motion, reading.source, captions)
             given = _save_events(opened, sheets.events, info, faults)
-            n_events += given
-            if not given:
+            if not given and kept.events:
                 kept.save_events(opened, info, notes)
+            elif not given and reading.events:
+                store.save_events(opened, info.capture_id, reading.events)
+                given = len(reading.events)
+            n_events += given
             change.added.append(info.capture_id)
             seconds += info.duration
     notes += _guesses(chosen.new)

@@ -467,7 +467,7 @@ def export(
     with session.reading():
         info = store.load_capture(session.store, name)
         if not info.has_body:
-            from motiondb.database.catalogue.marker_exporting import export_markers
+            from motiondb.database.catalogue.marker_captures import export_markers
 
             return export_markers(session, info, path, whole, (start, end))
         if canonical or asked.onto is not None:

@@ -29,14 +29,15 @@ import numpy as np
 from motiondb.answers.plain import extended
 from motiondb.body import body, retarget
 from motiondb.body.world import UPS, Found
+from motiondb.database.catalogue.marker_captures import kept_markers
 from motiondb.errors import CaptureError, MotionDBError, NoBodyError
 from motiondb.files.folder import WITH_SKELETON, named_skeleton, skeleton_path
 from motiondb.files.formats import (
     capture_format,
     data_format,
     read_capture_bytes,
+    read_events_bytes,
     read_file,
-    read_marker_bytes,
     read_skeleton,
     read_takes_bytes,
 )
@@ -54,7 +55,7 @@ from motiondb.files.readers.child_process import how_ended, too_slow
 from motiondb.files.safe_files import read_bounded_text
 from motiondb.files.sheets import SheetEntry
 from motiondb.files.text import quoted
-from motiondb.records import MOTION_FPS, CaptureInfo, Clip, Motion, Skeleton
+from motiondb.records import MOTION_FPS, CaptureInfo, Clip, Event, Motion, Skeleton
 from motiondb.workers import is_array, trusted
 
 if TYPE_CHECKING:
@@ -136,6 +137,7 @@ class ReadFile:
     skeleton: str = ""  # Digest of its joints where the axis up was found from the motion
     found: Found | None = None  # This axis
     problem: str = ""  # Why the file cannot be saved; "" where it can
+    events: tuple[Event, ...] = ()  # That the file names
     is_known: bool = False  # It was read before, and is the same; then motion and bytes are missing
 
     @property
@@ -372,6 +374,7 @@ def _is_reading(reading: ReadFile) -> bool:
         isinstance(reading.n_frames, int)
         and isinstance(motion.leg_length, float)
         and all(type(note) is str for note in (*reading.notes, *motion.notes))
+        and all(type(e) is Event and 0 <= e.frame < motion.n_frames for e in reading.events)
         and is_array(root, (max(n_frames, 1), 3))
         and is_array(motion.local_rotations, (len(root), len(body.JOINTS), 4))
         and np.allclose(np.linalg.norm(motion.local_rotations, axis=-1), 1.0, atol=1e-3)
@@ -485,12 +488,13 @@ def _solve_takes(job: FileToRead, loaded: _Loaded) -> Readings:
     try:
         clips = read_takes_bytes(data, kind, path=path, skeleton=skeleton, options=options)
     except NoBodyError as error:
-        return (_as_markers(job.name, loaded, path, error),)
+        return (_with_events(_as_markers(job.name, loaded, path, error), loaded, ""),)
     readings = []
     for take, clip in clips.items():
         of = f"{job.name}#{take}" if take else job.name
         try:
-            readings.append(_solved(of, path, clip, job.settings))
+            solved = _solved(of, path, clip, job.settings)
+            readings.append(_with_events(solved, loaded, take))
         except MotionDBError as error:
             if len(clips) == 1:
                 raise
@@ -498,21 +502,22 @@ def _solve_takes(job: FileToRead, loaded: _Loaded) -> Readings:
     return tuple(readings)
 
 
-def _as_markers(name: str, loaded: _Loaded, path: Path, error: NoBodyError) -> ReadFile:
-    """Keep markers without a body: in place of its motion, a standing body of no size is stored."""
-    tracks = read_marker_bytes(loaded.data, loaded.kind, path=path, options=loaded.options)
-    n_frames = max(1, round(len(tracks.places) / tracks.fps * MOTION_FPS))
-    rotations = np.zeros((n_frames, len(body.JOINTS), 4), np.float32)
-    rotations[..., 0] = 1.0
-    root = np.zeros((n_frames, 3), np.float32)
-    standing = Motion(rotations, root)
-    root[:, 1] -= retarget.ground_height(retarget.motion_positions(standing)[0])
-    why = error.faults[0][1].partition("found ")[2].partition(". Rename")[0]
-    told = (
-        f"Kept as markers, without the motion of a body: {why}. They are found by words and tags "
-        "and exported, not searched by motion; rename them to those of a whole body for that."
+def _with_events(reading: ReadFile, loaded: _Loaded, take: str) -> ReadFile:
+    """Return a reading with the events of its file, unless frames were left out of it."""
+    if loaded.options.skip_bad_frames:
+        return reading
+    assert reading.motion is not None
+    found = read_events_bytes(
+        loaded.data, loaded.kind, path=reading.path, fps=reading.fps, take=take
     )
-    motion = Motion(rotations, root, 0.0)
+    last = reading.motion.n_frames - 1
+    events = {replace(event, frame=min(event.frame, last)) for event in found}
+    return replace(reading, events=tuple(sorted(events)))
+
+
+def _as_markers(name: str, loaded: _Loaded, path: Path, error: NoBodyError) -> ReadFile:
+    """Keep markers without a body."""
+    tracks, motion, told = kept_markers(loaded.data, loaded.kind, path, loaded.options, error)
     notes = (told, *tracks.notes)
     return ReadFile(name, str(path), None, motion, tracks.fps, len(tracks.places), notes)
 

@@ -11,7 +11,8 @@ from motiondb.body import body, kinematics, retarget, rotation
 from motiondb.errors import CaptureError
 from motiondb.files.formats import read_takes_bytes
 from motiondb.files.limits import ReadOptions
-from motiondb.files.readers.c3d import read_c3d
+from motiondb.files.readers.c3d import c3d_events, read_c3d
+from motiondb.records import Event
 
 
 def tracks(n_frames: int = 30) -> dict[str, np.ndarray]:
@@ -469,3 +470,24 @@ def test_rates_that_contradict_each_other_are_told() -> None:
     assert clip.fps == 50.0
     assert clip.notes[0].startswith("The file has the rates 50, 100; 50 is taken.")
     assert read_c3d(data, "a.c3d", ReadOptions(fps=100.0)).notes == ()
+
+
+def test_events_of_a_file_that_holds_a_part_of_its_trial() -> None:
+    """Times count from frame 1 of the trial, and the file begins at frame 101, at 1 s."""
+    said = {
+        "TRIAL:ACTUAL_START_FIELD": [101, 0],
+        "TRIAL:ACTUAL_END_FIELD": [130, 0],
+        "EVENT:USED": 6,
+        "EVENT:TIMES": [0.0, 1.1, 0.0, 1.2, 0.0, 1.0, 0.0, 0.99, 0.0, 1.29, 0.0, 5.0],
+        "EVENT:LABELS": ["Foot Strike", "Foot Off", "RHS", "Foot Strike", "Ball hit", "Toe Off"],
+        "EVENT:CONTEXTS": ["Left", "Right", "", "Left", "General", "Left"],
+    }
+    points = np.stack(list(tracks().values()), axis=1) * 1000.0
+    data = c3d_bytes(points, list(MARKERS), said=said, header={4: 101, 5: 130})
+    assert c3d_events(data, "a.c3d", 100.0) == [
+        Event(0, "foot_strike", "r_ankle", "ground"),
+        Event(3, "foot_strike", "l_ankle", "ground"),
+        Event(6, "foot_off", "r_ankle", "ground"),
+        Event(9, "ball_hit"),
+    ]
+    assert c3d_events(c3d_bytes(points, list(MARKERS)), "a.c3d", 100.0) == []
