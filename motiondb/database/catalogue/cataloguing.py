@@ -62,6 +62,7 @@ def add_captures(
     paths = {path: folder for path, folder in reversed(at_hand) if path in readable}
     named = {path: settings.prefix + capture_name(_below(path, paths[path])) for path in paths}
     names = {name: path for path, name in named.items()}
+    sheets = sheets.resolved(names)
     problems = unusable + [
         f"{path}: expected one file per name, found "
         f"{names[name].name if names[name].parent == path.parent else names[name]} beside it. "
