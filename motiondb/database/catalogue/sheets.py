@@ -190,7 +190,7 @@ def export_words(opened: store.Store, path: str | Path, where: str, form: str = 
         write_annotations(Path(path), said, form)
         count = sum(len(spoken) for *_, spoken, _ in said)
         n_events = sum(len(instants) for *_, instants in said)
-        told = (f"{n_events} events are in it, too",) if n_events else ()
+        told = (f"{n_events} events are in it, too, without their joints",) if n_events else ()
         left = "tags are not in it: such a sheet has no place for them"
         return SheetWritten(Path(path), len(said), count, (*told, left))
     rows = [(info.name, captions.get(info.capture_id, ()), info.tags) for info in infos]
