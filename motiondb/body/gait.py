@@ -114,14 +114,8 @@ class JointAngles:
 def over_ground(points: FloatArray, fps: float) -> tuple[FloatArray, float]:
     """Return a motion as it goes over the ground, and the speed of a treadmill, 0 without one.
 
-    A treadmill is where the lower foot moves backwards evenly while the pelvis stays.
-
-    Parameters
-    ----------
-    points : array (frames, 21, 3)
-        Places of the canonical joints, metres, y up.
-    fps : float
-        Frames per second.
+    A treadmill is where the lower foot moves backwards evenly while the pelvis stays. `points`:
+    places (frames, 21, 3) of the canonical joints, metres of the performer, y up.
     """
     if len(points) < 3:
         return points, 0.0
@@ -140,20 +134,10 @@ def over_ground(points: FloatArray, fps: float) -> tuple[FloatArray, float]:
 def foot_events(points: FloatArray, fps: float) -> list[FootEvent]:
     """Find when feet strike and leave the ground.
 
+    Gives them in the order of time. `points`: as of :func:`over_ground`, over ground at rest.
+
     >>> foot_events(np.zeros((100, 21, 3)), 100.0)  # who stands makes no steps
     []
-
-    Parameters
-    ----------
-    points : array (frames, 21, 3)
-        Places of the canonical joints, metres of the performer, y up, over ground at rest.
-    fps : float
-        Frames per second.
-
-    Returns
-    -------
-    list of FootEvent
-        In the order of time.
     """
     if len(points) < 3:
         return []
@@ -176,14 +160,7 @@ def gait_cycles(
 ) -> tuple[GaitCycle, ...]:
     """Measure the cycles between strikes of the same foot, in the order of time.
 
-    Parameters
-    ----------
-    points : array (frames, 21, 3)
-        Places of the canonical joints, metres of the performer, y up.
-    fps : float
-        Frames per second.
-    events : sequence of FootEvent
-        When the feet strike and leave the ground.
+    `points`: as of :func:`over_ground`.
     """
     strikes = {side: _times(events, side, STRIKE) for side in "lr"}
     heading = _headings(points)
@@ -276,17 +253,7 @@ def foot_prints(
 def cycle_angles(
     points: FloatArray, fps: float, cycles: Sequence[GaitCycle]
 ) -> tuple[JointAngles, ...]:
-    """Mean angles of hip, knee and ankle over the cycles of each side.
-
-    Parameters
-    ----------
-    points : array (frames, 21, 3)
-        Places of the canonical joints, y up.
-    fps : float
-        Frames per second.
-    cycles : sequence of GaitCycle
-        Of which the mean is taken.
-    """
+    """Mean angles of hip, knee and ankle over the cycles of each side; degrees."""
     found = []
     times = np.arange(len(points)) / fps
     for side in "lr":

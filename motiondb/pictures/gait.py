@@ -27,16 +27,7 @@ def gait_figure(
 ) -> Figure:
     """Draw the strikes of the feet from above, and mean angles with a band of one deviation.
 
-    Parameters
-    ----------
-    name : str
-        Of the motion.
-    prints : sequence of FootPrint
-        Where the feet strike, metres.
-    angles : sequence of JointAngles
-        Of both sides, degrees.
-    stances : dict
-        Side -> mean share of the cycle in which the foot is on the ground.
+    `stances`: side -> mean share of the cycle in which the foot is on the ground.
     """
     with style.drawing():
         from matplotlib.figure import Figure
