@@ -49,6 +49,7 @@ motiondb search "jump twice" --where performer=ana --export answers
 motiondb like ana/walk_1 --from 1 --to 3
 motiondb like take.bvh --by-motion-alone
 motiondb describe ana/walk_1
+motiondb describe ana/walk_1 --gait --png gait.png
 motiondb describe --where 'performer=ana' -o words.csv
 motiondb compare ana/walk_1 boris/walk_1 --png both.png
 motiondb batch questions.txt --json
@@ -72,6 +73,7 @@ motiondb words set ana/walk_1 "a person walks"
 motiondb words set ana/walk_1 "turns left" --from 2 --to 3 --keep
 motiondb words import captions.tsv
 motiondb words export captions.csv
+motiondb words export observed.csv --as boris
 motiondb words history ana/walk_1
 motiondb words synonyms synonyms.txt
 motiondb events

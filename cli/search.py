@@ -6,7 +6,7 @@ import csv
 import io
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -100,11 +100,18 @@ def _write_csv(matches: Sequence[motiondb.Match], path: Path) -> None:
         [" ".join(v) if isinstance(v, tuple) else "" if v is None else str(v) for v in row]
         for row in every
     ]
+    _write_rows(columns, rows, path, "answer")
+
+
+def _write_rows(
+    columns: Sequence[str], rows: Sequence[Sequence[str]], path: Path, what: str
+) -> None:
+    """Write a table into a file, or print it (-)."""
     if str(path) == "-":
         printing.print_csv(columns, rows)
     else:
         motiondb.write_table(path, columns, rows)
-        printing.warn(f"{printing.number(len(rows), 'answer')} in {path}")
+        printing.warn(f"{printing.number(len(rows), what)} in {path}")
 
 
 def _write_matches(
@@ -246,11 +253,22 @@ def describe(
         ),
     ] = None,
     up: options.Up = "",
+    gait: Annotated[bool, "Measure how somebody walks or runs, in place of words."] = False,
+    png: options.Png = None,
+    as_csv: AsCsv = None,
 ) -> None:
-    """Describe a motion, or all captures that match --where, by words.
+    """Describe a motion, or all captures that match --where, by words, or by its gait (--gait).
 
-    The words have times, and probabilities that captions have checked.
+    The words have times, and probabilities that captions have checked. A gait has strikes of the
+    feet, cycles, cadence, lengths, speed and angles of the legs.
     """
+    if gait:
+        _describe_gait(shared, example, where, start, end, up, output, png, as_csv)
+        return
+    if png or as_csv:
+        raise motiondb.QueryError(
+            "describe: expected --gait with --png and --csv, found none. Words are written by -o."
+        )
     if (example is None) == (not where.strip()):
         raise motiondb.QueryError(
             "describe: expected a capture or --where, found "
@@ -301,6 +319,59 @@ def describe(
     first = 1 if example is not None else 0
     columns = ["capture", "start", "end", "words"]
     printing.print_table(columns[first:], [row[first:] for row in rows])
+
+
+def _describe_gait(
+    shared: options.Shared,
+    example: str | None,
+    where: str,
+    start: float | None,
+    end: float | None,
+    up: str,
+    output: Path | None,
+    png: Path | None,
+    as_csv: Path | None,
+) -> None:
+    """Print how somebody walks or runs."""
+    if example is None or where.strip() or output:
+        raise motiondb.QueryError(
+            "describe: expected one capture or file with --gait, and --csv for its cycles, found "
+            f"{'none' if example is None else '--where' if where.strip() else '-o'}."
+        )
+    read = motiondb.read_capture(example, up=motiondb.check_up(up, "--up")) if up else example
+    with shared.database() as base:
+        told = base.captures.gait(read, start, end, png)
+    if as_csv:
+        columns = [field.name for field in fields(motiondb.GaitCycle)]
+        every = [[_exact(value) for value in astuple(cycle)] for cycle in told.cycles]
+        _write_rows(columns, every, as_csv, "cycle")
+        return
+    if printing.as_json(shared, told):
+        return
+    printing.say(
+        f"{printing.number(len(told.events), 'foot event')}, "
+        f"{printing.number(len(told.cycles), 'cycle')} in {told.seconds:.2f} s"
+    )
+    printing.print_notes(told.notes)
+    rows = [
+        [m.measure, m.unit, *map(_three_digits, (m.left, m.right, m.both, m.deviation)), _uneven(m)]
+        for m in told.measures
+    ]
+    if rows:
+        columns = ["measure", "unit", "left", "right", "both", "deviation", "asymmetry"]
+        printing.print_table(columns, rows)
+
+
+def _exact(value: float | str | None) -> str:
+    return "" if value is None else value if isinstance(value, str) else f"{value:.4f}"
+
+
+def _three_digits(value: float | None) -> str:
+    return NOT_MEASURED if value is None else f"{value:.3g}"
+
+
+def _uneven(measure: motiondb.GaitMeasure) -> str:
+    return NOT_MEASURED if measure.asymmetry is None else f"{measure.asymmetry:+.1f} %"
 
 
 @app.command()

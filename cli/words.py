@@ -84,10 +84,16 @@ def export_words(
         Path, options.argument("The sheet: CSV if .csv, else TSV.", callback=options.output_name)
     ],
     where: options.Where = "",
+    form: Annotated[
+        str, typer.Option("--as", metavar="boris|elan", help="Write a sheet of BORIS or ELAN.")
+    ] = "",
 ) -> None:
-    """Write captions and tags as a sheet, which words import reads again without loss."""
+    """Write captions and tags as a sheet, which words import reads again without loss.
+
+    With --as, the sheet has words and events, and no tags.
+    """
     with shared.database() as base:
-        report = base.words.export(sheet, where)
+        report = base.words.export(sheet, where, form)
     if not printing.as_json(shared, report):
         printing.say(
             f"{printing.number(report.captions, 'caption')} of "

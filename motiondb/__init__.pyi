@@ -30,6 +30,12 @@ from .answers.questions import (
 from .answers.scenes import (
     scene_row as scene_row,
 )
+from .body.gait import (
+    GaitCycle as GaitCycle,
+)
+from .body.gait import (
+    GaitMeasure as GaitMeasure,
+)
 from .body.kinematics import (
     forward_kinematics as forward_kinematics,
 )

@@ -45,6 +45,10 @@ class CaptureError(MotionDBError):
         super().__init__("\n".join(lines))
 
 
+class NoBodyError(CaptureError):
+    """Markers that are not those of a whole body; they can be kept as markers."""
+
+
 class SkeletonError(MotionDBError):
     """A skeleton whose joints cannot be matched with the canonical body."""
 

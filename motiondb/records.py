@@ -258,7 +258,7 @@ class CaptureInfo:
     motion_frames: int
     """Frames of the canonical motion, 30 a second."""
     leg_length: float
-    """The performer's, metres."""
+    """The performer's, metres; 0 for markers without a body."""
     path: str
     """Path of the file when it was added."""
     run_id: int
@@ -267,6 +267,16 @@ class CaptureInfo:
     """Performer, licence and every further column of the sheet."""
     notes: tuple[str, ...] = ()
     """What is unusual in the file."""
+
+    @property
+    def has_body(self) -> bool:
+        """Whether it is the motion of a body; else it is kept as markers."""
+        return self.leg_length > 0.0
+
+    @property
+    def is_captured(self) -> bool:
+        """Whether it is captured motion of a body, from which can be learned."""
+        return self.kind == "captured" and self.has_body
 
 
 NEEDS = "needs"  # Family of findings: a thing that was not captured, a partner, a treadmill

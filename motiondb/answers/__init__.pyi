@@ -153,6 +153,9 @@ from .database import (
 from .database import (
     learned_summary as learned_summary,
 )
+from .gait import (
+    GaitReport as GaitReport,
+)
 from .grammars import (
     Alternative as Alternative,
 )

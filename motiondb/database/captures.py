@@ -374,6 +374,21 @@ class Captures(Topic):
             clip = parts.cut_clip(exporting.load_clip(self.session, info.name), start, end)
         return to_dataset(clip, info.tags.get("performer", "id_0"), info.path)
 
+    def gait(
+        self,
+        example: Example,
+        start: float | None = None,
+        end: float | None = None,
+        png: str | Path | None = None,
+    ) -> answers.GaitReport:
+        """Foot strikes of a motion at its own rate, and what the cycles between them measure.
+
+        ``png`` draws the strikes from above, and the angles of hip, knee and ankle over the cycle.
+        """
+        from motiondb.database import gaits
+
+        return gaits.gait_of(self.session, example, start, end, png)
+
     def features(
         self,
         example: Example,

@@ -122,7 +122,7 @@ def evaluate(
 def _load(session: Session, where: str, workers: Workers | None) -> _Held:
     """Load the captures in question, which must not have been learned from."""
     opened, learned = session.store, session.learned
-    infos = [i for i in store.load_captures(opened, where) if i.kind == "captured"]
+    infos = [i for i in store.load_captures(opened, where) if i.is_captured]
     known = [info.name for info in infos if info.capture_id in learned.rows]
     if known:
         raise QueryError(

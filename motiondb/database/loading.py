@@ -59,10 +59,11 @@ def load_without_rows(opened: store.Store) -> Learned:
             )
         model = from_stored(store.load_learning(opened, scores=False))
         certainties = given_certainties(model.certainties, model.counted)
+        infos = {info.capture_id: info for info in store.load_captures(opened) if info.has_body}
         return Learned(
             **{**vars(model), "certainties": certainties},
-            captures={info.capture_id: info for info in store.load_captures(opened)},
-            captions=store.load_captions(opened),
+            captures=infos,
+            captions={n: said for n, said in store.load_captions(opened).items() if n in infos},
             synonyms=store.load_synonyms(opened),
             source=str(opened.path),
         )

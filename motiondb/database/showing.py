@@ -46,7 +46,7 @@ def describe_capture(session: Session, name: str) -> answers.CaptureFacts:
         seconds=round(info.duration, 3),
         fps=info.fps,
         frames=info.n_frames,
-        leg_length=f"{info.leg_length:.3f} m",
+        leg_length=f"{info.leg_length:.3f} m" if info.has_body else "",
         path=info.path,
         sha256=info.sha256,
         tags={k: v for k, v in info.tags.items() if k not in ("capture", "segments")},
@@ -125,6 +125,8 @@ def capture_activities(session: Session, capture_id: int) -> list[answers.ShownA
 
 
 def _activities(session: Session, capture_id: int) -> list[answers.ShownActivity]:
+    if not store.has_body(session.store, capture_id):
+        return []
     motion = store.load_motion(session.store, capture_id)
     features = recognition_features(motion)
     runs = find_activities(features, np.random.default_rng(0))

@@ -115,15 +115,16 @@ class Words(Topic):
             for number, words in _versions(edits, info.capture_id, info.run_id, now)
         ]
 
-    def export(self, path: str | Path, where: Where = "") -> answers.SheetWritten:
+    def export(self, path: str | Path, where: Where = "", form: str = "") -> answers.SheetWritten:
         """Write captions and tags as a sheet that ``import_sheet`` reads again without loss.
 
-        It is CSV for the ending .csv, else TSV.
+        It is CSV for the ending .csv, else TSV. ``form``: "boris" (aggregated events) or "elan"
+        (tab-delimited text) for a sheet that these programs read, with words and events.
         """
         from motiondb.database.catalogue import sheets
 
         with self.session.reading():
-            return sheets.export_words(self.store, path, self.session.filter(where))
+            return sheets.export_words(self.store, path, self.session.filter(where), form)
 
     def import_sheet(self, sheet: str | Path) -> sheets.ImportReport:
         """Replace words and tags by those of a sheet; captures without words in it keep theirs."""

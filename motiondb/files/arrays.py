@@ -65,7 +65,7 @@ def write_arrays(clip: Clip, path: Path, contacts: BoolArray | None = None) -> N
             writer.writerows(zip(*(column.tolist() for column in columns.values())))
             data.write(text.getvalue().encode())
         else:
-            _write_parquet(columns, data)
+            write_parquet(columns, data)
     with output_file(path) as draft:
         draft.write_bytes(data.getvalue())
 
@@ -94,7 +94,8 @@ def _columns(
     return columns
 
 
-def _write_parquet(columns: dict[str, Any], data: io.BytesIO) -> None:
+def write_parquet(columns: dict[str, Any], data: io.BytesIO) -> None:
+    """Write columns as Parquet (MotionDBError without pyarrow)."""
     try:
         import pyarrow as pa
         from pyarrow import parquet

@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -34,7 +35,10 @@ from motiondb.files.limits import (
     guarded,
 )
 from motiondb.files.safe_files import is_file, open_file
-from motiondb.records import Clip
+from motiondb.records import Clip, Event
+
+if TYPE_CHECKING:
+    from motiondb.files.readers.markers import MarkerTracks
 
 _UNIT_LENGTH = 1e-3
 """How far the square of a quaternion's length may be from 1. Normalised ones are within 1e-15; a
@@ -168,6 +172,35 @@ def read_takes_bytes(
         for clip in clips.values():
             _check(clip, len(data), path, options)
     return clips if len(clips) > 1 else dict(zip(("",), clips.values()))
+
+
+def read_marker_bytes(
+    data: bytes, kind: str, *, path: Path | str = "capture", options: ReadOptions = AS_USUAL
+) -> MarkerTracks:
+    """Read the markers in the bytes of a C3D or TRC file, without a body, gaps left as gaps."""
+    from motiondb.files.readers.c3d import c3d_markers
+    from motiondb.files.readers.markers import read_tracks
+    from motiondb.files.readers.trc import trc_markers
+
+    check_options(options, path)
+    check_file_size(len(data), path, options.limits)
+    with guarded(path):
+        file = (c3d_markers if kind == "c3d" else trc_markers)(data, path, options)
+        tracks = read_tracks(file, len(data), path, options)
+        check_duration(len(tracks.places), tracks.fps, path)
+    return tracks
+
+
+def read_events_bytes(
+    data: bytes, kind: str, *, path: Path | str = "capture", fps: float, take: str = ""
+) -> list[Event]:
+    """Read the events in the bytes of a capture, frames at 30 a second; only C3D has some."""
+    if kind != "c3d":
+        return []
+    from motiondb.files.readers.c3d import c3d_events
+
+    with guarded(path):
+        return c3d_events(data, path, fps, take)
 
 
 def _read_takes(data: bytes, kind: str, path: object, options: ReadOptions) -> dict[str, Clip]:

@@ -6,6 +6,9 @@ ending) and any of ``words``, ``start``, ``end`` (seconds: the row's words descr
 ``skeleton``; every further column is kept as a tag. The values of a sheet override those in the
 file's header.
 
+Sheets of BORIS and ELAN are recognised (:mod:`.annotation_sheets`): their intervals are words,
+their instants events.
+
 Events, one row for each instant: ``file``, ``event`` (what happens: foot_strike, catch, release,
 contact, ...), ``frame`` (of the canonical motion, 30 per second) or ``time`` (seconds), and, where
 it is known, ``joint`` (of the canonical body, such as r_wrist) and ``other`` (what takes part
@@ -16,16 +19,18 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from operator import add
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
-from typing import TypeVar
+from typing import Any, TypeVar, cast
 
 from motiondb.body import body
 from motiondb.body.world import UPS
 from motiondb.errors import SheetError, suggestion
+from motiondb.files.annotation_sheets import Annotation, read_annotations
 from motiondb.files.folder import CAPTURE_ENDINGS, FORMATS, WITH_TAKES
 from motiondb.files.limits import MAX_GIVEN_FPS, MIN_FPS
 from motiondb.files.safe_files import read_bounded
@@ -33,6 +38,7 @@ from motiondb.files.text import MAX_FAULTS, cut, number, quoted
 from motiondb.records import MOTION_FPS, Caption, Event
 
 T = TypeVar("T")
+AnySheet = TypeVar("AnySheet", "Sheet", "EventSheet")
 
 KNOWN = ("file", "words", "start", "end", "performer", "fps", "up", "licence", "skeleton")
 _WORD_COLUMNS = ", ".join(KNOWN)
@@ -80,6 +86,7 @@ class Sheet:
     path: str
     entries: dict[str, SheetEntry]  # Entries by capture name (path without ending)
     notes: tuple[str, ...] = ()  # Sentences about unusual entries that were used
+    others: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # Names it may mean, too
 
     def find(self, name: str) -> SheetEntry | None:
         """Entry of a capture, or None; a take without one has its file's, but no captions."""
@@ -159,6 +166,8 @@ def capture_name(file: str) -> str:
 def read_sheet(path: Path | str) -> Sheet:
     """Read a sheet of words."""
     path = Path(path)
+    if (foreign := _foreign(path)) is not None:
+        return _words_of(path, foreign)
     rows = read_rows(
         path, f"a column `file`, found an empty sheet. Known columns: {_WORD_COLUMNS}."
     )
@@ -173,6 +182,79 @@ def read_sheet(path: Path | str) -> Sheet:
     check_columns(path, header_number, header)
     advice = " Put text with separators in quotes."
     return Sheet(str(path), *_gather(path, header, rows[1:], _read_words, _merged, advice))
+
+
+_OTHERS = re.compile(r"\bbehavior\b|begin time|\d:\d\d:\d\d[.,]\d", re.IGNORECASE)
+"""What the beginning of a sheet of BORIS or ELAN holds."""
+
+
+def _foreign(path: Path) -> list[Annotation] | None:
+    """Return what a sheet of BORIS or ELAN says; None if it is another one."""
+    text = _read_text(path)
+    head = text[:20_000]
+    if not _OTHERS.search(head):
+        return None
+    text = re.sub(r'^"#', "#", text, flags=re.MULTILINE)  # ELAN does not close this quote
+    delimiter = "\t" if "\t" in head else max(";,", key=head.count)
+    try:
+        rows = _split(path, text, delimiter)
+    except SheetError:  # told by whoever reads it as another sheet
+        return None
+    return read_annotations(path, rows)
+
+
+def _words_of(path: Path, foreign: list[Annotation]) -> Sheet:
+    """Return the words of a sheet of BORIS or ELAN."""
+    entries: dict[str, SheetEntry] = {}
+    others: dict[str, tuple[str, ...]] = {}
+    for each in foreign:
+        name = capture_name(each.names[0])
+        entry = entries.setdefault(name, SheetEntry(each.names[0], each.line))
+        others[name] = each.names[1:]
+        if each.end is not None:
+            said = Caption(each.words, each.start, each.end)
+            entries[name] = replace(
+                entry, captions=(*entry.captions, said), lines=(*entry.lines, each.line)
+            )
+    left = sum(each.end is None for each in foreign)
+    notes = (f"{path}: {left} instants are events (motiondb events import {path})",) * (left > 0)
+    return Sheet(str(path), entries, notes, others)
+
+
+def _events_of(path: Path, foreign: list[Annotation]) -> EventSheet:
+    """Return the events of a sheet of BORIS or ELAN."""
+    entries: dict[str, tuple[tuple[int, Event], ...]] = {}
+    others: dict[str, tuple[str, ...]] = {}
+    for each in foreign:
+        name = capture_name(each.names[0])
+        if each.end is None:
+            event = Event(round(each.start * MOTION_FPS), each.words)
+            entries[name] = (*entries.get(name, ()), (each.line, event))
+            others[name] = each.names[1:]
+    left = sum(each.end is not None for each in foreign)
+    notes = (f"{path}: {left} intervals are words (motiondb words import {path})",) * (left > 0)
+    return EventSheet(str(path), entries, notes, others)
+
+
+def resolved(sheet: AnySheet, names: Iterable[str]) -> AnySheet:
+    """Return a sheet whose rows name captures as they are called, where only one may be meant."""
+    if not sheet.others:
+        return sheet
+    known = list(names)
+
+    def called(name: str) -> str:
+        for other in (name, *sheet.others.get(name, ())):
+            fitting = [n for n in known if n == other] or [
+                n for n in known if n.endswith(f"/{other}")
+            ]
+            if len(fitting) == 1:
+                return fitting[0]
+        return name
+
+    entries: dict[str, Any] = {}
+    for name, entry in cast(Any, sheet).entries.items():
+        entries.setdefault(called(name), entry)
+    return cast(AnySheet, replace(cast(Any, sheet), entries=entries))
 
 
 def check_columns(path: Path, line: int, header: list[str]) -> None:
@@ -381,6 +463,7 @@ class EventSheet:
     # Events with their lines, by capture name (path without ending)
     entries: dict[str, tuple[tuple[int, Event], ...]]
     notes: tuple[str, ...] = ()  # Sentences about unusual entries that were used
+    others: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # Names it may mean, too
 
     @property
     def n_events(self) -> int:
@@ -410,6 +493,8 @@ class EventSheet:
 def read_event_sheet(path: Path | str) -> EventSheet:
     """Read a sheet of events."""
     path = Path(path)
+    if (foreign := _foreign(path)) is not None:
+        return _events_of(path, foreign)
     rows = read_rows(
         path, f"the columns file, event and frame, found an empty sheet. {_EVENT_COLUMNS}"
     )

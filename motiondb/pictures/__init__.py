@@ -2,6 +2,7 @@
 
 from motiondb.pictures.animation import draw_animation
 from motiondb.pictures.comparison import comparison_figure
+from motiondb.pictures.gait import gait_figure
 from motiondb.pictures.ghosts import ghosts_figure
 from motiondb.pictures.hits import hits_figure
 from motiondb.pictures.scenes import draw_scene_animation, scene_paths_figure
@@ -20,6 +21,7 @@ __all__ = [
     "comparison_figure",
     "draw_animation",
     "draw_scene_animation",
+    "gait_figure",
     "ghosts_figure",
     "hits_figure",
     "save_png",

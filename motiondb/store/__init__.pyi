@@ -58,6 +58,12 @@ from .catalogue.cache import (
     readable_motions as readable_motions,
 )
 from .catalogue.captures import (
+    MARKERS_ONLY as MARKERS_ONLY,
+)
+from .catalogue.captures import (
+    has_body as has_body,
+)
+from .catalogue.captures import (
     load_capture as load_capture,
 )
 from .catalogue.captures import (

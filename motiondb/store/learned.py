@@ -278,7 +278,7 @@ def load_unlearned(store: Store) -> list[str]:
     """Names of the captures that were not generated and have no segments, in order of number."""
     return store.connection.column(
         "SELECT name FROM capture ANTI JOIN segment USING (capture_id) WHERE kind = 'captured' "
-        "ORDER BY capture_id"
+        "AND leg_length > 0 ORDER BY capture_id"
     )
 
 

@@ -62,6 +62,7 @@ def add_captures(
     paths = {path: folder for path, folder in reversed(at_hand) if path in readable}
     named = {path: settings.prefix + capture_name(_below(path, paths[path])) for path in paths}
     names = {name: path for path, name in named.items()}
+    sheets = sheets.resolved(names)
     problems = unusable + [
         f"{path}: expected one file per name, found "
         f"{names[name].name if names[name].parent == path.parent else names[name]} beside it. "
@@ -334,9 +335,12 @@ def _save(
             captions = captions or captions_within(info.name, kept.captions, info.duration, notes)
             info = store.save_capture(opened, info, reading.motion, reading.source, captions)
             given = _save_events(opened, sheets.events, info, faults)
-            n_events += given
-            if not given:
+            if not given and kept.events:
                 kept.save_events(opened, info, notes)
+            elif not given and reading.events:
+                store.save_events(opened, info.capture_id, reading.events)
+                given = len(reading.events)
+            n_events += given
             change.added.append(info.capture_id)
             seconds += info.duration
     notes += _guesses(chosen.new)
@@ -359,6 +363,7 @@ def _save(
 
 _GUESS = re.compile(
     r"--(up|mirror-world|swap-sides|fps)\b|they slide|radians|unit is a guess|if it is wrong"
+    r"|Kept as markers|Lost for long|Another performer|as a copy of them"
 )
 """What a note on the reading of a file says where a person should look at it."""
 

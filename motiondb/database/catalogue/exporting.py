@@ -466,6 +466,10 @@ def export(
     whole = start is None and end is None and not canonical and not asked.are_any
     with session.reading():
         info = store.load_capture(session.store, name)
+        if not info.has_body:
+            from motiondb.database.catalogue.marker_captures import export_markers
+
+            return export_markers(session, info, path, whole, (start, end))
         if canonical or asked.onto is not None:
             motion = cut_motion(store.load_motion(session.store, info.capture_id), start, end)
         else:

@@ -29,12 +29,14 @@ import numpy as np
 from motiondb.answers.plain import extended
 from motiondb.body import body, retarget
 from motiondb.body.world import UPS, Found
-from motiondb.errors import CaptureError, MotionDBError
+from motiondb.database.catalogue.marker_captures import kept_markers
+from motiondb.errors import CaptureError, MotionDBError, NoBodyError
 from motiondb.files.folder import WITH_SKELETON, named_skeleton, skeleton_path
 from motiondb.files.formats import (
     capture_format,
     data_format,
     read_capture_bytes,
+    read_events_bytes,
     read_file,
     read_skeleton,
     read_takes_bytes,
@@ -53,7 +55,7 @@ from motiondb.files.readers.child_process import how_ended, too_slow
 from motiondb.files.safe_files import read_bounded_text
 from motiondb.files.sheets import SheetEntry
 from motiondb.files.text import quoted
-from motiondb.records import MOTION_FPS, CaptureInfo, Clip, Motion, Skeleton
+from motiondb.records import MOTION_FPS, CaptureInfo, Clip, Event, Motion, Skeleton
 from motiondb.workers import is_array, trusted
 
 if TYPE_CHECKING:
@@ -135,6 +137,7 @@ class ReadFile:
     skeleton: str = ""  # Digest of its joints where the axis up was found from the motion
     found: Found | None = None  # This axis
     problem: str = ""  # Why the file cannot be saved; "" where it can
+    events: tuple[Event, ...] = ()  # That the file names
     is_known: bool = False  # It was read before, and is the same; then motion and bytes are missing
 
     @property
@@ -371,12 +374,13 @@ def _is_reading(reading: ReadFile) -> bool:
         isinstance(reading.n_frames, int)
         and isinstance(motion.leg_length, float)
         and all(type(note) is str for note in (*reading.notes, *motion.notes))
+        and all(type(e) is Event and 0 <= e.frame < motion.n_frames for e in reading.events)
         and is_array(root, (max(n_frames, 1), 3))
         and is_array(motion.local_rotations, (len(root), len(body.JOINTS), 4))
         and np.allclose(np.linalg.norm(motion.local_rotations, axis=-1), 1.0, atol=1e-3)
         and bool((root[0, [0, 2]] == 0.0).all())
         and abs(retarget.ground_height(positions)) < 1e-3
-        and motion.leg_length > 0.0
+        and motion.leg_length >= 0.0
         and type(reading.skeleton) is str
         and isinstance(reading.found, Found)
         and {reading.found.up, reading.found.usual} <= {*UPS}
@@ -481,17 +485,41 @@ def _solve_takes(job: FileToRead, loaded: _Loaded) -> Readings:
     path, data, kind, asf = job.path, loaded.data, loaded.kind, loaded.asf
     skeleton_data, options = loaded.skeleton_data, loaded.options
     skeleton = SkeletonFile(skeleton_data, asf) if skeleton_data is not None else None
-    clips = read_takes_bytes(data, kind, path=path, skeleton=skeleton, options=options)
+    try:
+        clips = read_takes_bytes(data, kind, path=path, skeleton=skeleton, options=options)
+    except NoBodyError as error:
+        return (_with_events(_as_markers(job.name, loaded, path, error), loaded, ""),)
     readings = []
     for take, clip in clips.items():
         of = f"{job.name}#{take}" if take else job.name
         try:
-            readings.append(_solved(of, path, clip, job.settings))
+            solved = _solved(of, path, clip, job.settings)
+            readings.append(_with_events(solved, loaded, take))
         except MotionDBError as error:
             if len(clips) == 1:
                 raise
             readings.append(_with_problem(of, Path(f"{path}#{take}"), error))
     return tuple(readings)
+
+
+def _with_events(reading: ReadFile, loaded: _Loaded, take: str) -> ReadFile:
+    """Return a reading with the events of its file, unless frames were left out of it."""
+    if loaded.options.skip_bad_frames:
+        return reading
+    assert reading.motion is not None
+    found = read_events_bytes(
+        loaded.data, loaded.kind, path=reading.path, fps=reading.fps, take=take
+    )
+    last = reading.motion.n_frames - 1
+    events = {replace(event, frame=min(event.frame, last)) for event in found}
+    return replace(reading, events=tuple(sorted(events)))
+
+
+def _as_markers(name: str, loaded: _Loaded, path: Path, error: NoBodyError) -> ReadFile:
+    """Keep markers without a body."""
+    tracks, motion, told = kept_markers(loaded.data, loaded.kind, path, loaded.options, error)
+    notes = (told, *tracks.notes)
+    return ReadFile(name, str(path), None, motion, tracks.fps, len(tracks.places), notes)
 
 
 def _solved(name: str, path: Path, clip: Clip, settings: AddSettings) -> ReadFile:
@@ -542,12 +570,22 @@ def read_stored(
     info: CaptureInfo, source: Source, parameters: Mapping[str, object], fps: float | None
 ) -> Clip:
     """The clip of a stored file, read as it was when it was added, without limits."""
-    unit, worlds = parameters.get("unit"), parameters.get("worlds")
-    up = worlds.get(info.sha256) if isinstance(worlds, Mapping) else None
     skeleton = None
     if source.skeleton_data is not None:
         skeleton = SkeletonFile(source.skeleton_data, source.skeleton_name or "")
-    options = ReadOptions(
+    options = stored_options(info, source, parameters, fps)
+    return read_capture_bytes(
+        source.data, source.format, path=info.name, skeleton=skeleton, options=options
+    )
+
+
+def stored_options(
+    info: CaptureInfo, source: Source, parameters: Mapping[str, object], fps: float | None
+) -> ReadOptions:
+    """How a stored file was read when it was added, without limits."""
+    unit, worlds = parameters.get("unit"), parameters.get("worlds")
+    up = worlds.get(info.sha256) if isinstance(worlds, Mapping) else None
+    return ReadOptions(
         fps=fps,
         unit=float(str(unit)) if unit else None,
         skip_bad_frames=bool(parameters.get("skip_bad_frames")),
@@ -556,7 +594,4 @@ def read_stored(
         swap_sides=bool(parameters.get("swap_sides")),
         limits=NO_LIMITS,
         take=source.take,
-    )
-    return read_capture_bytes(
-        source.data, source.format, path=info.name, skeleton=skeleton, options=options
     )

@@ -132,7 +132,7 @@ class _Merging:
                 f"{error} It was left out; rename it in the other database, or shorten the prefix."
             )
             return None
-        motion = store.load_motion(self.other, info.capture_id)
+        motion = store.load_motion(self.other, info.capture_id, or_markers=True)
         source = store.load_packed_source(self.other, info.capture_id)
         new = replace(info, name=name, run_id=self._run(info.run_id))
         saved = store.save_capture(self.opened, new, motion, source, captions)

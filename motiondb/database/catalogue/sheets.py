@@ -10,6 +10,8 @@ from typing import Any
 from motiondb import store
 from motiondb.answers.catalogue import SheetWritten
 from motiondb.database.learn import updating
+from motiondb.errors import QueryError
+from motiondb.files.annotation_sheets import FORMS, write_annotations
 from motiondb.files.sheet_writer import write_sheet
 from motiondb.files.sheets import (
     EventSheet,
@@ -18,6 +20,7 @@ from motiondb.files.sheets import (
     is_within,
     read_event_sheet,
     read_sheet,
+    resolved,
     spoken_part,
 )
 from motiondb.records import Caption, CaptureInfo
@@ -50,6 +53,13 @@ class Sheets:
     def below(self, prefix: str) -> Sheets:
         """The same for captures whose names begin with a prefix that the sheets do not have."""
         return Sheets(*(_below(sheet, prefix) for sheet in (self.words, self.events)))
+
+    def resolved(self, names: Iterable[str]) -> Sheets:
+        """The same for captures as they are called, where a sheet may name one in another way."""
+        known = list(names)
+        return Sheets(
+            self.words and resolved(self.words, known), self.events and resolved(self.events, known)
+        )
 
     def entry(self, name: str) -> SheetEntry | None:
         """What the sheet of words says of a capture."""
@@ -150,6 +160,7 @@ def import_words(opened: store.Store, path: str | Path) -> ImportReport:
     sheet = read_sheet(path)
     with store.transaction(opened):
         infos = _captures_by_name(opened)
+        sheet = resolved(sheet, infos)
         named = [(infos[name], entry) for name, entry in sheet.entries.items() if name in infos]
         notes = [*sheet.notes, *_read_already(sheet, infos)]
         problems = sheet.unknown(infos)
@@ -169,10 +180,27 @@ def _captures_by_name(opened: store.Store) -> dict[str, CaptureInfo]:
     return {info.name: info for info in store.load_captures(opened)}
 
 
-def export_words(opened: store.Store, path: str | Path, where: str) -> SheetWritten:
-    """Write captions and tags of captures as a sheet that :func:`import_words` reads."""
+def export_words(opened: store.Store, path: str | Path, where: str, form: str = "") -> SheetWritten:
+    """Write captions and tags of captures as a sheet that :func:`import_words` reads.
+
+    `form`: "boris" or "elan" for a sheet of these, with words and events, without tags.
+    """
     infos = store.load_captures(opened, where)
     captions = store.load_captions(opened)
+    if form:
+        if form not in FORMS:
+            raise QueryError(f"words export: expected --as boris or elan, found {form!r}.")
+        events = store.load_events(opened)
+        said = [
+            (info.name, info.duration, info.fps, captions.get(n, ()), events.get(n, ()))
+            for n, info in ((info.capture_id, info) for info in infos)
+        ]
+        write_annotations(Path(path), said, form)
+        count = sum(len(spoken) for *_, spoken, _ in said)
+        n_events = sum(len(instants) for *_, instants in said)
+        told = (f"{n_events} events are in it, too, without their joints",) if n_events else ()
+        left = "tags are not in it: such a sheet has no place for them"
+        return SheetWritten(Path(path), len(said), count, (*told, left))
     rows = [(info.name, captions.get(info.capture_id, ()), info.tags) for info in infos]
     notes = write_sheet(Path(path), sorted(rows, key=lambda row: row[0]))
     count = sum(len(spoken) for _, spoken, _ in rows)
@@ -205,6 +233,7 @@ def import_events(opened: store.Store, path: str | Path) -> EventReport:
     captures = count = 0
     with store.transaction(opened):
         infos = _captures_by_name(opened)
+        sheet = resolved(sheet, infos)
         problems = sheet.unknown(infos)
         named = [infos[name] for name in sheet.entries if name in infos]
         numbers = [info.capture_id for info in named]

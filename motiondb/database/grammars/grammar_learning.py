@@ -112,6 +112,8 @@ def _sources(database: store.Store, captures: Sequence[str]) -> list[CaptureInfo
     if not infos:
         raise QueryError("captures: expected at least one to learn from, found none. Name some.")
     for number, info in enumerate(infos):
+        if not info.has_body:
+            raise QueryError(f"{info.name}: {store.MARKERS_ONLY}")
         if info.kind != "captured":
             raise QueryError(
                 f"{info.name}: expected a capture that was captured, found a generated one."

@@ -114,7 +114,7 @@ def _load_taught(
 def _load_catalogue(opened: store.Store, where: str) -> TaughtWords:
     """Performers and captions of the captured captures that match a filter."""
     infos = store.load_captures(opened, where)
-    captured = {i.capture_id: i for i in infos if i.kind == "captured"}
+    captured = {i.capture_id: i for i in infos if i.is_captured}
     captions = {c: v for c, v in store.load_captions(opened).items() if c in captured}
     return TaughtWords(captions, store.load_synonyms(opened), performers_of(captured))
 

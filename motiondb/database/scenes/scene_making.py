@@ -100,9 +100,7 @@ def _make(
     session: Session, grammar: MotionGrammar, settings: VariantSettings, exact: bool
 ) -> SceneClips:
     events = store.load_events(session.store)
-    infos = {
-        info.name: info for info in store.load_captures(session.store) if info.kind == "captured"
-    }
+    infos = {info.name: info for info in store.load_captures(session.store) if info.is_captured}
     actions = {
         terminal: _evenly([part for part in parts if part.capture in infos], settings.most)
         for terminal, parts in find_actions(session, grammar, exact).parts.items()

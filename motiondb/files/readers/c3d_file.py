@@ -38,6 +38,16 @@ _SMALL = 1e-6  # Floats below are bytes of something else: a marker is never a n
 
 
 @dataclass(frozen=True)
+class C3DEvent:
+    """An instant that a file names."""
+
+    frame: float  # From 0, the first frame of the file; it may lie outside the file
+    label: str  # Such as "Foot Strike"
+    context: str = ""  # Such as "Left"
+    subject: str = ""
+
+
+@dataclass(frozen=True)
 class C3DFile:
     """What a file says about its points, and where their places lie in its bytes."""
 
@@ -48,6 +58,7 @@ class C3DFile:
     n_frames: int
     notes: tuple[str, ...]
     rate_notes: tuple[str, ...]  # Where it tells several rates
+    events: tuple[C3DEvent, ...]
     _frames: NDArray[np.uint8]  # (frames, bytes of a frame)
     _machine: int
     _scale: float  # File units per integer; 0.0 for floats
@@ -81,11 +92,7 @@ def read_c3d_file(data: bytes, path: object, skip_bad: bool = False) -> C3DFile:
     size = n_frames * layout.frame
     padded = data + bytes(max(0, layout.start + size - len(data)))  # analog samples may be cut
     frames = np.frombuffer(padded, np.uint8, size, layout.start).reshape(n_frames, layout.frame)
-    labels = said.texts("POINT:LABELS")
-    for number in itertools.count(2):
-        if f"POINT:LABELS{number}" not in said.by_name:
-            break
-        labels += said.texts(f"POINT:LABELS{number}")
+    labels = _all_texts(said, "POINT:LABELS")
     labels = (labels + [""] * layout.n_points)[: layout.n_points]
     scale, scale_notes = (0.0, ()) if layout.is_float else _scale(said)
     file = C3DFile(
@@ -96,6 +103,7 @@ def read_c3d_file(data: bytes, path: object, skip_bad: bool = False) -> C3DFile:
         n_frames=n_frames,
         notes=notes + scale_notes,
         rate_notes=said.rate_notes,
+        events=_events(said),
         _frames=frames,
         _machine=said.machine,
         _scale=scale,
@@ -392,6 +400,36 @@ def _without_phantoms(file: C3DFile, said: _Said, layout: _Layout) -> C3DFile:
         seen |= ~np.isnan(beyond.track(point)[:, 0])
     n_frames = file.n_frames - int(np.argmax(np.append(seen[::-1], True)))
     return replace(file, n_frames=n_frames, _frames=file._frames[:n_frames])
+
+
+def _events(said: _Said) -> tuple[C3DEvent, ...]:
+    """Return the instants that the group EVENT names, in the order of time.
+
+    Their times are minutes and seconds from frame 1 of the trial, of which a file may hold a part:
+    force plates of seven trials agree with this, not with frame 0.
+    """
+    times = np.array(said.numbers("EVENT:TIMES"))
+    times = times[: len(times) // 2 * 2].reshape(-1, 2)
+    n_events = min(len(times), said.count("EVENT:USED") if "EVENT:USED" in said.by_name else 65535)
+    texts = {name: _all_texts(said, f"EVENT:{name}") for name in ("LABELS", "CONTEXTS", "SUBJECTS")}
+    first = max(said.count("TRIAL:ACTUAL_START_FIELD") or said.header[3], 1)
+    found = []
+    for number, (minutes, seconds) in enumerate(times[:n_events].tolist()):
+        frame = (60.0 * minutes + seconds) * said.rate - (first - 1)
+        words = [of[number] if number < len(of) else "" for of in texts.values()]
+        if abs(frame) < LARGEST and words[0]:
+            found.append(C3DEvent(frame, *words))
+    return tuple(sorted(found, key=lambda event: event.frame))
+
+
+def _all_texts(said: _Said, name: str) -> list[str]:
+    """Return the texts of a parameter, and of those with a number behind its name."""
+    found = said.texts(name)
+    for number in itertools.count(2):
+        if f"{name}{number}" not in said.by_name:
+            return found
+        found += said.texts(f"{name}{number}")
+    return found
 
 
 def _up(said: _Said) -> str:

@@ -3,7 +3,9 @@
 Markers on one part of the body (pelvis, trunk, head, wrist, foot) stand in for each other: a lost
 one keeps its place among three of the others, or its distance to one, both of which change in
 proportion to time from one end of the gap to the other. Else gaps of up to half a second of the
-markers that cannot be spared are filled along a straight line. What is still lost stays NaN.
+markers that cannot be spared are filled along a straight line. Longer ones of a knee, an ankle, a
+shoulder or an elbow are filled beside the trunk, with a note that says not to believe the limb
+there. What is still lost stays NaN.
 """
 
 from __future__ import annotations
@@ -33,15 +35,22 @@ _PARTS = (
 """The markers of each part; others that nearly keep their places on it; whether one of them is
 enough to tell where another is. A shoulder that is lost for a second is within 1.2 cm so in 10 real
 walks, and within 10 cm (median 3 cm) while tennis is served."""
+_TRUNK = (
+    *("LASI", "RASI", "SACR", "LPSI", "RPSI", "LHJC", "RHJC", "NECK", "C7", "CLAV", "T10", "STRN"),
+    *("LSJC", "RSJC"),
+)
+_LIMBS = ("KNE", "KJC", "ANK", "AJC", "SHO", "SJC", "ELB", "EJC")
+"""Markers beside which those of limbs are drawn where they are lost for long."""
 _FLAT = 0.1  # Sine of the angle between three markers below which they are no frame
 
 
 def fill_gaps(
-    markers: Mapping[str, FloatArray], fps: float, needed: Collection[str]
+    markers: Mapping[str, FloatArray], fps: float, needed: Collection[str], all_limbs: bool = True
 ) -> tuple[dict[str, FloatArray], tuple[str, ...]]:
     """Fill gaps of tracks (frames, 3) and leave out markers that were never seen; also notes.
 
-    `needed`: names of those that cannot be estimated.
+    `needed`: names of those that cannot be estimated. `all_limbs`: draw limbs beside the trunk
+    where they are lost for long, too.
     """
     raw = {name: track for name, track in markers.items() if seen(track).any()}
     filled = {name: _from_part(name, raw) for name in raw}
@@ -52,6 +61,11 @@ def fill_gaps(
     long = {name: longest_gap(track) / fps for name, track in raw.items()}
     long = {name: seconds for name, seconds in long.items() if seconds > LONGEST_GAP}
     by_others = [name for name in long if name in needed and seen(filled[name]).all()]
+    guessed = []
+    for name in long if all_limbs else ():
+        if name in needed and name[1:] in _LIMBS and not seen(tracks[name]).all():
+            tracks[name] = _beside_trunk(name, raw, filled)
+            guessed += [name] if seen(tracks[name]).all() else []
     spared = [name for name in long if name not in needed]
     notes = []
     if never := sorted(set(markers) - set(raw)):
@@ -59,10 +73,23 @@ def fill_gaps(
     for names, how in (
         (by_others, "filled from the markers beside them"),
         (spared, "estimated there from the rest of the body"),
+        (guessed, "drawn there beside the trunk; do not believe the motion of these limbs"),
     ):
         if names:
             notes.append(f"Lost for long and {how}: {gaps_of(names, long)}.")
     return tracks, tuple(notes)
+
+
+def _beside_trunk(
+    name: str, raw: Mapping[str, FloatArray], filled: Mapping[str, FloatArray]
+) -> FloatArray:
+    """Fill a marker's gaps by its place among three of the trunk, as it changes over the gap."""
+    track = filled[name].copy()
+    for three in itertools.combinations([filled[n] for n in _TRUNK if n in filled], 3):
+        if seen(track).all():
+            break
+        _carry(track, raw[name], three[0], _axes(*three))
+    return track
 
 
 def bridge(track: FloatArray, estimate: FloatArray) -> FloatArray:

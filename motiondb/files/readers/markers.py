@@ -36,7 +36,7 @@ import numpy as np
 
 from motiondb.body import body, rotation, world
 from motiondb.body.retarget import solve_rotations
-from motiondb.errors import CaptureError
+from motiondb.errors import CaptureError, NoBodyError
 from motiondb.files.limits import ReadOptions, check_clip_size, check_rate
 from motiondb.files.readers.marker_gaps import (
     LONGEST_GAP,
@@ -65,6 +65,17 @@ class MarkerFile:
     unit: str  # As the file names it, "" for none
     up: str  # The axis that is up as the file says, "" for none
     usual_up: str  # The axis of the format
+    format: str
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class MarkerTracks:
+    """Markers as a file has them, without a body."""
+
+    labels: tuple[str, ...]
+    places: FloatArray  # (frames, markers, 3): metres, y up, NaN where a marker was not seen
+    fps: float
     format: str
     notes: tuple[str, ...] = ()
 
@@ -106,11 +117,38 @@ def read_markers(
     check_clip_size(file.n_frames, len(body.JOINTS), n_bytes, path, options.limits)
     performers, left_out = _performers(file)
     file = replace(file, notes=file.notes + left_out)
-    names = ["" if len(performers) == 1 else who for who in performers]
-    return {
-        name: _solve(file, named, f"{path}#{name}" if name else path, options)
-        for name, named in zip(names, performers.values())
-    }
+    if len(performers) == 1:
+        return {"": _solve(file, next(iter(performers.values())), path, options)}
+    clips, faults = dict[str, Clip](), list[CaptureError]()
+    for name, named in performers.items():
+        try:
+            clips[name] = _solve(file, named, f"{path}#{name}", options)
+        except CaptureError as error:  # the others may be whole
+            faults.append(error)
+    if not clips:
+        raise faults[0]
+    told = tuple(f"Another performer is left out: {error}" for error in faults)
+    return {name: replace(clip, notes=clip.notes + told) for name, clip in clips.items()}
+
+
+def read_tracks(file: MarkerFile, n_bytes: int, path: object, options: ReadOptions) -> MarkerTracks:
+    """Read the markers of a file as they are, in metres and with y up, gaps left as gaps."""
+    check_clip_size(file.n_frames, len(file.labels), n_bytes, path, options.limits)
+    labels = distinct([label or f"unnamed {n}" for n, label in enumerate(file.labels, start=1)])
+    tracks = {label: file.track(n) for n, label in enumerate(labels)}
+    tracks = {label: track for label, track in tracks.items() if seen(track).any()}
+    if not tracks:
+        raise CaptureError(
+            path, "expected markers, found none that was ever seen. Export it again."
+        )
+    unit = _unit(file.unit, path) if options.unit is None else options.unit
+    turn = world.to_y_up(options.up or file.up or file.usual_up)
+    rate = check_rate(file.fps, path) if options.fps is None else options.fps
+    places = rotation.rotate(turn, np.stack(list(tracks.values()), axis=1) * unit)
+    lost = {label: longest_gap(track) / rate for label, track in tracks.items()}
+    gaps = gaps_of([label for label, seconds in lost.items() if seconds > LONGEST_GAP], lost)
+    told = (f"Lost for long, and left as gaps: {gaps}.",) if gaps else ()
+    return MarkerTracks(tuple(tracks), places, rate, file.format, file.notes + told)
 
 
 def only_performer(clips: Mapping[str, Clip], path: object, options: ReadOptions) -> Clip:
@@ -151,6 +189,7 @@ def _performers(file: MarkerFile) -> tuple[dict[str, Named], tuple[str, ...]]:
                 kept.append((who, named))
     if not whole:
         return {"": max((named for _, named in groups), key=len, default={})}, ()
+    whole, copies = _without_copies(file, whole)
     short = [who.rpartition(":")[2] for who, _ in whole]
     names = [name if short.count(name) == 1 else who for name, (who, _) in zip(short, whole)]
     names = distinct([take_name(name.strip("_-. ") or "unnamed") for name in names])
@@ -159,7 +198,38 @@ def _performers(file: MarkerFile) -> tuple[dict[str, Named], tuple[str, ...]]:
         f"never seen: {'; '.join(missing_markers(set(named)) or ['all'])}."
         for who, named in partly
     )
-    return dict(zip(names, (named for _, named in whole))), notes
+    return dict(zip(names, (named for _, named in whole))), copies + notes
+
+
+def _without_copies(
+    file: MarkerFile, whole: list[tuple[str, Named]]
+) -> tuple[list[tuple[str, Named]], tuple[str, ...]]:
+    """Leave out markers that stand where those of another name are, as filtered ones; and notes."""
+
+    def middle(named: Named) -> FloatArray:
+        needed = [file.track(numbers[0]) for name, numbers in named.items() if name in _NEEDED]
+        return np.nanmedian(np.array(needed), axis=0)
+
+    def colons(named: Named) -> int:
+        return file.labels[next(iter(named.values()))[0]].count(":")
+
+    kept, notes = list[tuple[str, Named]](), list[str]()
+    for who, named in whole:
+        near = [
+            other
+            for other, known in kept
+            if other in who and colons(named) == colons(known)  # as LASI and LASI_f
+            if np.nanmedian(np.linalg.norm(middle(named) - middle(known), axis=1))
+            < _COPY * np.nanmax(np.nanstd([file.track(n[0]) for n in known.values()], axis=0))
+        ]
+        if not near:
+            kept.append((who, named))
+        else:
+            notes.append(
+                f"The markers with {quoted(who.strip(': '))} in their names stand where the "
+                "others are, and are left out as a copy of them."
+            )
+    return kept, tuple(notes)
 
 
 def _named_within(labels: Sequence[str], behind: str) -> dict[str, Named]:
@@ -321,6 +391,7 @@ def _orthogonal(vector: FloatArray, direction: FloatArray) -> FloatArray:
 
 
 _LABEL_WITHIN = f"(.*?)({'|'.join(_PLUG_IN_GAIT)})(.*?)"
+_COPY = 0.1  # Of the spread of a body's markers: a copy of them is nearer
 _PARTLY = 8  # Markers of a body from which a performer without a whole one is told: a prop has less
 _FRONT_AND_BACK = (
     *("LASI LPSI", "RASI RPSI", "LASI SACR", "RASI SACR", "LTOE LANK", "RTOE RANK", "CLAV C7"),
@@ -351,12 +422,12 @@ def _solve(file: MarkerFile, named: Named, path: object, options: ReadOptions) -
         other = {"L": "R", "R": "L"}
         tracks = {other.get(name[0], name[0]) + name[1:]: t for name, t in tracks.items()}
     rate = check_rate(file.fps, path) if options.fps is None else options.fps
-    filled, gap_notes = fill_gaps(tracks, rate, _NEEDED)
+    filled, gap_notes = fill_gaps(tracks, rate, _NEEDED, not options.skip_bad_frames)
     if missing := missing_markers(set(filled)):
         labels = {name: file.labels[numbers[0]] for name, numbers in named.items()}
         there = ", ".join(sorted(labels.get(name, name) for name in filled)) or "none that is known"
         never = ", ".join(sorted(labels.get(name, name) for name in set(tracks) - set(filled)))
-        raise CaptureError(
+        raise NoBodyError(
             path,
             f"expected the markers of a whole body, as Plug-in Gait names them, found none for "
             f"{'; '.join(missing)} (there are: {there}{never and '; never seen: '}{never}). "

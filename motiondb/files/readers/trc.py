@@ -26,6 +26,11 @@ _TIMES_WITHIN, _ROUNDED = 0.02, 0.02
 
 def read_trc_takes(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> dict[str, Clip]:
     """Read the clip of each performer in the bytes of a TRC file; "" for the only one."""
+    return read_markers(trc_markers(data, path, options), len(data), path, options)
+
+
+def trc_markers(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> MarkerFile:
+    """Read the markers in the bytes of a TRC file."""
     lines = data.decode("utf-8", errors="replace").lstrip("\ufeff").splitlines()
     if len(lines) < 5 or not lines[0].startswith("PathFileType"):
         raise CaptureError(path, "expected a TRC file, found something else. Export it again.")
@@ -44,8 +49,7 @@ def read_trc_takes(data: bytes, path: object, options: ReadOptions = AS_USUAL) -
     fps, rate_notes = _rate(said.get("datarate", ""), frames[:, 1], len(places))
     notes += gap_notes + (rate_notes if options.fps is None else ())
     unit = said.get("units", "")
-    read = MarkerFile(labels, len(places), lambda n: places[:, n], fps, unit, "", "y", "trc", notes)
-    return read_markers(read, len(data), path, options)
+    return MarkerFile(labels, len(places), lambda n: places[:, n], fps, unit, "", "y", "trc", notes)
 
 
 def read_trc(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip:

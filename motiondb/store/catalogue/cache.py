@@ -363,7 +363,9 @@ def _mended(store: Store, batch: _Batch, numbers: Mapping[int, int], make: Make)
     return rows
 
 
-_CAPTURES = "SELECT capture_id, sha256, run_id FROM capture ORDER BY capture_id"
+_CAPTURES = (
+    "SELECT capture_id, sha256, run_id FROM capture WHERE leg_length > 0 ORDER BY capture_id"
+)
 _SEGMENTS = "SELECT DISTINCT capture_id, '', run_id FROM segment ORDER BY capture_id"
 """What tells the motions, and the segments, of captures from all others."""
 

@@ -38,6 +38,10 @@ from motiondb.store.connection.statements import Connection
 from motiondb.store.connection.transactions import read_meta, touch, transaction, write_meta
 from motiondb.store.poses import pack_poses, unpack_poses
 
+MARKERS_ONLY = (
+    "expected the motion of a body, found markers without one. They are found by words and tags "
+    "(motiondb list --where) and exported (.trc, .npz, .csv, .parquet), not searched by motion."
+)
 N_JOINTS = 21  # Of the canonical body (:data:`motiondb.body.body.JOINTS`)
 
 _INFO = f"SELECT {', '.join(COLUMNS)}, notes FROM capture"
@@ -157,8 +161,11 @@ def load_totals(store: Store) -> CaptureTotals:
 
 
 def load_captured(store: Store) -> dict[int, str]:
-    """Load number and name of the captures that were not generated, in order of number."""
-    query = "SELECT capture_id, name FROM capture WHERE kind = 'captured' ORDER BY capture_id"
+    """Load number and name of captured motion of bodies, in order of number."""
+    query = (
+        "SELECT capture_id, name FROM capture WHERE kind = 'captured' AND leg_length > 0 "
+        "ORDER BY capture_id"
+    )
     return dict(store.connection.execute(query).fetchall())
 
 
@@ -192,14 +199,25 @@ def load_digests(store: Store) -> dict[str, str]:
     return dict(store.connection.execute("SELECT sha256, name FROM capture").fetchall())
 
 
-def load_motion(store: Store, capture_id: int) -> Motion:
-    """Load the canonical motion of a capture, at 30 frames a second; 1 ms for 400 frames."""
+def load_motion(store: Store, capture_id: int, *, or_markers: bool = False) -> Motion:
+    """Load the canonical motion of a capture, at 30 frames a second; 1 ms for 400 frames.
+
+    `or_markers`: Give the standing body that is stored in place of the motion of markers, too.
+    """
     row = store.connection.execute(
-        "SELECT leg_length, motion_notes FROM capture WHERE capture_id = ?", [capture_id]
+        "SELECT leg_length, motion_notes, name FROM capture WHERE capture_id = ?", [capture_id]
     ).fetchone()
     if row is None:
         raise QueryError(f"capture {capture_id}: expected a capture in {store.path}, found none.")
+    if row[0] == 0.0 and not or_markers:
+        raise QueryError(f"{row[2]}: {MARKERS_ONLY}")
     return unflatten_motion(load_poses(store, capture_id), row[0], tuple(row[1]))
+
+
+def has_body(store: Store, capture_id: int) -> bool:
+    """Whether a capture is the motion of a body; else it is kept as markers."""
+    query = "SELECT leg_length > 0 FROM capture WHERE capture_id = ?"
+    return store.connection.column(query, [capture_id]) != [False]
 
 
 def load_poses(store: Store, capture_id: int) -> Float32Array:

@@ -11,7 +11,8 @@ from motiondb.body import body, kinematics, retarget, rotation
 from motiondb.errors import CaptureError
 from motiondb.files.formats import read_takes_bytes
 from motiondb.files.limits import ReadOptions
-from motiondb.files.readers.c3d import read_c3d
+from motiondb.files.readers.c3d import c3d_events, read_c3d
+from motiondb.records import Event
 
 
 def tracks(n_frames: int = 30) -> dict[str, np.ndarray]:
@@ -134,15 +135,49 @@ def test_short_gaps_are_filled_and_long_ones_refused() -> None:
     )
     markers["LKNE"][20:80] = np.nan
     data = write(markers)
-    with pytest.raises(CaptureError) as caught:
-        read_c3d(data, "a.c3d")
-    assert str(caught.value) == (
-        "a.c3d: expected no gap above 0.5 s, found lost markers: LKNE (0.6 s). Fill the gaps "
-        "before the export, or pass --skip-bad-frames to leave those frames out."
-    )
     clip = read_c3d(data, "a.c3d", ReadOptions(skip_bad_frames=True))
     assert clip.n_frames == 140
     assert clip.notes == ("Left out 60 frames with lost markers.",)
+    clip = read_c3d(data, "a.c3d")
+    assert clip.n_frames == 200
+    assert clip.notes == (
+        "Lost for long and drawn there beside the trunk; do not believe the motion of these "
+        "limbs: LKNE (0.6 s).",
+    )
+    ends = plain.world_positions()[[20, 79]], clip.world_positions()[[20, 79]]
+    np.testing.assert_allclose(ends[1][:, :2], ends[0][:, :2], atol=0.05)
+    for name in ("LASI", "RASI", "LPSI", "RPSI"):
+        markers[name][20:80] = np.nan
+    with pytest.raises(CaptureError) as caught:
+        read_c3d(write(markers), "a.c3d")
+    assert str(caught.value) == (
+        "a.c3d: expected no gap above 0.5 s, found lost markers: "
+        "LASI (0.6 s), LPSI and RPSI (0.6 s), RASI (0.6 s). Fill the gaps "
+        "before the export, or pass --skip-bad-frames to leave those frames out."
+    )
+
+
+def test_a_performer_lost_for_long_does_not_refuse_the_other() -> None:
+    whole, lost = tracks(200), tracks(200)
+    for name in lost:
+        lost[name] = lost[name] + [2.0, 0.0, 0.0]
+        lost[name][20:120] = np.nan
+    both = {f"Ann:{n}": t for n, t in whole.items()} | {f"Bob:{n}": t for n, t in lost.items()}
+    clips = read_takes_bytes(write(both), "c3d", path="a.c3d")
+    assert list(clips) == [""]
+    assert any("Another performer is left out: a.c3d#Bob" in n for n in clips[""].notes)
+
+
+def test_filtered_copies_of_all_markers_are_one_capture() -> None:
+    markers = tracks()
+    copies = {f"{name}_f": track + 0.001 for name, track in markers.items()}
+    clip = read_c3d(write(markers | copies), "a.c3d")
+    assert clip.notes == (
+        "The markers with '_f' in their names stand where the others are, and are left out as a "
+        "copy of them.",
+    )
+    plain = read_c3d(write(markers), "a.c3d")
+    np.testing.assert_allclose(clip.root_positions, plain.root_positions)
 
 
 def test_a_shoulder_lost_for_long_keeps_its_place_on_the_trunk() -> None:
@@ -205,8 +240,8 @@ def test_a_marker_of_a_foot_that_swings(name: str, frames: slice) -> None:
     assert any(name in note for note in notes) == (frames.stop > 100)
     del markers["LHEE"]
     if name == "LANK" and frames.stop > 100:
-        with pytest.raises(CaptureError, match=r"lost markers: LANK \(1.3 s\)\."):
-            read_c3d(write(markers), "a.c3d")
+        notes = read_c3d(write(markers), "a.c3d").notes
+        assert any("beside the trunk" in note and "LANK (1.3 s)" in note for note in notes)
 
 
 @pytest.mark.parametrize(
@@ -435,3 +470,24 @@ def test_rates_that_contradict_each_other_are_told() -> None:
     assert clip.fps == 50.0
     assert clip.notes[0].startswith("The file has the rates 50, 100; 50 is taken.")
     assert read_c3d(data, "a.c3d", ReadOptions(fps=100.0)).notes == ()
+
+
+def test_events_of_a_file_that_holds_a_part_of_its_trial() -> None:
+    """Times count from frame 1 of the trial, and the file begins at frame 101, at 1 s."""
+    said = {
+        "TRIAL:ACTUAL_START_FIELD": [101, 0],
+        "TRIAL:ACTUAL_END_FIELD": [130, 0],
+        "EVENT:USED": 6,
+        "EVENT:TIMES": [0.0, 1.1, 0.0, 1.2, 0.0, 1.0, 0.0, 0.99, 0.0, 1.29, 0.0, 5.0],
+        "EVENT:LABELS": ["Foot Strike", "Foot Off", "RHS", "Foot Strike", "Ball hit", "Toe Off"],
+        "EVENT:CONTEXTS": ["Left", "Right", "", "Left", "General", "Left"],
+    }
+    points = np.stack(list(tracks().values()), axis=1) * 1000.0
+    data = c3d_bytes(points, list(MARKERS), said=said, header={4: 101, 5: 130})
+    assert c3d_events(data, "a.c3d", 100.0) == [
+        Event(0, "foot_strike", "r_ankle", "ground"),
+        Event(3, "foot_strike", "l_ankle", "ground"),
+        Event(6, "foot_off", "r_ankle", "ground"),
+        Event(9, "ball_hit"),
+    ]
+    assert c3d_events(c3d_bytes(points, list(MARKERS)), "a.c3d", 100.0) == []
