@@ -61,6 +61,7 @@ from .database.check_process import (
 from .database.cluster import (
     Cluster as Cluster,
 )
+from .database.curating import CurateSettings as CurateSettings
 from .database.generating import (
     ActionPlace as ActionPlace,
 )

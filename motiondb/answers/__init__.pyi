@@ -90,6 +90,33 @@ from .changes import (
 from .changes import (
     Undone as Undone,
 )
+from .curation import (
+    Cell as Cell,
+)
+from .curation import (
+    ChosenInterval as ChosenInterval,
+)
+from .curation import (
+    CoverageAnswer as CoverageAnswer,
+)
+from .curation import (
+    CurateAnswer as CurateAnswer,
+)
+from .curation import (
+    DiffAnswer as DiffAnswer,
+)
+from .curation import (
+    DroppedInterval as DroppedInterval,
+)
+from .curation import (
+    Moment as Moment,
+)
+from .curation import (
+    SharedCapture as SharedCapture,
+)
+from .curation import (
+    SplitChoice as SplitChoice,
+)
 from .database import (
     BackedUp as BackedUp,
 )

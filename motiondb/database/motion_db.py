@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from motiondb import answers, store
 from motiondb.database.former_names import FORMER
+from motiondb.database.library import Library
 from motiondb.database.session import Session
 from motiondb.database.values import check_least, check_text, listed, seeds_from
 from motiondb.workers import HERE
@@ -39,10 +40,9 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
     from motiondb.search.described import Description
-    from motiondb.store import Store
 
 
-class MotionDB:
+class MotionDB(Library):
     """A motion database: add captures, learn, ask, generate. Use it in a ``with`` statement.
 
     Threads may share it. Every question is answered from one revision of the database, even if
@@ -126,11 +126,6 @@ class MotionDB:
         from motiondb.database.tables import Tables
 
         return Tables(self.session)
-
-    @property
-    def store(self) -> Store:
-        """The open store."""
-        return self.session.store
 
     if not TYPE_CHECKING:
 
