@@ -74,6 +74,8 @@ def reach_of(vectors: Float32Array, owner: IntArray, neighbours: int = NEIGHBOUR
     apart = np.empty((n, k), dtype=np.float32)
     for low in range(0, n, _BLOCK):
         block = squared(vectors[low : low + _BLOCK], vectors)
+        own = np.arange(len(block))
+        block[own, low + own] = 0.0  # not what rounding leaves
         found = np.argpartition(block, k - 1, axis=1)[:, :k]
         near[low : low + _BLOCK] = found
         apart[low : low + _BLOCK] = np.sqrt(np.take_along_axis(block, found, axis=1))

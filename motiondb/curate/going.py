@@ -43,7 +43,9 @@ CHANGES = (
 )
 FEET = ("left foot", "right foot")
 _RUN = 1.9  # Speed of a gait that counts as a run, m/s
-_HOLD = round(0.4 * MOTION_FPS)  # Frames that a gait holds
+_HOLD = tuple(round(s * MOTION_FPS) for s in (0.3, 0.4, 0.25))
+"""Frames that standing, a walk and a run hold; standing at the ends of a capture holds any."""
+_WALK = round(0.6 * MOTION_FPS)  # Frames of a walk that is no slow corner of a run
 _BACK = round(1.6 * MOTION_FPS)  # Frames looked back and ahead
 _APART = 0.2  # Metres between the ankles along the heading that say which is ahead
 _UPRIGHT, _LOW = 0.7, 0.65  # Cosine of the trunk; height of the pelvis by the length of the legs
@@ -126,7 +128,7 @@ def changes_of(going: Going) -> list[Change]:
     gait = np.where(going.upright, gait, -1)
     held = _held(gait)
     out = []
-    for (_, a1, before), (b0, _, after) in pairwise(held):
+    for (a0, a1, before), (b0, b1, after) in pairwise(held):
         if -1 in gait[a1 - 1 : b0 + 1]:
             continue  # down on the floor between
         if before == 0:
@@ -135,7 +137,7 @@ def changes_of(going: Going) -> list[Change]:
         elif after == 0:
             back = max(g for _, e, g in held if b0 - _BACK < e <= a1 or e == a1)
             out.append(Change(b0, 4 if back == 1 else 5, _foot(going, b0, -1)))
-        elif not _near_stand(held, a1, b0):
+        elif (a1 - a0 if before == 1 else b1 - b0) >= _WALK and not _near_stand(held, a1, b0):
             out.append(Change(b0, 2 if after == 2 else 3, _foot(going, b0, 1)))
     return out
 
@@ -143,7 +145,10 @@ def changes_of(going: Going) -> list[Change]:
 def _held(gait: IntArray) -> list[tuple[int, int, int]]:
     """Runs of one gait that hold for a while: start, end, gait; neighbours differ."""
     found = sorted(
-        (a, b, g) for g in (0, 1, 2) for a, b in runs(np.asarray(gait == g)) if b - a >= _HOLD
+        (a, b, g)
+        for g in (0, 1, 2)
+        for a, b in runs(np.asarray(gait == g))
+        if b - a >= _HOLD[g] or (g == 0 and (a == 0 or b == len(gait)))
     )
     out: list[tuple[int, int, int]] = []
     for a, b, g in found:

@@ -22,6 +22,7 @@ from motiondb.database import searching
 from motiondb.database.curating import only_once
 from motiondb.errors import NotLearnedError, QueryError
 from motiondb.files.safe_files import read_user_text
+from motiondb.language.vocabulary import as_said
 from motiondb.learn.learned import performers_of
 from motiondb.records import MOTION_FPS, CaptureInfo, FloatArray
 
@@ -98,7 +99,8 @@ class _Coverage:
 
     def __init__(self, session: Session, infos: Sequence[CaptureInfo], tell: Progress) -> None:
         self.session, self.infos = session, {info.capture_id: info for info in infos}
-        self.performers = performers_of(self.infos)
+        everyone = {info.capture_id: info for info in store.load_captures(session.store)}
+        self.performers = performers_of(everyone)
         self.down, self.unread = 0.0, list[str]()
         self._going: Table = defaultdict(_Held)
         self._changes: Table = defaultdict(_Held)
@@ -203,14 +205,21 @@ class _Coverage:
                 seconds = float(table.ends[row] - table.starts[row]) / MOTION_FPS
                 held[symbol, f"after {before}"].add(seconds, self.performers[number])
                 before = str(symbol)
-        out = []
+        out, known = [], learned.association.words
+        translation = learned.association.translation
         for symbol in range(learned.symbols.n_symbols):
             contexts = {c: each for (s, c), each in held.items() if s == symbol}
             who = set(chain.from_iterable(each.performers or () for each in contexts.values()))
             total = _Held(sum(each.amount for each in contexts.values()), who)
             near = () if contexts else self._like_symbol(symbol)
             name = f"symbol {symbol}"
-            out.append(_cell("symbols", name, "all", total, "s", name, near))
+            likely = np.argsort(-translation[symbol + 1], kind="stable")[:2]
+            said = ", ".join(as_said(known[word]) for word in likely)
+            out.append(
+                _cell(
+                    "symbols", name, "all", total, "s", f"{name} ({said})" if said else name, near
+                )
+            )
             out += [
                 replace(_cell("symbols", name, c, each, "s", name, ()), shot="")
                 for c, each in sorted(contexts.items())

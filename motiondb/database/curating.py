@@ -121,7 +121,7 @@ def only_once(session: Session, infos: Iterable[CaptureInfo]) -> dict[str, str]:
     said = {"same": "copy", "mirror": "mirror image", "cut": "part"}
     return {
         r.capture: f"copy: {said[r.kind]} of {r.other}"
-        for r in store.load_relations(session.store)
+        for r in sorted(store.load_relations(session.store), key=lambda r: r.kind != "mirror")
         if r.capture in names and r.other in names
     }
 
@@ -171,7 +171,8 @@ class _Made:
         self.session, self.asked, self.reasons, self.lacks = session, asked, reasons, lacks
         self.infos = {info.capture_id: info for info in infos if info.capture_id in reasons}
         self.unread = [info.name for info in infos if info.capture_id not in reasons]
-        self.performers = performers_of(self.infos)
+        everyone = {info.capture_id: info for info in store.load_captures(session.store)}
+        self.performers = performers_of(everyone)
         self.captions = store.load_captions(session.store)
         self.learned = session.without_rows if store.is_learned(session.store) else None
         if self.learned is None and asked.balance == "symbols":

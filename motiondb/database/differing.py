@@ -11,6 +11,7 @@ import numpy as np
 from motiondb import answers, store
 from motiondb.database.catalogue import copy_search, merging
 from motiondb.errors import QueryError
+from motiondb.files.safe_files import check_file_name
 from motiondb.records import MOTION_FPS, CaptureInfo, Float32Array, IntArray
 from motiondb.search import copies
 from motiondb.search.copy_outlines import N_AXES, Int16Array
@@ -30,9 +31,10 @@ def diff(
 ) -> answers.DiffAnswer:
     """Compare captures with those of another database, as :meth:`MotionDB.diff` says."""
     tell = progress or (lambda _what, _done, _total: None)
-    merging.check(path, "", wait)
-    if path.samefile(session.store.path):
+    check_file_name(path)
+    if path.exists() and path.samefile(session.store.path):
         raise QueryError(f"{path}: expected another database, found this one. Name another.")
+    merging.check(path, "", wait)
     with (
         store.open_store(path, read_only=True, wait=wait, is_others=True) as other,
         store.reading(other),
@@ -141,7 +143,10 @@ class _Both:
             kind = kinds.get(each.kind, "part of it" if is_mine else "contains it")
             start, end = each.start / MOTION_FPS, each.end / MOTION_FPS
             out.append(_shared(infos[a], infos[b], kind, start, end, each.distance))
-        return out
+        as_it_is = {(each.capture, each.other) for each in out if each.kind != "mirrored"}
+        return [  # motion that is alike on both sides is its own mirror image
+            e for e in out if e.kind != "mirrored" or (e.capture, e.other) not in as_it_is
+        ]
 
 
 def _shared(

@@ -22,7 +22,7 @@ _FEW = style.RIGHT  # Colour of what stands on the shot list
 
 def coverage_figure(going: Grid, changes: Grid) -> Figure:
     """Draw two tables beside one another; cells with little, or of one performer, are marked."""
-    tables = (("How the library goes", going), ("Starts, stops, changes: foot ahead", changes))
+    tables = (("How the library goes", going), ("Changes, by the foot ahead", changes))
     sizes = [(len(_names(g, 0)), len(_names(g, 1))) for _, g in tables]
     width = sum(_LABEL + _CELL * columns + 0.3 for _, columns in sizes)
     high = max(_HIGH * rows for rows, _ in sizes)
