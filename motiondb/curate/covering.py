@@ -34,7 +34,7 @@ from motiondb.records import Float32Array, FloatArray, IntArray
 
 NEIGHBOURS = 400
 """Nearest windows that a window can be covered by. All distances of 10 hours would take 5 GB."""
-_BLOCK = 1024  # Windows at a time; bounds memory
+_BLOCK = 256  # Windows at a time; bounds memory
 
 
 @dataclass(frozen=True, eq=False)

@@ -107,7 +107,7 @@ def vectors(parts: Sequence[Float32Array], firsts: Sequence[IntArray]) -> Float3
     at = 0
     for features, first in zip(parts, firsts, strict=True):
         frames = np.minimum(first[:, None] + np.array(POSES), len(features) - 1)
-        every[at : at + len(first)] = features[frames].reshape(len(first), -1)
+        every[at : at + len(first)] = features[frames].reshape(len(first), shape[1])
         at += len(first)
     mean = every.mean(axis=0, dtype=np.float64)
     every -= mean.astype(np.float32)

@@ -268,7 +268,8 @@ def test_another_library_is_compared_and_not_changed(
     assert (part.kind, part.licence) == ("contains it", "free")
     assert (part.start, part.end) == pytest.approx((0.3, 1.3), abs=0.05)
     assert (answer.only_here, answer.only_there) == (0, 0)
-    with motiondb.open(tmp_path / "theirs.duckdb", read_only=True) as db:
+    base.close()
+    with motiondb.open(tmp_path / "theirs.duckdb") as db:
         back = {(e.capture, e.other): e.kind for e in db.diff(base.store.path).shared}
     assert back["part", "ana/bow_1"] == "part of it"
     assert back["jump", "ana/jump_1"] == "same file"
