@@ -419,7 +419,9 @@ def thrown_out(takes: list[Take]) -> list[str]:
     return [
         t.name
         for t in takes
-        if t.name.startswith("cmu") and not t.needs and look(t, t.points, t.fps).mean < 0.5
+        if t.name.startswith("cmu")
+        and not t.needs
+        and look(t, t.points, t.fps).seconds.mean() < 0.5
     ]
 
 

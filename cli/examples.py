@@ -37,6 +37,10 @@ motiondb undo 12
 motiondb rename walk_1 ana/walk_1
 motiondb rename old/ studio1/
 motiondb rename "walk_*" "ana/walk_*"
+motiondb curate --share 3% --split performer -o train --as npz
+motiondb curate "licence=CMU" --hours 2 --balance words --dry-run
+motiondb coverage --png coverage.png
+motiondb diff studio2.duckdb
 motiondb merge other.duckdb --prefix studio2/
 motiondb backup copy.duckdb
 motiondb learn

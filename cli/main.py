@@ -23,6 +23,7 @@ COMMANDS = {
     "archive": ("remove", "undo", "rename", "merge", "backup", "tags"),
     "learning": ("learn", "evaluate", "symbols"),
     "quality": ("quality",),
+    "curation": ("curate", "coverage", "diff"),
     "search": ("search", "like", "describe", "compare", "batch"),
     "generation": ("generate", "judge", "join"),
     "words": ("words", "events"),

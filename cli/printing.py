@@ -369,3 +369,17 @@ def write_html(path: Path, page: motiondb.StandalonePage) -> None:
     """Write the page of --html, and say so on standard error."""
     page.write(path)
     warn(f"page: {path}")
+
+
+NOT_MEASURED = "-"  # Stands for a number that was not measured
+
+
+def write_rows(
+    columns: Sequence[str], rows: Sequence[Sequence[str]], path: Path, what: str
+) -> None:
+    """Write a table into a file, or print it (-)."""
+    if str(path) == "-":
+        print_csv(columns, rows)
+    else:
+        motiondb.write_table(path, columns, rows)
+        warn(f"{number(len(rows), what)} in {path}")

@@ -6,7 +6,7 @@ import csv
 import io
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import astuple, dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,7 +15,6 @@ from motiondb.cli import options, printing
 
 app = options.Commands()
 
-NOT_MEASURED = "-"  # Stands for a probability that was not measured
 AsCsv = Annotated[
     Path | None,
     options.option(
@@ -100,18 +99,7 @@ def _write_csv(matches: Sequence[motiondb.Match], path: Path) -> None:
         [" ".join(v) if isinstance(v, tuple) else "" if v is None else str(v) for v in row]
         for row in every
     ]
-    _write_rows(columns, rows, path, "answer")
-
-
-def _write_rows(
-    columns: Sequence[str], rows: Sequence[Sequence[str]], path: Path, what: str
-) -> None:
-    """Write a table into a file, or print it (-)."""
-    if str(path) == "-":
-        printing.print_csv(columns, rows)
-    else:
-        motiondb.write_table(path, columns, rows)
-        printing.warn(f"{printing.number(len(rows), what)} in {path}")
+    printing.write_rows(columns, rows, path, "answer")
 
 
 def _write_matches(
@@ -226,12 +214,14 @@ def _print_matches(matches: Sequence[motiondb.Match], reasons: bool, unscored: b
     columns = ["rank", "capture", "start", "end"] + ["score"] * (not unscored) + ["probability"]
     columns += ["interval"] * has_interval + ["words"] + ["found"] * reasons
     printing.print_table(columns, rows)
-    if any(NOT_MEASURED in row for row in rows):
-        printing.say(f"({NOT_MEASURED}: no reliable probability for this kind of question)")
+    if any(printing.NOT_MEASURED in row for row in rows):
+        printing.say(
+            f"({printing.NOT_MEASURED}: no reliable probability for this kind of question)"
+        )
 
 
 def _two_digits(probability: float | None) -> str:
-    return NOT_MEASURED if probability is None else f"{probability:.2f}"
+    return printing.NOT_MEASURED if probability is None else f"{probability:.2f}"
 
 
 @app.command()
@@ -263,7 +253,9 @@ def describe(
     feet, cycles, cadence, lengths, speed and angles of the legs.
     """
     if gait:
-        _describe_gait(shared, example, where, start, end, up, output, png, as_csv)
+        from motiondb.cli.gait import describe_gait
+
+        describe_gait(shared, example, where, start, end, up, output, png, as_csv)
         return
     if png or as_csv:
         raise motiondb.QueryError(
@@ -295,7 +287,7 @@ def describe(
             f"{d.start:.2f}",
             f"{d.end:.2f}",
             " ".join(w for w, _ in d.words),
-            " ".join(NOT_MEASURED if p is None else f"{p:.2f}" for _, p in d.words),
+            " ".join(printing.NOT_MEASURED if p is None else f"{p:.2f}" for _, p in d.words),
         ]
         for name, answer in answers.items()
         for d in answer
@@ -319,59 +311,6 @@ def describe(
     first = 1 if example is not None else 0
     columns = ["capture", "start", "end", "words"]
     printing.print_table(columns[first:], [row[first:] for row in rows])
-
-
-def _describe_gait(
-    shared: options.Shared,
-    example: str | None,
-    where: str,
-    start: float | None,
-    end: float | None,
-    up: str,
-    output: Path | None,
-    png: Path | None,
-    as_csv: Path | None,
-) -> None:
-    """Print how somebody walks or runs."""
-    if example is None or where.strip() or output:
-        raise motiondb.QueryError(
-            "describe: expected one capture or file with --gait, and --csv for its cycles, found "
-            f"{'none' if example is None else '--where' if where.strip() else '-o'}."
-        )
-    read = motiondb.read_capture(example, up=motiondb.check_up(up, "--up")) if up else example
-    with shared.database() as base:
-        told = base.captures.gait(read, start, end, png)
-    if as_csv:
-        columns = [field.name for field in fields(motiondb.GaitCycle)]
-        every = [[_exact(value) for value in astuple(cycle)] for cycle in told.cycles]
-        _write_rows(columns, every, as_csv, "cycle")
-        return
-    if printing.as_json(shared, told):
-        return
-    printing.say(
-        f"{printing.number(len(told.events), 'foot event')}, "
-        f"{printing.number(len(told.cycles), 'cycle')} in {told.seconds:.2f} s"
-    )
-    printing.print_notes(told.notes)
-    rows = [
-        [m.measure, m.unit, *map(_three_digits, (m.left, m.right, m.both, m.deviation)), _uneven(m)]
-        for m in told.measures
-    ]
-    if rows:
-        columns = ["measure", "unit", "left", "right", "both", "deviation", "asymmetry"]
-        printing.print_table(columns, rows)
-
-
-def _exact(value: float | str | None) -> str:
-    return "" if value is None else value if isinstance(value, str) else f"{value:.4f}"
-
-
-def _three_digits(value: float | None) -> str:
-    return NOT_MEASURED if value is None else f"{value:.3g}"
-
-
-def _uneven(measure: motiondb.GaitMeasure) -> str:
-    return NOT_MEASURED if measure.asymmetry is None else f"{measure.asymmetry:+.1f} %"
 
 
 @app.command()

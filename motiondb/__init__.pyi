@@ -67,6 +67,7 @@ from .database.checking import (
 from .database.cluster import (
     Cluster as Cluster,
 )
+from .database.curating import CurateSettings as CurateSettings
 from .database.generated_files import (
     Joined as Joined,
 )

@@ -279,9 +279,8 @@ class CaptureInfo:
         return self.kind == "captured" and self.has_body
 
 
-NEEDS = "needs"  # Family of findings: a thing that was not captured, a partner, a treadmill
-FAULT = "fault"  # Not as a body moves
-FILE = "file"  # Not the unit or the rate that the file says
+NEEDS, FAULT, FILE = "needs", "fault", "file"  # Families of findings: a thing that was not
+# captured, a partner or a treadmill; not as a body moves; not the unit or rate of the file
 
 
 @dataclass(frozen=True)
@@ -328,20 +327,13 @@ class Quality:
 
     findings: tuple[Finding, ...]
     untold: tuple[str, ...]
-    """What cannot be told of this capture, such as "cannot say whether the rate is right: no
-    jump"."""
+    """What cannot be told, such as "cannot say whether the rate is right: no jump"."""
     seconds: FloatArray
-    """array (seconds,): a number from 0 to 1 for each second that was begun; those that need
-    something are not lowered."""
+    """array (seconds,): 0 to 1 for each second that was begun; not lowered by needs."""
     floor: float
     """Height of the floor in the world of the capture, metres."""
     flights: tuple[tuple[float, float], ...]
     """(gravity in m/s2, its standard error) of every flight that can be believed."""
-
-    @property
-    def mean(self) -> float:
-        """Mean of the numbers of the seconds."""
-        return float(self.seconds.mean())
 
 
 @dataclass(frozen=True)

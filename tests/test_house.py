@@ -30,6 +30,7 @@ MODULES = {path: tree for path, tree in TREES.items() if "tests" not in path.par
 PURE = (
     "body",
     "quality",
+    "curate",
     "symbols",
     "language",
     "meaning",

@@ -63,6 +63,33 @@ from .catalogue import (
 from .catalogue import (
     shown_event as shown_event,
 )
+from .curation import (
+    Cell as Cell,
+)
+from .curation import (
+    ChosenInterval as ChosenInterval,
+)
+from .curation import (
+    CoverageAnswer as CoverageAnswer,
+)
+from .curation import (
+    CurateAnswer as CurateAnswer,
+)
+from .curation import (
+    DiffAnswer as DiffAnswer,
+)
+from .curation import (
+    DroppedInterval as DroppedInterval,
+)
+from .curation import (
+    Moment as Moment,
+)
+from .curation import (
+    SharedCapture as SharedCapture,
+)
+from .curation import (
+    SplitChoice as SplitChoice,
+)
 from .database import (
     AddAnswer as AddAnswer,
 )

@@ -134,7 +134,9 @@ class CaptureQuality:
 def capture_quality(name: str, quality: Quality) -> CaptureQuality:
     """Return what the capture of a name lacks."""
     seconds = [round(float(number), 3) for number in quality.seconds]
-    return CaptureQuality(name, round(quality.mean, 3), seconds, quality.findings, quality.untold)
+    return CaptureQuality(
+        name, round(float(quality.seconds.mean()), 3), seconds, quality.findings, quality.untold
+    )
 
 
 @dataclass(frozen=True)

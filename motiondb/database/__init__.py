@@ -4,6 +4,7 @@
 ``motion_db``                          the class :class:`MotionDB`: ask, learn, generate
 ``captures``, ``words``, ``symbols``   its topics: the catalogue, captions, what was learned
 ``searching``, ``showing``             questions; facts and pictures of captures and symbols
+``library``                            what to train on, what lacks, what another library has
 ``generating``, ``generated_files``    motion from a sentence; its files and its origin
 ``learn``, ``catalogue``               the steps of learning, and of adding captures and words
 ``grammars``, ``scenes``               the operations on grammars and scenes

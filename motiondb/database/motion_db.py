@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from motiondb import answers, store
+from motiondb.database.library import Library
 from motiondb.database.session import Session
 from motiondb.database.values import FORMER, Where, check_least, check_text, listed, seeds_from
 from motiondb.errors import MotionDBError
@@ -38,7 +39,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.search.described import Description
 
 
-class MotionDB:
+class MotionDB(Library):
     """A motion database: add captures, learn, ask, generate. Use it in a ``with`` statement.
 
     Threads may share it. Every question is answered from one revision of the database, even if
@@ -122,11 +123,6 @@ class MotionDB:
         from motiondb.database.tables import Tables
 
         return Tables(self.session)
-
-    @property
-    def store(self) -> store.Store:
-        """The open store."""
-        return self.session.store
 
     if not TYPE_CHECKING:
 

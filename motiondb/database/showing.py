@@ -75,7 +75,7 @@ def _lacks(session: Session, capture_id: int) -> list[str] | None:
     if quality is None:
         return None
     said = [finding.sentence for finding in quality.findings]
-    return [f"quality {quality.mean:.2f}", *said, *quality.untold]
+    return [f"quality {quality.seconds.mean():.2f}", *said, *quality.untold]
 
 
 def capture_segments(session: Session, capture_id: int) -> list[answers.ShownSegment]:

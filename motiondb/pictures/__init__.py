@@ -2,6 +2,7 @@
 
 from motiondb.pictures.animation import draw_animation
 from motiondb.pictures.comparison import comparison_figure
+from motiondb.pictures.coverage import Grid, coverage_figure
 from motiondb.pictures.gait import gait_figure
 from motiondb.pictures.ghosts import ghosts_figure
 from motiondb.pictures.hits import hits_figure
@@ -14,11 +15,13 @@ from motiondb.pictures.tactics import tactics_figure
 from motiondb.pictures.trees import TreePicture, trees_figure
 
 __all__ = [
+    "Grid",
     "StringBar",
     "TerminalCard",
     "Timeline",
     "TreePicture",
     "comparison_figure",
+    "coverage_figure",
     "draw_animation",
     "draw_scene_animation",
     "gait_figure",

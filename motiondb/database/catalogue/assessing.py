@@ -36,6 +36,23 @@ def quality_of(
     progress: Progress | None = None,
 ) -> answers.QualityAnswer:
     """Measure captures of which nothing is known, or all again, and tell of all."""
+    known, measured, problems = known_quality(session, infos, again, progress)
+    found = {i.name: known[i.capture_id] for i in infos if i.capture_id in known}
+    return answers.QualityAnswer(
+        [answers.capture_quality(name, each) for name, each in found.items()],
+        rates(found, {i.name: performer_of(i) for i in infos}),
+        measured,
+        problems,
+    )
+
+
+def known_quality(
+    session: Session,
+    infos: Sequence[CaptureInfo],
+    again: bool = False,
+    progress: Progress | None = None,
+) -> tuple[dict[int, Quality], int, list[str]]:
+    """What captures lack, by number; how many were measured for it, and which could not be."""
     known = {} if again else store.load_quality(session.store, [i.capture_id for i in infos])
     lacking = [info for info in infos if info.capture_id not in known]
     problems: list[str] = []
@@ -52,14 +69,7 @@ def quality_of(
             made = {}
     if made:
         known |= _saved(session, made)
-    found = {i.name: known[i.capture_id] for i in infos if i.capture_id in known}
-    performers = {i.name: i.tags.get("performer") or _folder(i.name) for i in infos}
-    return answers.QualityAnswer(
-        [answers.capture_quality(name, each) for name, each in found.items()],
-        _rates(found, performers),
-        len(lacking) - len(problems),
-        problems,
-    )
+    return known, len(lacking) - len(problems), problems
 
 
 def _saved(session: Session, made: Mapping[int, Quality]) -> Mapping[int, Quality]:
@@ -70,8 +80,9 @@ def _saved(session: Session, made: Mapping[int, Quality]) -> Mapping[int, Qualit
     return made
 
 
-def _folder(name: str) -> str:
-    return name.rpartition("/")[0] or "no folder"
+def performer_of(info: CaptureInfo) -> str:
+    """Who is captured: the performer, else the folder."""
+    return info.tags.get("performer") or info.name.rpartition("/")[0] or "no folder"
 
 
 def _measured(session: Session, info: CaptureInfo) -> Quality:
@@ -107,7 +118,7 @@ def user_map(session: Session, info: CaptureInfo) -> dict[str, str] | None:
     return {str(k): str(v) for k, v in added.items()} if isinstance(added, dict) else None
 
 
-def _rates(
+def rates(
     found: Mapping[str, Quality], performers: Mapping[str, str]
 ) -> list[answers.PerformerRate]:
     """The speed at which the captures of each performer play."""

@@ -29,7 +29,6 @@ import numpy as np
 from motiondb.answers.plain import extended
 from motiondb.body import body, retarget
 from motiondb.body.world import UPS, Found
-from motiondb.database.catalogue.marker_captures import kept_markers
 from motiondb.errors import CaptureError, MotionDBError, NoBodyError
 from motiondb.files.folder import WITH_SKELETON, named_skeleton, skeleton_path
 from motiondb.files.formats import (
@@ -517,6 +516,9 @@ def _with_events(reading: ReadFile, loaded: _Loaded, take: str) -> ReadFile:
 
 def _as_markers(name: str, loaded: _Loaded, path: Path, error: NoBodyError) -> ReadFile:
     """Keep markers without a body."""
+    # other files are read without the store
+    from motiondb.database.catalogue.marker_captures import kept_markers
+
     tracks, motion, told = kept_markers(loaded.data, loaded.kind, path, loaded.options, error)
     notes = (told, *tracks.notes)
     return ReadFile(name, str(path), None, motion, tracks.fps, len(tracks.places), notes)

@@ -1,0 +1,236 @@
+"""The part of a library that covers all of it best: facility location with a cost a second.
+
+Notation: w_i the weight of window i, d_ij its distance to window j, r_i its distance to its K-th
+neighbour, c_J the seconds of interval J. A choice S of intervals leaves window i at
+
+    d_i(S) = min(r_i, min over J in S and j in J of d_ij),
+
+and F(S) = sum_i w_i (r_i - d_i(S)) is monotone and submodular: what an interval adds becomes less,
+the more there is. So the interval of the largest gain a second is taken, as long as it fits, and a
+gain is computed anew only when it comes up (lazy greedy).
+
+**The bound.** For any S and every other choice T of at most B seconds,
+
+    F(T) <= F(S) + max { sum of gain_J(S) over J in T : sum of c_J <= B },
+
+and the right side is at most that of the fractional knapsack. So no choice of B seconds has a mean
+distance below (sum_i w_i r_i - bound) / sum_i w_i. It holds for the true distances, too, as d_i(S)
+is never larger than these. It is printed in place of the share of F that was reached, which is as
+near to 1 as one likes if the r_i are large.
+
+Sources: Nemhauser, Wolsey and Fisher, An analysis of approximations for maximizing submodular set
+functions, 1978; Minoux, Accelerated greedy algorithms, 1978; Leskovec et al., Cost-effective
+outbreak detection in networks, 2007 (costs, and the bound).
+"""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb.records import Float32Array, FloatArray, IntArray
+
+NEIGHBOURS = 400
+"""Nearest windows that a window can be covered by. All distances of 10 hours would take 5 GB."""
+_BLOCK = 256  # Windows at a time; bounds memory
+
+
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """What every interval covers: those windows that have one of its windows as a neighbour."""
+
+    bounds: IntArray  # (intervals + 1,): interval n has the rows bounds[n] to bounds[n + 1]
+    windows: IntArray  # (rows,): windows that are covered, each once an interval
+    distances: Float32Array  # (rows,): how near the interval comes
+    far: Float32Array  # (windows,): r_i
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """A choice of intervals."""
+
+    intervals: IntArray  # Numbers, in the order in which they were taken
+    nearest: IntArray  # (windows,): number of the nearest interval of the choice
+    distances: FloatArray  # (windows,): distance to it
+    mean: float  # Weighted mean of these
+    bound: float  # No choice of as many seconds has a smaller mean
+
+
+def squared(a: Float32Array, b: Float32Array) -> Float32Array:
+    """Squared distances of vectors: array (a, b), float32."""
+    found = a @ b.T
+    found *= -2.0
+    found += np.einsum("ij,ij->i", a, a)[:, None]
+    found += np.einsum("ij,ij->i", b, b)
+    return np.maximum(found, 0.0, out=found)
+
+
+def reach_of(vectors: Float32Array, owner: IntArray, neighbours: int = NEIGHBOURS) -> Reach:
+    """What every interval covers; `vectors` (windows, axes), `owner` (windows,), its interval."""
+    n, k = len(vectors), min(neighbours, len(vectors))
+    near = np.empty((n, k), dtype=np.int32)
+    apart = np.empty((n, k), dtype=np.float32)
+    for low in range(0, n, _BLOCK):
+        block = squared(vectors[low : low + _BLOCK], vectors)
+        own = np.arange(len(block))
+        block[own, low + own] = 0.0  # not what rounding leaves
+        found = np.argpartition(block, k - 1, axis=1)[:, :k]
+        near[low : low + _BLOCK] = found
+        apart[low : low + _BLOCK] = np.sqrt(np.take_along_axis(block, found, axis=1))
+    far = apart.max(axis=1)
+    key = owner[near].ravel() * n + np.repeat(np.arange(n), k)
+    order = np.argsort(key, kind="stable")
+    key, values = key[order], apart.ravel()[order]
+    starts = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]]))
+    distances = np.minimum.reduceat(values, starts)
+    interval, window = np.divmod(key[starts], n)
+    bounds = np.searchsorted(interval, np.arange(int(owner.max()) + 2))
+    return Reach(bounds, window, distances, far)
+
+
+def choose(
+    vectors: Float32Array,
+    owner: IntArray,
+    costs: FloatArray,
+    weights: FloatArray,
+    budget: float,
+    reach: Reach | None = None,
+) -> Chosen:
+    """The intervals that cover all windows best for at most so many seconds; at least one.
+
+    Shapes: `vectors` (windows, axes); `owner`, `weights` (windows,); `costs` (intervals,), seconds.
+    """
+    reach = reach or reach_of(vectors, owner)
+    left, taken, spent = reach.far.astype(np.float64), list[int](), 0.0
+    gains = np.array([_gain(reach, n, left, weights) for n in range(len(costs))])
+    heap = [(-float(g / c), n) for n, (g, c) in enumerate(zip(gains, costs))]
+    heapq.heapify(heap)
+    computed = dict.fromkeys(range(len(costs)), 0)
+    bound = _bound(gains, costs, budget, 0.0)
+    start, total, halves = float(weights @ left), float(weights.sum()), budget / 2.0
+    while heap:
+        _, n = heapq.heappop(heap)
+        if taken and spent + costs[n] > budget:
+            continue
+        if computed[n] == len(taken):
+            taken.append(n)
+            spent += float(costs[n])
+            rows = slice(reach.bounds[n], reach.bounds[n + 1])
+            at = reach.windows[rows]
+            left[at] = np.minimum(left[at], reach.distances[rows])
+            if spent >= halves:  # the bound is tightest somewhere on the way
+                halves += budget / 8.0
+                bound = min(bound, _bound_of(reach, left, weights, costs, budget, start))
+        else:
+            computed[n] = len(taken)
+            heapq.heappush(heap, (-_gain(reach, n, left, weights) / float(costs[n]), n))
+    bound = min(bound, _bound_of(reach, left, weights, costs, budget, start))
+    chosen = np.array(taken, dtype=np.int64)
+    nearest, distances = nearest_of(vectors, owner, chosen)
+    least = max(0.0, start - bound) / total
+    return Chosen(chosen, nearest, distances, float(weights @ distances) / total, least)
+
+
+def _gain(reach: Reach, n: int, left: FloatArray, weights: FloatArray) -> float:
+    """What an interval adds to F."""
+    rows = slice(reach.bounds[n], reach.bounds[n + 1])
+    at = reach.windows[rows]
+    return float(weights[at] @ np.maximum(left[at] - reach.distances[rows], 0.0))
+
+
+def _bound_of(
+    reach: Reach,
+    left: FloatArray,
+    weights: FloatArray,
+    costs: FloatArray,
+    budget: float,
+    start: float,
+) -> float:
+    gains = np.array([_gain(reach, n, left, weights) for n in range(len(costs))])
+    return _bound(gains, costs, budget, start - float(weights @ left))
+
+
+def _bound(gains: FloatArray, costs: FloatArray, budget: float, reached: float) -> float:
+    """Largest F of any choice of at most so many seconds (fractional knapsack)."""
+    order = np.argsort(-gains / costs, kind="stable")
+    spent = np.cumsum(costs[order])
+    whole = int(np.searchsorted(spent, budget, side="right"))
+    total = float(gains[order[:whole]].sum())
+    if whole < len(order):
+        before = float(spent[whole - 1]) if whole else 0.0
+        last = order[whole]
+        total += float(gains[last]) * (budget - before) / float(costs[last])
+    return reached + total
+
+
+def nearest_of(
+    vectors: Float32Array, owner: IntArray, chosen: IntArray
+) -> tuple[IntArray, FloatArray]:
+    """For every window the nearest interval of a choice, and its distance."""
+    inside = np.flatnonzero(np.isin(owner, chosen))
+    nearest = np.empty(len(vectors), dtype=np.int64)
+    distances = np.empty(len(vectors))
+    for low in range(0, len(vectors), _BLOCK):
+        block = squared(vectors[low : low + _BLOCK], vectors[inside])
+        found = block.argmin(axis=1)
+        nearest[low : low + _BLOCK] = owner[inside[found]]
+        distances[low : low + _BLOCK] = np.sqrt(block[np.arange(len(block)), found])
+    own = np.isin(owner, chosen)
+    nearest[own], distances[own] = owner[own], 0.0
+    return nearest, distances
+
+
+def between(vectors: Float32Array, owner: IntArray, chosen: IntArray) -> FloatArray:
+    """Mean distance of the windows of each chosen interval to each other: (chosen, chosen).
+
+    The diagonal is infinite.
+    """
+    out = np.full((len(chosen), len(chosen)), np.inf)
+    inside = np.flatnonzero(np.isin(owner, chosen))
+    inside = inside[np.argsort(owner[inside], kind="stable")]
+    owners, starts = np.unique(owner[inside], return_index=True)
+    rank = np.argsort(chosen)  # of the intervals by number: their places in the choice
+    for place, (a, b) in enumerate(zip(starts, [*starts[1:], len(inside)])):
+        apart = np.sqrt(squared(vectors[inside[a:b]], vectors[inside]))
+        out[rank[place], rank] = np.minimum.reduceat(apart, starts, axis=1).mean(axis=0)
+    np.fill_diagonal(out, np.inf)
+    assert len(owners) == len(chosen)
+    return out
+
+
+def balanced(classes: list[tuple[str, ...]]) -> FloatArray:
+    """Weights of windows so that every class (a word, a symbol) has the same in all; mean 1.
+
+    A window of several classes has the sum of their parts, one without any none of its own: all of
+    these together are a class.
+
+    >>> balanced([("walk",), ("walk",), ("kick",), ()])
+    array([0.66666667, 0.66666667, 1.33333333, 1.33333333])
+    """
+    named = [each or ("",) for each in classes]
+    counts: dict[str, int] = {}
+    for each in named:
+        for name in each:
+            counts[name] = counts.get(name, 0) + 1
+    found = np.array([sum(1.0 / counts[name] for name in each) for each in named])
+    return np.asarray(found / found.mean())
+
+
+def split(groups: dict[str, float], share: float, rng: np.random.Generator) -> set[str]:
+    """The groups (performers, with their seconds) to set aside for a test: about a share of all.
+
+    At least one is set aside and at least one stays. In random order, each is taken that brings the
+    sum nearer to the share.
+    """
+    total, names = sum(groups.values()), sorted(groups)
+    taken: set[str] = set()
+    held = 0.0
+    for n in rng.permutation(len(names)).tolist():
+        name = names[n]
+        nearer = abs(held + groups[name] - share * total) < abs(held - share * total)
+        if nearer and len(taken) < len(names) - 1:
+            taken.add(name)
+            held += groups[name]
+    return taken or {min(names, key=lambda name: (groups[name], name))}
