@@ -175,7 +175,7 @@ def _moment(each: answers.Moment) -> str:
 @app.command()
 def diff(
     shared: options.Shared,
-    other: Annotated[Path, typer.Argument(metavar="OTHER", help="Another database.")],
+    other: Annotated[Path, options.argument("Another database.", "OTHER")],
     where: options.Where = "",
 ) -> None:
     """Say which captures another database has too: copied, cut, mirrored or resampled.

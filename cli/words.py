@@ -85,7 +85,7 @@ def export_words(
     ],
     where: options.Where = "",
     form: Annotated[
-        str, typer.Option("--as", metavar="boris|elan", help="Write a sheet of BORIS or ELAN.")
+        str, options.option("Write a sheet of BORIS or ELAN.", "--as", metavar="boris|elan")
     ] = "",
 ) -> None:
     """Write captions and tags as a sheet, which words import reads again without loss.
