@@ -35,7 +35,9 @@ def curate(
     share: Annotated[
         float | None, options.option("Such as 3% or 0.03.", parser=a_share, metavar="SHARE")
     ] = None,
-    hours: Annotated[float | None, options.option("Hours, in place of --share.", min=0.0)] = None,
+    hours: Annotated[
+        float | None, options.option("Hours, in place of --share.", min=0.0, max=1e5)
+    ] = None,
     output: Annotated[
         Path | None,
         options.option("New folder.", "-o", "--output", parser=options.a_path, metavar="FOLDER"),
