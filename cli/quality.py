@@ -78,4 +78,5 @@ def _print(answer: answers.QualityAnswer) -> None:
     printing.say(
         f"{printing.number(len(answer.captures), 'capture')}, {answer.measured} measured now; "
         f"{lacking} with findings, {needing} of them need something that was not captured"
+        + (f"; {answer.without_body} more are markers without a body" * bool(answer.without_body))
     )

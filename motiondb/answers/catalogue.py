@@ -158,6 +158,7 @@ class QualityAnswer:
     performers: list[PerformerRate]
     measured: int  # Captures that were measured now; of others it was known
     problems: list[str]  # Captures that could not be measured
+    without_body: int = 0  # Captures of markers without a body, of which nothing can be told
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ class Library(Topic):
         from motiondb.database import curating
 
         path = None if folder is None else Path(folder)
-        return curating.curate(self.session, self._infos(where), settings, path, progress)
+        return curating.curate(self.session, self._bodies(where), settings, path, progress)
 
     def coverage(
         self,
@@ -75,7 +75,7 @@ class Library(Topic):
         """
         from motiondb.database import covered
 
-        return covered.coverage(self.session, self._infos(where), words, png, progress)
+        return covered.coverage(self.session, self._bodies(where), words, png, progress)
 
     def diff(
         self,
@@ -96,6 +96,10 @@ class Library(Topic):
         from motiondb.database import differing
 
         return differing.diff(self.session, self._infos(where), Path(other), wait, progress)
+
+    def _bodies(self, where: Where) -> list[CaptureInfo]:
+        """Captures of a body; markers without one show no motion."""
+        return [info for info in self._infos(where) if info.has_body]
 
     def _infos(self, where: Where) -> list[CaptureInfo]:
         from motiondb.database.captures import Captures

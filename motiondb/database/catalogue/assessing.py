@@ -35,7 +35,14 @@ def quality_of(
     again: bool = False,
     progress: Progress | None = None,
 ) -> answers.QualityAnswer:
-    """Measure captures of which nothing is known, or all again, and tell of all."""
+    """Measure captures of which nothing is known, or all again, and tell of all.
+
+    Of markers without a body nothing is told; that there are only such is an error.
+    """
+    bodies = [info for info in infos if info.has_body]
+    if infos and not bodies:
+        raise QueryError(f"{infos[0].name}: {store.MARKERS_ONLY}")
+    without_body, infos = len(infos) - len(bodies), bodies
     known, measured, problems = known_quality(session, infos, again, progress)
     found = {i.name: known[i.capture_id] for i in infos if i.capture_id in known}
     return answers.QualityAnswer(
@@ -43,6 +50,7 @@ def quality_of(
         rates(found, {i.name: performer_of(i) for i in infos}),
         measured,
         problems,
+        without_body,
     )
 
 

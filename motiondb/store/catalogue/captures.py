@@ -20,7 +20,7 @@ from motiondb.files.safe_files import odd_kind
 from motiondb.records import Caption, CaptureInfo, Float32Array, Motion
 from motiondb.store.catalogue.annotations import load_captions, save_captions, save_tags
 from motiondb.store.catalogue.parquet_files import load_part
-from motiondb.store.catalogue.quality import load_measured
+from motiondb.store.catalogue.quality import UNMEASURED, load_measured
 from motiondb.store.catalogue.trash import OWN_TABLES, put_in_trash
 from motiondb.store.catalogue.where import (
     COLUMNS,
@@ -129,7 +129,10 @@ def load_captures(store: Store, where: str | Sequence[Filter] = "") -> list[Capt
         return infos
     captions = load_captions(store) if asks_captions(filters) else {}
     texts = {number: [caption.words for caption in said] for number, said in captions.items()}
-    measured = load_measured(store, len(infos)) if asks_measured(filters) else {}
+    measured: Mapping[int, Mapping[str, Sequence[str]]] = {}
+    if asks_measured(filters):  # markers without a body have neither a number nor findings
+        bodies = load_measured(store, sum(info.has_body for info in infos))
+        measured = {info.capture_id: bodies.get(info.capture_id, UNMEASURED) for info in infos}
     return [
         info
         for info in infos

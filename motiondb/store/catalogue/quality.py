@@ -95,6 +95,9 @@ def load_quality(store: Store, captures: Iterable[int] | None = None) -> dict[in
     }
 
 
+UNMEASURED: Mapping[str, Sequence[str]] = dict.fromkeys(MEASURED.values(), ())
+
+
 def load_measured(store: Store, n_captures: int) -> dict[int, Mapping[str, Sequence[str]]]:
     """Load what filters ask of every capture (``MEASURED``), where it is known of all."""
     rows = store.connection.execute(
