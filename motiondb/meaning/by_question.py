@@ -31,6 +31,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -263,7 +264,7 @@ class Statement:
     near: float  # Share of these segments in the log-odds; the rest is of the whole capture
     odds: tuple[float, ...]  # Log-odds of every word alone
 
-    @property
+    @cached_property
     def log_odds(self) -> float:
         """Log-odds that the capture shows the action there."""
         return float(action_log_odds(self.odds))

@@ -89,7 +89,14 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
             shown = np.zeros((2, len(frames)), dtype=bool)
             shown[0, room] = _frames_that_show(asked, seen, action, places[k])[room]
             shown[1, room] = True
-            against, place = _compare_action(seen, action, believed, places[k], shown, part.seconds)
+            sides = [
+                (side, limb, limb_speeds(frames, limb, action))
+                for side, limb in limbs_to_measure(action)
+                if side not in believed
+            ]
+            against, place = _compare_action(
+                seen, action, sides, believed, places[k], shown, part.seconds
+            )
             alone = len(part.actions) == 1 and len(directions_to_measure(action)) == 1
             # of several directions, one place would have to show all
             if not alone and (place.start, place.end) != (places[k].start, places[k].end):
@@ -97,10 +104,7 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
             places[k] = place
             contradicted += against
             unclear = unclear or any(
-                side not in believed
-                and side_amount(limb_speeds(frames, limb, action)[_inside(place)], side)
-                < CLEAR_SIDE
-                for side, limb in limbs_to_measure(action)
+                side_amount(speeds[_inside(place)], side) < CLEAR_SIDE for side, _, speeds in sides
             )
     for exclusion in reading.exclusions:
         for k in range(exclusion.first, exclusion.last):
@@ -131,6 +135,7 @@ def _gone_on(
 def _compare_action(
     seen: SeenFrames,
     action: Sequence[str],
+    sides: Sequence[tuple[str, str, FloatArray]],
     believed: Collection[str],
     place: PartPlace,
     shown: NDArray[np.bool_],
@@ -138,21 +143,21 @@ def _compare_action(
 ) -> tuple[list[str], PartPlace]:
     """What the motion has against an action of some seconds, and where its directions are seen.
 
-    Shapes: `shown` (2, frames): which frames show the action by its evidence, and which may show it
-    where captions say so.
+    `sides`: those to measure, each with its limb and the speeds of both limbs. Shapes: `shown` (2,
+    frames): which frames show the action by its evidence, and which may show it where captions say
+    so.
     """
     against = [
         say_other_limb(side, limb)
-        for side, limb in limbs_to_measure(action)
-        if side not in believed
-        and _is_otherwise(limb_speeds(seen.features, limb, action), side, place, shown[0])
+        for side, limb, speeds in sides
+        if _is_otherwise(speeds, side, place, shown[0])
     ]
     for direction in directions_to_measure(action):
-        speeds, is_said = seen.speeds, direction in believed
-        ways = _ways(speeds, direction, action, place, shown[int(is_said)], seconds)
+        is_said = direction in believed
+        ways = _ways(seen.speeds, direction, action, place, shown[int(is_said)], seconds)
         if ways is not None:
             place = place if place.unknown else _moved(place, *ways)
-        elif not is_said or furthest(speeds, direction, turning(action))[0] >= 1.0:
+        elif not is_said or furthest(seen.speeds, direction, turning(action))[0] >= 1.0:
             lasting = f" {say_duration(seconds, None)}" if seconds > 0.0 else ""
             against.append(say_not_gone(direction, turning(action)) + lasting)
     return against, _unsure(place) if against else place

@@ -298,7 +298,7 @@ class Explanation(Tabled):
     log_odds : float
         Log-odds of the answer, nats.
     together : float
-        Log-odds that all actions occur, less the mean of their log-odds; 0 for one action.
+        Log-odds of all words together, less the mean of those of actions; 0 for one word.
     words : tuple of ExplainedWord
         The requested words.
     excluded : tuple of ExplainedExclusion
