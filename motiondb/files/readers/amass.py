@@ -28,7 +28,7 @@ from motiondb.body import body, kinematics, rotation, world
 from motiondb.body.joint_names import joint_map
 from motiondb.errors import CaptureError
 from motiondb.files.limits import AS_USUAL, ReadOptions, check_clip_size, check_rate
-from motiondb.files.readers.array_files import RATES, load_npz
+from motiondb.files.readers.array_files import RATES, frames_left_out, load_npz
 from motiondb.files.readers.smpl_rotations import joint_numbers, to_rotations
 from motiondb.files.text import quoted
 from motiondb.records import BoolArray, Clip, Skeleton
@@ -186,16 +186,8 @@ def _good_frames(
     if n_frames == 0:
         raise CaptureError(path, "expected at least 1 frame, found 0. Export the motion again.")
     good = np.all([np.isfinite(part.reshape(n_frames, -1)).all(axis=1) for part in parts], axis=0)
-    if good.all():
-        return good, ()
-    count, first = int((~good).sum()), int(np.argmin(good))
-    if not skip_bad or not good.any():
-        raise CaptureError(
-            path,
-            f"expected finite numbers, found NaN or infinity in {count} frames, the first is "
-            f"{first}. Export it again, or pass --skip-bad-frames to leave them out.",
-        )
-    return good, (f"Left out {count} bad frames; the first is {first}.",)
+    notes = frames_left_out(good, path, skip_bad, "finite numbers", "NaN or infinity")
+    return good, notes
 
 
 def _frame_rate(

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from motiondb.errors import CaptureError
 from motiondb.files.text import quoted
+from motiondb.records import BoolArray
 
 RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "framerate", "frame_rate", "frequency")
 """Names of the frame rate."""
@@ -95,6 +96,22 @@ def texts_of(array: NDArray[np.generic]) -> tuple[str, ...]:
     return tuple(
         text.decode("utf-8", "replace") if isinstance(text, bytes) else str(text) for text in array
     )
+
+
+def frames_left_out(
+    good: BoolArray, path: object, skip_bad: bool, expected: str, found: str
+) -> tuple[str, ...]:
+    """Refuse bad frames, or say in a note that they are left out; `good` (frames,)."""
+    if good.all():
+        return ()
+    count, first = int((~good).sum()), int(np.argmin(good))
+    if not skip_bad or not good.any():
+        raise CaptureError(
+            path,
+            f"expected {expected}, found {found} in {count} frames, the first is {first}. "
+            "Export it again, or pass --skip-bad-frames to leave them out.",
+        )
+    return (f"Left out {count} bad frames; the first is {first}.",)
 
 
 def npy_shape(start: bytes) -> tuple[int, ...]:

@@ -31,7 +31,7 @@ from motiondb.body.robot_names import part_of
 from motiondb.body.world import find_rate
 from motiondb.errors import CaptureError, suggestion
 from motiondb.files.limits import ReadOptions, check_clip_size, check_rate
-from motiondb.files.readers.array_files import RATES, Arrays, texts_of
+from motiondb.files.readers.array_files import RATES, Arrays, frames_left_out, texts_of
 from motiondb.files.readers.first_bytes import cells, column, is_number
 from motiondb.files.text import clean_bytes, decode, quoted
 from motiondb.records import Clip, FloatArray
@@ -260,17 +260,8 @@ def _good_frames(
     if said.turns is not None:
         rows.append(np.linalg.norm(said.turns, axis=1) > 1e-6)
     good = np.all(rows, axis=0)
-    if good.all():
-        return said, ()
-    count, first = int((~good).sum()), int(np.argmin(good))
-    if not skip_bad or not good.any():
-        raise CaptureError(
-            path,
-            f"expected finite numbers and quaternions, found others in {count} frames, the first "
-            f"is {first}. Export it again, or pass --skip-bad-frames to leave them out.",
-        )
-    kept = {name: part[good] for name, part in parts.items()}
-    return replace(said, **kept), (f"Left out {count} bad frames; the first is {first}.",)
+    notes = frames_left_out(good, path, skip_bad, "finite numbers and quaternions", "others")
+    return replace(said, **{name: part[good] for name, part in parts.items()}), notes
 
 
 def _rate(said: RobotFile, path: object, options: ReadOptions) -> tuple[float, tuple[str, ...]]:
