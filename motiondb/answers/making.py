@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
+from motiondb.answers.catalogue import CaptureQuality
 from motiondb.answers.database import WordProbability
 from motiondb.answers.plain import OPTIONAL
 from motiondb.answers.questions import UnderstoodQuestion
@@ -136,4 +136,4 @@ class Judgement(Tabled):
     left_out: tuple[str, ...]  # Captures of this motion, which are no evidence about it
     nearest: Match | None  # The real capture that moves most like it; None without any other
     # What the motion lacks
-    quality: Any | None = field(default=None, metadata=OPTIONAL)
+    quality: CaptureQuality | None = field(default=None, metadata=OPTIONAL)

@@ -66,7 +66,7 @@ def gait_of(
 
 def _clip_of(session: Session, example: Example) -> tuple[Clip, dict[str, str]]:
     """Return the clip of an example, and the joint map with which it was added."""
-    from motiondb.database.catalogue.exporting import load_clip
+    from motiondb.database.catalogue.exporting import added_joint_map, load_clip
     from motiondb.files.formats import read_capture, split_take
     from motiondb.files.safe_files import is_file
 
@@ -80,7 +80,4 @@ def _clip_of(session: Session, example: Example) -> tuple[Clip, dict[str, str]]:
         info = store.load_capture(session.store, str(example), or_file=True)
         if info.kind == "generated":
             return retarget.to_clip(store.load_motion(session.store, info.capture_id)), {}
-        runs = {run.run_id: run for run in store.load_runs(session.store)}
-        added = runs[info.run_id].parameters.get("joint_map")
-        named = {str(k): str(v) for k, v in added.items()} if isinstance(added, dict) else {}
-        return load_clip(session, info.name), named
+        return load_clip(session, info.name), added_joint_map(session, info)

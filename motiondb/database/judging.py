@@ -6,15 +6,12 @@ import json
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from motiondb import answers, store
-from motiondb.body.joint_names import joint_map
-from motiondb.body.retarget import keypoints_of
-from motiondb.database.catalogue.exporting import load_clip
+from motiondb.database.catalogue.assessing import points_of
+from motiondb.database.catalogue.exporting import added_joint_map, load_clip
 from motiondb.database.generating import action_verdict, replace_unknown, say_why_not, with_notation
 from motiondb.database.loading import nearby_table
 from motiondb.database.searching import check_any
@@ -27,6 +24,7 @@ from motiondb.files.safe_files import is_file, read_bounded
 from motiondb.generate.material import Takes
 from motiondb.generate.second_opinion import judge_sentence
 from motiondb.language.question.readings import hinted, with_hints
+from motiondb.quality.assess import assess
 from motiondb.records import Clip, Match, Motion
 from motiondb.search.by_example import search_motion
 from motiondb.search.takings import Sentence, Taking, hints_of, unknown_words, write_otherwise
@@ -128,17 +126,20 @@ def _sources_beside(path: Path) -> set[str]:
     return set()
 
 
-def _quality(session: Session, example: Example) -> Any | None:  # noqa: ANN401  of its room
-    """What the motion lacks, as `quality` tells it; None where this version has no such room."""
-    if find_spec("motiondb.quality") is None or isinstance(example, Motion):
+def _quality(session: Session, example: Example) -> answers.CaptureQuality | None:
+    """What the motion lacks, as `quality` tells it; None on the canonical body, which has no size.
+
+    The joint map of a capture that was added with one is used, too.
+    """
+    if isinstance(example, Motion):
         return None
-    clip = example if isinstance(example, Clip) else None
-    if clip is None:
-        is_of_file = is_file(split_take(str(example))[0])
-        clip = read_capture(str(example)) if is_of_file else load_clip(session, str(example))
-    roles, most = joint_map(clip.skeleton), import_module("motiondb.quality.measured").MOST_FPS
-    points, step = keypoints_of(clip, roles)[0], max(1, round(clip.fps / most))
-    assess = import_module("motiondb.quality.assess").assess
-    found = assess(points[::step], clip.fps / step, {"l_toe", "r_toe"} <= roles.keys())
-    name = "" if isinstance(example, Clip) else str(example)
-    return import_module("motiondb.answers.catalogue").capture_quality(name, found)
+    name, joints = "" if isinstance(example, Clip) else str(example), dict[str, str]()
+    if isinstance(example, Clip):
+        clip = example
+    elif is_file(split_take(name)[0]):
+        clip = read_capture(name)
+    else:
+        clip = load_clip(session, name)
+        joints = added_joint_map(session, store.load_capture(session.store, name))
+    clip, points, has_toes = points_of(clip, joints)
+    return answers.capture_quality(name, assess(points, clip.fps, has_toes))

@@ -160,6 +160,9 @@ from .catalogue.runs import (
     finish_run as finish_run,
 )
 from .catalogue.runs import (
+    load_run as load_run,
+)
+from .catalogue.runs import (
     load_runs as load_runs,
 )
 from .catalogue.runs import (

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from motiondb import answers, pictures, store
 from motiondb.body.joint_names import joint_map
 from motiondb.body.retarget import keypoints_of, up_axis
-from motiondb.database.catalogue.exporting import load_clip
+from motiondb.database.catalogue.exporting import added_joint_map, load_clip
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.safe_files import output_file
 from motiondb.quality import boxes
@@ -100,11 +100,15 @@ def _measured(session: Session, info: CaptureInfo) -> Quality:
 
 
 def load_points(session: Session, info: CaptureInfo) -> tuple[Clip, FloatArray, bool]:
-    """A stored clip of at most about 60 frames a second, its joints, and whether it has toes.
+    """A stored clip and its joints, as :func:`points_of` has them."""
+    return points_of(load_clip(session, info.name), added_joint_map(session, info))
+
+
+def points_of(clip: Clip, user_map: Mapping[str, str]) -> tuple[Clip, FloatArray, bool]:
+    """A clip of at most about 60 frames a second, its joints, and whether it has toes.
 
     Joints (frames, 21, 3), metres, y up.
     """
-    clip = load_clip(session, info.name)
     step = max(1, round(clip.fps / MOST_FPS))
     if step > 1:
         moved = clip.joint_positions
@@ -115,15 +119,8 @@ def load_points(session: Session, info: CaptureInfo) -> tuple[Clip, FloatArray, 
             root_positions=clip.root_positions[::step],
             joint_positions=None if moved is None else moved[::step],
         )
-    roles = joint_map(clip.skeleton, user_map(session, info))
+    roles = joint_map(clip.skeleton, user_map)
     return clip, keypoints_of(clip, roles)[0], {"l_toe", "r_toe"} <= roles.keys()
-
-
-def user_map(session: Session, info: CaptureInfo) -> dict[str, str] | None:
-    """The joint map with which a capture was added."""
-    runs = {run.run_id: run for run in store.load_runs(session.store)}
-    added = runs[info.run_id].parameters.get("joint_map")
-    return {str(k): str(v) for k, v in added.items()} if isinstance(added, dict) else None
 
 
 def rates(
@@ -150,7 +147,7 @@ def write_boxes(session: Session, found: Mapping[str, Quality], path: Path) -> N
     rows, text = [], ""
     for name, quality in found.items():
         info = store.load_capture(session.store, name)
-        up = up_axis(load_clip(session, name), user_map(session, info))
+        up = up_axis(load_clip(session, name), added_joint_map(session, info))
         if path.suffix.lower() == ".xml":
             text = boxes.to_mjcf(quality.findings, up, name)
         rows.append(

@@ -446,8 +446,14 @@ def load_clip(session: Session, name: str) -> Clip:
     with session.reading():
         info = store.load_capture(session.store, name)
         source = store.load_source(session.store, info.capture_id)
-        run = {r.run_id: r for r in store.load_runs(session.store)}[info.run_id]
+        run = store.load_run(session.store, info.run_id)
     return read_stored(info, source, run.parameters, info.fps)
+
+
+def added_joint_map(session: Session, info: CaptureInfo) -> dict[str, str]:
+    """The joint map with which a capture was added; empty without one."""
+    added = store.load_run(session.store, info.run_id).parameters.get("joint_map")
+    return {str(k): str(v) for k, v in added.items()} if isinstance(added, dict) else {}
 
 
 def export(
@@ -492,8 +498,5 @@ def export(
 
 def _with_joint_map(session: Session, info: CaptureInfo, asked: MotionChanges) -> MotionChanges:
     """Return the changes with the joint map with which a capture was added."""
-    runs = {run.run_id: run for run in store.load_runs(session.store)}
-    added = runs[info.run_id].parameters.get("joint_map")
-    if asked.joint_map or not isinstance(added, dict):
-        return asked
-    return replace(asked, joint_map={str(k): str(v) for k, v in added.items()})
+    added = {} if asked.joint_map else added_joint_map(session, info)
+    return replace(asked, joint_map=added) if added else asked

@@ -54,7 +54,7 @@ def export_markers(
 ) -> Exported:
     """Write the markers of a capture; unchanged and in its own format the bytes that were added."""
     source = store.load_source(session.store, info.capture_id)
-    run = {r.run_id: r for r in store.load_runs(session.store)}[info.run_id]
+    run = store.load_run(session.store, info.run_id)
     ending = path.suffix.lower()
     if unchanged and ending == Path(source.own_name).suffix.lower():
         write_bytes(path, source.data)

@@ -68,7 +68,7 @@ def undo(session: Session, run: int | None) -> answers.Undone:
     opened = session.store
     with store.transaction(opened):
         number = store.find_undoable(opened, run)
-        kind = next(r.kind for r in store.load_runs(opened) if r.run_id == number)
+        kind = store.load_run(opened, number).kind
         edits = store.load_edits(opened, number)
         added, changed, removed = (
             [e for e in edits if e.kind == kind] for kind in ("added", "changed", "removed")

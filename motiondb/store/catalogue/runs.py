@@ -90,7 +90,16 @@ def copy_run(store: Store, run: Run) -> int:
 
 def load_runs(store: Store) -> list[Run]:
     """Load all runs, oldest first."""
-    rows = store.connection.execute("SELECT * FROM run ORDER BY run_id").fetchall()
+    return _runs(store, "ORDER BY run_id")
+
+
+def load_run(store: Store, run_id: int) -> Run:
+    """Load one run."""
+    return _runs(store, "WHERE run_id = ?", run_id)[0]
+
+
+def _runs(store: Store, which: str, *values: int) -> list[Run]:
+    rows = store.connection.execute(f"SELECT * FROM run {which}", list(values)).fetchall()
     return [
         Run(number, kind, json.loads(parameters), seed, version, started, finished)
         for number, kind, parameters, seed, version, started, finished in rows
