@@ -35,6 +35,8 @@ COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "backup": ("backup", "copy.duckdb"),
         "compact": ("compact",),
         "compare": ("compare", "ana/walk_1", "boris/walk_1", "--png", "compared.png"),
+        "coverage": ("coverage", "--png", "coverage.png"),
+        "curate": ("curate", "--share", "30%", "-o", "chosen"),
         "describe": ("describe", "ana/walk_1", "-o", "told.csv"),
         "events import": ("events", "import", "events.tsv"),
         "export": ("export", "boris/long_2", "-o", "out.glb"),
@@ -66,6 +68,7 @@ COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "learn": ("learn", "--symbols", "3"),
         "like": ("like", "boris/kick_1", "--png", "like.png"),
         "merge": ("merge", "other.duckdb"),
+        "quality": ("quality", "ana/walk_1", "--png", "lacks.png", "--boxes", "needs.json"),
         "remove": ("remove", "ana/bow_1", "boris/kick_1"),
         "rename": ("rename", "ana/bow_1", "ana/bowing"),
         "rescue": ("rescue", DB, "-o", "rescued.duckdb"),
@@ -100,12 +103,14 @@ ASKING: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "batch": ("batch", "questions.txt"),
         "check": ("check",),
+        "diff": ("diff", "other.duckdb"),
         "events show": ("events", "show", "ana/walk_1"),
         "grammar compare": ("grammar", "compare", GRAMMAR),
         "grammar list": ("grammar", "list"),
         "grammar rules": ("grammar", "rules", GRAMMAR),
         "grammar suggest": ("grammar", "suggest", GRAMMAR),
         "info": ("info",),
+        "judge": ("judge", "ana/walk_1", "walk"),
         "knowledge show": ("knowledge", "show", "cmu"),
         "list": ("list",),
         "scene grammar check": ("scene", "grammar", "check", "basketball"),
@@ -117,9 +122,9 @@ ASKING: Mapping[str, tuple[str, ...]] = MappingProxyType(
     }
 )
 """Command -> words with which it asks. They take no option that writes a file."""
-NOT_ATTACKED = ("serve", "evaluate")
-"""``serve`` does not end by itself, and ``tests/page`` attacks it; ``evaluate`` only asks, of a
-database that has learned from a part of its captures."""
+NOT_ATTACKED = ("serve", "mcp", "evaluate")
+"""``serve`` and ``mcp`` do not end by themselves, and tests of their own attack them; ``evaluate``
+only asks, of a database that has learned from a part of its captures."""
 WITHOUT_DATABASE = ("rescue", "scene grammar check", "scene report", "scene suggest",
                     "scene validate")  # fmt: skip
 """Commands that take no ``--db``, or not needed."""
