@@ -27,7 +27,7 @@ from motiondb.language.question.readings import hinted, with_hints
 from motiondb.quality.assess import assess
 from motiondb.records import Clip, Match, Motion
 from motiondb.search.by_example import search_motion
-from motiondb.search.takings import Sentence, Taking, hints_of, unknown_words, write_otherwise
+from motiondb.search.takings import Taking, hints_of, sentence_of, unknown_words, write_otherwise
 
 if TYPE_CHECKING:
     from motiondb.database.values import Example
@@ -45,7 +45,7 @@ def judge(
     check_text("sentence", sentence)
     with session.reading():
         check_any(session.learned)
-        asked, same = Sentence(session.learned, sentence), dict[str, Taking]()
+        asked, same = sentence_of(session.learned, sentence), dict[str, Taking]()
         if exact:
             learned = session.learned
             takings = unknown_words(asked, nearby_table(), is_replaced=False)

@@ -189,6 +189,7 @@ def _spans(
         for b in moves if behind else (0,):
             start, end = one.start + a, one.end - b
             fits = start >= 0 and end <= n_frames and end - start >= least
+            fits = fits and one.keeps_core(start, end)
             if fits and (a or b) and -outwards <= min(a, b) and max(a, b) <= inwards:
                 spans.append((start, end))
     return spans
@@ -200,7 +201,8 @@ def _unbroken(one: Excerpt, jumps: FloatArray) -> list[tuple[int, int]]:
     first, behind = max(parts, key=lambda part: part[1] - part[0], default=(0, 0))
     if LEAST_LEFT / 2 <= behind - first < one.end - one.start - 1:
         # past the first frame after the jump, whose speed is not the capture's
-        return [(one.start + first + (first > 0), one.start + behind)]
+        unbroken = one.start + first + (first > 0), one.start + behind
+        return [unbroken] if one.keeps_core(*unbroken) else []
     return []
 
 

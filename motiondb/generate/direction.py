@@ -38,7 +38,13 @@ import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
 
 from motiondb.body import body
-from motiondb.generate.occurrences import LASTING, aloft, find_occurrences
+from motiondb.generate.occurrences import (
+    EXCURSIONS,
+    LASTING,
+    LOWERING,
+    aloft,
+    find_occurrences,
+)
 from motiondb.language.question.tree import LIMBS, SIDES
 from motiondb.language.vocabulary import IN_PLACE, as_said
 from motiondb.meaning.limb_sides import (
@@ -77,15 +83,7 @@ FULL = {
     "hop": 1.0,
     "kick": 1.0,
     "punch": 1.0,
-    "bend": 0.7,
-    "bow": 0.5,
-    "cartwheel": 2.0,
-    "flip": 2.0,
-    "backflip": 2.0,
-    "somersault": 2.0,
-    "squat": 0.3,
-    "crouch": 0.2,
-    "duck": 0.3,
+    **EXCURSIONS,
     "climb": 0.4,
 }
 """Word -> full amount, in the units of the table."""
@@ -95,8 +93,7 @@ PLAIN_TURNS = ("turn", "spin", "veer", "swerve")  # Of which nothing but the tur
 ALOFT = ("jump", "leap", "jete")
 OCCURRING = ("hop", "kick", "punch")
 OUT = " out"  # After the limb of a punch, of which only the way from the shoulder counts
-LEANING = ("bend", "bow", "cartwheel", "flip", "backflip", "somersault")
-LOWERING = {"squat": 0, "crouch": 0, "duck": 15}  # Word -> column of the track
+LEANING = tuple(word for word in EXCURSIONS if word not in LOWERING)
 POSTURES = (*LEANING, *LOWERING)
 _SAID_BY = {"down": ("bend", "bow", *LOWERING), "up": (*ALOFT, "hop")}
 """Direction -> actions that are measured to go there, and of which nothing lasts: "jump up"."""

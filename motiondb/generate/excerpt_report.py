@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from motiondb.generate.contact import MAX_HEIGHT
 from motiondb.generate.direction import FULLY, gone, say_measured
 from motiondb.generate.excerpt_motion import ShownExcerpt
 from motiondb.generate.excerpts import counted_word
-from motiondb.generate.occurrences import find_occurrences
+from motiondb.generate.occurrences import FLIGHTS, KICKED, find_occurrences
 from motiondb.generate.sentence_plan import Amount, PlannedAction, say_times
 from motiondb.language.question.amounts import adverb_of
 from motiondb.language.question.readings import say_duration
@@ -58,6 +61,7 @@ def report_excerpt(
     ]
     does = [word for word in shown.directions if gone(track, word) >= FULLY]
     done += [f"{say_measured(word)}: measured in the motion" for word in does]
+    left += _cut_off(shown.directions, track)
     if action.seconds is not None and not is_within(seconds, action.seconds):
         text = say_duration(action.seconds.least, action.seconds.most)
         why = "whole repetitions" if action.times is not None else "whole performances"
@@ -69,17 +73,34 @@ def report_excerpt(
     return (*done, *_say_places(shown)), tuple(left)
 
 
+def _cut_off(directions: Sequence[str], track: FloatArray) -> list[NotUsed]:
+    """Flights and kicks that the first or the last frame is in the middle of.
+
+    >>> track = np.zeros((60, 6)); track[:8, 4:] = 0.2
+    >>> [(one.text, one.reason) for one in _cut_off(["jump", "left"], track)]
+    [('jump', 'its beginning is cut off')]
+    """
+    left = []
+    for word in directions:
+        for frame, which in ((0, "beginning"), (-1, "end")):
+            feet = track[frame, 4:6]
+            is_up = word in FLIGHTS and feet.min() > MAX_HEIGHT
+            if is_up or (word == "kick" and feet.max() > KICKED):
+                left.append(NotUsed(word, f"its {which} is cut off"))
+    return left
+
+
 def miscounted(shown: ShownExcerpt, track: FloatArray) -> tuple[NotUsed, ...]:
     """The count that was asked for, if another one is measured in the motion."""
     times = shown.action.times
     word = counted_word(shown.action)
     if times is None or word is None:
         return ()
-    count = len(find_occurrences(track, word))
+    count = len(find_occurrences(track, word)) / shown.layout.each
     most = np.inf if times.most is None else times.most
     if times.least <= count <= most:
         return ()
-    return (NotUsed(say_times(times), f"{count} measured in the motion"),)
+    return (NotUsed(say_times(times), f"{count:g} measured in the motion"),)
 
 
 def _say_places(shown: ShownExcerpt) -> list[str]:

@@ -43,10 +43,16 @@ from motiondb.generate.direction import (
     gone,
     lacking,
 )
-from motiondb.generate.occurrences import COUNTED, find_occurrences
+from motiondb.generate.occurrences import (
+    COUNTED,
+    FLIGHTS,
+    find_occurrences,
+    whole_occurrences,
+)
 from motiondb.generate.sentence_plan import PlannedAction
 from motiondb.language.question.tree import LIMBS, SIDES
 from motiondb.language.vocabulary import IN_PLACE
+from motiondb.meaning.travelled import directions_to_measure
 from motiondb.records import MOTION_FPS, FloatArray, IntArray
 
 DROP = 1.0
@@ -79,9 +85,6 @@ MARGIN = 12  # Frames (0.4 s) before and after the part that goes in the directi
 CHANGE = 60
 """Frames (2 s) around a stretch in which a lasting change of height is looked for: who sits has sat
 down before."""
-WHOLE = 24
-"""Frames (0.8 s) before and after hops, kicks and punches, so that these are whole and a cut may
-still be moved inwards by half a second."""
 FURTHER = 36  # Frames (1.2 s) by which an excerpt may be extended to a usual pose
 UNUSUAL = 2.0
 """Mean squared distance from the mean pose, in variances, above which a pose is unusual."""
@@ -107,6 +110,12 @@ class Excerpt:
     score: float  # Mean value of its segments less the cost of the capture, nats
     # First frame and last frame + 1 of the stretch of good segments that it is cut from
     stretch: tuple[int, int]
+    # What cuts must leave whole: the measured occurrences with what leads to them and follows them
+    core: tuple[int, int] | None = None
+
+    def keeps_core(self, start: int, end: int) -> bool:
+        """Whether other cuts leave its core whole."""
+        return self.core is None or (start <= self.core[0] and self.core[1] <= end)
 
 
 def find_excerpts(sources: Sequence[Source], longest: int) -> list[Excerpt]:
@@ -205,18 +214,18 @@ def _cut_to_direction(excerpt: Excerpt, path: FloatArray, direction: str, longes
     if direction in VERTICAL:
         low, high = max(low - CHANGE, 0), min(high + CHANGE, len(path))
     first, behind = furthest_part(path[low:high], direction, longest)
-    margin = MARGIN
-    if direction in OCCURRING:
-        margin = WHOLE
-        for begin, over in find_occurrences(path[low:high], direction):
-            if begin < behind and first < over:
-                first, behind = min(first, begin), max(behind, over)
-    start, end = max(low + first - margin, 0), min(low + behind + margin, len(path))
+    first, behind, core = low + first, low + behind, None
+    for begin, over in whole_occurrences(path, direction) if direction in COUNTED else ():
+        if begin < behind and first < over:
+            core = min(first, begin), max(behind, over)
+            first, behind = core
+    margin = 0 if core else MARGIN
+    start, end = max(first - margin, 0), min(behind + margin, len(path))
     missing = max(SHORTEST - (end - start), 0)
     start = max(start - round(missing * _AHEAD.get(direction, 0.5)), 0)
     if direction != "stop":
         end = max(end, start + SHORTEST)
-    return replace(excerpt, start=start, end=min(end, len(path)))
+    return replace(excerpt, start=start, end=min(end, len(path)), core=core)
 
 
 def with_unseen(excerpts: Sequence[Excerpt], unseen: Mapping[int, FloatArray]) -> list[Excerpt]:
@@ -304,6 +313,7 @@ class Layout:
     # Number of performances of the action; None if no number was requested
     times: int | None = None
     is_measured: bool = False  # Whether these are measured occurrences
+    each: int = 1  # Measured occurrences in each performance: a jumping jack has two flights
 
     @property
     def n_frames(self) -> int:
@@ -355,8 +365,36 @@ def occurrences_in(
         return ()
     return tuple(
         (round((excerpt.start + a) / rate), round((excerpt.start + b) / rate))
-        for a, b in find_occurrences(track[excerpt.start : excerpt.end], word)
+        for a, b in whole_occurrences(track[excerpt.start : excerpt.end], word)
     )
+
+
+def occurrences_each(
+    action: PlannedAction, poses: FloatArray, occurrences: Sequence[tuple[int, int]]
+) -> int:
+    """Measured occurrences in one performance of an action: 1, or those in a period of it.
+
+    Only actions whose name says more than what is counted have several: a jumping jack, whose arms
+    and legs come back at the second flight. `poses` (frames, values), from the first frame on to
+    which the occurrences refer.
+
+    >>> poses = np.sin(2 * np.pi * np.arange(90) / 30)[:, None]
+    >>> flights = [(n, n + 5) for n in range(0, 90, 15)]
+    >>> occurrences_each(PlannedAction((("jump", "jack"),)), poses, flights)
+    2
+    >>> occurrences_each(PlannedAction((("jump", "left"),)), poses, flights)
+    1
+    """
+    word = counted_word(action)
+    if word not in FLIGHTS or len(occurrences) < 2:
+        return 1
+    plain = {word, *SIDES, *LIMBS, *VERTICAL, IN_PLACE, *directions_to_measure(action.words)}
+    if plain.issuperset(action.words):
+        return 1
+    first, last = occurrences[0][0], occurrences[-1][0]
+    apart = (last - first) / (len(occurrences) - 1)
+    period = find_period(poses[max(first, 0) : last + round(apart)])
+    return max(round(period / apart), 1) if period else 1
 
 
 def recount(action: PlannedAction, layout: Layout, track: FloatArray) -> Layout:
@@ -364,7 +402,7 @@ def recount(action: PlannedAction, layout: Layout, track: FloatArray) -> Layout:
     word = counted_word(action)
     if not layout.is_measured or word is None:
         return layout
-    is_right = len(find_occurrences(track, word)) == layout.times
+    is_right = len(find_occurrences(track, word)) == (layout.times or 0) * layout.each
     return layout if is_right else replace(layout, said="", is_measured=False)
 
 
@@ -376,7 +414,8 @@ def lay_out(action: PlannedAction, span: tuple[int, int], movement: Movement) ->
     if action.times is not None:
         times = max(round(action.times.wanted), 1)
         if movement.occurrences:
-            return _times_measured(times, span, movement)
+            each = occurrences_each(action, poses, movement.occurrences)
+            return _times_measured(times, span, movement, each)
         return _times(times, span, period, movement)
     least = action.seconds.wanted * MOTION_FPS if action.seconds is not None else 0.0
     lengthened = period and not least and not movement.is_once
@@ -440,13 +479,17 @@ def _times(
     return Layout(tuple(parts), said, times)
 
 
-def _times_measured(times: int, span: tuple[int, int], movement: Movement) -> Layout:
+def _times_measured(times: int, span: tuple[int, int], movement: Movement, each: int = 1) -> Layout:
     """A number of measured occurrences: some of those of the excerpt, or all of them repeatedly.
 
     The excerpt is cut in the middle between two occurrences, or where its end and its beginning are
-    alike.
+    alike. `each`: occurrences in a performance.
     """
-    inside = movement.occurrences
+    flights = movement.occurrences
+    lasts = range(each - 1, len(flights), each)
+    inside = [(flights[last - each + 1][0], flights[last][1]) for last in lasts]
+    if len(flights) % each:  # the rest of a performance
+        span = span[0], (inside[-1][1] + flights[len(inside) * each][0]) // 2
     middles = [(one[1] + after[0]) // 2 for one, after in pairwise(inside)]
     n = len(inside)
     if times < n:
@@ -460,7 +503,9 @@ def _times_measured(times: int, span: tuple[int, int], movement: Movement) -> La
     said = f"{'once' if times == 1 else f'{times} times'}, measured in the motion"
     if times > n:
         said += f": {n} in an excerpt of {(whole[1] - whole[0]) / MOTION_FPS:.1f} s, repeated"
-    return Layout(tuple(parts), said, times, is_measured=True)
+    if each > 1:
+        said += f", {each} flights each"
+    return Layout(tuple(parts), said, times, is_measured=True, each=each)
 
 
 def _alike_ends(span: tuple[int, int], movement: Movement) -> tuple[int, int]:

@@ -1,4 +1,4 @@
-"""How often a short action occurs in a motion: flights, kicks and punches, counted.
+"""How often a short action occurs in a motion: flights, kicks, punches, squats and bows, counted.
 
 ==================  =============================================================================
 words               one occurrence
@@ -12,7 +12,12 @@ kick                a time in which a foot is at least 0.35 m higher than in sta
                     behind the pelvis; the middle of the shank is at 0.29 m on this body
 punch               a time in which a hand is far from its shoulder, not lower than the chest, and
                     that began quickly
+squat, bow, ...     a time in which the pelvis, the head or the trunk is away from standing by half
+                    of the amount in ``EXCURSIONS``, and once by all of it
 ==================  =============================================================================
+
+An occurrence is *whole* with what leads to it and what follows it, such as the crouch before a
+flight and after the landing: from a frame of rest to the next one (:func:`whole_occurrences`).
 
 So raised knees, arabesques, climbing, and legs in the air of somebody who is upside down are no
 kicks, and a kick is no jump. Feet that are up at the same time kick once. Hands that go out
@@ -22,6 +27,8 @@ four: all 17 kicks of karate and of exercises are counted, and nothing else in t
 """
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +41,22 @@ from motiondb.generate.contact import FEET, MAX_HEIGHT, foot_heights
 from motiondb.meaning.limb_sides import outward_speeds
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 
-COUNTED = ("jump", "hop", "leap", "jete", "kick", "punch")  # Words whose occurrences are counted
+EXCURSIONS = {
+    "bend": 0.7,
+    "bow": 0.5,
+    "cartwheel": 2.0,
+    "flip": 2.0,
+    "backflip": 2.0,
+    "somersault": 2.0,
+    "squat": 0.3,
+    "crouch": 0.2,
+    "duck": 0.3,
+}
+"""Word -> how far the body goes from standing: the angle of the trunk in radians, or the metres by
+which the pelvis or the head is lower."""
+LOWERING = {"squat": 0, "crouch": 0, "duck": 15}  # Word -> column of the track
+FLIGHTS = ("jump", "hop", "leap", "jete")
+COUNTED = (*FLIGHTS, "kick", "punch", *EXCURSIONS)  # Words whose occurrences are counted
 RISE = 0.06
 """Height of the pelvis above its lasting height, m, from which on it is aloft: running lifts it by
 about 4 cm."""
@@ -58,6 +80,13 @@ shoulder, m, and speed of the wrist relative to the pelvis, m/s, of a punch."""
 BEGINNING = 8
 """Frames before the arm is extended or the foot is up in which a punch or kick may be quickest."""
 PAUSE = 3  # Frames (0.1 s) up to which a break does not end an occurrence
+STANDING = 0.9  # Quantile of the heights of the pelvis or head that is taken for standing
+REST_WITHIN = 45  # Frames (1.5 s) before and after an occurrence in which the body comes to rest
+LEAD = 3  # Frames (0.1 s) of the rest that belong to a whole occurrence
+SINKING, SAGGED, RETURNED = 0.15, 0.05, 0.25
+"""Speed of the pelvis up or down, m/s, height that it lost, m, and share of an excursion, up to
+which a body is at rest."""
+AROUND = 24  # Frames (0.8 s) before and after a punch: arms are at rest where feet may not be
 _I = body.INDEX
 _HIPS = (_I["l_hip"], _I["r_hip"])
 _ARMS = tuple(_I[f"{side}_{joint}"] for side in "lr" for joint in ("shoulder", "elbow", "wrist"))
@@ -114,11 +143,80 @@ def find_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:
     """
     if word == "kick":
         return _runs(_kicking(track, 0) | _kicking(track, 1))
+    if word in EXCURSIONS:
+        away = excursion(track, word)
+        return [(a, b) for a, b in _runs(away >= 0.5) if away[a:b].max() >= 1.0]
     if word == "punch":
         hands = (_runs(_begun(track[:, hand] > 0, track[:, hand + 1])) for hand in (6, 8))
         return _one_by_one(sorted(time for times in hands for time in times))
     flights = [(a, b) for a, b in _runs(aloft(track)) if b - a >= SHORTEST_FLIGHT]
     return [flight for flight in flights if word != "hop" or _is_hop(track[:, 4:6], flight)]
+
+
+def excursion(track: FloatArray, word: str) -> FloatArray:
+    """How far a body is from standing, in the amounts of ``EXCURSIONS``: array (frames,).
+
+    >>> track = np.zeros((10, 16)); track[:, 0] = 0.9; track[4:6, 0] = 0.45
+    >>> excursion(track, "squat").round(1).tolist()
+    [0.0, 0.0, 0.0, 0.0, 1.5, 1.5, 0.0, 0.0, 0.0, 0.0]
+    """
+    if word not in LOWERING or not len(track):
+        return np.asarray(track[:, 14] / EXCURSIONS[word])
+    heights = track[:, LOWERING[word]]
+    return np.asarray((np.quantile(heights, STANDING) - heights) / EXCURSIONS[word])
+
+
+def whole_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:
+    """First frame and last frame + 1 of each occurrence with what leads to it and follows it.
+
+    Each begins and ends at rest, or where the body is calmest within ``REST_WITHIN`` frames; those
+    that follow one another closely meet in between.
+
+    >>> track = np.zeros((90, 6)); track[:, 0] = 0.9
+    >>> track[30:40, 0], track[40:50, 0:6] = 0.7, 1.1  # a crouch, then a flight
+    >>> whole_occurrences(track, "jump")
+    [(25, 55)]
+    """
+    found = find_occurrences(track, word)
+    if not found:
+        return []
+    meeting = [(one[1] + after[0]) // 2 for one, after in pairwise(found)]
+    unrest = np.zeros(0) if word == "punch" else _unrest(track, word)
+    whole = []
+    for n, (start, end) in enumerate(found):
+        low = max(start - REST_WITHIN, meeting[n - 1] if n else 0)
+        high = min(end + REST_WITHIN, meeting[n] if n < len(meeting) else len(track))
+        if word == "punch":
+            whole.append((max(start - AROUND, low), min(end + AROUND, high)))
+        else:
+            first = start - _until_rest(unrest[low:start][::-1])
+            whole.append((max(first, low), min(end + _until_rest(unrest[end:high]), high)))
+    return whole
+
+
+def _until_rest(unrest: FloatArray) -> int:
+    """Frames until the body is at rest, with ``LEAD`` frames of it; until it is calmest, if never.
+
+    >>> _until_rest(np.array([3.0, 2.0, 0.5, 0.0, 0.0])), _until_rest(np.array([3.0, 2.0, 4.0]))
+    (6, 2)
+    """
+    if not len(unrest):
+        return 0
+    calm = np.flatnonzero(unrest <= 1.0)
+    return int(calm[0]) + 1 + LEAD if len(calm) else int(np.argmin(unrest)) + 1
+
+
+def _unrest(track: FloatArray, word: str) -> FloatArray:
+    """How far from rest a body is: array (frames,), up to 1 at rest."""
+    heights = track[:, 0]
+    feet = track[:, 4:6].max(axis=1) if word == "kick" else track[:, 4:6].min(axis=1)
+    parts = [np.abs(np.gradient(heights)) * MOTION_FPS / SINKING, feet / MAX_HEIGHT]
+    if word in EXCURSIONS:
+        parts.append(excursion(track, word) / RETURNED)
+    elif word in FLIGHTS:
+        sagged = median_filter(heights, size=2 * LASTING - 1, mode="nearest") - heights
+        parts.append(sagged / SAGGED)
+    return np.asarray(np.max(parts, axis=0))
 
 
 def aloft(track: FloatArray) -> NDArray[np.bool_]:

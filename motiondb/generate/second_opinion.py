@@ -24,11 +24,12 @@ from itertools import permutations, product
 import numpy as np
 
 from motiondb.body.features import FEATURE_STEP, recognition_features
+from motiondb.body.retarget import motion_positions
 from motiondb.errors import QueryError
 from motiondb.generate.direction import REACHED, VERTICAL, directions_of, gone, progress
 from motiondb.generate.excerpt_motion import joint_speeds
 from motiondb.generate.excerpt_report import compare_speed, is_within
-from motiondb.generate.excerpts import counted_word
+from motiondb.generate.excerpts import counted_word, occurrences_each
 from motiondb.generate.material import Takes
 from motiondb.generate.motion_making import read_sentence
 from motiondb.generate.occurrences import COUNTED, find_occurrences, measured_track
@@ -147,12 +148,16 @@ class _Seen:
     motion: Motion
     sources: Sequence[int]
     track: FloatArray  # (frames, 20): ``measured_track``
+    poses: FloatArray  # (frames, 63): joints relative to the pelvis, m
     cues: FloatArray  # (feature frames, cues): of the evidence of frames
 
     @classmethod
     def of(cls, learned: Learned, takes: Takes, motion: Motion, sources: Sequence[int]) -> _Seen:
         frames = learned.feature_space.project(recognition_features(motion))
-        return cls(learned, takes, motion, sources, measured_track(motion), frame_cues(frames))
+        positions = motion_positions(motion)[0]
+        poses = (positions - positions[:, :1]).reshape(len(positions), -1)
+        track = measured_track(motion)
+        return cls(learned, takes, motion, sources, track, poses, frame_cues(frames))
 
     def judge(self, asked: Iterable[Asked]) -> tuple[JudgedAction, ...]:
         return judge_motion(self.learned, self.motion, list(asked), self.sources)
@@ -293,14 +298,16 @@ def _asked(
     done, left = list[str](), list[NotUsed]()
     if action.times is not None:
         word, text = counted_word(action), say_times(action.times)
-        count = len(find_occurrences(part if counted is None else counted, word)) if word else 0
+        found = find_occurrences(part if counted is None else counted, word) if word else []
+        poses = seen.poses[slice(*span)] if counted is None else seen.poses
+        count = len(found) / occurrences_each(action, poses, found)
         most = np.inf if action.times.most is None else action.times.most
         if not word:
             left.append(NotUsed(text, f"only {', '.join(COUNTED)} are counted"))
         elif action.times.least <= count <= most:
-            done.append(f"{text}: {count} measured in the motion")
+            done.append(f"{text}: {count:g} measured in the motion")
         else:
-            left.append(NotUsed(text, f"{count} measured in the motion"))
+            left.append(NotUsed(text, f"{count:g} measured in the motion"))
     if action.seconds is not None:
         text, seconds = (
             say_duration(action.seconds.least, action.seconds.most),

@@ -6,7 +6,12 @@ import pytest
 from motiondb.body import body, rotation
 from motiondb.generate import direction
 from motiondb.generate.direction import furthest_part, gone
-from motiondb.generate.occurrences import COUNTED, find_occurrences, measured_track
+from motiondb.generate.occurrences import (
+    COUNTED,
+    find_occurrences,
+    measured_track,
+    whole_occurrences,
+)
 from motiondb.records import Motion
 
 HEIGHT, SIDEWAYS, AHEAD, YAW = range(4)
@@ -222,3 +227,34 @@ def test_a_track_is_measured_in_a_motion() -> None:
         np.testing.assert_allclose(track[:10, :6], [[0.93, 0, 0, 0, 0, 0]] * 10, atol=1e-3)
         assert find_occurrences(track, "kick") == kicks
         assert all(find_occurrences(track, word) == [] for word in COUNTED if word != "kick")
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "word"), [(0, 0.55, "squat"), (14, 0.6, "bow"), (15, 1.2, "duck")]
+)
+def test_who_goes_down_and_comes_back_twice_is_counted_twice(
+    column: int, value: float, word: str
+) -> None:
+    track = _track()
+    track[:, 15] = 1.6
+    standing = track[0, column]
+    for start in (30, 90):
+        track[start : start + 20, column] = value
+    track[130:140, column] = standing + 0.3 * (value - standing)  # not far enough
+    assert find_occurrences(track, word) == [(30, 50), (90, 110)]
+    (first, behind), (second, last) = whole_occurrences(track, word)
+    assert first < 30 < 50 < behind <= second < 90 < 110 < last
+
+
+def test_a_whole_jump_begins_before_its_crouch_and_ends_after_its_landing() -> None:
+    track = _track()
+    track[40:55, 0] = np.linspace(0.9, 0.6, 15)
+    track[55:60, 0] = np.linspace(0.6, 0.95, 5)
+    track[60:70, 0], track[60:70, 4:6] = 1.2, 0.3
+    track[70:85, 0] = np.linspace(0.6, 0.9, 15)
+    assert len(find_occurrences(track, "jump")) == 1
+    ((first, behind),) = whole_occurrences(track, "jump")
+    assert 30 < first <= 40
+    assert 84 < behind < 95
+    track[:45] = track[45]  # the capture begins in the crouch: the calmest frame there is
+    assert whole_occurrences(track, "jump")[0][0] < 50

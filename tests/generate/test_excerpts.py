@@ -139,6 +139,19 @@ def test_too_few_measured_occurrences_are_repeated() -> None:
     assert layout.times == 5
 
 
+def test_a_jumping_jack_has_two_flights() -> None:
+    frames = np.arange(200)
+    poses = np.column_stack([np.sin(2 * np.pi * frames / 36), np.zeros(200)])
+    flights = tuple((n, n + 7) for n in range(9, 190, 18))
+    movement = Movement(poses, np.zeros((201, 2)), occurrences=flights)
+    action = PlannedAction((("jump", "jack"),), times=Amount(2, 2))
+    layout = lay_out(action, (0, 200), movement)
+    assert layout.said == "2 times, measured in the motion, 2 flights each"
+    assert 63 + 7 <= layout.n_frames < 81  # the fourth flight is whole, the fifth is not there
+    plain = lay_out(PlannedAction((("jump",),), times=Amount(2, 2)), (0, 200), movement)
+    assert 27 + 7 <= plain.n_frames < 45
+
+
 def _kicks(number: int) -> np.ndarray:
     """A measured track with a number of kicks of the left leg."""
     track = np.zeros((100, 20))
