@@ -30,8 +30,9 @@ MAX_DIGITS = 100
 the square of its length."""
 _NUMERIC = b"0123456789+-.eE"
 _PART = 4_000_000
-"""Characters that are split into values at a time. Values as Python objects take ten times the
-memory of their text, so a large file is converted in parts of a size that does not show."""
+"""Characters that are split into values at a time. Places of values take more memory than their
+text, so a large file is converted in parts of a size that does not show."""
+_IS_SPACE = np.isin(np.arange(256), list(b" \t\n\r\v\f"))  # (256,): by character, as bytes.split
 
 
 def clean_bytes(data: bytes, path: object) -> bytes:
@@ -122,7 +123,7 @@ def read_numbers(block: bytes) -> FloatArray | None:
         end = start + _PART
         while end < len(block) and block[end] > 32:
             end += 1
-        part = to_numbers(block[start:end].split())
+        part = to_numbers(block[start:end], words_in(block[start:end])[1])
         if part is None:
             return None
         parts.append(part)
@@ -130,17 +131,28 @@ def read_numbers(block: bytes) -> FloatArray | None:
     return np.concatenate(parts) if parts else np.zeros(0)
 
 
-def to_numbers(tokens: list[bytes]) -> FloatArray | None:
-    """Convert tokens to an array of finite numbers; None if one of them is none."""
-    if b"".join(tokens).translate(None, _NUMERIC):
-        return None
-    if max(map(len, tokens), default=0) > MAX_DIGITS:
+def words_in(block: bytes) -> tuple[IntArray, IntArray]:
+    """Where the words between white space begin, and their lengths: arrays (words,).
+
+    >>> words_in(b" 1.5  abc ")
+    (array([1, 6]), array([3, 3]))
+    """
+    is_space = np.ones(len(block) + 2, dtype=bool)
+    is_space[1:-1] = _IS_SPACE[np.frombuffer(block, dtype=np.uint8)]
+    edges = np.flatnonzero(is_space[1:] != is_space[:-1])
+    return edges[::2], edges[1::2] - edges[::2]
+
+
+def to_numbers(block: bytes, lengths: IntArray) -> FloatArray | None:
+    """Convert words of some lengths to finite numbers; None if one of them is none."""
+    if block.translate(None, _NUMERIC + b" \t\n\r\v\f") or lengths.max(initial=0) > MAX_DIGITS:
         return None
     try:
-        values = np.array(tokens, dtype=float)
-    except ValueError:
+        values = np.fromstring(block, sep=" ")
+    except (DeprecationWarning, ValueError):  # where such warnings are errors
         return None
-    return values if np.isfinite(values).all() else None
+    # "1-2" and "1.2.3" give two, and reading ends at "1e"
+    return values if len(values) == len(lengths) and np.isfinite(values).all() else None
 
 
 def shorten(faults: Faults) -> Faults:

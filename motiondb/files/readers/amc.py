@@ -34,6 +34,7 @@ from motiondb.files.text import (
     quoted,
     shorten,
     to_numbers,
+    words_in,
 )
 from motiondb.records import Clip, FloatArray
 
@@ -157,24 +158,28 @@ def _read_fast(block: bytes, layout: Layout) -> tuple[FloatArray | None, FloatAr
 
     The table is None if a frame differs from the first or a value is not a finite number.
     """
-    tokens = block.split()
+    text = np.frombuffer(block, dtype=np.uint8)
+    starts, lengths = words_in(block)
     nothing = np.zeros(0)
     stride = 1 + sum(1 + count for _, count in layout)
-    if len(tokens) % stride:
+    if not len(starts) or len(starts) % stride:
         return None, nothing
-    places, place = [0], 1
+    starts, lengths = starts.reshape(-1, stride), lengths.reshape(-1, stride)
+    numbers, is_value, place = text.copy(), np.ones(stride, dtype=bool), 1
     for name, count in layout:
-        if set(tokens[place::stride]) != {name.encode()}:
+        expected = np.frombuffer(name.encode(), dtype=np.uint8)
+        if (lengths[:, place] != len(expected)).any():
             return None, nothing
-        places += range(place + 1, place + 1 + count)
+        letters = starts[:, place, None] + np.arange(len(expected))
+        if (text[letters] != expected).any():
+            return None, nothing
+        numbers[letters] = ord(" ")
+        is_value[place] = False
         place += 1 + count
-    columns = []
-    for place in places:
-        column = to_numbers(tokens[place::stride])
-        if column is None:
-            return None, nothing
-        columns.append(column)
-    table = np.stack(columns, axis=1)
+    values = to_numbers(numbers.tobytes(), lengths[:, is_value].ravel())
+    if values is None:
+        return None, nothing
+    table = values.reshape(len(starts), -1)
     return np.ascontiguousarray(table[:, 1:]), table[:, 0]
 
 
