@@ -173,7 +173,7 @@ def test_captures_that_cannot_be_measured_are_told(
 ) -> None:
     from motiondb.database.catalogue import assessing
 
-    def fail(_session: object, _info: object) -> Quality:
+    def fail(*_of: object) -> Quality:
         raise motiondb.MotionDBError("expected joints, found none")
 
     for table in ("finding", "capture_quality"):
@@ -181,7 +181,7 @@ def test_captures_that_cannot_be_measured_are_told(
     keep(base, {})
     number = base.captures("name=ana/jump_1")[0].capture_id
     base.store.connection.execute("DELETE FROM capture_quality WHERE capture_id = ?", [number])
-    monkeypatch.setattr(assessing, "_measured", fail)
+    monkeypatch.setattr(assessing, "points_of", fail)
     answer = base.curate(CurateSettings(share=1.0, shortest=1.0))
     reasons = {each.capture: each.reason for each in answer.dropped}
     assert reasons["ana/jump_1"] == "not measured: ana/jump_1: expected joints, found none"

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motiondb import answers, pictures, store
 from motiondb.body.joint_names import joint_map
 from motiondb.body.retarget import keypoints_of, up_axis
-from motiondb.database.catalogue.exporting import added_joint_map, load_clip
+from motiondb.database.catalogue.exporting import added_joint_map, joint_map_of, load_clip
+from motiondb.database.catalogue.file_reading import read_source, stored_options
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.safe_files import output_file
 from motiondb.quality import boxes
@@ -24,8 +25,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from motiondb.database.session import Session
+    from motiondb.files.formats import ReadOptions
+    from motiondb.files.packed_files import Source
 
 Progress = Callable[[str, float, float], None]
+_FEW = 20  # Captures that are measured in this process: starting others takes as long
 _AT_ONCE = 100  # Captures that are saved together: what was measured is kept if it is interrupted
 
 
@@ -65,13 +69,13 @@ def known_quality(
     lacking = [info for info in infos if info.capture_id not in known]
     problems: list[str] = []
     made: dict[int, Quality] = {}
-    for done, info in enumerate(lacking):
+    for done, (info, found) in enumerate(zip(lacking, _measured(session, lacking))):
         if progress is not None:
             progress("measuring", done, len(lacking))
-        try:
-            made[info.capture_id] = _measured(session, info)
-        except MotionDBError as error:
-            problems.append(f"{info.name}: {error}")
+        if isinstance(found, str):
+            problems.append(f"{info.name}: {found}")
+        else:
+            made[info.capture_id] = found
         if len(made) >= _AT_ONCE:
             known |= _saved(session, made)
             made = {}
@@ -93,9 +97,57 @@ def performer_of(info: CaptureInfo) -> str:
     return info.tags.get("performer") or info.name.rpartition("/")[0] or "no folder"
 
 
-def _measured(session: Session, info: CaptureInfo) -> Quality:
-    """Measure one capture on its own skeleton, in its own size, at its own rate."""
-    clip, points, has_toes = load_points(session, info)
+def _measured(session: Session, infos: Sequence[CaptureInfo]) -> Iterator[Quality | str]:
+    """Measure captures on their own skeletons, in their own size and at their own rate.
+
+    A sentence says why one cannot be measured. More than a few are measured in other processes.
+    """
+    stored = _stored(session, infos)
+    if len(infos) < _FEW:
+        yield from map(_assessed, stored)
+        return
+    import joblib
+
+    with joblib.Parallel(n_jobs=-1, return_as="generator", inner_max_num_threads=1) as jobs:
+        yield from jobs(joblib.delayed(_assessed)(each) for each in stored)
+
+
+@dataclass(frozen=True)
+class _Stored:
+    """What a capture is read from, and how."""
+
+    name: str
+    source: Source
+    options: ReadOptions
+    joint_map: Mapping[str, str]
+
+
+def _stored(session: Session, infos: Sequence[CaptureInfo]) -> Iterator[_Stored | str]:
+    """What captures are read from; a sentence for one that cannot be loaded."""
+    runs: dict[int, Mapping[str, object]] = {}
+    for info in infos:
+        try:
+            with session.reading():
+                if info.run_id not in runs:
+                    runs[info.run_id] = store.load_run(session.store, info.run_id).parameters
+                source = store.load_source(session.store, info.capture_id)
+        except MotionDBError as error:
+            yield str(error)
+            continue
+        parameters = runs[info.run_id]
+        options = stored_options(info, source, parameters, info.fps)
+        yield _Stored(info.name, source, options, joint_map_of(parameters))
+
+
+def _assessed(stored: _Stored | str) -> Quality | str:
+    """Measure a capture; a sentence if it cannot be read."""
+    if isinstance(stored, str):
+        return stored
+    try:
+        clip = read_source(stored.name, stored.source, stored.options)
+        clip, points, has_toes = points_of(clip, stored.joint_map)
+    except MotionDBError as error:
+        return str(error)
     return assess(points, clip.fps, has_toes)
 
 

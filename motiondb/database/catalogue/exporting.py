@@ -441,18 +441,23 @@ def write_added(
 
 def load_clip(session: Session, name: str) -> Clip:
     """A stored capture on its own skeleton and at its own rate, as it was read when added."""
-    from motiondb.database.catalogue.file_reading import read_stored
+    from motiondb.database.catalogue.file_reading import read_source, stored_options
 
     with session.reading():
         info = store.load_capture(session.store, name)
         source = store.load_source(session.store, info.capture_id)
         run = store.load_run(session.store, info.run_id)
-    return read_stored(info, source, run.parameters, info.fps)
+    return read_source(name, source, stored_options(info, source, run.parameters, info.fps))
 
 
 def added_joint_map(session: Session, info: CaptureInfo) -> dict[str, str]:
     """The joint map with which a capture was added; empty without one."""
-    added = store.load_run(session.store, info.run_id).parameters.get("joint_map")
+    return joint_map_of(store.load_run(session.store, info.run_id).parameters)
+
+
+def joint_map_of(parameters: Mapping[str, object]) -> dict[str, str]:
+    """The joint map among the parameters of a run; empty without one."""
+    added = parameters.get("joint_map")
     return {str(k): str(v) for k, v in added.items()} if isinstance(added, dict) else {}
 
 

@@ -568,16 +568,13 @@ def read_joint_map(path: Path) -> dict[str, str]:
     return pairs
 
 
-def read_stored(
-    info: CaptureInfo, source: Source, parameters: Mapping[str, object], fps: float | None
-) -> Clip:
-    """The clip of a stored file, read as it was when it was added, without limits."""
+def read_source(name: str, source: Source, options: ReadOptions) -> Clip:
+    """The clip of a stored file, read with :func:`stored_options` as it was when it was added."""
     skeleton = None
     if source.skeleton_data is not None:
         skeleton = SkeletonFile(source.skeleton_data, source.skeleton_name or "")
-    options = stored_options(info, source, parameters, fps)
     return read_capture_bytes(
-        source.data, source.format, path=info.name, skeleton=skeleton, options=options
+        source.data, source.format, path=name, skeleton=skeleton, options=options
     )
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from motiondb import store
 from motiondb.body import retarget
-from motiondb.database.catalogue.file_reading import read_stored
+from motiondb.database.catalogue.file_reading import read_source, stored_options
 from motiondb.errors import MotionDBError, StoreError
 from motiondb.files import packed_files
 from motiondb.files.bvh_writer import to_bvh
@@ -162,7 +162,8 @@ def _read_anew(
     """The motion of a stored file, read as it was when it was added."""
     parameters = run.parameters if run else {}
     joints = parameters.get("joint_map")
-    clip = read_stored(info, source, parameters, info.fps if info.n_frames else None)
+    options = stored_options(info, source, parameters, info.fps if info.n_frames else None)
+    clip = read_source(info.name, source, options)
     joint_map = {str(k): str(v) for k, v in joints.items()} if isinstance(joints, dict) else {}
     facts = replace(info, fps=clip.fps, n_frames=clip.n_frames, duration=clip.n_frames / clip.fps)
     return facts, retarget.to_motion(clip, joint_map)
