@@ -29,6 +29,7 @@ MARKS = (
     (b'{"asset":', b'"generator":"motiondb"'),
     (b"motiondb knowledge ", b""),
     (b'{\n "written_by": "motiondb"', b""),
+    (b"<!-- written by motiondb -->", b""),
 )  # How files of a kind begin, and what stands in those of motiondb
 _HEAD = 4096  # Bytes in which a mark stands
 

@@ -44,7 +44,7 @@ def to_values(findings: Sequence[Finding], up: str) -> list[dict[str, object]]:
 
 def to_mjcf(findings: Sequence[Finding], up: str, name: str) -> str:
     """The boxes as fixed geoms of an MJCF model, whose sizes are half lengths."""
-    lines = [f"<mujoco model={quoteattr(name)}>", "  <worldbody>"]
+    lines = ["<!-- written by motiondb -->", f"<mujoco model={quoteattr(name)}>", "  <worldbody>"]
     for number, (each, room) in enumerate((f, box) for f in findings for box in f.boxes):
         box = turned(room, up)
         place = " ".join(f"{c:.4f}" for c in box.centre)

@@ -14,6 +14,7 @@ from motiondb.body.retarget import keypoints_of, up_axis
 from motiondb.database.catalogue.exporting import added_joint_map, joint_map_of, load_clip
 from motiondb.database.catalogue.file_reading import read_source, stored_options
 from motiondb.errors import MotionDBError, QueryError
+from motiondb.files.own_files import WRITER
 from motiondb.files.safe_files import output_file
 from motiondb.quality import boxes
 from motiondb.quality.assess import assess
@@ -206,7 +207,8 @@ def write_boxes(session: Session, found: Mapping[str, Quality], path: Path) -> N
             {"capture": name, "up": up, "unit": "m", "boxes": boxes.to_values(quality.findings, up)}
         )
     with output_file(path) as draft:
-        draft.write_text(text or json.dumps(rows, indent=1), encoding="utf-8")
+        values = {"written_by": WRITER, "captures": rows}
+        draft.write_text(text or json.dumps(values, indent=1), encoding="utf-8")
 
 
 def draw_quality(session: Session, name: str, path: str | Path | None) -> Path | Figure:

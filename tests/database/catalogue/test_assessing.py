@@ -10,6 +10,7 @@ import pytest
 
 import motiondb
 from motiondb import MotionDB, QueryError, store
+from motiondb.files.own_files import is_own
 from motiondb.records import Box, Finding, Quality
 
 SEAT = Finding(
@@ -117,11 +118,13 @@ def test_filters_say_of_what_nothing_is_known_and_leave_tags_alone(base: MotionD
 
 def test_boxes_are_written_in_the_world_of_the_file(told: MotionDB, tmp_path: Path) -> None:
     names = [info.name for info in told.captures(sort="name")]
-    rows = json.loads(told.captures.write_boxes("", tmp_path / "all.json").read_text())
+    rows = json.loads(told.captures.write_boxes("", tmp_path / "all.json").read_text())["captures"]
     assert [len(row["boxes"]) for row in rows] == [1, 1, 0, 0]
     assert (rows[0]["capture"], rows[0]["up"], rows[0]["unit"]) == (names[0], "y", "m")
     assert rows[0]["boxes"][0]["centre"] == [1.0, 0.25, 2.0]
     text = told.captures.write_boxes(names[0], tmp_path / "one.xml").read_text()
+    assert is_own(tmp_path / "one.xml")  # and may be written again
+    assert is_own(tmp_path / "all.json")
     assert 'pos="1.0000 0.2500 2.0000" size="0.2000 0.2500 0.2000"' in text
     with pytest.raises(QueryError, match="expected one capture for boxes as MJCF, found 4"):
         told.captures.write_boxes("", tmp_path / "all.xml")
