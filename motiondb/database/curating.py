@@ -25,10 +25,11 @@ from motiondb.curate import covering, pieces
 from motiondb.database.catalogue import assessing, exporting
 from motiondb.database.catalogue.parts import write_bytes
 from motiondb.database.values import seeded
-from motiondb.errors import MotionDBError, NotLearnedError, QueryError
+from motiondb.errors import NotLearnedError, QueryError
 from motiondb.files.own_files import WRITER
 from motiondb.files.safe_files import check_output
 from motiondb.files.sheet_writer import plain_cell
+from motiondb.files.whole_folders import whole_folder
 from motiondb.language.vocabulary import words_of
 from motiondb.learn.learned import performers_of
 from motiondb.records import Caption, CaptureInfo, FloatArray, IntArray, Quality
@@ -432,35 +433,15 @@ def _write(
     tell: Progress,
 ) -> answers.CurateAnswer:
     """Write intervals and manifest into a draft that becomes the folder when it is complete."""
-    draft = folder.absolute().with_name(f".{folder.name}.draft")
-    try:
-        draft.mkdir()
-        try:
-            done, order = {}, sorted(answer.intervals, key=lambda each: each.capture)
-            for count, each in enumerate(order):
-                tell("writing", count, len(order))
-                done[each.interval] = _export(session, each, asked, draft)
-            intervals = tuple(replace(e, file=done[e.interval]) for e in answer.intervals)
-            answer = replace(answer, intervals=intervals, folder=folder)
-            _write_manifest(answer, asked, draft)
-            if folder.exists():
-                folder.rmdir()
-            draft.rename(folder)
-        except BaseException:
-            _remove(draft)
-            raise
-    except OSError as error:
-        raise MotionDBError(
-            f"{folder}: expected a folder that can be written, found: {error.strerror}. Nothing "
-            "was written."
-        ) from None
+    with whole_folder(folder, _check_folder) as draft:
+        done, order = {}, sorted(answer.intervals, key=lambda each: each.capture)
+        for count, each in enumerate(order):
+            tell("writing", count, len(order))
+            done[each.interval] = _export(session, each, asked, draft)
+        intervals = tuple(replace(e, file=done[e.interval]) for e in answer.intervals)
+        answer = replace(answer, intervals=intervals, folder=folder)
+        _write_manifest(answer, asked, draft)
     return answer
-
-
-def _remove(draft: Path) -> None:
-    for file in sorted(draft.rglob("*"), reverse=True):
-        file.rmdir() if file.is_dir() else file.unlink()
-    draft.rmdir()
 
 
 def _export(

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +15,7 @@ from motiondb import answers, pictures, store
 from motiondb.body.joint_names import joint_map
 from motiondb.body.retarget import keypoints_of, up_axis
 from motiondb.database.catalogue.exporting import added_joint_map, joint_map_of, load_clip
-from motiondb.database.catalogue.file_reading import read_source, stored_options
+from motiondb.database.catalogue.file_reading import pool_of, read_source, stored_options
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.own_files import WRITER
 from motiondb.files.safe_files import output_file
@@ -23,6 +26,8 @@ from motiondb.quality.rates import performer_rate
 from motiondb.records import CaptureInfo, Clip, FloatArray, Quality
 
 if TYPE_CHECKING:
+    from concurrent.futures import Future
+
     from matplotlib.figure import Figure
 
     from motiondb.database.session import Session
@@ -31,6 +36,7 @@ if TYPE_CHECKING:
 
 Progress = Callable[[str, float, float], None]
 _FEW = 20  # Captures that are measured in this process: starting others takes as long
+_AHEAD = 3  # Captures for each process that are loaded ahead
 _AT_ONCE = 100  # Captures that are saved together: what was measured is kept if it is interrupted
 
 
@@ -107,10 +113,24 @@ def _measured(session: Session, infos: Sequence[CaptureInfo]) -> Iterator[Qualit
     if len(infos) < _FEW:
         yield from map(_assessed, stored)
         return
-    import joblib
+    running: deque[Future[Quality | str]] = deque()
+    n_jobs = os.cpu_count() or 1
+    with pool_of(n_jobs) as pool:
+        for each in stored:
+            running.append(pool.schedule(_assessed, args=(each,)))
+            if len(running) > _AHEAD * n_jobs:
+                yield _result(running.popleft())
+        yield from map(_result, running)
 
-    with joblib.Parallel(n_jobs=-1, return_as="generator", inner_max_num_threads=1) as jobs:
-        yield from jobs(joblib.delayed(_assessed)(each) for each in stored)
+
+def _result(future: Future[Quality | str]) -> Quality | str:
+    """What was measured; a sentence where the process ended."""
+    from pebble import ProcessExpired
+
+    try:
+        return future.result()
+    except (ProcessExpired, BrokenProcessPool):
+        return "its process ended. Measure it alone, or see how much memory is free"
 
 
 @dataclass(frozen=True)

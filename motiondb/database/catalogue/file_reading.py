@@ -201,7 +201,7 @@ def read_all(
         return
     n_jobs = min(n_jobs, len(jobs), os.cpu_count() or 1)
     folder, running = _working_folder(), deque[tuple[FileToRead, Future[Readings] | None]]()
-    with _pool_of(n_jobs) as pool:
+    with pool_of(n_jobs) as pool:
         for job in jobs:
             try:
                 future = _submit(pool, folder, job)
@@ -215,7 +215,7 @@ def read_all(
 
 
 @contextmanager
-def _pool_of(n_jobs: int) -> Iterator[ProcessPool]:
+def pool_of(n_jobs: int) -> Iterator[ProcessPool]:
     """Processes that read, which end with the block."""
     from pebble import ProcessPool
 
@@ -271,7 +271,7 @@ def _read_alone(folder: str, job: FileToRead) -> Readings:
     """Read a file in a process of its own, or in this one if the system lets none start."""
     from pebble import ProcessExpired
 
-    with _pool_of(1) as pool:
+    with pool_of(1) as pool:
         try:
             future = _submit(pool, folder, job)
         except (OSError, RuntimeError):

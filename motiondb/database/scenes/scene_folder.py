@@ -9,14 +9,10 @@ under another name and then renamed, so that it is complete or absent.
 
 from __future__ import annotations
 
-import glob
 import json
-import os
-import shutil
 import tempfile
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -35,7 +31,8 @@ from motiondb.errors import MotionDBError, SceneError
 from motiondb.files.bvh_writer import write_bvh
 from motiondb.files.formats import read_capture
 from motiondb.files.gltf_writer import Character, write_gltf_scene
-from motiondb.files.safe_files import check_output, is_running, link_target, read_bounded_text
+from motiondb.files.safe_files import check_output, read_bounded_text
+from motiondb.files.whole_folders import unwritable
 from motiondb.pictures.scenes import performer_colours
 from motiondb.records import MOTION_FPS, Clip, IntArray, Motion
 from motiondb.scene.language.tactics import Diagram
@@ -391,7 +388,7 @@ def check_scene_folder(folder: Path) -> None:
         check_output(folder, is_folder=True)
         Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.absolute().parent)).rmdir()
     except OSError as error:
-        raise _unwritable(folder, error) from None
+        raise unwritable(folder, error) from None
     if not folder.exists():
         return
     if not folder.is_dir():
@@ -401,13 +398,6 @@ def check_scene_folder(folder: Path) -> None:
             f"{folder}: expected a new folder, or one that holds a scene, found other files."
             " Name another."
         )
-
-
-def _unwritable(folder: Path, error: OSError) -> MotionDBError:
-    return MotionDBError(
-        f"{folder}: expected a folder that can be written, found: {error.strerror or error}."
-        " Check its permissions and the room on its disk."
-    )
 
 
 def read_scene_folder(folder: Path) -> store.StoredScene:
@@ -442,49 +432,3 @@ def draw_folder(folder: Path, png: str | Path | None) -> Path | Figure:
     diagram = read_diagram(record.diagram, str(folder))
     motions = read_motions(folder, [player.name for player in record.players])
     return pictures.save_png(pictures.scene_paths_figure(diagram, motions, record.ball), png)
-
-
-def _mend(folder: Path) -> None:
-    """Repair the state that killed processes left while they wrote this folder.
-
-    An earlier scene that had been moved away is restored; partial folders are removed.
-    """
-    for left in folder.parent.glob(f".{glob.escape(folder.name)}.*.*"):
-        owner, _, kind = left.name.removeprefix(f".{folder.name}.").rpartition(".")
-        if kind not in ("part", "old") or not owner.isdigit() or is_running(int(owner)):
-            continue
-        if kind == "old" and not folder.exists():
-            left.rename(folder)
-        else:
-            shutil.rmtree(left, ignore_errors=True)
-
-
-@contextmanager
-def whole_folder(folder: Path) -> Iterator[Path]:
-    """Give a folder to write into; rename it to ``folder`` on success, remove it otherwise.
-
-    A link stays: the folder that it stands for is replaced.
-    """
-    folder = link_target(folder)
-    _mend(folder.absolute())
-    check_scene_folder(folder)
-    folder = folder.absolute()
-    part = folder.with_name(f".{folder.name}.{os.getpid()}.part")
-    old = folder.with_name(f".{folder.name}.{os.getpid()}.old")
-    try:
-        shutil.rmtree(part, ignore_errors=True)
-        part.mkdir()
-        yield part
-        if folder.exists():
-            folder.rename(old)
-        try:
-            part.rename(folder)
-        except OSError:
-            if old.exists():
-                old.rename(folder)
-            raise
-    except OSError as error:
-        raise _unwritable(folder, error) from None
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
-        shutil.rmtree(old, ignore_errors=True)

@@ -24,7 +24,6 @@ from motiondb.database.scenes import scene_folder, scene_texts
 from motiondb.database.scenes.scene_folder import (
     fill_scene_folder,
     source_list,
-    whole_folder,
 )
 from motiondb.database.scenes.scene_making import (
     FirstMotion,
@@ -46,6 +45,7 @@ from motiondb.database.scenes.scene_texts import SceneText, read_scene_text
 from motiondb.database.session import Topic
 from motiondb.errors import QueryError, SceneError, suggestion
 from motiondb.files.safe_files import is_folder
+from motiondb.files.whole_folders import whole_folder
 from motiondb.records import Motion
 from motiondb.scene.clips.caption_actions import ShownAction
 from motiondb.scene.language.motion_grammar import MotionGrammar
@@ -212,7 +212,7 @@ class Scenes(Topic):
         kept : bool
             Whether to keep the scene in the database too, as :meth:`keep` does.
         """
-        with whole_folder(Path(folder)) as part:
+        with whole_folder(Path(folder), scene_folder.check_scene_folder) as part:
             fill_scene_folder(scene.made, scene.record, scene.provenance, part, progress, drawn)
             if kept:
                 self.keep(scene)

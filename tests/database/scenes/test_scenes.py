@@ -32,6 +32,7 @@ from motiondb.database.scenes.scene_records import (
 from motiondb.database.scenes.scenes import Scene, SceneSettings
 from motiondb.errors import MotionDBError, QueryError, SceneError
 from motiondb.files.formats import read_capture
+from motiondb.files.whole_folders import whole_folder
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.scene.clips.clips import ClipSource
 from motiondb.store import SceneClip
@@ -400,13 +401,14 @@ def test_what_killed_processes_left_is_put_right(made: Made, tmp_path: Path) -> 
     """One was killed while it wrote, another between moving the old away and the new in place."""
     ended = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"], **PIPED)
     dead = int(ended.stdout)
-    with scene_folder.whole_folder(tmp_path / "two") as part:
+    with whole_folder(tmp_path / "two", scene_folder.check_scene_folder) as part:
         (part / "scene.json").write_text("{}")
     (tmp_path / "two").rename(tmp_path / f".two.{dead}.old")
     (tmp_path / f".two.{dead}.part").mkdir()
     mine = tmp_path / f".two.{os.getppid()}.part"  # still at work
     mine.mkdir()
-    with pytest.raises(KeyboardInterrupt), scene_folder.whole_folder(tmp_path / "two"):
+    check = scene_folder.check_scene_folder
+    with pytest.raises(KeyboardInterrupt), whole_folder(tmp_path / "two", check):
         raise KeyboardInterrupt
     assert sorted(tmp_path.iterdir()) == [mine, tmp_path / "two"]
     assert (tmp_path / "two" / "scene.json").read_text() == "{}"
