@@ -22,11 +22,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from question_tasks.key import Shown, captures_of, is_right
 
 import motiondb
 from motiondb.database import MotionDB
 from motiondb.errors import MotionDBError
-from question_tasks.key import Shown, captures_of, is_right
 
 TABLE = Path(__file__).with_name("question_tasks") / "questions.tsv"
 SEED, LIKELY, ROOM = 300, 0.5, 4.0  # ROOM: seconds by which a place may be longer than the event

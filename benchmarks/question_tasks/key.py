@@ -61,7 +61,7 @@ def facts_of(motion: Motion) -> dict[str, float]:
         points[:, [_I[f"l_{j}"], _I[f"r_{j}"]], 1] - low
         for j, low in (("ankle", body.ANKLE_HEIGHT), ("toe", 0.02))
     )
-    aloft = (np.minimum(ankles, toes) > 0.05).all(axis=1)
+    aloft = np.asarray((np.minimum(ankles, toes) > 0.05).all(axis=1))
     flights = [(a, b) for a, b in runs(aloft) if 4 <= b - a < 30]
     stand = float(np.percentile(root[:, 1], 90))
     ways = [float(np.linalg.norm(root[b - 1, [0, 2]] - root[a, [0, 2]])) for a, b in flights]
