@@ -28,9 +28,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from motiondb.body import body, retarget, rotation
+from motiondb.body.contacts import FEET, MAX_HEIGHT, foot_heights
 from motiondb.body.features import headings, runs, velocity
 from motiondb.body.pose_vectors import to_path
-from motiondb.generate.contact import FEET, MAX_HEIGHT, foot_heights
 from motiondb.meaning.limb_sides import outward_speeds
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 

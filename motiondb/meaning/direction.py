@@ -16,7 +16,7 @@ start            gain of speed along the ground, up to MOVING  0.5 m/s
 jump             time aloft                                    0.2 s
 leap, jete       the same                                      0.2 s
 hop, kick,       occurrences                                   1
-punch            (:mod:`motiondb.generate.occurrences`)
+punch            (:mod:`motiondb.meaning.occurrences`)
 bend, bow        angle of the trunk from upright               0.7, 0.5 rad
 cartwheel, flip  the same: head downwards                      2.0 rad
 squat, crouch    height that the pelvis loses or gains         0.3, 0.2 m
@@ -38,7 +38,6 @@ import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
 
 from motiondb.body import body
-from motiondb.generate.occurrences import LASTING, aloft, find_occurrences
 from motiondb.language.question.tree import LIMBS, SIDES
 from motiondb.language.vocabulary import IN_PLACE, as_said
 from motiondb.meaning.limb_sides import (
@@ -49,6 +48,7 @@ from motiondb.meaning.limb_sides import (
     say_other_limb,
     side_amount,
 )
+from motiondb.meaning.occurrences import LASTING, aloft, find_occurrences
 from motiondb.meaning.travelled import (
     CLEARLY,
     directions_to_measure,

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from motiondb.body import body, rotation
-from motiondb.generate import direction
-from motiondb.generate.direction import furthest_part, gone
-from motiondb.generate.occurrences import COUNTED, find_occurrences, measured_track
+from motiondb.meaning import direction
+from motiondb.meaning.direction import furthest_part, gone
+from motiondb.meaning.occurrences import COUNTED, find_occurrences, measured_track
 from motiondb.records import Motion
 
 HEIGHT, SIDEWAYS, AHEAD, YAW = range(4)
