@@ -66,7 +66,7 @@ def judge(db: MotionDB, row: dict[str, str], captures: dict[str, Shown]) -> Verd
     sure = [(match.probability or 0.0) >= LIKELY for match in answer.matches]
     wrong_but_sure = any(s and m.capture not in right for s, m in zip(sure, answer.matches))
     said = (
-        f"{answer.understood} | {answer.not_understood or answer.nothing} | "
+        f"{answer.understood} | {answer.not_understood or answer.nothing} {answer.remarks} | "
         + "; ".join(f"{left.text}: {left.reason}" for left in answer.not_used)
         + " | "
         + ", ".join(
@@ -76,7 +76,7 @@ def judge(db: MotionDB, row: dict[str, str], captures: dict[str, Shown]) -> Verd
             for m in answer.matches
         )
     )
-    is_told = bool(answer.nothing or answer.not_understood or answer.doubtful or answer.missing)
+    is_told = bool(answer.nothing or answer.not_understood or answer.remarks)
     if key == "nothing":
         verdict = "wrong" if any(sure) else "right" if is_told or not first else "partly"
         return Verdict(verdict, any(sure), said)

@@ -48,7 +48,7 @@ from motiondb.meaning.limb_sides import (
     say_other_limb,
     side_amount,
 )
-from motiondb.meaning.occurrences import LASTING, aloft, find_occurrences
+from motiondb.meaning.occurrences import ALOFT, LASTING, aloft, find_occurrences
 from motiondb.meaning.travelled import (
     CLEARLY,
     directions_to_measure,
@@ -92,7 +92,6 @@ FULL = {
 VERTICAL = ("up", "down")
 TURNS = ("turn", "veer", "spin", "pirouette")
 PLAIN_TURNS = ("turn", "spin", "veer", "swerve")  # Of which nothing but the turning has to be seen
-ALOFT = ("jump", "leap", "jete")
 OCCURRING = ("hop", "kick", "punch")
 OUT = " out"  # After the limb of a punch, of which only the way from the shoulder counts
 LEANING = ("bend", "bow", "cartwheel", "flip", "backflip", "somersault")

@@ -28,17 +28,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
-from motiondb.language.question.readings import Part, say_duration
+from motiondb.language.question.readings import Exclusion, Part, say_count, say_duration
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, as_said
 from motiondb.meaning.edge_map import HALF, averaged
 from motiondb.meaning.limb_sides import (
+    limb_held,
     limb_speeds,
     limbs_to_measure,
     moves_otherwise,
     say_other_limb,
     side_amount,
 )
+from motiondb.meaning.occurrences import (
+    LOW,
+    MOST_LEAN,
+    STANDING,
+    event_of,
+    find_occurrences,
+    sitting,
+)
 from motiondb.meaning.travelled import (
+    STEADY,
     directions_to_measure,
     furthest,
     longest_going,
@@ -53,19 +63,25 @@ from motiondb.search.asking import (
     AskedQuestion,
     actions_of_part,
     excluded_words,
+    is_repeated,
     lasts_going,
     measured_words,
 )
-from motiondb.search.placing import PartPlace, Placed
+from motiondb.search.placing import PartPlace, Placed, is_labelled
+from motiondb.search.said_together import POSTURES
 from motiondb.search.seen_frames import SeenFrames
 
 LEAST_LOOKED_AT = 30  # Feature frames (2 s) in which "in place" is measured
 CLEAR_SIDE = 2.0  # Least shares of a limb from which it clearly moves: two thirds, or .3 each
+AT_ONCE = 45  # Frames (1.5 s) between events that belong together
+WALKING, HOLDS = 0.6, 0.7  # m/s; share of a place in which a posture holds
+LIFTED, ON_ONE = 0.08, 0.25
+"""Height of a foot over the other one, m, and share of a place, of who is on one foot."""
 OTHER = {"left": "right", "right": "left"}
 
 
 def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Placed) -> Placed:
-    """Places with what the motion contradicts; parts go where their directions are seen."""
+    """Places with what the motion contradicts; parts go where it shows what they ask for."""
     asked, (reading,) = question.asked, question.readings
     said = asked.evidence.written.get(seen.capture)
     believed = {
@@ -80,10 +96,14 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
             -(-places[k - 1].end // FEATURE_STEP) if k else 0,
             places[k + 1].start // FEATURE_STEP if k + 1 < len(places) else len(frames),
         )
+        places[k], against = _at_events(question, seen, part, places[k], room)
+        contradicted += against
         for action in actions_of_part(asked, part, question.only):
             if lasts_going(part, action):
                 places[k], short = _gone_on(seen, part, action, places[k], room)
                 contradicted += short
+            if len(part.said) > 1 and {*action} <= POSTURES:
+                contradicted += _other_posture(seen, action, places[k])
             if not measured_words(action):
                 continue
             shown = np.zeros((2, len(frames)), dtype=bool)
@@ -108,26 +128,109 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
             )
     for exclusion in reading.exclusions:
         for k in range(exclusion.first, exclusion.last):
-            inside = frames[_inside(places[k])]
-            for action, excluded in product(reading.parts[k].actions, exclusion.actions):
-                if not MODIFIERS.issuperset(excluded) or places[k].unknown:
-                    continue
-                done = _done_though_excluded(inside, action, excluded)
-                places[k] = _unsure(places[k]) if done else places[k]
-                contradicted += done
+            done = _done_though_excluded(seen, reading.parts[k], exclusion, places[k])
+            places[k] = _unsure(places[k]) if done else places[k]
+            contradicted += done
+    amount = None
+    if question.degree is not None:
+        amount = question.degree.amount(seen.track, places[0].start, places[0].end)
     spoken = tuple(dict.fromkeys(contradicted))
-    return replace(placed, parts=tuple(places), contradicted=spoken, is_unclear=unclear)
+    return replace(
+        placed, parts=tuple(places), contradicted=spoken, is_unclear=unclear, amount=amount
+    )
+
+
+def _at_events(
+    question: AskedQuestion, seen: SeenFrames, part: Part, place: PartPlace, room: slice
+) -> tuple[PartPlace, list[str]]:
+    """The place of a part where its event occurs, and what speaks against how often it does."""
+    actions = actions_of_part(question.asked, part, question.only)
+    event = event_of(actions[0]) if len(actions) == len(part.actions) == 1 else ""
+    if not event or part.seconds > 0.0:
+        return place, []
+    low, high = FEATURE_STEP * room.start, FEATURE_STEP * room.stop
+    found = [f for f in find_occurrences(seen.track, event) if low <= sum(f) / 2 < high]
+    found = _of_side(seen, actions[0], found)
+    if is_repeated(part):
+        n, most = len(found), part.most
+        if n < part.least or (most is not None and n > most):
+            times = say_count(part.least if most is None or most > part.least else most, most)
+            return _unsure(place), [f"{as_said(event)} {say_count(n, n)}, not {times}"]
+    elif is_labelled(question.asked, seen.capture, part):
+        return place, []
+    if not found:
+        return place, []
+    groups = [found] if is_repeated(part) else _groups(found)
+    inside = [g for g in groups if g[-1][1] > place.start and g[0][0] < place.end]
+    evidence = seen.evidence([question.asked.numbers[word] for word in part.actions[0]])
+
+    def strength(group: Sequence[tuple[int, int]]) -> float:
+        first, behind = (f // FEATURE_STEP for f in (group[0][0], group[-1][1]))
+        return 0.0 if evidence is None else float(evidence[first : behind + 1].mean())
+
+    best = max(groups if place.unknown or not inside else inside, key=strength)
+    if any(exclusion.later for exclusion in question.readings[0].exclusions):
+        best = groups[-1]
+    is_there = not place.unknown and best in inside
+    return (
+        replace(
+            place,
+            start=best[0][0],
+            end=best[-1][1],
+            right=place.right if is_there else None,
+            unknown=False,
+        ),
+        [],
+    )
+
+
+def _groups(found: Sequence[tuple[int, int]]) -> list[list[tuple[int, int]]]:
+    """Events in groups, of which each follows the one before at once.
+
+    >>> _groups([(0, 10), (20, 30), (200, 210)])
+    [[(0, 10), (20, 30)], [(200, 210)]]
+    """
+    groups: list[list[tuple[int, int]]] = []
+    for one in found:
+        if groups and one[0] - groups[-1][-1][1] <= AT_ONCE:
+            groups[-1].append(one)
+        else:
+            groups.append([one])
+    return groups
+
+
+def _of_side(
+    seen: SeenFrames, action: Sequence[str], found: list[tuple[int, int]]
+) -> list[tuple[int, int]]:
+    """The events in which the limb of the side clearly moves; all if there is none."""
+    for side, limb in limbs_to_measure(action):
+        speeds = limb_speeds(seen.features, limb, action)
+        inside = [speeds[a // FEATURE_STEP : -(-b // FEATURE_STEP)] for a, b in found]
+        clear = [f for f, part in zip(found, inside) if side_amount(part, side) >= CLEAR_SIDE]
+        found = clear or found
+    return found
+
+
+def _other_posture(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> list[str]:
+    """That somebody does not stand or sit in a place, if so for most of it."""
+    inside = seen.track[place.start : place.end]
+    sits = sitting(inside)
+    slow = np.hypot(inside[:, 1], inside[:, 2]) < WALKING
+    upright = (inside[:, 14] < MOST_LEAN) & (inside[:, 0] > STANDING - LOW["crouch"])
+    holds = sits if "sit" in action else ~sits & slow & upright
+    return [] if len(inside) and holds.mean() >= HOLDS else [f"does not {action[0]} meanwhile"]
 
 
 def _gone_on(
     seen: SeenFrames, part: Part, action: Sequence[str], place: PartPlace, room: slice
 ) -> tuple[PartPlace, list[str]]:
-    """Where a motion goes on travelling as long as it is asked for, and what speaks against it."""
+    """Where a motion goes on as long as it is asked for, and what speaks against it."""
     inside = np.zeros(len(seen.features), dtype=bool)
     inside[room] = True
     lasting, first, behind = longest_going(seen.speeds, action, inside)
-    if lasting < part.seconds:
-        asked = say_duration(part.seconds, None).removeprefix("for ")
+    is_long = part.longest is not None and lasting >= part.longest + STEADY / 2.0
+    if lasting < part.seconds or is_long:
+        asked = say_duration(part.seconds, part.longest).removeprefix("for ")
         return _unsure(place), [f"goes on for {lasting:.1f} s, not {asked}"]
     return (place if place.unknown else _moved(place, first, behind)), []
 
@@ -148,6 +251,10 @@ def _compare_action(
     so.
     """
     against = [
+        *_on_other_foot(seen, action, place),
+        *_not_vertical(seen, action, place, believed),
+    ]
+    against += [
         say_other_limb(side, limb)
         for side, limb, speeds in sides
         if _is_otherwise(speeds, side, place, shown[0])
@@ -163,15 +270,55 @@ def _compare_action(
     return against, _unsure(place) if against else place
 
 
+def _on_other_foot(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> list[str]:
+    """That somebody does not stand or hop on the foot of a side."""
+    held = limb_held(action)
+    if not held:
+        return []
+    feet = seen.track[place.start : place.end, 4:6]
+    this = 0 if held[0] == "left" else 1
+    alone = feet[:, 1 - this] - feet[:, this] > LIFTED
+    return [] if len(feet) and alone.mean() >= ON_ONE else [f"is not on the {' '.join(held)} alone"]
+
+
+def _not_vertical(
+    seen: SeenFrames, action: Sequence[str], place: PartPlace, believed: Collection[str]
+) -> list[str]:
+    """That somebody does not sit down or stand up near a place where this is asked for."""
+    event = event_of(action)
+    if event not in ("seat", "rise") or not {"up", "down"}.isdisjoint(believed):
+        return []
+    found = find_occurrences(seen.track, event)
+    is_near = any(a < place.end + AT_ONCE and b > place.start - AT_ONCE for a, b in found)
+    return [] if is_near else [f"does not {'sit down' if event == 'seat' else 'stand up'}"]
+
+
 def _unsure(place: PartPlace) -> PartPlace:
     """A place that something speaks against: how probable it is was not measured."""
     return replace(place, probability=None, right=None)
 
 
 def _done_though_excluded(
+    seen: SeenFrames, part: Part, exclusion: Exclusion, place: PartPlace
+) -> list[str]:
+    """What of "walk, but not backward" or "sit, without standing up" a place clearly shows."""
+    inside, done = seen.features[_inside(place)], list[str]()
+    end = len(seen.track) if exclusion.later else place.end
+    for action, excluded in product(part.actions or ((),), exclusion.actions):
+        event = event_of(excluded) if len(exclusion.actions) == 1 else ""
+        if MODIFIERS.issuperset(excluded):
+            done += [] if place.unknown else _goes_though_excluded(inside, action, excluded)
+        elif event and not directions_to_measure(excluded) and action:
+            found = find_occurrences(seen.track, event)
+            if any(place.start < (a + b) / 2 < end for a, b in found):
+                done.append(f"{' '.join(map(as_said, excluded))} is seen, which is excluded")
+    return done
+
+
+def _goes_though_excluded(
     frames: Float32Array, action: Sequence[str], excluded: Sequence[str]
 ) -> list[str]:
-    """What of "walk, but not backward" the frames clearly show; `frames` (frames, 130)."""
+    """The directions and sides of an action that frames (frames, 130) show though excluded."""
     words, turn = excluded_words(action, excluded), turning(action)
     gone = [
         f"{'stays' if direction == IN_PLACE else f'{turn}s' if turn else 'goes'} "

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from sample_motions import sample_motion
 
-from motiondb.body import body, kinematics, retarget, rotation
+from motiondb.body import body, contacts, kinematics, retarget, rotation
 from motiondb.body.contacts import find_contacts, foot_slip
 from motiondb.generate import contact
 from motiondb.records import FloatArray, Motion
@@ -112,7 +112,7 @@ def test_one_in_the_air_has_no_contact() -> None:
 def test_flicker_by_hand() -> None:
     on = [bool(int(c)) for c in "1111011100000111000011110"]
     expected = [bool(int(c)) for c in "1111111100000000000011110"]
-    np.testing.assert_array_equal(contact._without_flicker(np.array(on)), expected)
+    np.testing.assert_array_equal(contacts._without_flicker(np.array(on)), expected)
 
 
 def test_corrections_fade_from_one_contact_to_the_next() -> None:

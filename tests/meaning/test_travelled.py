@@ -115,11 +115,11 @@ def test_answers_that_turn_the_other_way_come_last_and_say_so(learned_file: Path
     """By the motion alone; a caption that says the direction is believed."""
     with motiondb.open(learned_file, read_only=True) as db:
         learned = db.learned
-        features = db.session.features.of_capture
+        frames = db.session.frames
 
     def ask(written: bool) -> motiondb.WordAnswer:
         question = understand_learned(learned, "turn right", looks_at_motion=True)
-        return search_words(question, list(learned.rows), 30, written, features)
+        return search_words(question, list(learned.rows), 30, written, frames)
 
     answer = ask(written=False)
     gone = [not match.contradicted for match in answer.matches]
