@@ -42,7 +42,8 @@ def captures_of(db: MotionDB) -> list[Shown]:
     learned, every = db.learned, []
     for number, info in learned.captures.items():
         said = " ".join(caption.words for caption in learned.captions.get(number, ()))
-        words = tuple(re.findall(r"[a-z0-9]+", said.lower()))
+        apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", said)  # "KickFlipStumble"
+        words = tuple(re.findall(r"[a-z0-9]+", f"{apart} {said}".lower()))
         every.append(Shown(info.name, words, facts_of(db.motion(info.name))))
     return every
 

@@ -51,6 +51,7 @@ from motiondb.meaning.limb_sides import (
 from motiondb.meaning.occurrences import ALOFT, LASTING, aloft, find_occurrences
 from motiondb.meaning.travelled import (
     CLEARLY,
+    TRAVELS,
     directions_to_measure,
     furthest,
     largest_part,
@@ -145,6 +146,23 @@ def directions_of(words: Sequence[str]) -> tuple[str, ...]:
     if "down" in words:
         named = [word for word in named if word != "climb"]
     return tuple(dict.fromkeys([*directed, *named]))
+
+
+def vertical_ways(words: Sequence[str]) -> tuple[str, ...]:
+    """Whether an action that travels goes "up" or "down", which is measured.
+
+    >>> vertical_ways(("walk", "up", "step")), vertical_ways(("stand", "up"))
+    (('up',), ())
+    """
+    if TRAVELS.isdisjoint(words) or not {*ALOFT, "hop"}.isdisjoint(words):
+        return ()
+    return tuple(word for word in words if word in VERTICAL)
+
+
+def gone_anywhere(track: FloatArray, way: str) -> float:
+    """How much some part of a motion goes up or down, in full amounts."""
+    climbed = progress(track, way)
+    return float((climbed - np.minimum.accumulate(climbed)).max())
 
 
 def _travelled(words: Sequence[str]) -> tuple[str, ...]:

@@ -198,10 +198,11 @@ def sitting(track: FloatArray) -> NDArray[np.bool_]:
 
 def _over(track: FloatArray, word: str) -> list[tuple[int, int]]:
     """The times in which the trunk is upside down, and in which it leans before and after."""
-    leans, found = track[:, 14], list[tuple[int, int]]()
+    leans, flies, found = track[:, 14], aloft(track), list[tuple[int, int]]()
     for start, end in _runs(np.asarray(leans > LEANT)):
         over = leans[start:end] > (LEVEL if word in ("roll", "somersault") else INVERTED)
-        if over.sum() >= (SHORTEST_SEAT if word == "handstand" else PAUSE):
+        is_off = word not in ("flip", "backflip") or flies[start:end].any()
+        if is_off and over.sum() >= (SHORTEST_SEAT if word == "handstand" else PAUSE):
             found.append((start, end))
     return found
 

@@ -65,6 +65,8 @@ mosey hike stalk advance retreat hurry rush scurry scuttle waddle strut trudge h
 TRAVELS = frozenset(_TRAVELS_TEXT.split())
 """Words for travelling over the ground. Other actions have directions that are not travelled: a
 person can lean back, reach forward and look left in place."""
+GOES = TRAVELS - {"dribble", "jump", "hop", "leap", "slide", "march", "hobble"}
+"""Words for travelling that nobody does on the spot."""
 RUNS = frozenset(("run", "jog", "sprint", "dash"))
 REST = frozenset(("stand", "still", "rest", "wait", "freeze"))  # Words for staying where one is
 RUNNING, GOING, RESTING = 1.5, 0.3, 0.15

@@ -40,9 +40,10 @@ from motiondb.language.question.tree import (
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS
 from motiondb.learn.learned import Learned
 from motiondb.meaning.degrees import Degree, degree_of
+from motiondb.meaning.direction import vertical_ways
 from motiondb.meaning.limb_sides import limb_held, limbs_to_measure
 from motiondb.meaning.occurrences import COUNTED, LEANS, LOW, OVER, event_of
-from motiondb.meaning.travelled import LEAST, REST, TRAVELS, directions_to_measure
+from motiondb.meaning.travelled import GOES, LEAST, REST, TRAVELS, directions_to_measure
 from motiondb.search.asked_words import (
     AskedWords,
     WrittenWord,
@@ -166,7 +167,7 @@ def understand(
     measured = measured_words(only) & known.unknown.keys()
     if degree is not None:
         known, measured = without_degree(known, degree), measured | degree.words
-    known = without_measured(known, measured)
+    known = without_measured(known, measured | leaving_words(sentence))
     read, not_searched = readings(known.tree)
     is_single = looks_at_motion and len(read) == 1
     unmeasured, apart = tuple[str, ...](), tuple[str, ...]()
@@ -215,7 +216,7 @@ def measured_words(action: Sequence[str]) -> set[str]:
     """
     limbs = {*chain.from_iterable(limbs_to_measure(action)), *limb_held(action)}
     ends = {"seat": {"down"}, "rise": {"up"}}.get(event_of(action), set())
-    return {*directions_to_measure(action), *limbs, *ends}
+    return {*directions_to_measure(action), *limbs, *ends, *vertical_ways(action)}
 
 
 def asked_degree(sentence: Sentence) -> Degree | None:
@@ -243,7 +244,8 @@ def is_counted(part: Part) -> bool:
 
 def is_limited(part: Part) -> bool:
     """Whether every upper limit of a part, if it has one, is measured."""
-    lasts = part.longest is None or (bool(part.actions) and lasts_going(part, part.actions[0]))
+    said = part.said or part.actions
+    lasts = part.longest is None or (bool(said) and lasts_going(part, said[0]))
     return lasts and (part.most is None or is_counted(part))
 
 
@@ -263,10 +265,15 @@ def without_measured_words(sentence: Sentence, takings: Mapping[str, Taking]) ->
     measured = measured_words([w if w in LEAST else heard.get(w, w) for w in words])
     degree = asked_degree(sentence)
     measured |= set() if degree is None else degree.words
-    every = [action.words for action in actions_of(sentence.parsed.tree)]
-    if any(not TRAVELS.isdisjoint(action) for action in every):
-        measured |= LEAVING
+    measured |= leaving_words(sentence)
     return {word: taking for word, taking in takings.items() if word not in measured}
+
+
+def leaving_words(sentence: Sentence) -> frozenset[str]:
+    """Words of a question that say of travelling what is true of it ("walk away")."""
+    every = [action.words for action in actions_of(sentence.parsed.tree)]
+    travels = any(not TRAVELS.isdisjoint(action) for action in every)
+    return LEAVING if travels else frozenset()
 
 
 def without_measured(question: KnownQuestion, words: Collection[str]) -> KnownQuestion:
@@ -297,7 +304,7 @@ def is_measured(asked: AskedWords, reading: Reading, only: tuple[str, ...]) -> b
     excluded = [action for each in reading.exclusions for action in each.actions]
     return any(map(event_of, excluded)) or any(
         is_repeated(part)
-        or any(lasts_going(part, action) for action in part.actions)
+        or any(lasts_going(part, action) for action in actions_of_part(asked, part, only))
         or any({*action} <= POSTURES for action in part.said)
         for part in reading.parts
     )
@@ -310,7 +317,7 @@ def is_repeated(part: Part) -> bool:
 
 def lasts_going(part: Part, action: Sequence[str]) -> bool:
     """Whether a part asks how long one action goes on travelling, which is measured."""
-    travels = not TRAVELS.isdisjoint(action) and IN_PLACE not in action
+    travels = not GOES.isdisjoint(action) and IN_PLACE not in action
     asks = part.seconds > 0.0 or part.longest is not None
     return asks and len(part.actions) == 1 and (travels or bool(REST.intersection(action)))
 

@@ -30,8 +30,10 @@ from numpy.typing import NDArray
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
 from motiondb.language.question.readings import Exclusion, Part, say_count, say_duration
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, as_said
+from motiondb.meaning.direction import gone_anywhere, vertical_ways
 from motiondb.meaning.edge_map import HALF, averaged
 from motiondb.meaning.limb_sides import (
+    is_at_rest,
     limb_held,
     limb_speeds,
     limbs_to_measure,
@@ -73,11 +75,11 @@ from motiondb.search.seen_frames import SeenFrames
 
 LEAST_LOOKED_AT = 30  # Feature frames (2 s) in which "in place" is measured
 CLEAR_SIDE = 2.0  # Least shares of a limb from which it clearly moves: two thirds, or .3 each
-AT_ONCE = 45  # Frames (1.5 s) between events that belong together
+AT_ONCE = 60  # Frames (2 s) between events that belong together
 WALKING, HOLDS = 0.6, 0.7  # m/s; share of a place in which a posture holds
-LIFTED, ON_ONE = 0.08, 0.25
-"""Height of a foot over the other one, m, and share of a place, of who is on one foot."""
-OTHER = {"left": "right", "right": "left"}
+LIFTED, ON_ONE, BESIDE = 0.08, 0.6, 6
+"""Height of a foot over the other one, m, and share of a place, of who is on one foot; frames
+before and after a flight, in which this holds of a hop."""
 
 
 def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Placed) -> Placed:
@@ -96,8 +98,9 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
             -(-places[k - 1].end // FEATURE_STEP) if k else 0,
             places[k + 1].start // FEATURE_STEP if k + 1 < len(places) else len(frames),
         )
-        places[k], against = _at_events(question, seen, part, places[k], room)
+        places[k], against, is_whole = _at_events(question, seen, part, places[k], room)
         contradicted += against
+        unclear = unclear or not is_whole
         for action in actions_of_part(asked, part, question.only):
             if lasts_going(part, action):
                 places[k], short = _gone_on(seen, part, action, places[k], room)
@@ -142,25 +145,32 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
 
 def _at_events(
     question: AskedQuestion, seen: SeenFrames, part: Part, place: PartPlace, room: slice
-) -> tuple[PartPlace, list[str]]:
-    """The place of a part where its event occurs, and what speaks against how often it does."""
+) -> tuple[PartPlace, list[str], bool]:
+    """The place of a part where its event occurs, and what speaks against how often it does.
+
+    And whether what is counted is all of it: a take of seven jumps may hold two in a row.
+    """
     actions = actions_of_part(question.asked, part, question.only)
     event = event_of(actions[0]) if len(actions) == len(part.actions) == 1 else ""
     if not event or part.seconds > 0.0:
-        return place, []
+        return place, [], True
     low, high = FEATURE_STEP * room.start, FEATURE_STEP * room.stop
     found = [f for f in find_occurrences(seen.track, event) if low <= sum(f) / 2 < high]
     found = _of_side(seen, actions[0], found)
+    groups = _groups(found)
     if is_repeated(part):
-        n, most = len(found), part.most
-        if n < part.least or (most is not None and n > most):
-            times = say_count(part.least if most is None or most > part.least else most, most)
-            return _unsure(place), [f"{as_said(event)} {say_count(n, n)}, not {times}"]
+        groups = [g for g in (found, *groups) if _fits(part, len(g))]
+        if not groups:
+            n = len(found)
+            return (
+                _unsure(place),
+                [f"{as_said(event)} {say_count(n, n)}, not {_say_times(part)}"],
+                True,
+            )
     elif is_labelled(question.asked, seen.capture, part):
-        return place, []
+        return place, [], True
     if not found:
-        return place, []
-    groups = [found] if is_repeated(part) else _groups(found)
+        return place, [], True
     inside = [g for g in groups if g[-1][1] > place.start and g[0][0] < place.end]
     evidence = seen.evidence([question.asked.numbers[word] for word in part.actions[0]])
 
@@ -181,7 +191,17 @@ def _at_events(
             unknown=False,
         ),
         [],
+        not is_repeated(part) or _fits(part, len(found)),
     )
+
+
+def _fits(part: Part, n: int) -> bool:
+    """Whether an event occurs as often as a part asks for."""
+    return part.least <= n and (part.most is None or n <= part.most)
+
+
+def _say_times(part: Part) -> str:
+    return say_count(0 if part.least == 1 and part.most else part.least, part.most)
 
 
 def _groups(found: Sequence[tuple[int, int]]) -> list[list[tuple[int, int]]]:
@@ -271,11 +291,18 @@ def _compare_action(
 
 
 def _on_other_foot(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> list[str]:
-    """That somebody does not stand or hop on the foot of a side."""
+    """That somebody does not stand on the foot of a side alone, or hop from and onto it."""
     held = limb_held(action)
     if not held:
         return []
-    feet = seen.track[place.start : place.end, 4:6]
+    inside = np.zeros(len(seen.track), dtype=bool)
+    inside[place.start : place.end] = True
+    if "hop" in action:
+        beside = np.zeros_like(inside)
+        for start, end in find_occurrences(seen.track, "jump"):
+            beside[max(start - BESIDE, 0) : start] = beside[end : end + BESIDE] = True
+        inside &= beside
+    feet = seen.track[inside, 4:6]
     this = 0 if held[0] == "left" else 1
     alone = feet[:, 1 - this] - feet[:, this] > LIFTED
     return [] if len(feet) and alone.mean() >= ON_ONE else [f"is not on the {' '.join(held)} alone"]
@@ -284,13 +311,14 @@ def _on_other_foot(seen: SeenFrames, action: Sequence[str], place: PartPlace) ->
 def _not_vertical(
     seen: SeenFrames, action: Sequence[str], place: PartPlace, believed: Collection[str]
 ) -> list[str]:
-    """That somebody does not sit down or stand up near a place where this is asked for."""
+    """That somebody does not sit down, stand up, or walk up where this is asked for."""
     event = event_of(action)
-    if event not in ("seat", "rise") or not {"up", "down"}.isdisjoint(believed):
-        return []
-    found = find_occurrences(seen.track, event)
-    is_near = any(a < place.end + AT_ONCE and b > place.start - AT_ONCE for a, b in found)
-    return [] if is_near else [f"does not {'sit down' if event == 'seat' else 'stand up'}"]
+    if event in ("seat", "rise") and {"up", "down"}.isdisjoint(believed):
+        found = find_occurrences(seen.track, event)
+        if not any(a < place.end + AT_ONCE and b > place.start - AT_ONCE for a, b in found):
+            return [f"does not {'sit down' if event == 'seat' else 'stand up'}"]
+    lasting = [w for w in vertical_ways(action) if w not in believed]
+    return [f"does not go {w}" for w in lasting if gone_anywhere(seen.track, w) < 1.0]
 
 
 def _unsure(place: PartPlace) -> PartPlace:
@@ -329,9 +357,14 @@ def _goes_though_excluded(
     moved = [
         f"moves the {side} {limb}, which is excluded"
         for side, limb in limbs_to_measure(words)
-        if side in OTHER and moves_otherwise(limb_speeds(frames, limb, words), OTHER[side])
+        if side in ("left", "right") and _moves_side(limb_speeds(frames, limb, words), side)
     ]
     return gone + moved
+
+
+def _moves_side(speeds: FloatArray, side: str) -> bool:
+    """Whether the limb of a side moves, alone or with the other one."""
+    return not is_at_rest(speeds) and side_amount(speeds, side) >= 1.0
 
 
 def _inside(place: PartPlace) -> slice:

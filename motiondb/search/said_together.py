@@ -72,7 +72,7 @@ def searched_together(
         found = found or list(part.actions)
         searched = list[tuple[str, ...]]()
         for action in found:
-            groups, lost = _groups(action, said) if is_known else ([action], [])
+            groups, lost = _groups(action, said) if is_known else (_unimplied(action), [])
             searched += groups
             apart.extend(word for group in groups for word in group if len(groups) > 1)
             spoken = only or action
@@ -112,6 +112,12 @@ def _groups(
             kept.append(word)
     ordered = tuple(word for word in action if word in kept)
     return [ordered], [w for w in action if w not in kept and w not in GENERAL]
+
+
+def _unimplied(action: tuple[str, ...]) -> list[tuple[str, ...]]:
+    """An action without what its verb says already, as one group."""
+    implied = _implied(action)
+    return [tuple(word for word in action if word not in implied) or action]
 
 
 def _implied(action: Sequence[str]) -> set[str]:
