@@ -77,7 +77,7 @@ LOW = {"squat": 0.3, "crouch": 0.2, "duck": 0.2}  # How much the pelvis is lower
 INVERTED, LEVEL, LEANT = 2.0, 1.3, 0.7
 """Angle of the trunk from upright, rad, of somebody upside down, level, and on the way there."""
 SEATED = 0.95  # Angle of the thighs from hanging down, rad, of somebody who sits
-SHORTEST_SEAT, SHORTEST_LEAN = 30, 9  # Frames
+SHORTEST_SEAT, SHORTEST_LEAN, LONGEST_FLIP = 30, 9, 18  # Frames
 TURN_SPEED, SPIN_SPEED, TURNED = 0.8, 2.0, 0.7  # rad/s, rad/s, rad
 _RISES = frozenset(("stand", "get", "rise"))
 STANDING = body.LEG_LENGTH + body.ANKLE_HEIGHT  # Height of the pelvis in standing, m
@@ -199,10 +199,12 @@ def sitting(track: FloatArray) -> NDArray[np.bool_]:
 def _over(track: FloatArray, word: str) -> list[tuple[int, int]]:
     """The times in which the trunk is upside down, and in which it leans before and after."""
     leans, flies, found = track[:, 14], aloft(track), list[tuple[int, int]]()
-    for start, end in _runs(np.asarray(leans > LEANT)):
-        over = leans[start:end] > (LEVEL if word in ("roll", "somersault") else INVERTED)
-        is_off = word not in ("flip", "backflip") or flies[start:end].any()
-        if is_off and over.sum() >= (SHORTEST_SEAT if word == "handstand" else PAUSE):
+    rolls, flips = word in ("roll", "somersault"), word in ("flip", "backflip")
+    for start, end in _runs(np.asarray(leans > (LEVEL if rolls else LEANT))):
+        n_over = int((leans[start:end] > (LEVEL if rolls else INVERTED)).sum())
+        if flips and (n_over > LONGEST_FLIP or not flies[start:end].any()):
+            continue
+        if n_over >= (SHORTEST_SEAT if word == "handstand" else PAUSE):
             found.append((start, end))
     return found
 

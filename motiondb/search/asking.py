@@ -167,14 +167,15 @@ def understand(
     measured = measured_words(only) & known.unknown.keys()
     if degree is not None:
         known, measured = without_degree(known, degree), measured | degree.words
-    known = without_measured(known, measured | leaving_words(sentence))
+    leaving = leaving_actions(sentence) if looks_at_motion else frozenset()
+    known = without_measured(known, measured | (LEAVING if leaving else set()))
     read, not_searched = readings(known.tree)
     is_single = looks_at_motion and len(read) == 1
     unmeasured, apart = tuple[str, ...](), tuple[str, ...]()
     left = tuple(known.unknown)
     if looks_at_motion:
         unmeasured = unmeasured_words(asked, sentence.parsed.tree, read, only)
-        searched = searched_together(asked, read, only, measured_words)
+        searched = searched_together(asked, read, only, leaving, measured_words)
         read, apart, left = searched.readings, searched.apart, (*left, *searched.left)
     if is_single:
         read = (counted(read[0], is_counted),)
@@ -265,15 +266,15 @@ def without_measured_words(sentence: Sentence, takings: Mapping[str, Taking]) ->
     measured = measured_words([w if w in LEAST else heard.get(w, w) for w in words])
     degree = asked_degree(sentence)
     measured |= set() if degree is None else degree.words
-    measured |= leaving_words(sentence)
+    measured |= LEAVING if leaving_actions(sentence) else set()
     return {word: taking for word, taking in takings.items() if word not in measured}
 
 
-def leaving_words(sentence: Sentence) -> frozenset[str]:
-    """Words of a question that say of travelling what is true of it ("walk away")."""
+def leaving_actions(sentence: Sentence) -> frozenset[tuple[str, ...]]:
+    """The actions of a question that leave, without the word that says so ("walk away")."""
     every = [action.words for action in actions_of(sentence.parsed.tree)]
-    travels = any(not TRAVELS.isdisjoint(action) for action in every)
-    return LEAVING if travels else frozenset()
+    leave = [a for a in every if LEAVING.intersection(a) and TRAVELS.intersection(a)]
+    return frozenset(tuple(word for word in action if word not in LEAVING) for action in leave)
 
 
 def without_measured(question: KnownQuestion, words: Collection[str]) -> KnownQuestion:
@@ -305,7 +306,7 @@ def is_measured(asked: AskedWords, reading: Reading, only: tuple[str, ...]) -> b
     return any(map(event_of, excluded)) or any(
         is_repeated(part)
         or any(lasts_going(part, action) for action in actions_of_part(asked, part, only))
-        or any({*action} <= POSTURES for action in part.said)
+        or any({*action} <= POSTURES or not part.actions for action in part.said)
         for part in reading.parts
     )
 

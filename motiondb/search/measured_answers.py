@@ -1,14 +1,21 @@
-"""What of a question is measured in the motion of an answer: directions and sides of limbs.
+"""What of a question is measured in the motion of an answer.
 
-Words alone hardly tell them: captions rarely say which way, or which hand. Four things can follow.
+Words alone hardly tell it: captions rarely say which way, which hand, how often or how long.
+Measured are directions (:mod:`motiondb.meaning.travelled`), sides of limbs
+(:mod:`motiondb.meaning.limb_sides`), events, their number and where they are
+(:mod:`motiondb.meaning.occurrences`), how long somebody goes on travelling, rests or leaves,
+postures meanwhile, and how fast, high or far (:mod:`motiondb.meaning.degrees`). Five things can
+follow.
 
-* The motion contradicts a word: no frame of the part goes in the direction
-  (:mod:`motiondb.meaning.travelled`), or the other limb moves (:mod:`motiondb.meaning.limb_sides`).
-  Or it clearly shows one that the question excludes ("walk, but not forward"). The answer says so
-  and has no probability.
-* The limb of the side moves, but not clearly more than the other (:data:`CLEAR_SIDE`). The answer
-  comes after clear ones, and has no probability.
-* The action goes in the direction elsewhere in the take: then the part is moved there.
+* The motion contradicts the question: no frame of the part goes in the direction, the other limb
+  moves, there are more or fewer events, or it shows what the question excludes ("walk, but not
+  forward"; "sit down without standing up afterwards"). The answer says so and has no probability.
+* The limb of the side moves, but not clearly more than the other (:data:`CLEAR_SIDE`), or a take of
+  more events holds as many in a row. The answer comes after clear ones, and has no probability.
+* The action goes in the direction elsewhere in the take, or its event is elsewhere: then the part
+  is moved there. The place of an event is where it is; its probability is only told where the
+  evidence of words agrees.
+* A degree orders the answers, which have no probability.
 * Otherwise the answer stays as it is.
 
 A word that a caption of the capture says of the same action is believed, unless the take goes in
@@ -75,6 +82,7 @@ from motiondb.search.seen_frames import SeenFrames
 
 LEAST_LOOKED_AT = 30  # Feature frames (2 s) in which "in place" is measured
 CLEAR_SIDE = 2.0  # Least shares of a limb from which it clearly moves: two thirds, or .3 each
+LEAVES = 1.0  # Seconds for which somebody who walks away must at least walk
 AT_ONCE = 60  # Frames (2 s) between events that belong together
 WALKING, HOLDS = 0.6, 0.7  # m/s; share of a place in which a posture holds
 LIFTED, ON_ONE, BESIDE = 0.08, 0.6, 6
@@ -84,51 +92,27 @@ before and after a flight, in which this holds of a hop."""
 
 def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Placed) -> Placed:
     """Places with what the motion contradicts; parts go where it shows what they ask for."""
-    asked, (reading,) = question.asked, question.readings
-    said = asked.evidence.written.get(seen.capture)
-    believed = {
-        word
-        for word in MODIFIERS.intersection(asked.numbers)
-        if said is not None and said[:, asked.numbers[word]].max() > 0.0
-    }
-    frames, places, contradicted = seen.features, list(placed.parts), list[str]()
-    unclear = False
+    (reading,) = question.readings
+    places, contradicted, unclear = list(placed.parts), list[str](), False
+    believed = _believed(question.asked, seen.capture)
     for k, part in enumerate(reading.parts):
+        is_next = k + 1 < len(places) and bool(reading.parts[k + 1].actions)
         room = slice(
             -(-places[k - 1].end // FEATURE_STEP) if k else 0,
-            places[k + 1].start // FEATURE_STEP if k + 1 < len(places) else len(frames),
+            places[k + 1].start // FEATURE_STEP if is_next else len(seen.features),
         )
         places[k], against, is_whole = _at_events(question, seen, part, places[k], room)
         contradicted += against
         unclear = unclear or not is_whole
-        for action in actions_of_part(asked, part, question.only):
-            if lasts_going(part, action):
-                places[k], short = _gone_on(seen, part, action, places[k], room)
-                contradicted += short
-            if len(part.said) > 1 and {*action} <= POSTURES:
-                contradicted += _other_posture(seen, action, places[k])
-            if not measured_words(action):
-                continue
-            shown = np.zeros((2, len(frames)), dtype=bool)
-            shown[0, room] = _frames_that_show(asked, seen, action, places[k])[room]
-            shown[1, room] = True
-            sides = [
-                (side, limb, limb_speeds(frames, limb, action))
-                for side, limb in limbs_to_measure(action)
-                if side not in believed
-            ]
-            against, place = _compare_action(
-                seen, action, sides, believed, places[k], shown, part.seconds
-            )
-            alone = len(part.actions) == 1 and len(directions_to_measure(action)) == 1
-            # of several directions, one place would have to show all
-            if not alone and (place.start, place.end) != (places[k].start, places[k].end):
-                place = replace(place, start=places[k].start, end=places[k].end, right=None)
-            places[k] = place
+        for action in actions_of_part(question.asked, part, question.only):
+            places[k], against = _meanwhile(seen, part, action, places[k], room)
             contradicted += against
-            unclear = unclear or any(
-                side_amount(speeds[_inside(place)], side) < CLEAR_SIDE for side, _, speeds in sides
-            )
+            if measured_words(action):
+                places[k], against, is_unclear = _goes(
+                    question.asked, seen, part, action, places[k], room, believed
+                )
+                contradicted += against
+                unclear = unclear or is_unclear
     for exclusion in reading.exclusions:
         for k in range(exclusion.first, exclusion.last):
             done = _done_though_excluded(seen, reading.parts[k], exclusion, places[k])
@@ -143,6 +127,58 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
     )
 
 
+def _believed(asked: AskedWords, capture: int) -> set[str]:
+    """The directions, limbs and sizes that captions of a capture say of the asked actions."""
+    said = asked.evidence.written.get(capture)
+    if said is None:
+        return set()
+    words = MODIFIERS.intersection(asked.numbers)
+    return {word for word in words if said[:, asked.numbers[word]].max() > 0.0}
+
+
+def _meanwhile(
+    seen: SeenFrames, part: Part, action: Sequence[str], place: PartPlace, room: slice
+) -> tuple[PartPlace, list[str]]:
+    """The place of a part that goes on, leaves, or has a posture, and what speaks against it."""
+    if lasts_going(part, action):
+        return _gone_on(seen, part, action, place, room)
+    if part.said and not part.actions:
+        return _leaves(seen, action, place, room)
+    if len(part.said) > 1 and {*action} <= POSTURES:
+        return place, _other_posture(seen, action, place)
+    return place, []
+
+
+def _goes(
+    asked: AskedWords,
+    seen: SeenFrames,
+    part: Part,
+    action: Sequence[str],
+    place: PartPlace,
+    room: slice,
+    believed: Collection[str],
+) -> tuple[PartPlace, list[str], bool]:
+    """The place of an action that names directions or limbs, and what speaks against it.
+
+    And whether the motion leaves it open which limb moves.
+    """
+    shown = np.zeros((2, len(seen.features)), dtype=bool)
+    shown[0, room] = _frames_that_show(asked, seen, action, place)[room]
+    shown[1, room] = True
+    sides = [
+        (side, limb, limb_speeds(seen.features, limb, action))
+        for side, limb in limbs_to_measure(action)
+        if side not in believed
+    ]
+    against, now = _compare_action(seen, action, sides, believed, place, shown, part.seconds)
+    alone = len(part.actions) == 1 and len(directions_to_measure(action)) == 1
+    # of several directions, one place would have to show all
+    if not alone and (now.start, now.end) != (place.start, place.end):
+        now = replace(now, start=place.start, end=place.end, right=None)
+    unclear = any(side_amount(speeds[_inside(now)], side) < CLEAR_SIDE for side, _, speeds in sides)
+    return now, against, unclear
+
+
 def _at_events(
     question: AskedQuestion, seen: SeenFrames, part: Part, place: PartPlace, room: slice
 ) -> tuple[PartPlace, list[str], bool]:
@@ -155,7 +191,10 @@ def _at_events(
     if not event or part.seconds > 0.0:
         return place, [], True
     low, high = FEATURE_STEP * room.start, FEATURE_STEP * room.stop
-    found = [f for f in find_occurrences(seen.track, event) if low <= sum(f) / 2 < high]
+    events = find_occurrences(seen.track, event)
+    if event == "hop" and not events and not is_repeated(part):
+        events = find_occurrences(seen.track, "jump")  # on which foot is not always seen
+    found = [f for f in events if low <= sum(f) / 2 < high]
     found = _of_side(seen, actions[0], found)
     groups = _groups(found)
     if is_repeated(part):
@@ -181,13 +220,15 @@ def _at_events(
     best = max(groups if place.unknown or not inside else inside, key=strength)
     if any(exclusion.later for exclusion in question.readings[0].exclusions):
         best = groups[-1]
-    is_there = not place.unknown and best in inside
+    first, behind = best[0][0], best[-1][1]
+    common = min(behind, place.end) - max(first, place.start)
+    agree = 2 * common >= max(behind, place.end) - min(first, place.start)
     return (
         replace(
             place,
-            start=best[0][0],
-            end=best[-1][1],
-            right=place.right if is_there else None,
+            start=first,
+            end=behind,
+            right=place.right if agree and not place.unknown else None,
             unknown=False,
         ),
         [],
@@ -239,6 +280,18 @@ def _other_posture(seen: SeenFrames, action: Sequence[str], place: PartPlace) ->
     upright = (inside[:, 14] < MOST_LEAN) & (inside[:, 0] > STANDING - LOW["crouch"])
     holds = sits if "sit" in action else ~sits & slow & upright
     return [] if len(inside) and holds.mean() >= HOLDS else [f"does not {action[0]} meanwhile"]
+
+
+def _leaves(
+    seen: SeenFrames, action: Sequence[str], place: PartPlace, room: slice
+) -> tuple[PartPlace, list[str]]:
+    """Where somebody leaves, after another action and before the next."""
+    inside = np.zeros(len(seen.features), dtype=bool)
+    inside[room] = True
+    lasting, first, behind = longest_going(seen.speeds, action, inside)
+    if lasting < LEAVES:
+        return _unsure(place), [f"does not {action[0]} away"]
+    return _moved(place, first, behind), []
 
 
 def _gone_on(

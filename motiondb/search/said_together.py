@@ -8,7 +8,7 @@ sit down on a stool    "sit stool", which a caption says; *down* is measured
 wave the left hand     "wave": hands are what waves; the side is measured
 boxing punches         "box" and "punch" at once, since no caption says both of one action
 drink while standing   "drink"; standing is measured where somebody drinks
-walk away              "walk": who walks leaves
+stand up, walk away    "stand up"; after that, walking is measured
 =====================  =====================================================================
 
 So a conjunction is judged by what is known of each of its words, and of the motion. A direction, a
@@ -52,11 +52,13 @@ def searched_together(
     asked: AskedWords,
     readings: Sequence[Reading],
     only: tuple[str, ...],
+    leaving: Collection[tuple[str, ...]],
     measured: Callable[[Sequence[str]], Collection[str]],
 ) -> Searched:
     """The readings of a question in the words that are searched.
 
-    `only`: as in ``AskedQuestion``. `measured`: The words of an action that are measured.
+    `only`: as in ``AskedQuestion``. `leaving`: Actions that leave ("walk" of "walk away"), which
+    are measured where they follow another one. `measured`: The words of an action that are.
     """
     listed = asked.learned.listed_actions
     counts = {action for actions in listed.values() for action in actions}
@@ -81,7 +83,16 @@ def searched_together(
         now = tuple(dict.fromkeys(searched))
         return part if now == part.actions else replace(part, actions=now, said=part.actions)
 
-    changed = tuple(replace(r, parts=tuple(map(actions, r.parts))) for r in readings)
+    def parts(reading: Reading) -> tuple[Part, ...]:
+        first, *later = map(actions, reading.parts)
+        leaves = [len(part.actions) == 1 and part.actions[0] in leaving for part in later]
+        measured_later = (
+            replace(part, actions=(), said=part.actions) if one else part
+            for part, one in zip(later, leaves)
+        )
+        return (first, *measured_later) if first.actions else (first, *later)
+
+    changed = tuple(replace(reading, parts=parts(reading)) for reading in readings)
     return Searched(changed, tuple(dict.fromkeys(apart)), tuple(dict.fromkeys(left)))
 
 

@@ -33,7 +33,8 @@ def to_match(
     learned, reading = asked.learned, question.readings[answer.hit.reading]
     others = {word for word, taking in question.taken.items() if taking.is_other}
     is_silent = bool(question.unmeasured or question.missing or question.left or question.apart)
-    is_silent = is_silent or question.degree is not None
+    measured_parts = any(part.said and not part.actions for part in reading.parts)
+    is_silent = is_silent or measured_parts or question.degree is not None
     parts = []
     for words, place in zip(_part_words(reading), places):
         is_known = not is_silent and others.isdisjoint(words.split())
@@ -83,7 +84,7 @@ def _part_words(reading: Reading) -> list[str]:
     """The actions of every part of a reading."""
     said = []
     for k, part in enumerate(reading.parts):
-        asked = [" ".join(map(as_said, action)) for action in part.actions]
+        asked = [" ".join(map(as_said, action)) for action in part.actions or part.said]
         only = [e for e in reading.exclusions if (e.first, e.last) == (k, k + 1)]
         excluded = [
             f"not {' and '.join(' '.join(map(as_said, a)) for a in e.actions)}" for e in only
