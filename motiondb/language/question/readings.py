@@ -271,10 +271,12 @@ def _lasting(reading: Reading, node: Lasting, not_used: list[NotUsed]) -> Readin
         not_used.append(NotUsed(say_duration(node.least, node.most), reason))
         return reading
     if node.most is not None:
-        reason = f"{UNCHECKED}; longer ones are shown, too"
+        is_exact = node.least == node.most  # part of a longer one lasts as long
+        reason = "longer ones are shown, too"
+        reason = reason if is_exact else f"{UNCHECKED}; {reason}"
         not_used.append(NotUsed(say_duration(0.0, node.most), reason))
-    part = reading.parts[0]
-    lasting = replace(part, seconds=max(part.seconds, node.least), longest=node.most)
+    part, longest = reading.parts[0], None if node.least == node.most else node.most
+    lasting = replace(part, seconds=max(part.seconds, node.least), longest=longest)
     return replace(reading, parts=(lasting,))
 
 
