@@ -35,14 +35,13 @@ from motiondb.body.features import FEATURE_STEP
 from motiondb.database import MotionDB
 from motiondb.database.generating import Generated
 from motiondb.generate.action_sources import find_sources
-from motiondb.generate.direction import ACTIONS, FULLY, gone
 from motiondb.generate.motion_making import SPEED_NAMES
-from motiondb.generate.occurrences import measured_track
 from motiondb.generate.sentence_plan import plan_sentence
 from motiondb.generate.shown_actions import Asked, is_mixed, judge_motion
 from motiondb.language.question.heads import verbs_in
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import hold_to_known
+from motiondb.meaning.direction import ACTIONS, FULLY, gone
 from motiondb.meaning.motion_judge import (
     PARTS,
     WINDOW,
@@ -52,6 +51,7 @@ from motiondb.meaning.motion_judge import (
     pool_windows,
     said_words,
 )
+from motiondb.meaning.occurrences import measured_track
 from motiondb.meaning.regression import fit_probability, probability
 from motiondb.symbols.hmm_jobs import one_blas_thread
 from quality_tasks.generation_page import draw_pages

@@ -22,7 +22,7 @@ def learn(
     start: Annotated[
         str | None,
         "Knowledge to start from: a file of `knowledge export`, cmu (shipped), or none.  "
-        "[default: the start used before]",
+        "[default: the start used before; cmu where few of the captures are described]",
     ] = None,
     seed: options.Seed = 0,
     where: options.Where = "",

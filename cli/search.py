@@ -190,6 +190,8 @@ def _print_answer(
 ) -> None:
     """Print the matches, and whether any is good enough."""
     matches = answer.matches
+    for remark in answer.remarks if isinstance(answer, motiondb.WordAnswer) else ():
+        printing.say(remark)
     if answer.nothing:
         printing.say(answer.nothing + ("; the nearest:" if matches else ""))
     if matches:

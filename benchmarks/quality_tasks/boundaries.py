@@ -122,7 +122,7 @@ def ask(db: MotionDB, marked: Marked) -> list[Asked]:
     """Ask every word of every capture with marks; words that are not known are left out."""
     learned = db.learned
     numbers = {info.name: capture for capture, info in learned.captures.items()}
-    features = db.session.features.of_capture
+    frames = db.session.frames
     both = (learned, replace(learned, edges=None))
     asked = []
     for (capture, word), spans in marked.items():
@@ -134,7 +134,7 @@ def ask(db: MotionDB, marked: Marked) -> list[Asked]:
                     [numbers[capture]],
                     1,
                     written=False,
-                    features=features,
+                    frames=frames,
                 )
             except MotionDBError:  # the word is not known
                 break

@@ -10,10 +10,10 @@ import numpy as np
 
 import motiondb
 from motiondb.body import body, retarget
+from motiondb.body.contacts import foot_slip
 from motiondb.body.features import recognition_features
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import cut_motion
-from motiondb.generate.contact import foot_slip
 from motiondb.meaning import alignment
 from motiondb.pictures.strip import strip_figure
 from motiondb.records import MOTION_FPS, Float32Array, FloatArray, Motion

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from motiondb.body import retarget
-from motiondb.generate.contact import foot_slip
+from motiondb.body.contacts import foot_slip
 from motiondb.language import vocabulary
 from motiondb.language.question.readings import readings
 from motiondb.learn.learned import Learned

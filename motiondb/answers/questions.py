@@ -267,6 +267,7 @@ def search_answer(answer: WordAnswer, explain: bool = True) -> SearchAnswer:
         unknown={as_said(word): near for word, near in answer.unknown.items()},
         sentences=(
             *filter(None, [answer.not_understood, answer.nothing if answer.doubtful else ""]),
+            *answer.remarks,
             *(taking.sentence() for taking in answer.taken.values()),
             *(
                 f"{as_said(word)!r} is in no caption; it is measured in the motion"

@@ -22,11 +22,13 @@ from motiondb.learn.learned import Learned
 from motiondb.learn.learned_model import LearnedModel
 from motiondb.learn.recognition import FeaturePool, recognise_capture
 from motiondb.meaning.counting import join_tables
+from motiondb.meaning.occurrences import measured_track
 from motiondb.records import Caption, CaptureInfo, Motion, SegmentTable
 from motiondb.search.asking import understand_learned
 from motiondb.search.by_example import search_motion
 from motiondb.search.by_words import search_words
 from motiondb.search.described import describe
+from motiondb.search.seen_frames import Frames
 from motiondb.workers import Workers, runs
 
 Item = TypeVar("Item")
@@ -289,10 +291,10 @@ def _intervals(asking: _Asking) -> list[Score]:
 def _overlap_of(timed: tuple[CaptureInfo, Caption], held: _Held) -> float | None:
     """Overlap of a caption's interval with the one found; None if no word of it is known."""
     info, caption = timed
-    features = held.pool.of_capture
+    frames = Frames(held.pool.of_capture, lambda number: measured_track(held.motions[number]))
     try:
         question = understand_learned(held.learned, caption.words, looks_at_motion=True)
-        answer = search_words(question, [info.capture_id], 1, written=False, features=features)
+        answer = search_words(question, [info.capture_id], 1, written=False, frames=frames)
     except QueryError:
         return None
     if not answer.matches:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,7 +18,7 @@ from motiondb.database.values import Where
 from motiondb.errors import QueryError
 from motiondb.language.question.readings import say
 from motiondb.learn.learned import Learned
-from motiondb.records import MOTION_FPS, Float32Array
+from motiondb.records import MOTION_FPS
 from motiondb.search.asked_words import WrittenWord, find_written
 from motiondb.search.asking import ask
 from motiondb.search.by_words import WordAnswer, as_near, search_words
@@ -42,25 +41,23 @@ def answer_words(
 
     `allowed`: Numbers of the captures that are searched.
     """
-    learned, pool = session.searchable, cache(lambda: session.features)
+    learned = session.searchable
 
     def written_words() -> dict[str, WrittenWord]:
         return session.kept("written_words", lambda: find_written(learned))
 
-    def features(capture: int) -> Float32Array:
-        return pool().of_capture(capture)
-
+    frames = session.frames
     with one_blas_thread():  # for small matrices a second thread takes longer
         question = ask(learned, words, nearby_table(), written_words, exact, by_symbols)
         if by_symbols:
             from motiondb.search.by_symbols import search_decoded  # compiled code
 
             return search_decoded(question, allowed, limit)
-        answer = search_words(question, allowed, limit, written, features)
+        answer = search_words(question, allowed, limit, written, frames)
         if answer.nothing and answer.matches and not exact:
             near = question.with_near_words(nearby_table())
             if near is not None:
-                instead = search_words(near, allowed, limit, written, features)
+                instead = search_words(near, allowed, limit, written, frames)
                 if not instead.nothing:
                     said = (say(each.sentence.parsed.tree) for each in (question, near))
                     return as_near(instead, *said)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
@@ -21,7 +22,8 @@ if TYPE_CHECKING:
     from motiondb.database.values import Where
     from motiondb.learn.learned import Learned
     from motiondb.learn.recognition import FeaturePool
-    from motiondb.records import Motion
+    from motiondb.records import FloatArray, Motion
+    from motiondb.search.seen_frames import Frames
 
 
 T = TypeVar("T")
@@ -34,6 +36,10 @@ def damage_sentence(path: Path, names: Iterable[str]) -> str:
         f"{', '.join(sorted(names))}, which answers leave out. Restore a copy, save what is "
         f"readable: motiondb rescue {path} -o NEW.duckdb, or remove them and run motiondb learn."
     )
+
+
+MOST_TRACKS = 256
+"""Captures whose measured track is kept: 176 bytes a frame, some 150 kB for half a minute."""
 
 
 class Session:
@@ -143,6 +149,20 @@ class Session:
         from motiondb.database import loading
 
         return self.kept("features", lambda: loading.load_features(self.store))
+
+    @property
+    def frames(self) -> Frames:
+        """What questions look at in the captures; tracks are kept for the last that were asked."""
+        from motiondb.meaning.occurrences import measured_track
+        from motiondb.search.seen_frames import Frames
+
+        opened = self.store
+
+        def track(capture: int) -> FloatArray:
+            return measured_track(dict(store.readable_motions(opened, [capture]))[capture])
+
+        tracks = self.kept("tracks", lambda: lru_cache(MOST_TRACKS)(track))
+        return Frames(lambda capture: self.features.of_capture(capture), tracks)
 
     def lacking_features(self) -> dict[int, Motion]:
         """Motions of the captures whose features are not in the cache of the database."""

@@ -25,7 +25,7 @@ somersault is used for a plain word only where no plain capture shows it, and th
 jump is not used as the jump.
 
 Words of direction ("sit down") may be said by no caption. They are left out of the words and kept
-as what is measured in the motion (:mod:`motiondb.generate.direction`). The side of a limb or of a
+as what is measured in the motion (:mod:`motiondb.meaning.direction`). The side of a limb or of a
 jump ("wave with the left hand", "jump to the left") is measured whatever captions say, because few
 say it; those that do cost less. A direction that nearly all captions say with the action belongs to
 it: where they say "stand up", "stand" goes up.
@@ -44,17 +44,17 @@ from motiondb.generate.competing_words import (
     neighbour_gains,
     rival_gain,
 )
-from motiondb.generate.direction import (
+from motiondb.generate.sentence_plan import PlannedAction
+from motiondb.language.question.heads import heads_of
+from motiondb.language.question.tree import LIMBS, SIDES, NotUsed
+from motiondb.learn.learned import Learned
+from motiondb.meaning.direction import (
     ALOFT,
     OCCURRING,
     PLAIN_TURNS,
     VERTICAL,
     directions_of,
 )
-from motiondb.generate.sentence_plan import PlannedAction
-from motiondb.language.question.heads import heads_of
-from motiondb.language.question.tree import LIMBS, SIDES, NotUsed
-from motiondb.learn.learned import Learned
 from motiondb.meaning.limb_sides import limbs_to_measure
 from motiondb.records import FloatArray, IntArray
 from motiondb.symbols.hmm_jobs import one_blas_thread

@@ -1,6 +1,6 @@
-"""Foot contacts: detection, and removal of foot sliding by inverse kinematics.
+"""Foot contacts: removal of foot sliding by inverse kinematics.
 
-A foot is in contact with the ground where its ankle or toe is low and slow. A contact has phases:
+Contacts are those of :mod:`motiondb.body.contacts`. A contact has phases:
 the ankle is down until the heel is lifted, the toe from when it touches the ground. What is down is
 held in place; where both are, it is the one that moves less, and the foot does not turn. So a foot
 rolls over its toe and neither end slides. The place is that of least correction, the median over
@@ -19,13 +19,11 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from motiondb.body import body, kinematics, retarget, rotation
+from motiondb.body.contacts import TOE_HEIGHT, find_contacts, steady
 from motiondb.body.features import runs
 from motiondb.body.pose_vectors import yaw
-from motiondb.records import MOTION_FPS, FloatArray, Motion
+from motiondb.records import FloatArray, Motion
 
-MAX_HEIGHT = 0.05  # Largest height of a foot in contact above its height in standing, metres
-MAX_SPEED = 0.45  # Largest speed of a foot in contact, metres a second
-TOE_HEIGHT = 0.02  # Height of a toe over the ground in a flat stance, metres
 FADE = 6  # Frames (0.2 s) over which a correction fades in and out
 DOWN = 0.015  # Height above its lowest in a contact up to which an ankle or toe is down, metres
 CLEARANCE, CLEARED = 0.04, 3
@@ -36,36 +34,6 @@ LOW_SWING = 0.03
 would glide over the ground."""
 MOST_TURN = 0.6  # Largest correction of the direction of a foot, radians
 _I = body.INDEX
-FEET = tuple(_I[f"{side}_{joint}"] for side in "lr" for joint in ("ankle", "toe"))
-"""Joints by which contacts are detected."""
-
-
-def find_contacts(positions: FloatArray) -> NDArray[np.bool_]:
-    """Which foot, left or right, is on the ground: array (frames, 2); positions (frames, 21, 3)."""
-    return _steady((foot_heights(positions) < MAX_HEIGHT) & (_foot_speeds(positions) < MAX_SPEED))
-
-
-def foot_heights(positions: FloatArray) -> FloatArray:
-    """Height of the feet over the ground: array (frames, 2), m, of positions (frames, 21, 3)."""
-    ankles, toes = positions[:, FEET[::2], 1], positions[:, FEET[1::2], 1]
-    return np.minimum(ankles - body.ANKLE_HEIGHT, toes - TOE_HEIGHT)
-
-
-def _steady(contacts: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    return np.stack([_without_flicker(contacts[:, foot]) for foot in range(2)], axis=1)
-
-
-def foot_slip(motion: Motion) -> float:
-    """Mean ground speed of feet in contact, metres a second; 0 without contacts."""
-    speeds = contact_speeds(motion)
-    in_contact = speeds[np.isfinite(speeds)]
-    return float(in_contact.mean()) if len(in_contact) else 0.0
-
-
-def contact_speeds(motion: Motion) -> FloatArray:
-    """Ground speed of feet in contact: array (frames, 2), metres a second; NaN without contact."""
-    positions, _ = retarget.motion_positions(motion, FEET)
-    return np.where(find_contacts(positions), _foot_speeds(positions), np.nan)
 
 
 def lock_feet(
@@ -83,7 +51,7 @@ def lock_feet(
         return motion
     positions, world = retarget.motion_positions(motion)
     seen = find_contacts(positions)
-    contacts = seen if contacts is None else _steady(seen | contacts)
+    contacts = seen if contacts is None else steady(seen | contacts)
     if free is not None:
         contacts[free] = False
     local = motion.local_rotations.astype(np.float64)
@@ -208,27 +176,6 @@ def _fade(moved: FloatArray, fixed: NDArray[np.bool_]) -> FloatArray:
     total = np.maximum(left + right, 1.0)[:, None]
     blended = (left[:, None] * moved[before_at] + right[:, None] * moved[after_at]) / total
     return np.where(fixed[:, None], moved, blended)
-
-
-def _without_flicker(contact: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Close gaps of up to 2 frames and drop contacts of fewer than 4 frames."""
-    steady = contact.copy()
-    for start, end in runs(~contact):
-        if end - start <= 2 and start > 0 and end < len(contact):
-            steady[start:end] = True
-    for start, end in runs(steady):
-        if end - start < 4:
-            steady[start:end] = False
-    return steady
-
-
-def _foot_speeds(positions: FloatArray) -> FloatArray:
-    """Ground speed of the slower of ankle and toe: array (frames, 2), metres a second."""
-    if len(positions) < 2:
-        return np.zeros((len(positions), 2))
-    places = positions[:, FEET][..., [0, 2]]
-    speeds = np.linalg.norm(np.gradient(places, axis=0), axis=-1) * MOTION_FPS
-    return np.minimum(speeds[:, ::2], speeds[:, 1::2])
 
 
 def _length(steps: FloatArray) -> float:

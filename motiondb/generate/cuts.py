@@ -20,10 +20,10 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from motiondb.body import body, kinematics
+from motiondb.body.contacts import FEET
 from motiondb.body.features import runs
 from motiondb.generate import stitching
 from motiondb.generate.action_sources import Source
-from motiondb.generate.contact import FEET
 from motiondb.generate.cycles import find_period
 from motiondb.generate.excerpts import Excerpt
 from motiondb.records import MOTION_FPS, FloatArray, IntArray

@@ -28,11 +28,11 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
 from motiondb.body import pose_vectors, retarget, rotation
+from motiondb.body.contacts import find_contacts
 from motiondb.body.features import FEATURE_STEP
 from motiondb.errors import QueryError
 from motiondb.generate import contact, cuts, stitching, variation
 from motiondb.generate.action_sources import ActionSources
-from motiondb.generate.direction import ONCE, gone, lacking
 from motiondb.generate.excerpts import (
     DIRECTION_WEIGHT,
     LONGEST,
@@ -52,10 +52,11 @@ from motiondb.generate.excerpts import (
     with_unseen,
 )
 from motiondb.generate.material import Material, SequenceMotion, Takes, gather, pose_vectors_of
-from motiondb.generate.occurrences import measured_track
 from motiondb.generate.sentence_plan import PlannedAction
 from motiondb.learn.learned import Learned
+from motiondb.meaning.direction import ONCE, gone, lacking
 from motiondb.meaning.edge_map import averaged
+from motiondb.meaning.occurrences import measured_track
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 
 JOIN_WEIGHT = 0.5  # Weight of join costs relative to target costs
@@ -470,7 +471,7 @@ def _gather(takes: Takes, captures: Iterable[int]) -> _Material:
         edges = cuts.edges_of(*base.paths[c], base.vectors[c], scale)
         speeds = np.hypot(*base.paths[c][0][:, 1:3].T)
         seen[c] = cuts.Take(edges, base.vectors[c][:, 4:], cuts.restlessness(positions), speeds)
-        contacts[c] = contact.find_contacts(positions)
+        contacts[c] = find_contacts(positions)
     return _Material(**vars(base), tracks=tracks, scale=scale, takes=seen, contacts=contacts)
 
 

@@ -6,16 +6,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from motiondb.generate.contact import MAX_HEIGHT
-from motiondb.generate.direction import FULLY, gone, say_measured
+from motiondb.body.contacts import MAX_HEIGHT
 from motiondb.generate.excerpt_motion import ShownExcerpt
 from motiondb.generate.excerpts import counted_word
-from motiondb.generate.occurrences import FLIGHTS, KICKED, find_occurrences
 from motiondb.generate.sentence_plan import Amount, PlannedAction, say_times
 from motiondb.language.question.amounts import adverb_of
 from motiondb.language.question.readings import say_duration
 from motiondb.language.question.tree import NotUsed
 from motiondb.learn.learned import Learned
+from motiondb.meaning.direction import FULLY, gone, say_measured
+from motiondb.meaning.occurrences import FLIGHTS, KICKED, find_occurrences
 from motiondb.meaning.place_certainty import count_performers, cues_of
 from motiondb.meaning.regression import probability
 from motiondb.records import MOTION_FPS, FloatArray

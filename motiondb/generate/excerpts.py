@@ -5,7 +5,7 @@ to its neighbours for as long as their value is within ``DROP`` of it. From one 
 ``MOST_OF_A_CAPTURE`` excerpts are taken.
 
 Repetitions repeat whole cycles. Where occurrences of the action are measured in the motion
-(:mod:`motiondb.generate.occurrences`), these are counted. Otherwise one time is one cycle if the
+(:mod:`motiondb.meaning.occurrences`), these are counted. Otherwise one time is one cycle if the
 movement has a period, or the whole excerpt, cut where its end and its beginning are alike. A longer
 duration is reached by further cycles.
 
@@ -34,7 +34,10 @@ from numpy.typing import NDArray
 
 from motiondb.generate.action_sources import Source
 from motiondb.generate.cycles import Loop, best_loop, calmest_phase, find_period, repeat
-from motiondb.generate.direction import (
+from motiondb.generate.sentence_plan import PlannedAction
+from motiondb.language.question.tree import LIMBS, SIDES
+from motiondb.language.vocabulary import IN_PLACE
+from motiondb.meaning.direction import (
     ACTIONS,
     OCCURRING,
     REACHED,
@@ -43,15 +46,12 @@ from motiondb.generate.direction import (
     gone,
     lacking,
 )
-from motiondb.generate.occurrences import (
+from motiondb.meaning.occurrences import (
     COUNTED,
     FLIGHTS,
     find_occurrences,
     whole_occurrences,
 )
-from motiondb.generate.sentence_plan import PlannedAction
-from motiondb.language.question.tree import LIMBS, SIDES
-from motiondb.language.vocabulary import IN_PLACE
 from motiondb.meaning.travelled import directions_to_measure
 from motiondb.records import MOTION_FPS, FloatArray, IntArray
 

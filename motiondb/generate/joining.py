@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from motiondb.body import body, pose_vectors, retarget, rotation
+from motiondb.body.contacts import find_contacts
 from motiondb.errors import QueryError
 from motiondb.generate import contact, stitching
 from motiondb.generate.material import SequenceMotion
@@ -55,7 +56,7 @@ def join(motions: Sequence[Motion], parts: Sequence[stitching.Piece]) -> Joined:
     sources = {n: pose_vectors.to_path(motion) for n, motion in enumerate(motions)}
     whole = stitching.stitch(parts, sources)
     motion = pose_vectors.from_path(whole.path, whole.rotations, leg_length=motions[0].leg_length)
-    stands = {n: contact.find_contacts(m.joint_positions()) for n, m in enumerate(motions)}
+    stands = {n: find_contacts(m.joint_positions()) for n, m in enumerate(motions)}
     contacts = np.array([stands[c][f] for c, f in zip(whole.captures.tolist(), whole.frames)])
     contacts[whole.shares < 1.0] = False  # there the feet of both sides may be far apart
     edits = tuple(

@@ -20,7 +20,6 @@ from motiondb.generate.action_sources import (
     find_sources,
     picked_source,
 )
-from motiondb.generate.direction import directions_of, is_as_in_search, words_of_measured
 from motiondb.generate.excerpt_motion import (
     ANY_PLACE,
     Choices,
@@ -35,7 +34,6 @@ from motiondb.generate.excerpt_report import (
     segments_of,
 )
 from motiondb.generate.material import SequenceMotion, Takes
-from motiondb.generate.occurrences import measured_track
 from motiondb.generate.sentence_plan import PlannedAction, plan_sentence
 from motiondb.generate.shown_actions import Asked, JudgedAction, judge_motion
 from motiondb.generate.smoothness import Smoothness, measure_smoothness
@@ -58,6 +56,8 @@ from motiondb.language.translation import decoding
 from motiondb.language.vocabulary import MODIFIERS, nearest_words
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
+from motiondb.meaning.direction import directions_of, is_as_in_search, words_of_measured
+from motiondb.meaning.occurrences import measured_track
 from motiondb.records import IntArray
 from motiondb.symbols.hmm_jobs import one_blas_thread
 

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.body import body, changes, kinematics, retarget, rotation
+from motiondb.body.contacts import find_contacts, foot_slip
 from motiondb.body.joint_names import joint_map
 from motiondb.generate import contact
 from motiondb.records import MOTION_FPS, Clip, Fit, FloatArray, Motion, Skeleton
@@ -69,7 +70,7 @@ def onto(motion: Motion, rig: Clip, user_map: Mapping[str, str] | None = None) -
     wanted = places * scale + np.array([0.0, lift, 0.0])
     turns = rotation.normalize(rotation.multiply(world, rotation.conjugate(one.canonical)))
     moves = motion.n_frames > 1
-    contacts = contact.find_contacts(places) if moves else np.zeros((1, 2), dtype=bool)
+    contacts = find_contacts(places) if moves else np.zeros((1, 2), dtype=bool)
     hips = _hips(one, wanted, turns)
     hands, how = _hand_targets(one, places, wanted, scale)
     turns = _reach_hands(one, turns, hips, hands)
@@ -88,7 +89,7 @@ def onto(motion: Motion, rig: Clip, user_map: Mapping[str, str] | None = None) -
     )
     toes = {side: _toes(one, at, _joint_turns(one, turns), side) for side in feet}
     fit = _measure(one, at, (feet, hands, toes), contacts, scale, how)
-    slip = contact.foot_slip(motion) * scale if moves else 0.0
+    slip = foot_slip(motion) * scale if moves else 0.0
     return Fitted(clip, turned, replace(fit, slip_of_motion=slip))
 
 

@@ -21,9 +21,10 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d, median_filter
 
 from motiondb.body import body, hinges, retarget, rotation, world
+from motiondb.body.contacts import find_contacts
+from motiondb.body.features import runs
 from motiondb.body.hinges import Robot
 from motiondb.body.joint_names import joint_map
-from motiondb.generate import contact
 from motiondb.generate.onto import onto
 from motiondb.records import MOTION_FPS, Clip, Fit, FloatArray, IntArray, Motion
 
@@ -139,11 +140,11 @@ def _astride(points: _Points, motion: Motion, wider: float) -> _Points:
     left = (places[:, _HIPS[0]] - places[:, _HIPS[1]]) * [1.0, 0.0, 1.0]
     back = np.broadcast_to(rotation.conjugate(world.to_y_up("z")), (len(left), 4))
     left = rotation.rotate(back, rotation.normalize(left))
-    down = contact.find_contacts(places) if motion.n_frames > 1 else np.ones((1, 2), dtype=bool)
+    down = find_contacts(places) if motion.n_frames > 1 else np.ones((1, 2), dtype=bool)
     targets = points.targets.copy()
     for foot, side in enumerate("lr"):
         known, ways = list[int](), list[FloatArray]()
-        for start, end in contact.runs(down[:, foot]):
+        for start, end in runs(down[:, foot]):
             known += range(start, end)
             ways += [left[start:end].mean(axis=0)] * (end - start)
         if not known:
@@ -161,7 +162,7 @@ def _slip(at: FloatArray, parts: list[str], motion: Motion) -> float:
     """Return the mean ground speed (m/s) of feet in contact, by the slower of ankle and toe."""
     if motion.n_frames < 2:
         return 0.0
-    contacts = contact.find_contacts(retarget.motion_positions(motion)[0])
+    contacts = find_contacts(retarget.motion_positions(motion)[0])
     speeds = np.linalg.norm(np.gradient(at[..., :2], axis=0), axis=-1) * MOTION_FPS
     slips: list[float] = []
     ends = [[n for n, part in enumerate(parts) if part == name] for name in ("ankle", "toe")]

@@ -26,13 +26,11 @@ import numpy as np
 from motiondb.body.features import FEATURE_STEP, recognition_features
 from motiondb.body.retarget import motion_positions
 from motiondb.errors import QueryError
-from motiondb.generate.direction import REACHED, VERTICAL, directions_of, gone, progress
 from motiondb.generate.excerpt_motion import joint_speeds
 from motiondb.generate.excerpt_report import compare_speed, is_within
 from motiondb.generate.excerpts import counted_word, occurrences_each
 from motiondb.generate.material import Takes
 from motiondb.generate.motion_making import read_sentence
-from motiondb.generate.occurrences import COUNTED, find_occurrences, measured_track
 from motiondb.generate.sentence_plan import PlannedAction, plan_sentence, say_times
 from motiondb.generate.shown_actions import Asked, JudgedAction, judge_motion
 from motiondb.language.question.readings import (
@@ -56,8 +54,10 @@ from motiondb.language.question.tree import (
 )
 from motiondb.language.vocabulary import IN_PLACE
 from motiondb.learn.learned import Learned
+from motiondb.meaning.direction import REACHED, VERTICAL, directions_of, gone, progress
 from motiondb.meaning.edge_map import averaged, frame_cues, lay_in_order, refine_interval
 from motiondb.meaning.motion_judge import WINDOW
+from motiondb.meaning.occurrences import COUNTED, find_occurrences, measured_track
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.search.placing import NARROW
 from motiondb.symbols.hmm_jobs import one_blas_thread

@@ -3,7 +3,7 @@
 Two witnesses are heard, neither of which is used in making the motion.
 
 * *Measurement*: directions, sides of limbs, and some actions are measured in the motion
-  (:mod:`motiondb.generate.direction`), directions and sides as in a search. A motion that does less
+  (:mod:`motiondb.meaning.direction`), directions and sides as in a search. A motion that does less
   than half of the full amount does not show the action, and one that fully does what is excluded
   does not either. A direction or a side that is done by half or more, but not fully, is not sure.
   What is fully done needs no other confirmation, nor does a turn. Frames that a seam bends towards
@@ -39,7 +39,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.body.features import FEATURE_STEP, recognition_features
-from motiondb.generate.direction import (
+from motiondb.generate.sentence_plan import PlannedAction
+from motiondb.language.question.tree import NotUsed
+from motiondb.language.vocabulary import MODIFIERS
+from motiondb.learn.learned import Learned
+from motiondb.meaning.direction import (
     ACTIONS,
     ALOFT,
     FULLY,
@@ -56,11 +60,6 @@ from motiondb.generate.direction import (
     say_not_done,
     words_of_measured,
 )
-from motiondb.generate.occurrences import measured_track
-from motiondb.generate.sentence_plan import PlannedAction
-from motiondb.language.question.tree import NotUsed
-from motiondb.language.vocabulary import MODIFIERS
-from motiondb.learn.learned import Learned
 from motiondb.meaning.motion_judge import (
     WithoutSources,
     judge_without,
@@ -68,6 +67,7 @@ from motiondb.meaning.motion_judge import (
     pool_windows,
     said_words,
 )
+from motiondb.meaning.occurrences import measured_track
 from motiondb.records import Float32Array, FloatArray, Motion
 from motiondb.search.measured_answers import excluded_words
 

@@ -1,6 +1,6 @@
 """How smooth a motion is, beside the captures at the frames that it comes from.
 
-Slip is measured as :mod:`motiondb.generate.contact` sees contacts in the motion itself; whether a
+Slip is measured as :mod:`motiondb.body.contacts` sees contacts in the motion itself; whether a
 foot should stand, and so does not float, the captures say.
 """
 
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.body import retarget
-from motiondb.generate.contact import (
+from motiondb.body.contacts import (
     FEET,
     MAX_HEIGHT,
     TOE_HEIGHT,

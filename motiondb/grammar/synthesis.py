@@ -34,6 +34,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motiondb.body import pose_vectors, rotation
+from motiondb.body.contacts import contact_speeds, foot_slip
 from motiondb.errors import QueryError
 from motiondb.generate import contact, stitching
 from motiondb.records import FloatArray, IntArray, Motion
@@ -207,7 +208,7 @@ def synthesise(
         stitched.captures,
         stitched.frames,
         tuple("foot lock" if s == 1 else f"blend {s:.2f}, foot lock" for s in stitched.shares),
-        contact.foot_slip(motion),
+        foot_slip(motion),
         _source_slip(pieces, source),
     )
 
@@ -219,7 +220,7 @@ def _source_slip(pieces: Sequence[stitching.Piece], source: ClipSource) -> float
     """
     total, count = 0.0, 0
     speeds = {
-        take: contact.contact_speeds(pose_vectors.from_path(*source.paths[take]))
+        take: contact_speeds(pose_vectors.from_path(*source.paths[take]))
         for take in {piece.capture for piece in pieces}
     }
     for piece in pieces:

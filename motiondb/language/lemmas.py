@@ -56,29 +56,38 @@ _IRREGULAR = {
 }
 """Irregular pasts. "Saw" and "ground" stay: who saws, or lies on the ground."""
 
-FORMS = _IRREGULAR | {
-    "arching": "arch",
-    "backwards": "backward",
-    "backflips": "backflip",
-    "downward": "down",
-    "downwards": "down",
-    "forwards": "forward",
-    "jetes": "jete",
-    "lateral": "sideways",
-    "laterally": "sideways",
-    "leftward": "left",
-    "leftwards": "left",
-    "lying": "lie",
-    "playing": "play",
-    "rightward": "right",
-    "rightwards": "right",
-    "shots": "shoot",
-    "sideway": "sideways",
-    "sidewards": "sideways",
-    "sideward": "sideways",
-    "upward": "up",
-    "upwards": "up",
-}
+_DEGREES = {
+    form: word
+    for word in ("fast", "slow", "quick", "brisk", "high", "long", "short", "small", "broad")
+    for form in (f"{word}er", f"{word}est")
+} | {"farther": "far", "farthest": "far", "further": "far", "furthest": "far", "lowest": "low"}
+FORMS = (
+    _IRREGULAR
+    | _DEGREES
+    | {
+        "arching": "arch",
+        "backwards": "backward",
+        "backflips": "backflip",
+        "downward": "down",
+        "downwards": "down",
+        "forwards": "forward",
+        "jetes": "jete",
+        "lateral": "sideways",
+        "laterally": "sideways",
+        "leftward": "left",
+        "leftwards": "left",
+        "lying": "lie",
+        "playing": "play",
+        "rightward": "right",
+        "rightwards": "right",
+        "shots": "shoot",
+        "sideway": "sideways",
+        "sidewards": "sideways",
+        "sideward": "sideways",
+        "upward": "up",
+        "upwards": "up",
+    }
+)
 
 _MORE_TEXT = """
 backpack bake bathe bless bobsled bomb borrow breathe brew broadcast budge burst bus carve clip

@@ -15,7 +15,7 @@ from motiondb.language.lemmas import VERBS, lemma
 _CAPTURES = (
     r"(?:(?:motion\s+|mocap\s+)?(?:clip|video|recording|capture|animation|example|sequence|scene"
     r"|moment|part|instance|take|shot|file|motion|movement|performance|result|match)(?:e?s)?"
-    r"|footage|mocap|anything|something|stuff|data)"
+    r"|footage|mocap|(?:any|some|every)thing(?!\s+(?:but|except|other|apart)\b)|stuff|data)"
 )
 _ALL = r"(?:(?:all|any|some|every|each|the|a|an|one|few|more|other|of|my|our|me|us|it|to)\s+)*"
 _POLITE = r"(?:(?:please|kindly|hi|hello|hey|ok|okay|so|now|just|then)[\s,]+)*"
@@ -53,6 +53,14 @@ _LIGHT = re.compile(
     r"(?=((?:\s+\w+){1,3}))",
     re.IGNORECASE,
 )
+_WHO_CAN = r"(?:he|she|they|it|one|you|someone|ever)(?:\s+(?:can|could))?"
+_MANNERS = (
+    (rf"as\s+(\w+)\s+as\s+(?:possible|{_WHO_CAN})", r"\1"),
+    (r"at\s+(?:full|top|high|great|maximum)\s+(?:speed|pace)", "fast"),
+    (r"at\s+a\s+(?:fast|quick|high)\s+(?:speed|pace)", "fast"),
+    (r"in\s+slow\s+motion|at\s+(?:a\s+slow|low)\s+(?:speed|pace)", "slowly"),
+)
+"""Phrases of manner, and the word for each."""
 _SEAT = re.compile(r"\b(?:tak(?:es?|ing|en)|took|ha(?:ve|s|d|ving))\s+a\s+seat\b", re.IGNORECASE)
 _ABOUT_TO = re.compile(
     r"\b(?:(?:is|are|was|were)\s+(?:about|going|trying|asked|told|supposed)\s+to"
@@ -96,7 +104,8 @@ def without_request(text: str) -> str:
     if framed is not None and framed.end() < len(text):
         text = text[framed.end() :]
     text = _OF_CAPTURES.sub("", text)
-    text = re.sub(r"\bin\s+reverse\b", "backward", text, flags=re.IGNORECASE)
+    for phrase, word in ((r"in\s+reverse", "backward"), *_MANNERS):
+        text = re.sub(rf"\b(?:{phrase})\b", word, text, flags=re.IGNORECASE)
     text = _SEAT.sub("sit down", _ABOUT_TO.sub("", text))
     return _LIGHT.sub(lambda found: "" if _names_motion(found[1]) else found[0], text).lstrip()
 

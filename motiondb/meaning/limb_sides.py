@@ -27,6 +27,7 @@ PUNCHES = frozenset(("punch", "jab", "uppercut", "box", "hit", "thrust"))
 _HOLDING_TEXT = "stand hop balance land lean rest support hang hold kneel"
 HOLDING = frozenset(_HOLDING_TEXT.split())
 """Actions whose limb is the one that rests: who hops on the left leg may move the other."""
+_ON_ONE_LEG = frozenset(("hop", "stand", "balance"))
 
 
 def limbs_to_measure(words: Sequence[str]) -> tuple[tuple[str, str], ...]:
@@ -41,6 +42,18 @@ def limbs_to_measure(words: Sequence[str]) -> tuple[tuple[str, str], ...]:
         return ()
     pairs = pairwise(words)
     return tuple((side, limb) for side, limb in pairs if side in SIDES and limb in LIMBS)
+
+
+def limb_held(words: Sequence[str]) -> tuple[str, ...]:
+    """The side and the limb that bears an action: those of who hops on the left foot; () if none.
+
+    >>> limb_held(("hop", "left", "foot")), limb_held(("kick", "left", "foot"))
+    (('left', 'foot'), ())
+    """
+    if _ON_ONE_LEG.isdisjoint(words):
+        return ()
+    found = [p for p in pairwise(words) if p[0] in ("left", "right") and p[1] in LEGS]
+    return found[0] if found else ()
 
 
 def without_sides(words: tuple[str, ...]) -> tuple[str, ...]:

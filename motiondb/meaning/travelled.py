@@ -65,9 +65,13 @@ mosey hike stalk advance retreat hurry rush scurry scuttle waddle strut trudge h
 TRAVELS = frozenset(_TRAVELS_TEXT.split())
 """Words for travelling over the ground. Other actions have directions that are not travelled: a
 person can lean back, reach forward and look left in place."""
+GOES = TRAVELS - {"dribble", "jump", "hop", "leap", "slide", "march", "hobble"}
+"""Words for travelling that nobody does on the spot."""
 RUNS = frozenset(("run", "jog", "sprint", "dash"))
-RUNNING, GOING = 1.5, 0.3
-"""Averaged speed over the ground, m/s, above which a person runs, or goes at all."""
+REST = frozenset(("stand", "still", "rest", "wait", "freeze"))  # Words for staying where one is
+RUNNING, GOING, RESTING = 1.5, 0.3, 0.15
+"""Averaged speed over the ground, m/s, above which a person runs, or goes at all, and below which
+one rests."""
 STEADY = 1.0  # Seconds over which speeds are averaged before they are compared
 LASTING = 2.0
 """Seconds from which on a turn on the spot lasts; twists are taken back after 1 to 2."""
@@ -105,7 +109,7 @@ def longest_going(
     shown: NDArray[np.bool_] | None = None,
     fps: float = FEATURE_FPS,
 ) -> tuple[float, int, int]:
-    """The longest time for which a motion goes on travelling, in seconds, and its part [a, b).
+    """The longest time for which a motion travels, or rests, in seconds, and its part [a, b).
 
     `speeds` (frames, 3): those of ``speeds_of``. `words`: those of the action, which tell how fast
     it goes at least. `shown` (frames,): frames that count; without it, all.
@@ -116,9 +120,11 @@ def longest_going(
     """
     from scipy.ndimage import uniform_filter1d
 
-    least = RUNNING if RUNS.intersection(words) else GOING
     steady = uniform_filter1d(speeds[:, :2], round(STEADY * fps), axis=0, mode="nearest")
-    goes = np.hypot(*steady.T) > least
+    speed = np.hypot(*steady.T)
+    goes = speed > (RUNNING if RUNS.intersection(words) else GOING)
+    if TRAVELS.isdisjoint(words) and not REST.isdisjoint(words):
+        goes = speed < RESTING
     found = [(0, 0), *runs(goes if shown is None else goes & shown)]
     first, behind = max(found, key=lambda run: run[1] - run[0])
     return float((behind - first) / fps), int(first), int(behind)

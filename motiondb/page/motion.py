@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.body import body, retarget, rotation
-from motiondb.generate.contact import find_contacts
+from motiondb.body.contacts import find_contacts
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 
 if TYPE_CHECKING:

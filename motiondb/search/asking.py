@@ -16,20 +16,34 @@ from itertools import chain, product
 
 from motiondb.language.nearby.table import NearbyTable
 from motiondb.language.question.readings import (
+    UNCHECKED,
     KnownQuestion,
     Part,
     Reading,
+    counted,
     hinted,
     is_order,
     plain_actions,
     readings,
     with_hints,
 )
-from motiondb.language.question.tree import LIMBS, SIDES, Node, NotUsed, actions_of, core
+from motiondb.language.question.tree import (
+    LIMBS,
+    SIDES,
+    Action,
+    Node,
+    NotUsed,
+    actions_of,
+    core,
+    map_actions,
+)
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS
 from motiondb.learn.learned import Learned
-from motiondb.meaning.limb_sides import limbs_to_measure
-from motiondb.meaning.travelled import LEAST, TRAVELS, directions_to_measure
+from motiondb.meaning.degrees import Degree, degree_of
+from motiondb.meaning.direction import vertical_ways
+from motiondb.meaning.limb_sides import limb_held, limbs_to_measure
+from motiondb.meaning.occurrences import COUNTED, event_of
+from motiondb.meaning.travelled import GOES, LEAST, REST, TRAVELS, directions_to_measure
 from motiondb.search.asked_words import (
     AskedWords,
     WrittenWord,
@@ -38,6 +52,7 @@ from motiondb.search.asked_words import (
     without_words_apart,
     written_words_of,
 )
+from motiondb.search.said_together import LEAVING, POSTURES, searched_together
 from motiondb.search.takings import (
     Sentence,
     Taking,
@@ -49,6 +64,9 @@ from motiondb.search.takings import (
     with_likeliest,
     write_otherwise,
 )
+
+COUNTED_EVENTS = frozenset((*COUNTED, "spin"))
+"""Events of which one is told from the next."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +87,9 @@ class AskedQuestion:
     only: tuple[str, ...] = ()  # Words, known or not, of the only action; () if there are more
     measured: tuple[str, ...] = ()  # Unknown words that are measured in the motion
     unmeasured: tuple[str, ...] = ()  # Words that other questions measure and this one does not
+    apart: tuple[str, ...] = ()  # Words that are asked for as one, and no caption says so
+    left: tuple[str, ...] = ()  # Words that are neither searched nor measured
+    degree: Degree | None = None  # By which measure of the motion the answers are ordered
     is_order: bool = False  # Whether the order is looked for in the frames
     is_measured: bool = False  # Whether something is compared with the motion
 
@@ -142,13 +163,24 @@ def understand(
     hints = hints_of(takings)
     known = with_hints(sentence.in_known_words(asked.added), hints)
     only = tuple(map(asked.likeliest, only_action(sentence))) if looks_at_motion else ()
-    measured = tuple(sorted(measured_words(only) & known.unknown.keys()))
-    known = without_measured(known, measured)
+    degree = asked_degree(sentence) if looks_at_motion else None
+    measured = measured_words(only) & known.unknown.keys()
+    if degree is not None:
+        known, measured = without_degree(known, degree), measured | degree.words
+    leaving = leaving_actions(sentence) if looks_at_motion else frozenset()
+    known = without_measured(known, measured | (LEAVING if leaving else set()))
     read, not_searched = readings(known.tree)
     is_single = looks_at_motion and len(read) == 1
-    unmeasured: tuple[str, ...] = ()
+    unmeasured, apart = tuple[str, ...](), tuple[str, ...]()
+    left = tuple(known.unknown)
     if looks_at_motion:
         unmeasured = unmeasured_words(asked, sentence.parsed.tree, read, only)
+        searched = searched_together(asked, read, only, leaving, measured_words)
+        read, apart, left = searched.readings, searched.apart, (*left, *searched.left)
+    if is_single:
+        read = (counted(read[0], is_counted),)
+        if all(is_limited(part) for part in read[0].parts):
+            not_searched = tuple(n for n in not_searched if not n.reason.startswith(UNCHECKED))
     return AskedQuestion(
         sentence.text,
         sentence,
@@ -159,10 +191,13 @@ def understand(
         takings,
         readings=read,
         only=only,
-        measured=measured,
+        measured=tuple(sorted(measured)),
         unmeasured=unmeasured,
+        apart=apart,
+        left=left,
+        degree=degree,
         is_order=is_single and is_order(read[0]),
-        is_measured=is_single and is_measured(asked, read[0], only),
+        is_measured=is_single and (degree is not None or is_measured(asked, read[0], only)),
     )
 
 
@@ -177,9 +212,42 @@ def measured_words(action: Sequence[str]) -> set[str]:
 
     >>> sorted(measured_words(("wave", "both", "hand"))), measured_words(("wave",))
     (['both', 'hand'], set())
+    >>> measured_words(("sit", "down", "stool")), sorted(measured_words(("hop", "left", "foot")))
+    ({'down'}, ['foot', 'left'])
     """
-    limbs = chain.from_iterable(limbs_to_measure(action))
-    return {*directions_to_measure(action), *limbs}
+    limbs = {*chain.from_iterable(limbs_to_measure(action)), *limb_held(action)}
+    ends = {"seat": {"down"}, "rise": {"up"}}.get(event_of(action), set())
+    return {*directions_to_measure(action), *limbs, *ends, *vertical_ways(action)}
+
+
+def asked_degree(sentence: Sentence) -> Degree | None:
+    """The degree of the only action of a question, also of one that lasts or is repeated."""
+    action = core(sentence.parsed.tree)
+    return None if action is None else degree_of(action.all_words)
+
+
+def without_degree(question: KnownQuestion, degree: Degree) -> KnownQuestion:
+    """A question without the words that say how fast, high or far."""
+
+    def plain(action: Action) -> Action:
+        words = tuple(word for word in action.words if word not in degree.words)
+        return (
+            Action(words, () if degree.measure == "speed" else action.manner) if words else action
+        )
+
+    return replace(question, tree=map_actions(question.tree, plain))
+
+
+def is_counted(part: Part) -> bool:
+    """Whether the repeats of a part are counted in the motion."""
+    return len(part.actions) == 1 and event_of(part.actions[0]) in COUNTED_EVENTS
+
+
+def is_limited(part: Part) -> bool:
+    """Whether every upper limit of a part, if it has one, is measured."""
+    said = part.said or part.actions
+    lasts = part.longest is None or (bool(said) and lasts_going(part, said[0]))
+    return lasts and (part.most is None or is_counted(part))
 
 
 def only_action(sentence: Sentence) -> tuple[str, ...]:
@@ -196,7 +264,17 @@ def without_measured_words(sentence: Sentence, takings: Mapping[str, Taking]) ->
     heard = {word: taking.heard[0] for word, taking in takings.items() if taking.heard}
     words = only_action(sentence)
     measured = measured_words([w if w in LEAST else heard.get(w, w) for w in words])
+    degree = asked_degree(sentence)
+    measured |= set() if degree is None else degree.words
+    measured |= LEAVING if leaving_actions(sentence) else set()
     return {word: taking for word, taking in takings.items() if word not in measured}
+
+
+def leaving_actions(sentence: Sentence) -> frozenset[tuple[str, ...]]:
+    """The actions of a question that leave, without the word that says so ("walk away")."""
+    every = [action.words for action in actions_of(sentence.parsed.tree)]
+    leave = [a for a in every if LEAVING.intersection(a) and TRAVELS.intersection(a)]
+    return frozenset(tuple(word for word in action if word not in LEAVING) for action in leave)
 
 
 def without_measured(question: KnownQuestion, words: Collection[str]) -> KnownQuestion:
@@ -216,20 +294,33 @@ def actions_of_part(
     Words that known ones replace are the likeliest of these: "scuttle backward" is measured as
     "walk backward".
     """
-    actions = (only,) if only and part.actions else part.actions
+    actions = (only,) if only and part.actions else part.said or part.actions
     return tuple(tuple(asked.likeliest(word) for word in action) for action in actions)
 
 
 def is_measured(asked: AskedWords, reading: Reading, only: tuple[str, ...]) -> bool:
     """Whether a reading, or the only action of a question, names what is measured."""
-    lasting = any(lasts_going(part, action) for part in reading.parts for action in part.actions)
-    return lasting or any(map(measured_words, _compared(asked, reading, only)))
+    if any(map(measured_words, _compared(asked, reading, only))):
+        return True
+    excluded = [action for each in reading.exclusions for action in each.actions]
+    return any(map(event_of, excluded)) or any(
+        is_repeated(part)
+        or any(lasts_going(part, action) for action in actions_of_part(asked, part, only))
+        or any({*action} <= POSTURES or not part.actions for action in part.said)
+        for part in reading.parts
+    )
+
+
+def is_repeated(part: Part) -> bool:
+    """Whether a part asks how often an event occurs, which is counted."""
+    return is_counted(part) and (part.least > 1 or part.most is not None)
 
 
 def lasts_going(part: Part, action: Sequence[str]) -> bool:
     """Whether a part asks how long one action goes on travelling, which is measured."""
-    travels = not TRAVELS.isdisjoint(action) and IN_PLACE not in action
-    return part.seconds > 0.0 and len(part.actions) == 1 and travels
+    travels = not GOES.isdisjoint(action) and IN_PLACE not in action
+    asks = part.seconds > 0.0 or part.longest is not None
+    return asks and len(part.actions) == 1 and (travels or bool(REST.intersection(action)))
 
 
 def unmeasured_words(

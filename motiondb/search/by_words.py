@@ -46,7 +46,7 @@ from motiondb.search.matches import match_rows
 from motiondb.search.measured_answers import compare_with_motion
 from motiondb.search.ranking import Judged, likeliest_takes
 from motiondb.search.reasons import Explanation, explain, explain_hit
-from motiondb.search.seen_frames import Features, SeenFrames
+from motiondb.search.seen_frames import Frames, SeenFrames
 from motiondb.search.takings import Taking, say_not_understood, with_notation
 from motiondb.search.word_matches import to_match
 from motiondb.tabled import Tabled
@@ -113,6 +113,12 @@ class WordAnswer(Tabled):
     near : tuple of str
         The question, if probably nothing shows it, and the one with near words in place of its own
         for which the answers are; () otherwise.
+    apart : tuple of str
+        Words of one action that no caption says together; answers are ranked by each of them.
+    left : tuple of str
+        Words that are neither searched nor measured; the answers carry no probabilities.
+    partial : bool
+        Whether every action is shown by some answer, and probably all of them by none.
     """
 
     matches: tuple[Match, ...]
@@ -134,6 +140,9 @@ class WordAnswer(Tabled):
     measured: tuple[str, ...] = ()
     unmeasured: tuple[str, ...] = ()
     near: tuple[()] | tuple[str, str] = ()
+    apart: tuple[str, ...] = ()
+    left: tuple[str, ...] = ()
+    partial: bool = False
     # For each match, finds the captions that its motion suggests
     suggests: tuple[Callable[[], tuple[str, ...]], ...] = field(default=(), repr=False)
 
@@ -178,6 +187,23 @@ class WordAnswer(Tabled):
         return f"probably {NOTHING}" if self.doubtful else ""
 
     @property
+    def remarks(self) -> tuple[str, ...]:
+        """What else is to be said of the answers, in sentences."""
+        said = [f"{word!r}" for word in map(as_said, self.apart)]
+        left = [as_said(word) for word in self.left if word not in self.unknown]
+        told = {
+            f"no caption says {' and '.join(said)} of one action; ranked by each": said,
+            f"neither said with its action nor measured: {', '.join(left)}": left,
+            "probably no capture shows all of it; these show parts of it": self.is_partial,
+        }
+        return tuple(sentence for sentence, is_so in told.items() if is_so)
+
+    @property
+    def is_partial(self) -> bool:
+        """Whether parts of the question are shown, and probably not all of it; "" if not."""
+        return self.partial and not self.nothing
+
+    @property
     def matches_anything(self) -> bool | None:
         """Whether anything in the database shows the requested actions; None if unknown."""
         reached = reaches(self.matches, self.strength, self.threshold)
@@ -190,7 +216,8 @@ class WordAnswer(Tabled):
                 reached = (self.matches[0].probability or 0.0) >= LIKELY
             elif any(why.written > 0.0 and why.exclusion < 0 for why in self.reasons[0]):
                 return None
-        return None if self.near or (reached and (self.doubtful or self.unmeasured)) else reached
+        unsure = self.doubtful or self.unmeasured or self.partial or self.apart
+        return None if self.near or (reached and unsure) else reached
 
 
 def search_words(
@@ -198,13 +225,13 @@ def search_words(
     allowed: Collection[int],
     limit: int = 10,
     written: bool = True,
-    features: Features | None = None,
+    frames: Frames | None = None,
 ) -> WordAnswer:
     """The intervals that show what a question asks for, best first; no search by symbols.
 
     `written`: Whether the captions of the captures count as evidence, in addition to the motion.
-    `features`: Recognition features of a capture, by which the boundaries of intervals are refined
-    and orders and directions are checked; without them they stay those of segments.
+    `frames`: Those of a capture, by which the boundaries of intervals are refined, and orders and
+    what is measured are checked; without them they stay those of segments.
     """
     if not written:
         question = replace(question, asked=question.asked.by_motion())
@@ -223,8 +250,9 @@ def search_words(
     threshold = sure.threshold if sure is not None and known else None
     replaced = prod(taking.chance for taking in question.taken.values() if taking.is_other)
 
-    place = cache(partial(_place, question, features=features))  # few are looked at, some twice
-    judge = Judged(judged, place, is_checked)
+    place = cache(partial(_place, question, frames=frames))  # few are looked at, some twice
+    sign = question.degree.sign if question.degree is not None else 0.0
+    judge = Judged(judged, place, is_checked, sign)
     first = judge.first(limit)
     shown = [*first, *found[n_judged:]][:limit]
     whys = tuple(explain_hit(asked, answer.capture, answer.hit) for answer in shown)
@@ -240,6 +268,7 @@ def search_words(
         strength=best_strength(asked, usual or [each.hit for each in judged], threshold),
         threshold=None if question.missing else threshold,
         doubtful=not question.missing and judge.is_doubtful(first, known, replaced),
+        partial=not question.missing and judge.is_unlikely(first, known, replaced),
         suggests=tuple(partial(learned.captions_like, answer.capture) for answer in shown),
         vocabulary=asked.names,
         sources=word_sources(learned, question.words) + _sources_of_taken(question),
@@ -266,16 +295,16 @@ def _find(
     )
 
 
-def _place(question: AskedQuestion, answer: Found, features: Features | None) -> placing.Placed:
+def _place(question: AskedQuestion, answer: Found, frames: Frames | None) -> placing.Placed:
     """Where a capture shows the parts of an answer, by segments and then by frames."""
     asked, capture = question.asked, answer.capture
     reading = question.readings[answer.hit.reading]
     places = placing.place_answer(asked, capture, answer.hit, reading, answer.sure.parts)
     placed = placing.Placed(places)
-    if features is not None:
-        seen = SeenFrames(asked.learned, capture, features)
+    if frames is not None:
+        seen = SeenFrames(asked.learned, capture, frames)
         placed = placing.refine_places(asked, seen, reading, places)
-        if question.is_measured:
+        if len(question.readings) == 1:
             placed = compare_with_motion(question, seen, placed)
     return placing.sure_of_whole(placed, asked.learned.captures[capture].motion_frames)
 
@@ -293,6 +322,8 @@ def as_understood(question: AskedQuestion) -> WordAnswer:
         missing=question.missing,
         measured=question.measured,
         unmeasured=question.unmeasured,
+        apart=question.apart,
+        left=question.left,
     )
 
 
@@ -309,4 +340,6 @@ def as_near(answer: WordAnswer, asked: str, near: str) -> WordAnswer:
         replace(match, parts=tuple(replace(p, **unknown) for p in match.parts), **unknown)
         for match in answer.matches
     )
-    return replace(answer, matches=matches, threshold=None, doubtful=False, near=(asked, near))
+    return replace(
+        answer, matches=matches, threshold=None, doubtful=False, partial=False, near=(asked, near)
+    )

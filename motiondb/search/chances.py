@@ -68,6 +68,7 @@ class Chances:
     whole: float | None
     # Certainty of every part of the reading; None if the part asks for nothing, or it is not known
     parts: tuple[PartChance | None, ...]
+    actions: tuple[float, ...] = ()  # Probability of every requested action; () if not known
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,11 +117,11 @@ def chances(
         if not len(requested) == len(excluded) == len(excluded[0]) == len(reading.parts) == 1:
             return unknown
         return chances_of_kind(kinds.without, requested[0].odds, excluded[0][0].odds, said)
+    each_action = tuple(each.probability for each in requested)
     whole = regression.answer_probability(
-        [each.probability for each in requested],
-        [[each.probability for each in of] for of in excluded],
+        each_action, [[each.probability for each in of] for of in excluded]
     )
-    return Chances(whole, parts)
+    return Chances(whole, parts, each_action)
 
 
 @dataclass(frozen=True)
@@ -174,7 +175,13 @@ def words_of_reading(reading: Reading) -> set[str]:
 
 def counts_or_lasts(reading: Reading) -> bool:
     """Return whether a reading asks for repeats or durations."""
-    return any(part.seconds > 0.0 or part.repeat_of != k for k, part in enumerate(reading.parts))
+    return any(
+        part.seconds > 0.0
+        or part.repeat_of != k
+        or part.least > 1
+        or not (part.most is None and part.longest is None)
+        for k, part in enumerate(reading.parts)
+    )
 
 
 def _is_one_action(reading: Reading) -> bool:
@@ -323,26 +330,26 @@ def reaches(
 def best_strength(
     asked: AskedWords, hits: Sequence[QuestionHit], threshold: float | None
 ) -> float | None:
-    """Nats by which the least certain part of a question is more probable than usual.
+    """Nats by which the least certain action of a question is more probable than usual.
 
-    Of every part, the answer counts that shows it best: an order of which every part is shown, but
-    by different captures, is not called absent. With exclusions, the best answer as a whole counts.
-    None if there are no answers.
+    Of every action, the answer counts that shows it best: a question of which every action is
+    shown, but by different captures, is not called absent. With exclusions, the best answer as a
+    whole counts. None if there are no answers.
     """
-    best: dict[int, dict[int, float]] = {}
+    best: dict[int, dict[tuple[int, ...], float]] = {}
     usual_odds = usual(asked.word_map)
     usually = cache(lambda words: float(action_log_odds(usual_odds[list(words)])))
     for hit in hits:
         of_reading = best.setdefault(hit.reading, {})
         whole = any(statement.exclusion >= 0 for statement in hit.statements)
-        for part in [-1] if whole else dict.fromkeys(s.part for s in hit.statements):
+        for action in [()] if whole else dict.fromkeys(s.words for s in hit.statements):
             stated = [
                 (statement.exclusion, statement.log_odds - usually(statement.words))
                 for statement in hit.statements
-                if whole or statement.part == part
+                if whole or statement.words == action
             ]
             clear = _strength(stated, threshold)
-            of_reading[part] = max(clear, of_reading.get(part, clear))
+            of_reading[action] = max(clear, of_reading.get(action, clear))
     return max((min(parts.values()) for parts in best.values() if parts), default=None)
 
 
@@ -360,29 +367,28 @@ def _strength(stated: Sequence[tuple[int, float]], threshold: float | None) -> f
     return min(clear, default=0.0)
 
 
-def is_doubtful(
-    wholes: Iterable[float | None],
-    parts: Sequence[Sequence[PartChance | None]],
-    replaced: float = 1.0,
-) -> bool:
-    """Whether each answer is more likely wrong than right, or some part not shown by any.
+def is_unlikely(wholes: Iterable[float | None], replaced: float = 1.0) -> bool:
+    """Whether each answer is more likely wrong than right.
 
-    `wholes`, `parts`: The probability of each answer, looked at up to the first one that is likely,
-    and the certainty of its parts.
+    `wholes`: The probability of each answer, looked at up to the first one that is likely.
     `replaced`: Probability that words of the question may be replaced as they are.
 
-    >>> is_doubtful([0.6], [()]), is_doubtful([0.6], [()], 0.8)
-    (False, True)
+    >>> is_unlikely([0.6]), is_unlikely([0.6], 0.8), is_unlikely([None])
+    (False, True, False)
     """
     is_known = False
     for whole in wholes:
         if whole is not None and replaced * whole >= LIKELY:
-            break
+            return False
         is_known = is_known or whole is not None
-    else:
-        if is_known:
-            return True
-    known = [[p and p.probability for p in of] for of in parts]
-    same = [of for of in known if len(of) == len(known[0])]
-    best = [max((p for p in of if p is not None), default=1.0) for of in zip(*same)]
-    return any(p < LIKELY for p in best)
+    return is_known
+
+
+def is_lacking(actions: Sequence[Sequence[float]]) -> bool:
+    """Whether some action is shown by no answer; `actions`: Of each answer, their probabilities.
+
+    >>> is_lacking([(0.9, 0.1), (0.2, 0.8)]), is_lacking([(0.9, 0.1), (0.8, 0.2)])
+    (False, True)
+    """
+    same = [of for of in actions if of and len(of) == len(actions[0])]
+    return any(max(of_action) < LIKELY for of_action in zip(*same))

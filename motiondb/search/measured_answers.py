@@ -1,14 +1,21 @@
-"""What of a question is measured in the motion of an answer: directions and sides of limbs.
+"""What of a question is measured in the motion of an answer.
 
-Words alone hardly tell them: captions rarely say which way, or which hand. Four things can follow.
+Words alone hardly tell it: captions rarely say which way, which hand, how often or how long.
+Measured are directions (:mod:`motiondb.meaning.travelled`), sides of limbs
+(:mod:`motiondb.meaning.limb_sides`), events, their number and where they are
+(:mod:`motiondb.meaning.occurrences`), how long somebody goes on travelling, rests or leaves,
+postures meanwhile, and how fast, high or far (:mod:`motiondb.meaning.degrees`). Five things can
+follow.
 
-* The motion contradicts a word: no frame of the part goes in the direction
-  (:mod:`motiondb.meaning.travelled`), or the other limb moves (:mod:`motiondb.meaning.limb_sides`).
-  Or it clearly shows one that the question excludes ("walk, but not forward"). The answer says so
-  and has no probability.
-* The limb of the side moves, but not clearly more than the other (:data:`CLEAR_SIDE`). The answer
-  comes after clear ones, and has no probability.
-* The action goes in the direction elsewhere in the take: then the part is moved there.
+* The motion contradicts the question: no frame of the part goes in the direction, the other limb
+  moves, there are more or fewer events, or it shows what the question excludes ("walk, but not
+  forward"; "sit down without standing up afterwards"). The answer says so and has no probability.
+* The limb of the side moves, but not clearly more than the other (:data:`CLEAR_SIDE`), or a take of
+  more events holds as many in a row. The answer comes after clear ones, and has no probability.
+* The action goes in the direction elsewhere in the take, or its event is elsewhere: then the part
+  is moved there. The place of an event is where it is; its probability is only told where the
+  evidence of words agrees.
+* A degree orders the answers, which have no probability.
 * Otherwise the answer stays as it is.
 
 A word that a caption of the capture says of the same action is believed, unless the take goes in
@@ -28,17 +35,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
-from motiondb.language.question.readings import Part, say_duration
+from motiondb.language.question.readings import Exclusion, Part, say_count, say_duration
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, as_said
+from motiondb.meaning.direction import gone_anywhere, vertical_ways
 from motiondb.meaning.edge_map import HALF, averaged
 from motiondb.meaning.limb_sides import (
+    is_at_rest,
+    limb_held,
     limb_speeds,
     limbs_to_measure,
     moves_otherwise,
     say_other_limb,
     side_amount,
 )
+from motiondb.meaning.occurrences import (
+    LOW,
+    MOST_LEAN,
+    STANDING,
+    event_of,
+    find_occurrences,
+    sitting,
+)
 from motiondb.meaning.travelled import (
+    STEADY,
     directions_to_measure,
     furthest,
     longest_going,
@@ -53,81 +72,238 @@ from motiondb.search.asking import (
     AskedQuestion,
     actions_of_part,
     excluded_words,
+    is_repeated,
     lasts_going,
     measured_words,
 )
-from motiondb.search.placing import PartPlace, Placed
+from motiondb.search.placing import PartPlace, Placed, is_labelled
+from motiondb.search.said_together import POSTURES
 from motiondb.search.seen_frames import SeenFrames
 
 LEAST_LOOKED_AT = 30  # Feature frames (2 s) in which "in place" is measured
 CLEAR_SIDE = 2.0  # Least shares of a limb from which it clearly moves: two thirds, or .3 each
-OTHER = {"left": "right", "right": "left"}
+LEAVES = 1.0  # Seconds for which somebody who walks away must at least walk
+AT_ONCE = 60  # Frames (2 s) between events that belong together
+WALKING, HOLDS = 0.6, 0.7  # m/s; share of a place in which a posture holds
+LIFTED, ON_ONE, BESIDE = 0.08, 0.6, 6
+"""Height of a foot over the other one, m, and share of a place, of who is on one foot; frames
+before and after a flight, in which this holds of a hop."""
 
 
 def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Placed) -> Placed:
-    """Places with what the motion contradicts; parts go where their directions are seen."""
-    asked, (reading,) = question.asked, question.readings
-    said = asked.evidence.written.get(seen.capture)
-    believed = {
-        word
-        for word in MODIFIERS.intersection(asked.numbers)
-        if said is not None and said[:, asked.numbers[word]].max() > 0.0
-    }
-    frames, places, contradicted = seen.features, list(placed.parts), list[str]()
-    unclear = False
+    """Places with what the motion contradicts; parts go where it shows what they ask for."""
+    (reading,) = question.readings
+    places, contradicted, unclear = list(placed.parts), list[str](), False
+    believed = _believed(question.asked, seen.capture)
     for k, part in enumerate(reading.parts):
+        is_next = k + 1 < len(places) and bool(reading.parts[k + 1].actions)
         room = slice(
             -(-places[k - 1].end // FEATURE_STEP) if k else 0,
-            places[k + 1].start // FEATURE_STEP if k + 1 < len(places) else len(frames),
+            places[k + 1].start // FEATURE_STEP if is_next else len(seen.features),
         )
-        for action in actions_of_part(asked, part, question.only):
-            if lasts_going(part, action):
-                places[k], short = _gone_on(seen, part, action, places[k], room)
-                contradicted += short
-            if not measured_words(action):
-                continue
-            shown = np.zeros((2, len(frames)), dtype=bool)
-            shown[0, room] = _frames_that_show(asked, seen, action, places[k])[room]
-            shown[1, room] = True
-            sides = [
-                (side, limb, limb_speeds(frames, limb, action))
-                for side, limb in limbs_to_measure(action)
-                if side not in believed
-            ]
-            against, place = _compare_action(
-                seen, action, sides, believed, places[k], shown, part.seconds
-            )
-            alone = len(part.actions) == 1 and len(directions_to_measure(action)) == 1
-            # of several directions, one place would have to show all
-            if not alone and (place.start, place.end) != (places[k].start, places[k].end):
-                place = replace(place, start=places[k].start, end=places[k].end, right=None)
-            places[k] = place
+        places[k], against, is_whole = _at_events(question, seen, part, places[k], room)
+        contradicted += against
+        unclear = unclear or not is_whole
+        for action in actions_of_part(question.asked, part, question.only):
+            places[k], against = _meanwhile(seen, part, action, places[k], room)
             contradicted += against
-            unclear = unclear or any(
-                side_amount(speeds[_inside(place)], side) < CLEAR_SIDE for side, _, speeds in sides
-            )
+            if measured_words(action):
+                places[k], against, is_unclear = _goes(
+                    question.asked, seen, part, action, places[k], room, believed
+                )
+                contradicted += against
+                unclear = unclear or is_unclear
     for exclusion in reading.exclusions:
         for k in range(exclusion.first, exclusion.last):
-            inside = frames[_inside(places[k])]
-            for action, excluded in product(reading.parts[k].actions, exclusion.actions):
-                if not MODIFIERS.issuperset(excluded) or places[k].unknown:
-                    continue
-                done = _done_though_excluded(inside, action, excluded)
-                places[k] = _unsure(places[k]) if done else places[k]
-                contradicted += done
+            done = _done_though_excluded(seen, reading.parts[k], exclusion, places[k])
+            places[k] = _unsure(places[k]) if done else places[k]
+            contradicted += done
+    amount = None
+    if question.degree is not None:
+        amount = question.degree.amount(seen.track, places[0].start, places[0].end)
     spoken = tuple(dict.fromkeys(contradicted))
-    return replace(placed, parts=tuple(places), contradicted=spoken, is_unclear=unclear)
+    return replace(
+        placed, parts=tuple(places), contradicted=spoken, is_unclear=unclear, amount=amount
+    )
+
+
+def _believed(asked: AskedWords, capture: int) -> set[str]:
+    """The directions, limbs and sizes that captions of a capture say of the asked actions."""
+    said = asked.evidence.written.get(capture)
+    if said is None:
+        return set()
+    words = MODIFIERS.intersection(asked.numbers)
+    return {word for word in words if said[:, asked.numbers[word]].max() > 0.0}
+
+
+def _meanwhile(
+    seen: SeenFrames, part: Part, action: Sequence[str], place: PartPlace, room: slice
+) -> tuple[PartPlace, list[str]]:
+    """The place of a part that goes on, leaves, or has a posture, and what speaks against it."""
+    if lasts_going(part, action):
+        return _gone_on(seen, part, action, place, room)
+    if part.said and not part.actions:
+        return _leaves(seen, action, place, room)
+    if len(part.said) > 1 and {*action} <= POSTURES:
+        return place, _other_posture(seen, action, place)
+    return place, []
+
+
+def _goes(
+    asked: AskedWords,
+    seen: SeenFrames,
+    part: Part,
+    action: Sequence[str],
+    place: PartPlace,
+    room: slice,
+    believed: Collection[str],
+) -> tuple[PartPlace, list[str], bool]:
+    """The place of an action that names directions or limbs, and what speaks against it.
+
+    And whether the motion leaves it open which limb moves.
+    """
+    shown = np.zeros((2, len(seen.features)), dtype=bool)
+    shown[0, room] = _frames_that_show(asked, seen, action, place)[room]
+    shown[1, room] = True
+    sides = [
+        (side, limb, limb_speeds(seen.features, limb, action))
+        for side, limb in limbs_to_measure(action)
+        if side not in believed
+    ]
+    against, now = _compare_action(seen, action, sides, believed, place, shown, part.seconds)
+    alone = len(part.actions) == 1 and len(directions_to_measure(action)) == 1
+    # of several directions, one place would have to show all
+    if not alone and (now.start, now.end) != (place.start, place.end):
+        now = replace(now, start=place.start, end=place.end, right=None)
+    unclear = any(side_amount(speeds[_inside(now)], side) < CLEAR_SIDE for side, _, speeds in sides)
+    return now, against, unclear
+
+
+def _at_events(
+    question: AskedQuestion, seen: SeenFrames, part: Part, place: PartPlace, room: slice
+) -> tuple[PartPlace, list[str], bool]:
+    """The place of a part where its event occurs, and what speaks against how often it does.
+
+    And whether what is counted is all of it: a take of seven jumps may hold two in a row.
+    """
+    actions = actions_of_part(question.asked, part, question.only)
+    event = event_of(actions[0]) if len(actions) == len(part.actions) == 1 else ""
+    if not event or part.seconds > 0.0:
+        return place, [], True
+    low, high = FEATURE_STEP * room.start, FEATURE_STEP * room.stop
+    events = find_occurrences(seen.track, event)
+    if event == "hop" and not events and not is_repeated(part):
+        events = find_occurrences(seen.track, "jump")  # on which foot is not always seen
+    found = [f for f in events if low <= sum(f) / 2 < high]
+    found = _of_side(seen, actions[0], found)
+    groups = _groups(found)
+    if is_repeated(part):
+        groups = [g for g in (found, *groups) if _fits(part, len(g))]
+        if not groups:
+            n = len(found)
+            return (
+                _unsure(place),
+                [f"{as_said(event)} {say_count(n, n)}, not {_say_times(part)}"],
+                True,
+            )
+    elif is_labelled(question.asked, seen.capture, part):
+        return place, [], True
+    if not found:
+        return place, [], True
+    inside = [g for g in groups if g[-1][1] > place.start and g[0][0] < place.end]
+    evidence = seen.evidence([question.asked.numbers[word] for word in part.actions[0]])
+
+    def strength(group: Sequence[tuple[int, int]]) -> float:
+        first, behind = (f // FEATURE_STEP for f in (group[0][0], group[-1][1]))
+        return 0.0 if evidence is None else float(evidence[first : behind + 1].mean())
+
+    best = max(groups if place.unknown or not inside else inside, key=strength)
+    if any(exclusion.later for exclusion in question.readings[0].exclusions):
+        best = groups[-1]
+    first, behind = best[0][0], best[-1][1]
+    common = min(behind, place.end) - max(first, place.start)
+    agree = 2 * common >= max(behind, place.end) - min(first, place.start)
+    return (
+        replace(
+            place,
+            start=first,
+            end=behind,
+            right=place.right if agree and not place.unknown else None,
+            unknown=False,
+        ),
+        [],
+        not is_repeated(part) or _fits(part, len(found)),
+    )
+
+
+def _fits(part: Part, n: int) -> bool:
+    """Whether an event occurs as often as a part asks for."""
+    return part.least <= n and (part.most is None or n <= part.most)
+
+
+def _say_times(part: Part) -> str:
+    return say_count(0 if part.least == 1 and part.most else part.least, part.most)
+
+
+def _groups(found: Sequence[tuple[int, int]]) -> list[list[tuple[int, int]]]:
+    """Events in groups, of which each follows the one before at once.
+
+    >>> _groups([(0, 10), (20, 30), (200, 210)])
+    [[(0, 10), (20, 30)], [(200, 210)]]
+    """
+    groups: list[list[tuple[int, int]]] = []
+    for one in found:
+        if groups and one[0] - groups[-1][-1][1] <= AT_ONCE:
+            groups[-1].append(one)
+        else:
+            groups.append([one])
+    return groups
+
+
+def _of_side(
+    seen: SeenFrames, action: Sequence[str], found: list[tuple[int, int]]
+) -> list[tuple[int, int]]:
+    """The events in which the limb of the side clearly moves; all if there is none."""
+    for side, limb in limbs_to_measure(action):
+        speeds = limb_speeds(seen.features, limb, action)
+        inside = [speeds[a // FEATURE_STEP : -(-b // FEATURE_STEP)] for a, b in found]
+        clear = [f for f, part in zip(found, inside) if side_amount(part, side) >= CLEAR_SIDE]
+        found = clear or found
+    return found
+
+
+def _other_posture(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> list[str]:
+    """That somebody does not stand or sit in a place, if so for most of it."""
+    inside = seen.track[place.start : place.end]
+    sits = sitting(inside)
+    slow = np.hypot(inside[:, 1], inside[:, 2]) < WALKING
+    upright = (inside[:, 14] < MOST_LEAN) & (inside[:, 0] > STANDING - LOW["crouch"])
+    holds = sits if "sit" in action else ~sits & slow & upright
+    return [] if len(inside) and holds.mean() >= HOLDS else [f"does not {action[0]} meanwhile"]
+
+
+def _leaves(
+    seen: SeenFrames, action: Sequence[str], place: PartPlace, room: slice
+) -> tuple[PartPlace, list[str]]:
+    """Where somebody leaves, after another action and before the next."""
+    inside = np.zeros(len(seen.features), dtype=bool)
+    inside[room] = True
+    lasting, first, behind = longest_going(seen.speeds, action, inside)
+    if lasting < LEAVES:
+        return _unsure(place), [f"does not {action[0]} away"]
+    return _moved(place, first, behind), []
 
 
 def _gone_on(
     seen: SeenFrames, part: Part, action: Sequence[str], place: PartPlace, room: slice
 ) -> tuple[PartPlace, list[str]]:
-    """Where a motion goes on travelling as long as it is asked for, and what speaks against it."""
+    """Where a motion goes on as long as it is asked for, and what speaks against it."""
     inside = np.zeros(len(seen.features), dtype=bool)
     inside[room] = True
     lasting, first, behind = longest_going(seen.speeds, action, inside)
-    if lasting < part.seconds:
-        asked = say_duration(part.seconds, None).removeprefix("for ")
+    is_long = part.longest is not None and lasting >= part.longest + STEADY / 2.0
+    if lasting < part.seconds or is_long:
+        asked = say_duration(part.seconds, part.longest).removeprefix("for ")
         return _unsure(place), [f"goes on for {lasting:.1f} s, not {asked}"]
     return (place if place.unknown else _moved(place, first, behind)), []
 
@@ -148,6 +324,10 @@ def _compare_action(
     so.
     """
     against = [
+        *_on_other_foot(seen, action, place),
+        *_not_vertical(seen, action, place, believed),
+    ]
+    against += [
         say_other_limb(side, limb)
         for side, limb, speeds in sides
         if _is_otherwise(speeds, side, place, shown[0])
@@ -163,15 +343,63 @@ def _compare_action(
     return against, _unsure(place) if against else place
 
 
+def _on_other_foot(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> list[str]:
+    """That somebody does not stand on the foot of a side alone, or hop from and onto it."""
+    held = limb_held(action)
+    if not held:
+        return []
+    inside = np.zeros(len(seen.track), dtype=bool)
+    inside[place.start : place.end] = True
+    if "hop" in action:
+        beside = np.zeros_like(inside)
+        for start, end in find_occurrences(seen.track, "jump"):
+            beside[max(start - BESIDE, 0) : start] = beside[end : end + BESIDE] = True
+        inside &= beside
+    feet = seen.track[inside, 4:6]
+    this = 0 if held[0] == "left" else 1
+    alone = feet[:, 1 - this] - feet[:, this] > LIFTED
+    return [] if len(feet) and alone.mean() >= ON_ONE else [f"is not on the {' '.join(held)} alone"]
+
+
+def _not_vertical(
+    seen: SeenFrames, action: Sequence[str], place: PartPlace, believed: Collection[str]
+) -> list[str]:
+    """That somebody does not sit down, stand up, or walk up where this is asked for."""
+    event = event_of(action)
+    if event in ("seat", "rise") and {"up", "down"}.isdisjoint(believed):
+        found = find_occurrences(seen.track, event)
+        if not any(a < place.end + AT_ONCE and b > place.start - AT_ONCE for a, b in found):
+            return [f"does not {'sit down' if event == 'seat' else 'stand up'}"]
+    lasting = [w for w in vertical_ways(action) if w not in believed]
+    return [f"does not go {w}" for w in lasting if gone_anywhere(seen.track, w) < 1.0]
+
+
 def _unsure(place: PartPlace) -> PartPlace:
     """A place that something speaks against: how probable it is was not measured."""
     return replace(place, probability=None, right=None)
 
 
 def _done_though_excluded(
+    seen: SeenFrames, part: Part, exclusion: Exclusion, place: PartPlace
+) -> list[str]:
+    """What of "walk, but not backward" or "sit, without standing up" a place clearly shows."""
+    inside, done = seen.features[_inside(place)], list[str]()
+    end = len(seen.track) if exclusion.later else place.end
+    for action, excluded in product(part.actions or ((),), exclusion.actions):
+        event = event_of(excluded) if len(exclusion.actions) == 1 else ""
+        if MODIFIERS.issuperset(excluded):
+            done += [] if place.unknown else _goes_though_excluded(inside, action, excluded)
+        elif event and not directions_to_measure(excluded) and action:
+            found = find_occurrences(seen.track, event)
+            if any(place.start < (a + b) / 2 < end for a, b in found):
+                done.append(f"{' '.join(map(as_said, excluded))} is seen, which is excluded")
+    return done
+
+
+def _goes_though_excluded(
     frames: Float32Array, action: Sequence[str], excluded: Sequence[str]
 ) -> list[str]:
-    """What of "walk, but not backward" the frames clearly show; `frames` (frames, 130)."""
+    """The directions and sides of an action that frames (frames, 130) show though excluded."""
     words, turn = excluded_words(action, excluded), turning(action)
     gone = [
         f"{'stays' if direction == IN_PLACE else f'{turn}s' if turn else 'goes'} "
@@ -182,9 +410,14 @@ def _done_though_excluded(
     moved = [
         f"moves the {side} {limb}, which is excluded"
         for side, limb in limbs_to_measure(words)
-        if side in OTHER and moves_otherwise(limb_speeds(frames, limb, words), OTHER[side])
+        if side in ("left", "right") and _moves_side(limb_speeds(frames, limb, words), side)
     ]
     return gone + moved
+
+
+def _moves_side(speeds: FloatArray, side: str) -> bool:
+    """Whether the limb of a side moves, alone or with the other one."""
+    return not is_at_rest(speeds) and side_amount(speeds, side) >= 1.0
 
 
 def _inside(place: PartPlace) -> slice:

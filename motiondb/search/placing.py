@@ -79,6 +79,8 @@ class Placed:
     contradicted: tuple[str, ...] = ()
     # Whether the motion neither contradicts nor clearly shows something that was measured
     is_unclear: bool = False
+    # How fast, high or far, if the question names a degree; NaN if that cannot be measured
+    amount: float | None = None
 
 
 def place_answer(
@@ -102,7 +104,7 @@ def place_answer(
         span = int(placed.starts[first]), int(placed.ends[behind - 1])
         part = reading.parts[k]
         right = None if sure[k] is None else _right(asked, capture, placed, part, k)
-        labelled = _is_labelled(asked, capture, part)
+        labelled = is_labelled(asked, capture, part)
         unknown = (
             not labelled
             and _only_by_caption(said[k])
@@ -134,7 +136,7 @@ def refine_places(
         or not part.actions
         or part.seconds > 0.0
         or not known.issuperset(words)
-        or _is_labelled(asked, capture, part)
+        or is_labelled(asked, capture, part)
         for part, words in zip(reading.parts, groups)
     ]
     ordered = is_order(reading) and not any(fixed)
@@ -255,7 +257,7 @@ def _unplaced(
     checked what the motion says.
     """
     unchecked = said is not None and said.probability is None and _only_by_caption(said)
-    if unchecked and not _is_labelled(asked, capture, part):
+    if unchecked and not is_labelled(asked, capture, part):
         take = asked.evidence.takes[capture]
         return PartPlace(int(take.starts[0]), int(take.ends[-1]), None, None, True)
     return PartPlace(*span, None if said is None else said.probability)
@@ -293,7 +295,7 @@ def _is_placed_elsewhere(asked: AskedWords, capture: int, part: Part) -> bool:
     return all(any(word in words for words in others) for word in _words(asked, part))
 
 
-def _is_labelled(asked: AskedWords, capture: int, part: Part) -> bool:
+def is_labelled(asked: AskedWords, capture: int, part: Part) -> bool:
     """Whether captions of intervals say all words of a part."""
     said = asked.said_places.get(capture)
     return said is not None and bool((said[:, _words(asked, part)].max(axis=0) > 0.0).all())

@@ -19,7 +19,7 @@ import numpy as np
 from motiondb.meaning.by_question import QuestionHit
 from motiondb.meaning.word_evidence import SLACK
 from motiondb.records import FloatArray, IntArray
-from motiondb.search.chances import LIKELY, Found, is_doubtful
+from motiondb.search.chances import LIKELY, Found, is_lacking, is_unlikely
 from motiondb.search.placing import Placed
 
 
@@ -54,13 +54,14 @@ class Judged:
     answers: Sequence[Found]
     place: Callable[[Found], Placed]  # Where a capture shows an answer; kept once it was asked for
     is_checked: bool  # Whether order or motion are looked at, and can speak against an answer
+    sign: float = 0.0  # 1: the more of what was measured, the better; -1: the less; 0: neither
 
     def first(self, limit: int) -> list[Found]:
         """The first answers; as few are placed as settle which they are."""
         if not self.is_checked:
             return list(self.answers[:limit])
         # in a heap; answers of one rank stay in their order
-        waiting = [(*_rank(each, None), n, False) for n, each in enumerate(self.answers)]
+        waiting = [(*_rank(each, None, self.sign), n, False) for n, each in enumerate(self.answers)]
         heapq.heapify(waiting)
         first = list[Found]()
         while waiting and len(first) < limit:
@@ -69,7 +70,7 @@ class Judged:
             if is_placed:
                 first.append(answer)
             else:
-                heapq.heappush(waiting, (*_rank(answer, self.place(answer)), n, True))
+                heapq.heappush(waiting, (*_rank(answer, self.place(answer), self.sign), n, True))
         return first
 
     def looked_at(self, answer: Found) -> Found:
@@ -82,11 +83,11 @@ class Judged:
             return answer
         return replace(answer, sure=replace(answer.sure, whole=None))
 
-    def is_doubtful(self, first: Sequence[Found], is_known: bool, replaced: float) -> bool:
-        """Whether each answer is more likely wrong than right, or some part is shown by none.
+    def is_unlikely(self, first: Sequence[Found], is_known: bool, replaced: float) -> bool:
+        """Whether each answer is more likely wrong than right.
 
         `first`: The first answers, which are looked at before the others. `is_known`: Whether own
-        captions have checked the words. `replaced`: As in ``chances.is_doubtful``.
+        captions have checked the words. `replaced`: As in ``chances.is_unlikely``.
         """
 
         def whole_of(answer: Found) -> float | None:
@@ -95,29 +96,49 @@ class Judged:
                 return whole  # what speaks against it changes nothing
             return self.looked_at(answer).sure.whole
 
-        wholes = map(whole_of, chain(first, self.answers))
-        if is_doubtful(wholes, [each.sure.parts for each in self.answers], replaced):
+        return is_unlikely(map(whole_of, chain(first, self.answers)), replaced)
+
+    def is_doubtful(self, first: Sequence[Found], is_known: bool, replaced: float) -> bool:
+        """Whether probably nothing matches; parameters as in ``is_unlikely``.
+
+        So it is if some action is shown by no answer, or each answer is wrong; if every action is
+        shown by some, no answer may yet show all of them.
+        """
+        actions = [each.sure.actions for each in self.answers]
+        has_one = max(map(len, actions), default=0) < 2
+        if is_lacking(actions) or (has_one and self.is_unlikely(first, is_known, replaced)):
             return True
 
         def is_wrong(answer: Found) -> bool:
             if not is_known:
                 return bool(self.place(answer).contradicted)
             is_placed = self.is_checked or answer in first
-            return _is_weak(answer) or (is_placed and _is_against(self.place(answer)))
+            is_weak = has_one and _is_weak(answer)
+            return is_weak or (is_placed and _is_against(self.place(answer)))
 
         return (is_known or self.is_checked) and all(map(is_wrong, chain(first, self.answers)))
 
 
-def _rank(answer: Found, placed: Placed | None) -> tuple[bool, bool, bool, float]:
-    """Sorts answers: contradicted ones last, probable and clear ones first.
+def _rank(
+    answer: Found, placed: Placed | None, sign: float
+) -> tuple[bool, bool, bool, float, float]:
+    """Sorts answers: contradicted ones last, probable and clear ones first; then by the degree.
 
     Without its places, an answer comes as early as it can.
     """
     is_weak, log_odds = _is_weak(answer), answer.hit.log_odds
     if placed is None:
-        return False, is_weak, False, -log_odds
+        return False, is_weak, False, -np.inf if sign else 0.0, -log_odds
     is_weak = is_weak or _is_against(placed)
-    return bool(placed.contradicted), is_weak, placed.is_unclear, -log_odds
+    amount = 0.0 if placed.amount is None else -sign * placed.amount
+    is_unclear = placed.is_unclear or bool(np.isnan(amount))
+    return (
+        bool(placed.contradicted),
+        is_weak,
+        is_unclear,
+        0.0 if np.isnan(amount) else amount,
+        -log_odds,
+    )
 
 
 def _is_weak(answer: Found) -> bool:

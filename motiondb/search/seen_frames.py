@@ -11,8 +11,13 @@ from motiondb.meaning.edge_map import frame_cues
 from motiondb.meaning.travelled import speeds_of
 from motiondb.records import Float32Array, FloatArray
 
-Features = Callable[[int], Float32Array]
-"""Capture number -> recognition features (frames, 130), 15 a second."""
+
+@dataclass(frozen=True)
+class Frames:
+    """What questions look at in a capture, by its number."""
+
+    features: Callable[[int], Float32Array]  # Recognition features (frames, 130), 15 a second
+    track: Callable[[int], FloatArray]  # ``measured_track`` (frames, columns), 30 a second
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,13 +26,13 @@ class SeenFrames:
 
     learned: Learned
     capture: int
-    features_of: Features
+    frames: Frames
     _evidence: dict[tuple[int, ...], FloatArray] = field(default_factory=dict, repr=False)
 
     @cached_property
     def features(self) -> Float32Array:
         """Recognition features: array (frames, 130)."""
-        return self.features_of(self.capture)
+        return self.frames.features(self.capture)
 
     @cached_property
     def speeds(self) -> FloatArray:
@@ -35,8 +40,13 @@ class SeenFrames:
         return speeds_of(self.features)
 
     @cached_property
+    def track(self) -> FloatArray:
+        """What measured words look at: array (frames, columns), see ``measured_track``."""
+        return self.frames.track(self.capture)
+
+    @cached_property
     def _cues(self) -> FloatArray:
-        return frame_cues(self.learned.frames_of(self.capture, self.features_of))
+        return frame_cues(self.learned.frames_of(self.capture, self.frames.features))
 
     def evidence(self, words: Sequence[int]) -> FloatArray | None:
         """Evidence for words whose places were learned at every frame: array (frames,).

@@ -32,7 +32,9 @@ def to_match(
     asked, capture, places = question.asked, answer.capture, placed.parts
     learned, reading = asked.learned, question.readings[answer.hit.reading]
     others = {word for word, taking in question.taken.items() if taking.is_other}
-    is_silent = bool(question.unmeasured or question.missing)
+    is_silent = bool(question.unmeasured or question.missing or question.left or question.apart)
+    measured_parts = any(part.said and not part.actions for part in reading.parts)
+    is_silent = is_silent or measured_parts or question.degree is not None
     parts = []
     for words, place in zip(_part_words(reading), places):
         is_known = not is_silent and others.isdisjoint(words.split())
@@ -47,10 +49,11 @@ def to_match(
         )
     is_known = not (is_silent or others)
     start, end = min(p.start for p in places), max(p.end for p in places)
+    measured = (*placed.contradicted, *_degree(question, placed))
     reason = (
         "; ".join(map(_say_part, parts))
         + ("; not seen in this order" if placed.in_order is False else "")
-        + "".join(f"; measured: {words}" for words in placed.contradicted)
+        + "".join(f"; measured: {words}" for words in measured)
         + mark_generated(learned, capture, "; ")
     )
     whole = answer.sure.whole
@@ -70,11 +73,18 @@ def to_match(
     )
 
 
+def _degree(question: AskedQuestion, placed: placing.Placed) -> tuple[str, ...]:
+    """How fast, high or far an answer goes, if the question names that."""
+    if question.degree is None or placed.amount is None or np.isnan(placed.amount):
+        return ()
+    return (question.degree.say(placed.amount),)
+
+
 def _part_words(reading: Reading) -> list[str]:
     """The actions of every part of a reading."""
     said = []
     for k, part in enumerate(reading.parts):
-        asked = [" ".join(map(as_said, action)) for action in part.actions]
+        asked = [" ".join(map(as_said, action)) for action in part.actions or part.said]
         only = [e for e in reading.exclusions if (e.first, e.last) == (k, k + 1)]
         excluded = [
             f"not {' and '.join(' '.join(map(as_said, a)) for a in e.actions)}" for e in only

@@ -14,7 +14,7 @@ import pytest
 import motiondb
 from motiondb import MotionDB
 from motiondb.errors import QueryError
-from motiondb.generate.occurrences import find_occurrences, measured_track
+from motiondb.meaning.occurrences import find_occurrences, measured_track
 from motiondb.records import MOTION_FPS
 
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from sample_motions import sample_motion
 
-from motiondb.body import body, kinematics, retarget, rotation
+from motiondb.body import body, contacts, kinematics, retarget, rotation
+from motiondb.body.contacts import find_contacts, foot_slip
 from motiondb.generate import contact
 from motiondb.records import FloatArray, Motion
 
@@ -47,8 +48,8 @@ def lowest(positions: FloatArray) -> float:
 def test_skating_feet_are_held(name: str) -> None:
     motion = skating(sample_motion(name))
     locked = contact.lock_feet(motion)
-    assert contact.foot_slip(motion) > 0.06
-    assert contact.foot_slip(locked) < min(0.06, 0.5 * contact.foot_slip(motion))
+    assert foot_slip(motion) > 0.06
+    assert foot_slip(locked) < min(0.06, 0.5 * foot_slip(motion))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -95,15 +96,15 @@ def test_one_who_stands_still_stays() -> None:
     before, _ = retarget.motion_positions(motion)
     after, _ = retarget.motion_positions(locked)
     np.testing.assert_allclose(after, before, atol=2e-3)
-    assert contact.find_contacts(before).all()
-    assert contact.foot_slip(motion) == pytest.approx(0.0, abs=1e-6)
+    assert find_contacts(before).all()
+    assert foot_slip(motion) == pytest.approx(0.0, abs=1e-6)
 
 
 def test_one_in_the_air_has_no_contact() -> None:
     motion = standing(12, height=STANDING + 0.4)
     positions, _ = retarget.motion_positions(motion)
-    assert not contact.find_contacts(positions).any()
-    assert contact.foot_slip(motion) == 0.0
+    assert not find_contacts(positions).any()
+    assert foot_slip(motion) == 0.0
     after, _ = retarget.motion_positions(contact.lock_feet(motion))
     np.testing.assert_allclose(after, positions, atol=1e-3)
 
@@ -111,7 +112,7 @@ def test_one_in_the_air_has_no_contact() -> None:
 def test_flicker_by_hand() -> None:
     on = [bool(int(c)) for c in "1111011100000111000011110"]
     expected = [bool(int(c)) for c in "1111111100000000000011110"]
-    np.testing.assert_array_equal(contact._without_flicker(np.array(on)), expected)
+    np.testing.assert_array_equal(contacts._without_flicker(np.array(on)), expected)
 
 
 def test_corrections_fade_from_one_contact_to_the_next() -> None:

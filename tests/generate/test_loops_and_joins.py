@@ -9,9 +9,9 @@ import pytest
 from sample_motions import sample_clip, sample_motion
 
 from motiondb.body import changes, kinematics, rotation
+from motiondb.body.contacts import foot_slip
 from motiondb.body.pose_vectors import yaw
 from motiondb.errors import QueryError
-from motiondb.generate import contact
 from motiondb.generate.joining import join
 from motiondb.generate.loops import looped
 from motiondb.generate.stitching import Piece
@@ -76,7 +76,7 @@ def test_parts_keep_their_frames_away_from_seams() -> None:
     assert "blend" not in joined.made.edits[20]
     steps = np.linalg.norm(np.diff(joined.made.motion.joint_positions(), axis=0), axis=-1)
     assert steps[50:70].max() < 1.5 * steps[:40].max()
-    assert contact.foot_slip(joined.made.motion) < 0.1
+    assert foot_slip(joined.made.motion) < 0.1
 
 
 def test_a_part_of_a_frame_is_refused() -> None:

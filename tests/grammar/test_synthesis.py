@@ -9,8 +9,9 @@ import pytest
 from sample_motions import SAMPLES, sample_motion
 
 from motiondb.body import features, pose_vectors, retarget
+from motiondb.body.contacts import foot_slip
 from motiondb.errors import QueryError
-from motiondb.generate import contact, stitching
+from motiondb.generate import stitching
 from motiondb.grammar import synthesis
 from motiondb.grammar.terminals.terminals import Terminals
 from motiondb.records import FloatArray, Motion
@@ -158,7 +159,7 @@ def test_feet_slip_no_more_than_in_the_sources(
     string = [terminals.names[k] for k in rng.integers(len(terminals.names), size=10)]
     choice = synthesis.choose_clips(*synthesis.clip_candidates(terminals, string, source))
     made = synthesis.synthesise(terminals, choice.clips, source)
-    assert made.slip == pytest.approx(contact.foot_slip(made.motion))
+    assert made.slip == pytest.approx(foot_slip(made.motion))
     assert 0 < made.slip <= made.source_slip
 
 

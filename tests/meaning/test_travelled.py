@@ -114,14 +114,12 @@ def test_actions_in_place_and_limbs_have_no_measured_direction() -> None:
 def test_answers_that_turn_the_other_way_come_last_and_say_so(learned_file: Path) -> None:
     """By the motion alone; a caption that says the direction is believed."""
     with motiondb.open(learned_file, read_only=True) as db:
-        learned = db.learned
-        features = db.session.features.of_capture
-
-    def ask(written: bool) -> motiondb.WordAnswer:
+        learned, frames = db.learned, db.session.frames
         question = understand_learned(learned, "turn right", looks_at_motion=True)
-        return search_words(question, list(learned.rows), 30, written, features)
-
-    answer = ask(written=False)
+        answer, said = (
+            search_words(question, list(learned.rows), 30, written, frames)
+            for written in (False, True)
+        )
     gone = [not match.contradicted for match in answer.matches]
     assert set(gone) == {True, False}
     assert "/turn_right" in answer.matches[0].capture
@@ -132,7 +130,7 @@ def test_answers_that_turn_the_other_way_come_last_and_say_so(learned_file: Path
             assert match.probability is None
         if "/turn_left" in match.capture:
             assert match.contradicted == ("does not turn right",)
-    assert not any(m.contradicted for m in ask(written=True).matches if "/turn_right" in m.capture)
+    assert not any(m.contradicted for m in said.matches if "/turn_right" in m.capture)
 
 
 def test_what_is_excluded_and_done_is_a_contradiction(learned_file: Path) -> None:

@@ -18,6 +18,7 @@ import numpy as np
 from motiondb import store
 from motiondb.answers.catalogue import Exported
 from motiondb.body import body, changes, retarget
+from motiondb.body.contacts import find_contacts
 from motiondb.body.joint_names import joint_map
 from motiondb.body.joint_proposals import map_text
 from motiondb.database.catalogue.parts import (
@@ -37,7 +38,6 @@ from motiondb.files.readers.first_bytes import MODEL_ENDINGS
 from motiondb.files.rigs import read_model, read_rig
 from motiondb.files.robot_writer import ROBOT_ENDINGS, write_robot
 from motiondb.files.units import UNITS
-from motiondb.generate.contact import find_contacts
 from motiondb.generate.loops import Loop, looped
 from motiondb.generate.material import SequenceMotion
 from motiondb.generate.onto import at_rest, onto

@@ -28,6 +28,7 @@ the grammar:
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from motiondb.errors import QueryError
 from motiondb.language.question.readings import say
@@ -480,6 +481,8 @@ def parse(
             f"query: expected words that describe a motion, found {_short(text)!r}. "
             "Ask for example for 'walk, turn left, sit down'."
         )
+    if tokens[-1].kind == "then" and isinstance(tree, Without):
+        tree, tokens = replace(tree, later=True), tokens[:-1]
     return Question(text, tree, (*not_used, *parser.not_used, *_loose(tokens)))
 
 

@@ -57,6 +57,11 @@ class Part:
     actions: tuple[tuple[str, ...], ...]  # Words of every action, all at once; none for anything
     seconds: float = 0.0  # Least length of the interval
     repeat_of: int = 0  # Number of the first equal part, for repeats; its own number otherwise
+    longest: float | None = None  # Most seconds of the interval; None: no upper limit
+    least: int = 1  # Repeats that are counted within the part (:func:`counted`)
+    most: int | None = None  # Most repeats; None: no upper limit
+    # The actions with the words that are measured in place of searched; () where there are none
+    said: tuple[tuple[str, ...], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -66,6 +71,7 @@ class Exclusion:
     actions: tuple[tuple[str, ...], ...]
     first: int
     last: int
+    later: bool = False  # Whether they must not be seen afterwards, either
 
 
 @dataclass(frozen=True)
@@ -102,14 +108,13 @@ def _read(node: Node, not_used: list[NotUsed]) -> list[Reading]:
             return [Reading((Part(()),))]
         case Without():
             excluded = [e for one in node.excluded for e in _excluded(one, not_used)]
-            parts = [_without(reading, excluded) for reading in _read(node.part, not_used)]
+            read = _read(node.part, not_used)
+            parts = [_without(reading, excluded, node.later) for reading in read]
         case Repeated():
             if node.most is not None:
-                reason = (
-                    f"it cannot be checked; captures with at least {max(node.least, 1)} are shown"
-                )
+                reason = f"{UNCHECKED}; captures with at least {max(node.least, 1)} are shown"
                 not_used.append(NotUsed(say_count(0, node.most), reason))
-            parts = [_repeat(r, max(node.least, 1)) for r in _read(node.part, not_used)]
+            parts = [_repeat(r, max(node.least, 1), node.most) for r in _read(node.part, not_used)]
         case Lasting():
             parts = [_lasting(r, node, not_used) for r in _read(node.part, not_used)]
         case _:
@@ -158,7 +163,7 @@ def _in_order(choice: Sequence[Reading]) -> Reading:
     for reading in choice:
         n = len(parts)
         parts += [replace(part, repeat_of=part.repeat_of + n) for part in reading.parts]
-        exclusions += [Exclusion(e.actions, e.first + n, e.last + n) for e in reading.exclusions]
+        exclusions += [replace(e, first=e.first + n, last=e.last + n) for e in reading.exclusions]
     return Reading(tuple(parts), tuple(exclusions))
 
 
@@ -177,7 +182,7 @@ def _at_once(choice: Sequence[Reading]) -> Reading:
         seconds = max(each.seconds for each in same)
         parts.append(replace(part, actions=tuple(actions), seconds=seconds))
     exclusions = [
-        e if len(reading.parts) == n else Exclusion(e.actions, 0, n)
+        e if len(reading.parts) == n else replace(e, first=0, last=n)
         for reading in over
         for e in reading.exclusions
     ]
@@ -185,9 +190,11 @@ def _at_once(choice: Sequence[Reading]) -> Reading:
     return _in_order([Reading(tuple(parts), tuple(exclusions)), *behind])
 
 
-def _without(reading: Reading, excluded: Sequence[tuple[tuple[str, ...], ...]]) -> Reading:
+def _without(
+    reading: Reading, excluded: Sequence[tuple[tuple[str, ...], ...]], later: bool
+) -> Reading:
     """A reading whose parts exclude these actions."""
-    added = tuple(Exclusion(actions, 0, len(reading.parts)) for actions in excluded)
+    added = tuple(Exclusion(actions, 0, len(reading.parts), later) for actions in excluded)
     return replace(reading, exclusions=(*reading.exclusions, *added))
 
 
@@ -212,15 +219,45 @@ def _excluded(node: Node, not_used: list[NotUsed]) -> list[tuple[tuple[str, ...]
 
 
 _NOT_EXCLUDED = "exclusions apply in any order, number and duration"
+UNCHECKED = "it cannot be checked"
+"""How the reason begins why an upper limit is not used."""
 
 
-def _repeat(reading: Reading, times: int) -> Reading:
+def counted(reading: Reading, is_counted: Callable[[Part], bool]) -> Reading:
+    """A reading in which repeats that are counted in the motion are one part.
+
+    >>> jump, walk = (("jump",),), (("walk",),)
+    >>> found = counted(Reading((Part(walk), Part(jump, 0.0, 1), Part(jump, 0.0, 1))), bool)
+    >>> [(part.actions, part.repeat_of, part.least) for part in found.parts]
+    [((('walk',),), 0, 1), ((('jump',),), 1, 2)]
+    """
+    merged = [k for k, part in enumerate(reading.parts) if is_counted(part)]
+    dropped = {k for k in merged if reading.parts[k].repeat_of != k}
+    kept = [k for k in range(len(reading.parts)) if k not in dropped]
+    number = {k: sum(one <= k for one in kept) - 1 for k in range(len(reading.parts))}
+    parts = tuple(
+        replace(
+            reading.parts[k],
+            repeat_of=number[reading.parts[k].repeat_of],
+            least=1 + sum(reading.parts[one].repeat_of == k for one in dropped),
+        )
+        for k in kept
+    )
+    exclusions = tuple(
+        replace(e, first=number[e.first], last=number[e.last - 1] + 1) for e in reading.exclusions
+    )
+    return Reading(parts, tuple(dict.fromkeys(exclusions)))
+
+
+def _repeat(reading: Reading, times: int, most: int | None) -> Reading:
     """A reading several times, its parts one statement each."""
     n = len(reading.parts)
+    if n == 1:
+        reading = replace(reading, parts=(replace(reading.parts[0], most=most),))
     if n * times > MOST_PARTS:
         _refuse("actions in order", n * times, MOST_PARTS)
     exclusions = [
-        Exclusion(e.actions, e.first + k * n, e.last + k * n)
+        replace(e, first=e.first + k * n, last=e.last + k * n)
         for k in range(times)
         for e in reading.exclusions
     ]
@@ -234,10 +271,13 @@ def _lasting(reading: Reading, node: Lasting, not_used: list[NotUsed]) -> Readin
         not_used.append(NotUsed(say_duration(node.least, node.most), reason))
         return reading
     if node.most is not None:
-        reason = "it cannot be checked; longer ones are shown, too"
+        is_exact = node.least == node.most  # part of a longer one lasts as long
+        reason = "longer ones are shown, too"
+        reason = reason if is_exact else f"{UNCHECKED}; {reason}"
         not_used.append(NotUsed(say_duration(0.0, node.most), reason))
-    part = reading.parts[0]
-    return replace(reading, parts=(replace(part, seconds=max(part.seconds, node.least)),))
+    part, longest = reading.parts[0], None if node.least == node.most else node.most
+    lasting = replace(part, seconds=max(part.seconds, node.least), longest=longest)
+    return replace(reading, parts=(lasting,))
 
 
 def _refuse(what: str, number: int, most: int) -> NoReturn:
@@ -305,11 +345,12 @@ def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestio
                 unknown[word] = nearest_words(word, counts)
         for manner in action.manner:
             said = known_manner(manner, counts)
-            if said is not None and (words or not action.words):
+            if said is None:
+                unknown.setdefault(adverb_of(manner), ())
+            elif words or not action.words:
                 manners.append(said)
             else:
-                reason = reason_unknown(()) if said is None else "its action is not known"
-                not_used.append(NotUsed(adverb_of(manner), reason))
+                not_used.append(NotUsed(adverb_of(manner), "its action is not known"))
         return Action(words, tuple(manners)) if words or manners else None
 
     tree = _hold(question.tree, known)
@@ -367,9 +408,10 @@ def _hold(node: Node, known: Callable[[Action], Action | None]) -> Node | None:
         case Without():
             part = _hold(node.part, known)
             kept = [e for one in node.excluded if (e := _hold(one, known)) is not None]
-            if part is None:
-                return without(Anything(), kept) if kept else None
-            return without(part, kept)
+            if not kept:
+                return part
+            found = without(Anything() if part is None else part, kept)
+            return replace(found, later=node.later) if isinstance(found, Without) else found
         case Repeated() | Lasting():
             part = _hold(node.part, known)
             return None if part is None else replace(node, part=part)
@@ -398,9 +440,10 @@ def say(node: Node) -> str:
             return " and ".join(_inside(part) for part in parts)
         case AnyOf(parts):
             return " or ".join(_inside(part) for part in parts)
-        case Without(part, excluded):
+        case Without(part, excluded, later):
             kept = [] if isinstance(part, Anything) else [_before_exclusion(part)]
-            return ", ".join([*kept, *(f"not {_inside(one)}" for one in excluded)])
+            said = ", ".join([*kept, *(f"not {_inside(one)}" for one in excluded)])
+            return f"{said} afterwards" if later else said
         case Repeated(part, least, most):
             return f"{_inside(part)} {say_count(least, most)}"
         case Lasting(part, shortest, longest):

@@ -105,6 +105,7 @@ class Without:
 
     part: Node
     excluded: tuple[Node, ...]
+    later: bool = False  # Whether nothing of it comes afterwards, either
 
 
 @dataclass(frozen=True)
@@ -180,7 +181,7 @@ def without(part: Node, excluded: Sequence[Node]) -> Node:
     for node in excluded:
         listed.extend(node.parts if isinstance(node, AnyOf) else (node,))
     if isinstance(part, Without):
-        return Without(part.part, (*part.excluded, *listed))
+        return replace(part, excluded=(*part.excluded, *listed))
     return Without(part, tuple(listed)) if listed else part
 
 

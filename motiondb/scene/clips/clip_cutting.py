@@ -13,7 +13,7 @@ unit action, such as half a cycle of walking. So that actions can be chained and
 * an action with an event (the release of a shot), a turn and a short action stay whole.
 
 Cuts are taken from annotated events, or else from the contacts of the feet
-(:mod:`motiondb.generate.contact`).
+(:mod:`motiondb.body.contacts`).
 
 The constants below were chosen by hand, by looking at the pieces of the sample captures; none was
 tuned on a benchmark.
@@ -29,8 +29,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.body import body, features, pose_vectors, retarget, rotation
+from motiondb.body.contacts import find_contacts
 from motiondb.body.features import runs
-from motiondb.generate.contact import find_contacts
 from motiondb.records import MOTION_FPS, Event, FloatArray, Motion
 
 # Places on the ground with a heading, and their composition.

@@ -18,9 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.body import body, features, kinematics, pose_vectors, retarget, rotation
+from motiondb.body.contacts import FEET, find_contacts, foot_heights
 from motiondb.body.features import runs
 from motiondb.errors import SceneError
-from motiondb.generate.contact import FEET, find_contacts, foot_heights, lock_feet
+from motiondb.generate.contact import lock_feet
 from motiondb.generate.stitching import BLEND_FRAMES, Piece, stitch
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 from motiondb.scene.clips.clip_cutting import compose, inverse, relative

@@ -22,7 +22,7 @@ from dataclasses import replace
 import numpy as np
 
 from motiondb.body import body, features, retarget
-from motiondb.generate.contact import contact_speeds
+from motiondb.body.contacts import contact_speeds
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.energy import binding as kinds

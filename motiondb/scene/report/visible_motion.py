@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.body import body, retarget
+from motiondb.body.contacts import MAX_HEIGHT, find_contacts, foot_heights
 from motiondb.body.features import runs
-from motiondb.generate.contact import MAX_HEIGHT, find_contacts, foot_heights
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.energy import binding as kinds
@@ -133,7 +133,7 @@ def airborne(joints: FloatArray) -> NDArray[np.bool_]:
     """Return where both feet are in the air: array (frames,).
 
     A foot is in the air if its ankle and its toe are more than 5 cm above their height in a flat
-    stance, the limit up to which :mod:`motiondb.generate.contact` looks for contacts.
+    stance, the limit up to which :mod:`motiondb.body.contacts` looks for contacts.
     """
     return np.asarray(foot_heights(joints).min(axis=1) > MAX_HEIGHT)
 

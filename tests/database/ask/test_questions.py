@@ -57,7 +57,7 @@ def test_reasons_of_any_question_sum_to_what_ranks(asked: MotionDB, question: st
     ]
     totals = [reasons.total(why) for why in answer.reasons]
     placed = [(*rank, -total) for rank, total in zip(ranks, totals)]
-    assert placed == sorted(placed)
+    assert answer.measured or placed == sorted(placed)  # "slowly" orders answers by their speed
 
 
 def test_answers_to_an_example_fall_and_tell_the_example_itself(asked: MotionDB) -> None:
@@ -125,13 +125,13 @@ def test_question_stands_in_json_and_above_the_answers(learned_file: Path, tmp_p
     assert facts["question"]["tree"]["kind"] == "without"
     assert facts["question"]["not_used"] == [
         {"text": "wlak", "reason": "not in the captions; perhaps walk"},
-        {"text": "for at most 2 s", "reason": "it cannot be checked; longer ones are shown, too"},
+        {"text": "for at most 2 s", "reason": "longer ones are shown, too"},
     ]
     assert {"words", "together", "excluded", "log_odds"} <= set(facts["matches"][0]["explain"])
     lines = copy_context().run(CliRunner().invoke, make_app(), command).stdout.splitlines()
     assert lines[:2] == [
         "read as: (walk for 2 s), not turn",
-        "'for at most 2 s' is not used in search: it cannot be checked; longer ones are shown, too",
+        "'for at most 2 s' is not used in search: longer ones are shown, too",
     ]
     assert any(line.startswith("    not turn: -") for line in lines)
     assert any(line.startswith("    walk: ") and " = usual " in line for line in lines)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from motiondb.body import body, retarget
-from motiondb.generate.contact import find_contacts, foot_heights
+from motiondb.body.contacts import find_contacts, foot_heights
 from motiondb.records import Motion
 from motiondb.scene.polish.splicing import (
     ANKLES,

@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motiondb.body import body, features, retarget, rotation
-from motiondb.generate.contact import foot_slip, lock_feet
+from motiondb.body.contacts import foot_slip
+from motiondb.generate.contact import lock_feet
 from motiondb.records import Motion
 from motiondb.scene.ball.ball_acts import BallActs, Bounce, Possession
 from motiondb.scene.ball.ball_flight import AIMING, BALL, MOST_YAW, clearance, held_ball, look

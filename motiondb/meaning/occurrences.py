@@ -1,4 +1,4 @@
-"""How often a short action occurs in a motion: flights, kicks, punches, squats and bows, counted.
+"""Where short actions occur in a motion, and how often: flights, kicks, bows, seats, turns.
 
 ==================  =============================================================================
 words               one occurrence
@@ -12,8 +12,16 @@ kick                a time in which a foot is at least 0.35 m higher than in sta
                     behind the pelvis; the middle of the shank is at 0.29 m on this body
 punch               a time in which a hand is far from its shoulder, not lower than the chest, and
                     that began quickly
-squat, bow, ...     a time in which the pelvis, the head or the trunk is away from standing by half
-                    of the amount in ``EXCURSIONS``, and once by all of it
+cartwheel, flip,    a time in which the trunk is head downwards, with what leads there and back; a
+somersault, roll,   handstand lasts a second, and in a roll the trunk need only be level
+handstand
+bend, bow           a time of at least 0.3 s in which the trunk leans and the pelvis is not low
+squat, crouch,      a time in which the pelvis is lower than in standing; who ducks may lean instead
+duck
+sit                 a time of at least 1 s in which both thighs are level and the trunk upright
+seat                the beginning of such a time: "sit down"
+rise                the end of a time in which somebody sits or is low: "stand up", "get up"
+turn, spin          a time in which the body turns quickly, and far enough
 ==================  =============================================================================
 
 An occurrence is *whole* with what leads to it and what follows it, such as the crouch before a
@@ -28,6 +36,7 @@ four: all 17 kicks of karate and of exercises are counted, and nothing else in t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -35,28 +44,14 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from motiondb.body import body, retarget, rotation
+from motiondb.body.contacts import FEET, MAX_HEIGHT, foot_heights
 from motiondb.body.features import headings, runs, velocity
 from motiondb.body.pose_vectors import to_path
-from motiondb.generate.contact import FEET, MAX_HEIGHT, foot_heights
 from motiondb.meaning.limb_sides import outward_speeds
+from motiondb.meaning.travelled import SPINS, SPUN, TURNS
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 
-EXCURSIONS = {
-    "bend": 0.7,
-    "bow": 0.5,
-    "cartwheel": 2.0,
-    "flip": 2.0,
-    "backflip": 2.0,
-    "somersault": 2.0,
-    "squat": 0.3,
-    "crouch": 0.2,
-    "duck": 0.3,
-}
-"""Word -> how far the body goes from standing: the angle of the trunk in radians, or the metres by
-which the pelvis or the head is lower."""
-LOWERING = {"squat": 0, "crouch": 0, "duck": 15}  # Word -> column of the track
 FLIGHTS = ("jump", "hop", "leap", "jete")
-COUNTED = (*FLIGHTS, "kick", "punch", *EXCURSIONS)  # Words whose occurrences are counted
 RISE = 0.06
 """Height of the pelvis above its lasting height, m, from which on it is aloft: running lifts it by
 about 4 cm."""
@@ -79,8 +74,21 @@ EXTENDED, LOWEST_HAND, PUNCH_SPEED = 0.8, -0.25, 2.0
 shoulder, m, and speed of the wrist relative to the pelvis, m/s, of a punch."""
 BEGINNING = 8
 """Frames before the arm is extended or the foot is up in which a punch or kick may be quickest."""
+ALOFT = ("jump", "leap", "jete")
+OVER = frozenset(("cartwheel", "flip", "backflip", "somersault", "roll", "handstand"))
+LEANS = {"bend": 0.7, "bow": 0.5}  # Angle of the trunk from upright, rad
+LOW = {"squat": 0.3, "crouch": 0.2, "duck": 0.2}  # How much the pelvis is lower than standing, m
+INVERTED, LEVEL, LEANT = 2.0, 1.3, 0.7
+"""Angle of the trunk from upright, rad, of somebody upside down, level, and on the way there."""
+SEATED = 0.95  # Angle of the thighs from hanging down, rad, of somebody who sits
+SHORTEST_SEAT, SHORTEST_LEAN, LONGEST_FLIP = 30, 9, 18  # Frames
+TURN_SPEED, SPIN_SPEED, TURNED = 0.8, 2.0, 0.7  # rad/s, rad/s, rad
+COUNTED = (*FLIGHTS, "kick", "punch", *sorted(OVER), *LEANS, *LOW)
+"""Words whose occurrences are counted in a motion that is made or judged."""
+_RISES = frozenset(("stand", "get", "rise"))
+STANDING = body.LEG_LENGTH + body.ANKLE_HEIGHT  # Height of the pelvis in standing, m
 PAUSE = 3  # Frames (0.1 s) up to which a break does not end an occurrence
-STANDING = 0.9  # Quantile of the heights of the pelvis or head that is taken for standing
+UPRIGHT = 0.9  # Quantile of the heights of the pelvis that is taken for standing
 REST_WITHIN = 45  # Frames (1.5 s) before and after an occurrence in which the body comes to rest
 LEAD = 3  # Frames (0.1 s) of the rest that belong to a whole occurrence
 SINKING, SAGGED, RETURNED = 0.15, 0.05, 0.25
@@ -89,20 +97,22 @@ which a body is at rest."""
 AROUND = 24  # Frames (0.8 s) before and after a punch: arms are at rest where feet may not be
 _I = body.INDEX
 _HIPS = (_I["l_hip"], _I["r_hip"])
+_KNEES = (_I["l_knee"], _I["r_knee"])
 _ARMS = tuple(_I[f"{side}_{joint}"] for side in "lr" for joint in ("shoulder", "elbow", "wrist"))
 
 
 def measured_track(motion: Motion) -> FloatArray:
-    """What measured words look at: array (frames, 20).
+    """What measured words look at: array (frames, 22).
 
     Height of the pelvis (m), speed to the left and ahead (m/s), turning (rad/s); heights of the
     left and the right foot above standing (m); for the left and the right hand, whether it is
     extended (1 or 0), and its speed relative to the pelvis (m/s); the same speed of the left and
     the right ankle; the speed of the left and the right hand away from the shoulder; the angle of
     the trunk from upright (rad); height of the head (m); distance of the left and the right ankle
-    from the hip, and how far ahead of the pelvis they are (m).
+    from the hip, and how far ahead of the pelvis they are (m); the angle of the left and the right
+    thigh from hanging down (rad).
     """
-    joints = (0, *FEET, *_HIPS, *_ARMS, _I["neck"], _I["head"])
+    joints = (0, *FEET, *_HIPS, *_KNEES, *_ARMS, _I["neck"], _I["head"])
     positions, world = retarget.motion_positions(motion, joints)
     positions = positions.astype(np.float64)
     arms = []
@@ -124,8 +134,30 @@ def measured_track(motion: Motion) -> FloatArray:
     heading = headings(world)[:, None]
     away = positions[:, FEET[::2]] - positions[:, :1]
     ahead = away[..., 0] * np.sin(heading) + away[..., 2] * np.cos(heading)
-    feet = foot_heights(positions)
-    return np.column_stack([path, feet, *arms, *ankles, outward, leaning, head, legs, ahead])
+    tracked = [path, foot_heights(positions), *arms, *ankles, outward, leaning, head, legs, ahead]
+    down = -rotation.normalize(positions[:, _KNEES] - positions[:, _HIPS])[..., 1]
+    thighs = np.arccos(np.clip(down, -1.0, 1.0))
+    return np.column_stack([*tracked, thighs])
+
+
+def event_of(words: Sequence[str]) -> str:
+    """The word for what occurs in an action, as ``find_occurrences`` takes it; "" for others.
+
+    >>> event_of(("kick", "left", "leg")), event_of(("stand", "up")), event_of(("hand", "stand"))
+    ('kick', 'rise', 'handstand')
+    >>> event_of(("sit", "stool")), event_of(("stand", "still")), event_of(("veer", "left"))
+    ('sit', '', 'turn')
+    """
+    if {"hand", "stand"} <= {*words}:
+        return "handstand"
+    if "up" in words and not _RISES.isdisjoint(words):
+        return "rise"
+    if "sit" in words:
+        return "seat" if "down" in words else "sit"
+    if not SPINS.isdisjoint(words):
+        return "spin"
+    found = [word for word in words if word in COUNTED]
+    return found[-1] if found else "turn" if not TURNS.isdisjoint(words) else ""
 
 
 def _speeds(places: FloatArray) -> FloatArray:
@@ -143,27 +175,63 @@ def find_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:
     """
     if word == "kick":
         return _runs(_kicking(track, 0) | _kicking(track, 1))
-    if word in EXCURSIONS:
-        away = excursion(track, word)
-        return [(a, b) for a, b in _runs(away >= 0.5) if away[a:b].max() >= 1.0]
     if word == "punch":
         hands = (_runs(_begun(track[:, hand] > 0, track[:, hand + 1])) for hand in (6, 8))
         return _one_by_one(sorted(time for times in hands for time in times))
+    if word in OVER:
+        return _over(track, word)
+    if word in LEANS:
+        bent = (track[:, 14] > LEANS[word]) & (track[:, 14] < INVERTED) & (track[:, 0] > 0.6)
+        return [(a, b) for a, b in _runs(np.asarray(bent)) if b - a >= SHORTEST_LEAN]
+    if word in LOW:
+        low = track[:, 0] < STANDING - LOW[word]
+        low |= (word == "duck") & (track[:, 14] > LEANS["bend"])
+        return [(a, b) for a, b in _runs(np.asarray(low)) if b - a >= SHORTEST_LEAN]
+    if word in ("sit", "seat"):
+        seats = [(a, b) for a, b in _runs(sitting(track)) if b - a >= SHORTEST_SEAT]
+        return seats if word == "sit" else [(max(a - 20, 0), a + 20) for a, _ in seats if a > PAUSE]
+    if word == "rise":
+        low = sitting(track) | (track[:, 0] < STANDING - LOW["squat"])
+        ends = [b for a, b in _runs(low, SHORTEST_SEAT) if b - a >= SHORTEST_LEAN]
+        around = [(max(e - 10, 0), min(e + 20, len(track))) for e in ends]
+        return [time for time, e in zip(around, ends) if e < len(track) - PAUSE]
+    if word in ("turn", "spin"):
+        return _turns(
+            track[:, 3], *((SPIN_SPEED, SPUN) if word == "spin" else (TURN_SPEED, TURNED))
+        )
     flights = [(a, b) for a, b in _runs(aloft(track)) if b - a >= SHORTEST_FLIGHT]
     return [flight for flight in flights if word != "hop" or _is_hop(track[:, 4:6], flight)]
 
 
-def excursion(track: FloatArray, word: str) -> FloatArray:
-    """How far a body is from standing, in the amounts of ``EXCURSIONS``: array (frames,).
+def sitting(track: FloatArray) -> NDArray[np.bool_]:
+    """Frames in which somebody sits: both thighs are level and the trunk upright: (frames,)."""
+    return np.asarray((track[:, 20:22] > SEATED).all(axis=1) & (track[:, 14] < MOST_LEAN))
 
-    >>> track = np.zeros((10, 16)); track[:, 0] = 0.9; track[4:6, 0] = 0.45
-    >>> excursion(track, "squat").round(1).tolist()
-    [0.0, 0.0, 0.0, 0.0, 1.5, 1.5, 0.0, 0.0, 0.0, 0.0]
+
+def _over(track: FloatArray, word: str) -> list[tuple[int, int]]:
+    """The times in which the trunk is upside down, and in which it leans before and after."""
+    leans, flies, found = track[:, 14], aloft(track), list[tuple[int, int]]()
+    rolls, flips = word in ("roll", "somersault"), word in ("flip", "backflip")
+    for start, end in _runs(np.asarray(leans > (LEVEL if rolls else LEANT))):
+        n_over = int((leans[start:end] > (LEVEL if rolls else INVERTED)).sum())
+        if flips and (n_over > LONGEST_FLIP or not flies[start:end].any()):
+            continue
+        if n_over >= (SHORTEST_SEAT if word == "handstand" else PAUSE):
+            found.append((start, end))
+    return found
+
+
+def _turns(speeds: FloatArray, least_speed: float, least: float) -> list[tuple[int, int]]:
+    """The times in which the body turns quickly to one side, and far enough.
+
+    `speeds` (frames,): rad/s.
+
+    >>> speeds = np.zeros(90); speeds[20:50] = 2.0; speeds[60:63] = 2.0
+    >>> _turns(speeds, 0.8, 0.7)
+    [(20, 50)]
     """
-    if word not in LOWERING or not len(track):
-        return np.asarray(track[:, 14] / EXCURSIONS[word])
-    heights = track[:, LOWERING[word]]
-    return np.asarray((np.quantile(heights, STANDING) - heights) / EXCURSIONS[word])
+    times = [run for sign in (1.0, -1.0) for run in _runs(sign * speeds > least_speed)]
+    return sorted((a, b) for a, b in times if abs(speeds[a:b].sum()) >= least * MOTION_FPS)
 
 
 def whole_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:
@@ -211,8 +279,10 @@ def _unrest(track: FloatArray, word: str) -> FloatArray:
     heights = track[:, 0]
     feet = track[:, 4:6].max(axis=1) if word == "kick" else track[:, 4:6].min(axis=1)
     parts = [np.abs(np.gradient(heights)) * MOTION_FPS / SINKING, feet / MAX_HEIGHT]
-    if word in EXCURSIONS:
-        parts.append(excursion(track, word) / RETURNED)
+    if word in (*OVER, *LEANS):
+        parts.append(track[:, 14] / (RETURNED * LEANS.get(word, INVERTED)))
+    elif word in LOW:
+        parts.append((np.quantile(heights, UPRIGHT) - heights) / (RETURNED * LOW[word]))
     elif word in FLIGHTS:
         sagged = median_filter(heights, size=2 * LASTING - 1, mode="nearest") - heights
         parts.append(sagged / SAGGED)
@@ -229,11 +299,11 @@ def aloft(track: FloatArray) -> NDArray[np.bool_]:
     return kept
 
 
-def _runs(inside: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Runs of frames; breaks of up to PAUSE frames are filled."""
+def _runs(inside: NDArray[np.bool_], pause: int = PAUSE) -> list[tuple[int, int]]:
+    """Runs of frames; breaks of up to `pause` frames are filled."""
     filled = inside.copy()
     for start, end in runs(~inside):
-        if start > 0 and end < len(inside) and end - start <= PAUSE:
+        if start > 0 and end < len(inside) and end - start <= pause:
             filled[start:end] = True
     return [(int(start), int(end)) for start, end in runs(filled)]
 

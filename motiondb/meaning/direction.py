@@ -16,7 +16,7 @@ start            gain of speed along the ground, up to MOVING  0.5 m/s
 jump             time aloft                                    0.2 s
 leap, jete       the same                                      0.2 s
 hop, kick,       occurrences                                   1
-punch            (:mod:`motiondb.generate.occurrences`)
+punch            (:mod:`motiondb.meaning.occurrences`)
 bend, bow        angle of the trunk from upright               0.7, 0.5 rad
 cartwheel, flip  the same: head downwards                      2.0 rad
 squat, crouch    height that the pelvis loses or gains         0.3, 0.2 m
@@ -38,13 +38,6 @@ import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
 
 from motiondb.body import body
-from motiondb.generate.occurrences import (
-    EXCURSIONS,
-    LASTING,
-    LOWERING,
-    aloft,
-    find_occurrences,
-)
 from motiondb.language.question.tree import LIMBS, SIDES
 from motiondb.language.vocabulary import IN_PLACE, as_said
 from motiondb.meaning.limb_sides import (
@@ -55,8 +48,10 @@ from motiondb.meaning.limb_sides import (
     say_other_limb,
     side_amount,
 )
+from motiondb.meaning.occurrences import ALOFT, LASTING, aloft, find_occurrences
 from motiondb.meaning.travelled import (
     CLEARLY,
+    TRAVELS,
     directions_to_measure,
     furthest,
     largest_part,
@@ -83,17 +78,25 @@ FULL = {
     "hop": 1.0,
     "kick": 1.0,
     "punch": 1.0,
-    **EXCURSIONS,
+    "bend": 0.7,
+    "bow": 0.5,
+    "cartwheel": 2.0,
+    "flip": 2.0,
+    "backflip": 2.0,
+    "somersault": 2.0,
+    "squat": 0.3,
+    "crouch": 0.2,
+    "duck": 0.3,
     "climb": 0.4,
 }
 """Word -> full amount, in the units of the table."""
 VERTICAL = ("up", "down")
 TURNS = ("turn", "veer", "spin", "pirouette")
 PLAIN_TURNS = ("turn", "spin", "veer", "swerve")  # Of which nothing but the turning has to be seen
-ALOFT = ("jump", "leap", "jete")
 OCCURRING = ("hop", "kick", "punch")
 OUT = " out"  # After the limb of a punch, of which only the way from the shoulder counts
-LEANING = tuple(word for word in EXCURSIONS if word not in LOWERING)
+LEANING = ("bend", "bow", "cartwheel", "flip", "backflip", "somersault")
+LOWERING = {"squat": 0, "crouch": 0, "duck": 15}  # Word -> column of the track
 POSTURES = (*LEANING, *LOWERING)
 _SAID_BY = {"down": ("bend", "bow", *LOWERING), "up": (*ALOFT, "hop")}
 """Direction -> actions that are measured to go there, and of which nothing lasts: "jump up"."""
@@ -143,6 +146,23 @@ def directions_of(words: Sequence[str]) -> tuple[str, ...]:
     if "down" in words:
         named = [word for word in named if word != "climb"]
     return tuple(dict.fromkeys([*directed, *named]))
+
+
+def vertical_ways(words: Sequence[str]) -> tuple[str, ...]:
+    """Whether an action that travels goes "up" or "down", which is measured.
+
+    >>> vertical_ways(("walk", "up", "step")), vertical_ways(("stand", "up"))
+    (('up',), ())
+    """
+    if TRAVELS.isdisjoint(words) or not {*ALOFT, "hop"}.isdisjoint(words):
+        return ()
+    return tuple(word for word in words if word in VERTICAL)
+
+
+def gone_anywhere(track: FloatArray, way: str) -> float:
+    """How much some part of a motion goes up or down, in full amounts."""
+    climbed = progress(track, way)
+    return float((climbed - np.minimum.accumulate(climbed)).max())
 
 
 def _travelled(words: Sequence[str]) -> tuple[str, ...]:

@@ -1,0 +1,100 @@
+"""How fast, how high or how far: what "the fastest run" or "a long jump" asks for is measured.
+
+=======  =============================================  ===================================
+measure  of                                             words
+=======  =============================================  ===================================
+speed    travelling (``TRAVELS``), not of jumps: the    fast, quick, rapid, brisk; slow
+         mean over its fastest second, m/s
+height   jumps: the rise of the pelvis in a flight, m   high; low
+way      jumps: the way over the ground in a flight, m  far, long, broad; short
+=======  =============================================  ===================================
+
+These words have no bounds: they order the motions that show the action.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb.language.question.amounts import SPEEDS
+from motiondb.meaning.occurrences import ALOFT, find_occurrences
+from motiondb.meaning.travelled import STEADY, TRAVELS
+from motiondb.records import MOTION_FPS, FloatArray
+
+_SLOW, _FAST = SPEEDS
+_JUMPS = frozenset((*ALOFT, "hop"))
+_OF_TRAVEL = dict.fromkeys(_FAST, ("speed", 1.0)) | dict.fromkeys(_SLOW, ("speed", -1.0))
+_OF_JUMPS = {
+    "high": ("height", 1.0),
+    "low": ("height", -1.0),
+    "far": ("way", 1.0),
+    "long": ("way", 1.0),
+    "broad": ("way", 1.0),
+    "short": ("way", -1.0),
+}
+_UNITS = {"speed": "m/s", "height": "m up", "way": "m along the ground"}
+
+
+@dataclass(frozen=True)
+class Degree:
+    """What of a motion a word of degree names, and whether more or less of it."""
+
+    measure: str  # "speed", "height" or "way"
+    sign: float  # 1: the more the better; -1: the less
+    words: frozenset[str]  # The words that name it
+
+    def amount(self, track: FloatArray, first: int, behind: int) -> float:
+        """How much a part [first, behind) of a motion has of it; NaN if nothing can be measured.
+
+        `track` (frames, columns): those of ``measured_track``.
+
+        >>> track = np.zeros((90, 6)); track[:, 2] = 2.0
+        >>> Degree("speed", 1.0, frozenset()).amount(track, 0, 90)
+        2.0
+        """
+        from scipy.ndimage import uniform_filter1d
+
+        if self.measure == "speed":
+            inside = np.hypot(*track[first:behind, 1:3].T)
+            if not len(inside):
+                return float("nan")
+            size = min(round(STEADY * MOTION_FPS), len(inside))
+            half = size // 2  # windows that lie within the part
+            steady = uniform_filter1d(inside, size)[half : len(inside) - (size - half) + 1]
+            return float(steady.max())
+        flights = [f for f in find_occurrences(track, "jump") if f[0] < behind and f[1] > first]
+        if self.measure == "height":
+            found = [track[a:b, 0].max() - track[max(a - 1, 0), 0] for a, b in flights]
+        else:
+            found = [np.hypot(*track[a:b, 1:3].T).sum() / MOTION_FPS for a, b in flights]
+        return float(max(found, default=float("nan")))
+
+    def say(self, amount: float) -> str:
+        """What was measured, in plain words.
+
+        >>> Degree("speed", 1.0, frozenset()).say(4.316)
+        '4.3 m/s'
+        """
+        digits = 1 if self.measure == "speed" else 2
+        return f"{amount:.{digits}f} {_UNITS[self.measure]}"
+
+
+def degree_of(words: Sequence[str]) -> Degree | None:
+    """The degree that an action names; None if it names none, or several.
+
+    >>> degree_of(("run", "fast")).sign, degree_of(("jump", "far")).measure
+    (1.0, 'way')
+    >>> degree_of(("wave", "slow")), degree_of(("kick", "high"))
+    (None, None)
+    """
+    jumps = not _JUMPS.isdisjoint(words)
+    table = _OF_JUMPS if jumps else {} if TRAVELS.isdisjoint(words) else _OF_TRAVEL
+    named = {word for word in words if word in table}
+    found = {table[word] for word in named}
+    if len(found) != 1:
+        return None
+    ((measure, sign),) = found
+    return Degree(measure, sign, frozenset(named))

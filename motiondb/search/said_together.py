@@ -1,0 +1,144 @@
+"""Which words of an action are searched together, as some caption says them of one action.
+
+=====================  =====================================================================
+question               searched
+=====================  =====================================================================
+walk, backward         both words: some caption says both of one action
+sit down on a stool    "sit stool", which a caption says; *down* is measured
+wave the left hand     "wave": hands are what waves; the side is measured
+boxing punches         "box" and "punch" at once, since no caption says both of one action
+drink while standing   "drink"; standing is measured where somebody drinks
+stand up, walk away    "stand up"; after that, walking is measured
+=====================  =====================================================================
+
+So a conjunction is judged by what is known of each of its words, and of the motion. A direction, a
+limb or a size that is neither said with its action nor measured is left out, and told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
+
+from motiondb.language.question.readings import Part, Reading
+from motiondb.language.question.tree import LIMBS, SIDES
+from motiondb.language.vocabulary import MODIFIERS
+from motiondb.learn.checking import LEAST_CHECKING
+from motiondb.meaning.limb_sides import LEGS, limb_held
+from motiondb.meaning.travelled import TRAVELS
+from motiondb.search.asked_words import AskedWords
+
+POSTURES = frozenset(("stand", "sit"))
+"""Postures that are measured where something else is done meanwhile."""
+LEAVING = frozenset(("away", "off", "along", "onward"))  # Said of travelling, and true of it
+GENERAL = frozenset(("go", "move", "travel", "come", "head", "do", "get"))
+"""Verbs that say no more than the direction beside them."""
+_ARMS_TEXT = "wave punch box point reach grab clap throw catch wash drink dribble juggle salute"
+_LEGS_TEXT = "kick walk run jog sprint step hop jump march skip tiptoe"
+_WITH = {"arm": frozenset(_ARMS_TEXT.split()), "leg": frozenset(_LEGS_TEXT.split())}
+"""Actions of arms and legs, of which these need not be said."""
+
+
+@dataclass(frozen=True)
+class Searched:
+    """Readings in the words that are searched, and what became of the others."""
+
+    readings: tuple[Reading, ...]
+    apart: tuple[str, ...] = ()  # Words that no caption says of one action
+    left: tuple[str, ...] = ()  # Words that are neither searched nor measured
+
+
+def searched_together(
+    asked: AskedWords,
+    readings: Sequence[Reading],
+    only: tuple[str, ...],
+    leaving: Collection[tuple[str, ...]],
+    measured: Callable[[Sequence[str]], Collection[str]],
+) -> Searched:
+    """The readings of a question in the words that are searched.
+
+    `only`: as in ``AskedQuestion``. `leaving`: Actions that leave ("walk" of "walk away"), which
+    are measured where they follow another one. `measured`: The words of an action that are.
+    """
+    listed = asked.learned.listed_actions
+    counts = {action for actions in listed.values() for action in actions}
+    is_known = len(listed) >= LEAST_CHECKING  # else captions are too few to tell
+    apart, left = list[str](), list[str]()
+
+    def said(words: Collection[str]) -> bool:
+        numbers = {asked.learned.word_numbers.get(asked.likeliest(word), -1) for word in words}
+        return -1 in numbers or any(numbers <= action for action in counts)
+
+    def actions(part: Part) -> Part:
+        found = [a for a in part.actions if len(part.actions) == 1 or not {*a} <= POSTURES]
+        found = found or list(part.actions)
+        searched = list[tuple[str, ...]]()
+        for action in found:
+            groups, lost = _groups(action, said) if is_known else (_unimplied(action), [])
+            searched += groups
+            apart.extend(word for group in groups for word in group if len(groups) > 1)
+            spoken = only or action
+            known = {*measured(spoken), *_implied(spoken)}
+            left.extend(word for word in lost if word not in known)
+        now = tuple(dict.fromkeys(searched))
+        return part if now == part.actions else replace(part, actions=now, said=part.actions)
+
+    def parts(reading: Reading) -> tuple[Part, ...]:
+        first, *later = map(actions, reading.parts)
+        leaves = [len(part.actions) == 1 and part.actions[0] in leaving for part in later]
+        measured_later = (
+            replace(part, actions=(), said=part.actions) if one else part
+            for part, one in zip(later, leaves)
+        )
+        return (first, *measured_later) if first.actions else (first, *later)
+
+    changed = tuple(replace(reading, parts=parts(reading)) for reading in readings)
+    return Searched(changed, tuple(dict.fromkeys(apart)), tuple(dict.fromkeys(left)))
+
+
+def _groups(
+    action: tuple[str, ...], said: Callable[[Collection[str]], bool]
+) -> tuple[list[tuple[str, ...]], list[str]]:
+    """The words of an action in groups that captions say, and those that are left out.
+
+    >>> _groups(("sit", "down", "stool"), lambda words: "down" not in words)
+    ([('sit', 'stool')], ['down'])
+    >>> _groups(("box", "punch"), lambda words: len(words) < 2)
+    ([('box',), ('punch',)], [])
+    """
+    borne = limb_held(action)
+    action = tuple(word for word in action if word not in borne)
+    if len(action) < 2 or said(action):
+        return [action], []
+    heads = [word for word in action if word not in MODIFIERS]
+    if len(heads) < len(action):
+        heads = [word for word in heads if word not in GENERAL]
+    if not heads:
+        return [tuple(word for word in action if word not in GENERAL)], []
+    if not said(heads):
+        return [(head,) for head in heads], [word for word in action if word in MODIFIERS]
+    kept = list(heads)
+    for word in action:
+        if word in MODIFIERS and said([*kept, word]):
+            kept.append(word)
+    ordered = tuple(word for word in action if word in kept)
+    return [ordered], [w for w in action if w not in kept and w not in GENERAL]
+
+
+def _unimplied(action: tuple[str, ...]) -> list[tuple[str, ...]]:
+    """An action without what its verb says already, as one group."""
+    implied = _implied(action)
+    return [tuple(word for word in action if word not in implied) or action]
+
+
+def _implied(action: Sequence[str]) -> set[str]:
+    """The words of an action that its verb says already: the hand of who waves.
+
+    >>> sorted(_implied(("wave", "left", "hand"))), _implied(("swing", "arm"))
+    (['hand', 'left'], set())
+    """
+    implied = LEAVING.intersection(action) if not TRAVELS.isdisjoint(action) else set[str]()
+    for limb in LIMBS.intersection(action):
+        if not _WITH["leg" if limb in LEGS else "arm"].isdisjoint(action):
+            implied |= {limb, *SIDES.intersection(action)}
+    return set(implied)

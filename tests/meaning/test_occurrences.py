@@ -1,0 +1,125 @@
+"""Events in a track that is made by hand: seats, rises, bows, turns, cartwheels, flips, degrees."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from motiondb.meaning.degrees import Degree, degree_of
+from motiondb.meaning.direction import gone_anywhere
+from motiondb.meaning.occurrences import STANDING, event_of, find_occurrences
+from motiondb.meaning.travelled import longest_going
+from motiondb.records import FloatArray
+
+HEIGHT, AHEAD, TURNING, LEAN = 0, 2, 3, 14
+FEET, THIGHS = slice(4, 6), slice(20, 22)
+
+
+def standing(n_frames: int = 150) -> FloatArray:
+    """The track of somebody who stands still."""
+    track = np.zeros((n_frames, 22))
+    track[:, HEIGHT] = STANDING
+    return track
+
+
+def seated(first: int, behind: int, n_frames: int = 150) -> FloatArray:
+    """The track of somebody who sits from one frame to another."""
+    track = standing(n_frames)
+    track[first:behind, THIGHS] = 1.4
+    track[first:behind, HEIGHT] = 0.5
+    return track
+
+
+def test_who_sits_down_and_stands_up() -> None:
+    track = seated(40, 100)
+    assert find_occurrences(track, "sit") == [(40, 100)]
+    assert find_occurrences(track, "seat") == [(20, 60)]
+    assert find_occurrences(track, "rise") == [(90, 120)]
+
+
+def test_who_sits_from_the_first_to_the_last_frame_neither_sits_down_nor_stands_up() -> None:
+    track = seated(0, 150)
+    assert find_occurrences(track, "sit") == [(0, 150)]
+    assert find_occurrences(track, "seat") == find_occurrences(track, "rise") == []
+
+
+def test_a_squat_is_no_seat() -> None:
+    track = seated(40, 60)  # 0.7 s
+    assert find_occurrences(track, "sit") == []
+    assert find_occurrences(track, "squat") == [(40, 60)]
+
+
+def test_who_bows_is_not_upside_down() -> None:
+    track = standing()
+    track[30:60, LEAN] = 1.0
+    assert find_occurrences(track, "bow") == find_occurrences(track, "bend") == [(30, 60)]
+    assert find_occurrences(track, "cartwheel") == find_occurrences(track, "roll") == []
+
+
+def test_upside_down_with_what_leads_there() -> None:
+    """A second upside down is a handstand; a flip is shorter, and in the air."""
+    track = standing()
+    track[30:70, LEAN] = 0.8
+    track[35:65, LEAN] = 3.0
+    assert find_occurrences(track, "handstand") == [(30, 70)]
+    assert find_occurrences(track, "cartwheel") == [(30, 70)]
+    assert find_occurrences(track, "roll") == [(35, 65)]
+    assert find_occurrences(track, "flip") == []
+    quick = standing()
+    quick[30:50, LEAN] = 0.8
+    quick[35:45, LEAN] = 3.0
+    assert find_occurrences(quick, "flip") == find_occurrences(quick, "handstand") == []
+    quick[35:45, HEIGHT], quick[35:45, FEET] = STANDING + 0.2, 0.5
+    assert find_occurrences(quick, "flip") == [(30, 50)]
+
+
+def test_turns_and_spins_go_far_enough_to_one_side() -> None:
+    track = standing()
+    track[30:60, TURNING] = 1.0  # 1 rad
+    track[90:120, TURNING] = -3.0  # 3 rad
+    assert find_occurrences(track, "turn") == [(30, 60), (90, 120)]
+    assert find_occurrences(track, "spin") == [(90, 120)]
+
+
+@pytest.mark.parametrize(
+    ("words", "event"),
+    [
+        (("jump", "jack"), "jump"),
+        (("turn", "around"), "turn"),
+        (("pirouette",), "spin"),
+        (("get", "up"), "rise"),
+        (("jump", "up"), "jump"),
+        (("walk",), ""),
+    ],
+)
+def test_the_event_of_an_action(words: tuple[str, ...], event: str) -> None:
+    assert event_of(words) == event
+
+
+def test_degrees_of_speed_height_and_way() -> None:
+    """The fastest second within the part, and the rise and the way of its flights."""
+    track = standing()
+    track[:60, AHEAD], track[60:, AHEAD] = 1.0, 3.0
+    speed = Degree("speed", 1.0, frozenset())
+    assert speed.amount(track, 0, 60) == pytest.approx(1.0)
+    assert speed.amount(track, 0, 150) == pytest.approx(3.0)
+    track[100:110, HEIGHT], track[100:110, FEET] = STANDING + 0.25, 0.3
+    assert Degree("height", 1.0, frozenset()).amount(track, 0, 150) == pytest.approx(0.25)
+    assert Degree("way", 1.0, frozenset()).amount(track, 0, 150) == pytest.approx(1.0)
+    assert np.isnan(Degree("way", 1.0, frozenset()).amount(track, 0, 90))
+    assert degree_of(("walk", "slow", "fast")) is None
+
+
+def test_who_rests_does_not_go_on() -> None:
+    speeds = np.zeros((90, 3))
+    speeds[30:, 1] = 1.5
+    lasting, first, behind = longest_going(speeds, ("stand", "still"))
+    assert (first, lasting) == (0, behind / 15.0)
+    assert 20 <= behind <= 30
+
+
+def test_going_up_is_looked_for_in_the_whole_take() -> None:
+    track = standing()
+    track[50:100, HEIGHT] += 0.3
+    assert gone_anywhere(track, "up") == pytest.approx(2.0)
+    assert gone_anywhere(track[:40], "up") == pytest.approx(0.0)

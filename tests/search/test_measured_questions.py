@@ -1,0 +1,110 @@
+"""Questions whose answers are measured: degrees, counts, exclusions, postures, leaving, places."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import motiondb
+from motiondb.language.question.parse import parse
+from motiondb.language.question.readings import say
+from motiondb.meaning.occurrences import find_occurrences, sitting
+from motiondb.records import FloatArray
+
+
+@pytest.fixture(scope="module")
+def db(learned_file: Path) -> Iterator[motiondb.MotionDB]:
+    with motiondb.open(learned_file, read_only=True) as opened:
+        yield opened
+
+
+def track_of(db: motiondb.MotionDB, name: str) -> FloatArray:
+    """What is measured of a capture."""
+    numbers = {info.name: number for number, info in db.learned.captures.items()}
+    return db.session.frames.track(numbers[name])
+
+
+def amounts(answer: motiondb.WordAnswer) -> list[float]:
+    """What was measured, of the answers that the motion does not contradict."""
+    free = [match for match in answer.matches if not match.contradicted]
+    return [float(match.reason.split("measured: ")[1].split(" m")[0]) for match in free]
+
+
+@pytest.mark.parametrize(
+    ("fast", "slow"), [("fastest run", "slowest run"), ("run quickly", "run in slow motion")]
+)
+def test_speed_orders_what_fast_and_slow_name(db: motiondb.MotionDB, fast: str, slow: str) -> None:
+    quick, calm = db.search(fast, limit=4), db.search(slow, limit=4)
+    assert amounts(quick) == sorted(amounts(quick), reverse=True)
+    assert amounts(calm) == sorted(amounts(calm))
+    assert amounts(quick)[0] > amounts(calm)[0]
+    assert {match.probability for match in (*quick.matches, *calm.matches)} == {None}
+    assert quick.question.understood == "run"
+
+
+def test_a_manner_that_is_not_measured_has_no_probability(db: motiondb.MotionDB) -> None:
+    answer = db.search("run happily", limit=3)
+    assert [left.text for left in answer.not_used] == ["happily"]
+    assert {match.probability for match in answer.matches} == {None}
+
+
+@pytest.mark.parametrize("times", [1, 2, 3])
+def test_events_are_counted_in_the_motion(db: motiondb.MotionDB, times: int) -> None:
+    """Whatever is not contradicted has as many in its interval, counted again here."""
+    answer = db.search(f"jump {times} times", limit=30)
+    free = [match for match in answer.matches if not match.contradicted]
+    for match in free:
+        track = track_of(db, match.capture)
+        first, behind = round(30 * match.start), round(30 * match.end)
+        inside = [f for f in find_occurrences(track, "jump") if first <= sum(f) / 2 < behind]
+        assert len(inside) == times
+    others = [match for match in answer.matches if match.contradicted]
+    assert others
+    assert all("jump" in match.contradicted[0] for match in others)
+    assert [match.probability for match in answer.matches] == [None] * len(answer.matches)
+
+
+def test_what_must_not_come_afterwards_is_read_as_an_exclusion() -> None:
+    question = parse("sit down without standing up afterwards")
+    assert question.not_used == ()
+    assert say(question.tree) == "sit down, not stand up afterwards"
+    assert parse(say(question.tree)).tree == question.tree
+
+
+def test_an_excluded_event_is_looked_for_in_the_interval(db: motiondb.MotionDB) -> None:
+    answer = db.search("turn right without jumping", limit=20)
+    for match in answer.matches:
+        track = track_of(db, match.capture)
+        first, behind = 30 * match.start, 30 * match.end
+        jumps = [f for f in find_occurrences(track, "jump") if first < sum(f) / 2 < behind]
+        told = "jump is seen, which is excluded" in match.contradicted
+        assert told == bool(jumps)
+
+
+def test_a_posture_meanwhile_is_measured(db: motiondb.MotionDB) -> None:
+    told = set()
+    for match in db.search("wave while sitting", limit=10).matches:
+        track = track_of(db, match.capture)[round(30 * match.start) : round(30 * match.end)]
+        told.add("does not sit meanwhile" in match.contradicted)
+        assert ("does not sit meanwhile" in match.contradicted) == (sitting(track).mean() < 0.7)
+    assert True in told
+
+
+def test_who_walks_away_is_measured_after_the_other_action(db: motiondb.MotionDB) -> None:
+    answer = db.search("wave, then walk away", limit=5)
+    assert [part.words for part in answer.matches[0].parts] == ["wave", "walk"]
+    assert answer.unknown == {}
+    assert {match.probability for match in answer.matches} == {None}
+    for match in answer.matches:
+        if not match.contradicted:
+            assert match.parts[1].end - match.parts[1].start >= 1.0
+
+
+def test_the_place_of_an_event_is_where_it_is(db: motiondb.MotionDB) -> None:
+    (first, *_) = db.search("jump", limit=1).matches
+    track = track_of(db, first.capture)
+    flights = find_occurrences(track, "jump")
+    assert round(30 * first.start) in [start for start, _ in flights]
+    assert round(30 * first.end) in [end for _, end in flights]
