@@ -15,23 +15,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf, ldexp, log
+from functools import lru_cache
+from math import inf, ldexp
 
 import numpy as np
 
 from motiondb.errors import suggestion
-from motiondb.grammar.cfg.chart import (
-    Chart,
-    Corners,
-    Forms,
-    best_choices,
-    fill_chart,
-    find,
-    forward,
-)
-from motiondb.grammar.cfg.compiled import RULE_PENALTY, CompiledGrammar, compile_grammar, numbered
+from motiondb.grammar.cfg import automata
+from motiondb.grammar.cfg.closure import BEST, COUNT, SUM, Sparse
+from motiondb.grammar.cfg.compiled import CompiledGrammar, compile_grammar, numbered
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Rule, Tree, derive_by
-from motiondb.records import FloatArray, IntArray
+from motiondb.grammar.cfg.inside import Inside, chains, find, forward, inside
+from motiondb.grammar.cfg.trees import best_rules
+from motiondb.records import FloatArray
 
 AnyGrammar = Grammar | CompiledGrammar
 
@@ -71,7 +67,8 @@ def parse(grammar: AnyGrammar, sentence: Sequence[str]) -> Tree:
     motiondb.grammar.cfg.parse.ParseError: end of the sentence (after symbol 1, 'dribble'): ...
     """
     compiled = compiled_form(grammar)
-    choices = _best_rules(compiled, sentence)
+    made = _inside(compiled, sentence, BEST)
+    choices = best_rules(compiled, made, compiled.weights(BEST)) if made is not None else None
     if choices is None:
         fault = explain(compiled, sentence)
         assert fault is not None
@@ -94,14 +91,8 @@ def log_probability(grammar: AnyGrammar, sentence: Sequence[str]) -> float:
     0.5
     """
     compiled = compiled_form(grammar)
-    symbols = numbered(compiled, sentence)
-    if not len(symbols):
-        value = compiled.empties[compiled.start]
-        return log(value) if value > 0 else -inf
-    if (symbols < 0).any():
-        return -inf
-    value, exponent = find(sum_chart(compiled, symbols), compiled.start, 0, len(symbols))
-    return log(value) + exponent * log(2.0) if value > 0 else -inf
+    made = _inside(compiled, sentence, SUM)
+    return -inf if made is None else made.log_weight(compiled.start)
 
 
 def count_trees(grammar: AnyGrammar, sentence: Sequence[str]) -> int | float:
@@ -112,13 +103,10 @@ def count_trees(grammar: AnyGrammar, sentence: Sequence[str]) -> int | float:
     14
     """
     compiled = compiled_form(grammar)
-    symbols = numbered(compiled, sentence)
-    if (symbols < 0).any():
+    made = _inside(compiled, sentence, COUNT)
+    if made is None:
         return 0
-    value, exponent = float(compiled.empty_counts[compiled.start]), 0
-    if len(symbols):
-        chart = fill_chart(False, symbols, compiled.by_right, compiled.counted_chains)
-        value, exponent = find(chart, compiled.start, 0, len(symbols))
+    value, exponent = find(made, compiled.start, 0, len(sentence))
     if value == inf:
         return inf
     digits = 0 if value == int(value) else 60
@@ -156,21 +144,27 @@ def read_sentence(grammar: AnyGrammar, sentence: Sequence[str]) -> ViablePrefix:
     compiled = compiled_form(grammar)
     symbols = numbered(compiled, sentence)
     unknown = np.flatnonzero(symbols < 0)
-    known = symbols[: unknown[0]] if len(unknown) else symbols
-    chart = sum_chart(compiled, known)
-    corners = Corners(compiled.by_left, compiled.right, compiled.left_corners)
-    weights, exponents = forward(chart, len(known), compiled.start, corners)
+    known = sentence[: unknown[0]] if len(unknown) else sentence
+    made = _inside(compiled, known, SUM)
+    assert made is not None
+    weights, exponents = forward(
+        made, compiled.start, compiled.by_left, compiled.right, _corners(compiled)
+    )
     position = 0
-    while position < len(known) and weights[position, known[position]] > 0:
+    while position < len(known) and weights[position, symbols[position]] > 0:
         position += 1
-    value, exponent = float(compiled.empties[compiled.start]), 0
-    if position:
-        value, exponent = find(chart, compiled.start, 0, position)
+    value, exponent = find(made, compiled.start, 0, position)
     scale = int(exponents[position])
     may = weights[position, compiled.terminals]
     if not may.any():
         return ViablePrefix(position, may, value, int(exponent))
     return ViablePrefix(position, may, ldexp(value, int(exponent) - scale), scale)
+
+
+@lru_cache(maxsize=16)
+def _corners(compiled: CompiledGrammar) -> Sparse:
+    """Return the chains between a state that nothing stays in and one that everything stays in."""
+    return chains(compiled, SUM, compiled.empties, compiled.ends)
 
 
 def fault_at(
@@ -214,24 +208,12 @@ def parse_passage(grammar: Grammar, string: Sequence[str]) -> tuple[Tree, ...]:
     return tuple(sentences)
 
 
-def sum_chart(compiled: CompiledGrammar, symbols: IntArray) -> Chart:
-    """Return the chart of inside probabilities of a sentence of known terminals."""
-    return fill_chart(False, symbols, compiled.by_right, compiled.all_chains)
-
-
-def _best_rules(compiled: CompiledGrammar, sentence: Sequence[str]) -> IntArray | None:
-    """Return the rules of the best tree in preorder, None if there is no tree."""
-    symbols = numbered(compiled, sentence)
+def _inside(compiled: CompiledGrammar, sentence: Sequence[str], kind: int) -> Inside | None:
+    """Return the weights of all parts of a sentence, None if it holds an unknown symbol."""
+    symbols = numbered(compiled, sentence) - compiled.n_nonterminals
     if (symbols < 0).any():
         return None
-    n, empties = len(symbols), compiled.best_empties
-    chart = fill_chart(True, symbols, compiled.by_right, compiled.best_chains)
-    best = find(chart, compiled.start, 0, n)[0] if n else empties[compiled.start]
-    if best == 0.0:
-        return None
-    weights = np.log(compiled.probabilities) - RULE_PENALTY
-    forms = Forms(compiled.left, compiled.right, compiled.rule_of, compiled.rule_right, weights)
-    return best_choices(chart, empties, forms, compiled.start, n)
+    return inside(compiled, automata.sentence(symbols, len(compiled.ids)), kind)
 
 
 def _say(

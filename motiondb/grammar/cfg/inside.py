@@ -1,0 +1,627 @@
+"""The engine: what a grammar derives between any two states of an automaton, in one pass.
+
+W(X, s, t) is the weight of the derivations of symbol X whose strings lead from state s to state t:
+their sum, the greatest of them, or their number (the semirings of :mod:`.closure`). Parsing,
+lengths, patterns, plans and diagrams differ by the automaton alone (:mod:`.automata`).
+
+    for each state s, from the last to the first; for each later state t, from the nearest:
+        base[X]     = weight of the edges from s to t that read X
+        base[Y Z]  += W(Y, s, u) W(Z, u, t), for all tails Y Z and states u strictly between
+        W(., s, t)  = base, followed by all chains of steps that leave neither s nor t
+
+Edges never lead back, so W(X, s, s) depends only on what may stay in s, its loop class: one least
+solution for each class (:meth:`.CompiledGrammar.staying`). A step from (s, t) to (s, t) is a rule
+A -> B, or a tail one child of which stays in s or in t. The sum over all chains of such steps, unit
+cycles and left recursion included, is one closure for each pair of classes. So nothing is iterated,
+and the result is exact. Only blocks of several states (a pattern such as ``... a b ...``) have a
+system of equations for each pair of blocks; it is iterated, parts first, from 0 to its least
+solution.
+
+A cell (s, t) lists its symbols in ascending order with their values. A value is a number times a
+power of two that the whole cell shares, so that long sentences do not underflow. A tail takes its
+left child from a dense row of the cells that begin at s, and its right child from the list of
+(u, t): Cocke, Younger and Kasami, on sparse cells.
+
+With ``shift`` an edge may lie anywhere, as in the automaton of lengths, where W(X, s, t) depends on
+t - s alone: then only the row of state 0 is filled.
+
+Sources: Y. Bar-Hillel, M. Perles and E. Shamir, "On Formal Properties of Simple Phrase Structure
+Grammars" (1961); M.-J. Nederhof and G. Satta, "Probabilistic Parsing as Intersection", IWPT 2003;
+J. Goodman, "Semiring Parsing", Computational Linguistics 25 (1999).
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from math import frexp, inf, ldexp, log
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from motiondb.grammar.cfg.automata import Automaton
+from motiondb.grammar.cfg.closure import BEST, SUM, Sparse, close_graph
+from motiondb.grammar.cfg.compiled import CompiledGrammar, Parts, Tails
+from motiondb.grammar.cfg.context_free import GrammarError
+from motiondb.records import FloatArray, IntArray
+
+MOST_PRODUCTS = 500_000_000
+"""Largest number of products of two cells' entries in a chart. They take 3 to 5 s, and a
+sentence that is refused needs two charts, so the answer comes within 10 s. Learned grammars need
+far fewer: a passage of 900 symbols takes 0.1 s."""
+_SPLIT = 1  # Number of products that one split of a span counts as
+MOST_ENTRIES = 12_000_000
+"""Largest number of entries of a chart: 192 MB, and twice that while the arrays grow."""
+
+_CLOSE = 1e-13  # Relative change of a weight below which an iteration has converged
+_MOST_ROUNDS = 100_000
+"""Largest number of iterations. Chosen by hand: a loop that continues with probability 0.999
+needs 30,000."""
+
+
+class Inside(NamedTuple):
+    """The weights between the Q states of an automaton."""
+
+    begin: IntArray  # (Q, Q): index of the first entry of each cell
+    end: IntArray  # (Q, Q): index after the last entry of each cell
+    exponents: IntArray  # (Q, Q): the power of two of each cell
+    symbols: IntArray  # (entries,): symbol of each entry, ascending within a cell
+    values: FloatArray  # (entries,): value of each entry, before the power of two of its cell
+    staying: FloatArray  # (classes, S): weight of leading from a state to itself, by loop class
+    loops: IntArray  # (Q,): loop class of each state, -1 where cells hold these weights, too
+    shift: bool  # Whether the cell (s, t) is that of (0, t - s)
+
+    def weight(self, symbol: int, s: int = 0, t: int = -1) -> float:
+        """Return W of a symbol, from the first state to the last unless others are given."""
+        value, exponent = find(self, symbol, s, t % len(self.loops))
+        return ldexp(value, int(exponent))
+
+    def log_weight(self, symbol: int, s: int = 0, t: int = -1) -> float:
+        """Return log W of a symbol; -inf for 0."""
+        value, exponent = find(self, symbol, s, t % len(self.loops))
+        return log(value) + exponent * log(2.0) if value > 0.0 else -inf
+
+
+class _Rules(NamedTuple):
+    """The rules of a compiled grammar."""
+
+    by_right: Tails
+    left: IntArray
+    right: IntArray
+    rule_of: IntArray
+    rule_right: IntArray
+    weights: FloatArray  # (R,)
+    parts: Parts
+    first: int  # The first terminal
+
+
+class _Closures(NamedTuple):
+    """What depends on loop classes, not on states."""
+
+    staying: FloatArray  # (classes, S)
+    pairs: IntArray  # (classes, classes): index of the chains of each pair
+    starts: IntArray  # (pairs, S + 1)
+    columns: IntArray
+    values: FloatArray
+
+
+class _Work(NamedTuple):
+    """Values by symbol (S,), and lists of the symbols that have one."""
+
+    base: FloatArray  # (S,): values of a cell before the chains
+    full: FloatArray  # (S,): values of a cell after the chains
+    touched: IntArray  # (S,): list of the symbols with a value in ``base``
+    reached: IntArray  # (S,): list of the symbols with a value in ``full``
+
+
+def inside(
+    compiled: CompiledGrammar, automaton: Automaton, kind: int = SUM, *, shift: bool = False
+) -> Inside:
+    """Return the weights of all symbols between all states of an automaton.
+
+    >>> from motiondb.grammar.cfg import automata
+    >>> from motiondb.grammar.cfg.compiled import compile_grammar
+    >>> from motiondb.grammar.cfg.context_free import read_grammar
+    >>> made = compile_grammar(read_grammar("S -> S S [0.25] | a [0.75]"))
+    >>> round(inside(made, automata.sentence(np.zeros(2, int), 1)).weight(made.start), 6)
+    0.140625
+    """
+    loops = automaton.loops
+    pairs: tuple[tuple[int, int], ...]
+    if len(automaton.stays) > 1:
+        later = [loops[s + 1 :] for s in range(len(loops))]
+        met = {(c, d) for c, row in zip(loops.tolist(), later) if c >= 0 for d in set(row.tolist())}
+        pairs = tuple(sorted(pair for pair in met if pair[1] >= 0))
+    else:
+        pairs = ((0, 0),) if len(loops) > 1 else ()
+    closures = _closures(compiled, kind, automaton.stays.tobytes(), len(automaton.stays), pairs)
+    rules = _rules(compiled, kind)
+    made, is_whole = _fill(kind, automaton, rules, closures, shift)
+    if not is_whole:
+        raise GrammarError(
+            f"sentence: expected a chart of at most {MOST_PRODUCTS:,} products and"
+            f" {MOST_ENTRIES:,} entries, found more for {len(loops) - 1:,} symbols: too many"
+            " symbols of the grammar derive the same spans. Give the sentence in parts, or use a"
+            " grammar with fewer alternatives."
+        )
+    return made
+
+
+@lru_cache(maxsize=64)
+def _rules(compiled: CompiledGrammar, kind: int) -> _Rules:
+    return _Rules(
+        compiled.by_right,
+        compiled.left,
+        compiled.right,
+        compiled.rule_of,
+        compiled.rule_right,
+        compiled.weights(kind),
+        compiled.parts_first,
+        compiled.n_nonterminals,
+    )
+
+
+@lru_cache(maxsize=64)
+def _closures(
+    compiled: CompiledGrammar, kind: int, stays: bytes, n: int, pairs: tuple[tuple[int, int], ...]
+) -> _Closures:
+    """Return the weights of staying of each loop class, and the chains of pairs of classes."""
+    classes = np.frombuffer(stays).reshape(n, -1)
+    staying = np.array([compiled.staying(kind, terminals) for terminals in classes])
+    staying = staying.reshape(n, compiled.n_symbols)
+    numbers = np.full((n, n), -1)
+    made = [chains(compiled, kind, staying[s], staying[t]) for s, t in pairs]
+    for number, pair in enumerate(pairs):
+        numbers[pair] = number
+    offsets = np.cumsum([0, *(len(one.columns) for one in made)])
+    none = [np.zeros(0, np.int64)]
+    return _Closures(
+        staying,
+        numbers,
+        np.array([one.starts + used for one, used in zip(made, offsets)]).reshape(
+            len(made), compiled.n_symbols + 1
+        ),
+        np.concatenate([one.columns for one in made] + none),
+        np.concatenate([one.values for one in made] + [np.zeros(0)]),
+    )
+
+
+def chains(
+    compiled: CompiledGrammar, kind: int, first: FloatArray, last: FloatArray
+) -> Sparse:
+    """Return the chains of steps that leave neither of two states, by the symbol they end in.
+
+    Shapes: `first`, `last` (S,), the weights of staying in each.
+    """
+    steps, weights = compiled.steps, compiled.weights(kind)
+    values = np.where(steps.rules >= 0, weights[steps.rules], 1.0)
+    values *= np.where(steps.before >= 0, first[steps.before], 1.0)
+    values *= np.where(steps.after >= 0, last[steps.after], 1.0)
+    return close_graph(kind, Sparse(steps.starts, steps.targets, values))
+
+
+@njit(cache=True)
+def find(made: Inside, symbol: int, s: int, t: int) -> tuple[float, int]:
+    """Return value and exponent of W of a symbol between two states; value 0 if it has none."""
+    if s == t and made.loops[s] >= 0:
+        return made.staying[made.loops[s], symbol], 0
+    if made.shift:
+        s, t = 0, t - s
+    low, high = made.begin[s, t], made.end[s, t]
+    while low < high:  # binary search
+        middle = (low + high) // 2
+        if made.symbols[middle] < symbol:
+            low = middle + 1
+        else:
+            high = middle
+    if low < made.end[s, t] and made.symbols[low] == symbol:
+        return made.values[low], made.exponents[s, t]
+    return 0.0, 0
+
+
+@njit(cache=True)
+def _fill(
+    kind: int, auto: Automaton, rules: _Rules, closures: _Closures, shift: bool
+) -> tuple[Inside, bool]:
+    """Fill all cells; also return whether they are complete, or grew too large."""
+    n, n_symbols = len(auto.loops), len(rules.left)
+    begin, end = np.zeros((n, n), np.int64), np.zeros((n, n), np.int64)
+    exponents = np.zeros((n, n), np.int64)
+    symbols, values = np.zeros(256, np.int64), np.zeros(256)
+    row, splits = np.zeros((n, n_symbols)), np.zeros(n, np.int64)
+    work = _Work(
+        np.zeros(n_symbols),
+        np.zeros(n_symbols),
+        np.zeros(n_symbols, np.int64),
+        np.zeros(n_symbols, np.int64),
+    )
+    used = n_products = 0
+    bounds = auto.bounds
+    made = Inside(begin, end, exponents, symbols, values, closures.staying, auto.loops, shift)
+    for b in range((1 if shift else len(bounds) - 1) - 1, -1, -1):
+        i, n_splits, edge = bounds[b], 0, auto.starts[bounds[b]]
+        for c in range(b, len(bounds) - 1):
+            j = bounds[c]
+            if auto.loops[i] < 0 or auto.loops[j] < 0:
+                block = _solve_pair(kind == BEST, (b, c), auto, rules, made)
+                for s in range(i, bounds[b + 1]):
+                    for t in range(j, bounds[c + 1]):
+                        n_reached = _take(block[:, s - i, t - j], work)
+                        symbols, values = _grown(symbols, values, used + n_reached)
+                        made = Inside(
+                            begin, end, exponents, symbols, values, made.staying, auto.loops, shift
+                        )
+                        used = _store(made, (s, t), used, work, n_reached, 0)
+                        if auto.loops[i] >= 0 and n_reached > 0:
+                            _put(made, s, t, row[t])
+                            splits[n_splits] = t
+                            n_splits += 1
+                continue
+            if b == c:
+                continue
+            while edge < auto.starts[i + 1] and auto.targets[edge] < j:
+                edge += 1
+            first = edge
+            while edge < auto.starts[i + 1] and auto.targets[edge] == j:
+                edge += 1
+            top = _top_exponent(made, splits[:n_splits], i, j, edge > first)
+            n_touched = 0
+            for e in range(first, edge):
+                symbol = rules.first + auto.terminals[e]
+                work.base[symbol] = ldexp(auto.weights[e], -top)
+                work.touched[n_touched] = symbol
+                n_touched += 1
+            span = (i, j, top, n_touched)
+            n_touched, more = _combine(kind == BEST, made, row, splits[:n_splits], rules, work, span)
+            n_products += more
+            pair = closures.pairs[auto.loops[i], auto.loops[j]]
+            n_reached = _climb(kind == BEST, n_touched, closures, pair, work)
+            if n_products > MOST_PRODUCTS or used + n_reached > MOST_ENTRIES:
+                return made, False
+            if used + n_reached > len(symbols):
+                symbols, values = _grown(symbols, values, used + n_reached)
+                made = Inside(
+                    begin, end, exponents, symbols, values, made.staying, auto.loops, shift
+                )
+            used = _store(made, (i, j), used, work, n_reached, top)
+            if n_reached > 0:
+                _put(made, i, j, row[j])
+                splits[n_splits] = j
+                n_splits += 1
+        for j in splits[:n_splits]:
+            row[j, symbols[begin[i, j] : end[i, j]]] = 0.0
+    return made, True
+
+
+@njit(cache=True)
+def _grown(symbols: IntArray, values: FloatArray, needed: int) -> tuple[IntArray, FloatArray]:
+    """Return the arrays of entries, longer if more are needed."""
+    if needed <= len(symbols):
+        return symbols, values
+    more = max(needed - len(symbols), len(symbols))
+    return np.append(symbols, np.zeros(more, np.int64)), np.append(values, np.zeros(more))
+
+
+@njit(cache=True)
+def _take(values: FloatArray, work: _Work) -> int:
+    """Copy values (S,) to ``full``; return the number of symbols that have one."""
+    n_reached = 0
+    for symbol in range(len(values)):
+        if values[symbol] > 0.0:
+            work.full[symbol] = values[symbol]
+            work.reached[n_reached] = symbol
+            n_reached += 1
+    return n_reached
+
+
+@njit(cache=True)
+def _store(
+    made: Inside, cell: tuple[int, int], used: int, work: _Work, n_reached: int, top: int
+) -> int:
+    """Write ``full`` (emptied) as a cell; return the number of entries so far."""
+    shift = _shift(work, n_reached)
+    made.begin[cell], made.exponents[cell] = used, top + shift
+    _sort(work.reached[:n_reached])
+    for symbol in work.reached[:n_reached]:
+        made.symbols[used], made.values[used] = symbol, ldexp(work.full[symbol], -shift)
+        work.full[symbol] = 0.0
+        used += 1
+    made.end[cell] = used
+    return used
+
+
+@njit(cache=True)
+def _put(made: Inside, i: int, j: int, row: FloatArray) -> None:
+    """Write the values of a cell into a dense row (S,)."""
+    for entry in range(made.begin[i, j], made.end[i, j]):
+        row[made.symbols[entry]] = made.values[entry]
+
+
+@njit(cache=True)
+def _combine(
+    best: bool,
+    made: Inside,
+    row: FloatArray,
+    splits: IntArray,
+    rules: _Rules,
+    work: _Work,
+    span: tuple[int, int, int, int],
+) -> tuple[int, int]:
+    """Add the tails between two states, split at every state, to ``base``.
+
+    ``row[k]`` (S,) holds the values of the cell (i, k). Returns the number of symbols with a value,
+    and the number of products that were evaluated; a split counts as :data:`_SPLIT` of them.
+    """
+    i, j, top, n_touched = span
+    starts, tails, left = rules.by_right.starts, rules.by_right.tails, rules.left
+    base, touched, symbols, values = work.base, work.touched, made.symbols, made.values
+    n_products = _SPLIT * len(splits)
+    for k in splits:
+        one, other = (0, j - k) if made.shift else (k, j)
+        low, high = made.begin[one, other], made.end[one, other]
+        if low == high:
+            continue
+        shift = made.exponents[i, k] + made.exponents[one, other] - top
+        factor = ldexp(1.0, shift) if shift else 1.0
+        for entry in range(low, high):
+            symbol = symbols[entry]
+            second = values[entry] * factor
+            n_products += starts[symbol + 1] - starts[symbol]
+            for t in range(starts[symbol], starts[symbol + 1]):
+                tail = tails[t]
+                first = row[k, left[tail]]
+                if first == 0.0:  # no value; an infinite count times 0 would be NaN
+                    continue
+                value = first * second
+                if value == 0.0:
+                    continue
+                if base[tail] == 0.0:
+                    touched[n_touched] = tail
+                    n_touched += 1
+                base[tail] = max(base[tail], value) if best else base[tail] + value
+    return n_touched, n_products
+
+
+@njit(cache=True)
+def _climb(best: bool, n_touched: int, closures: _Closures, pair: int, work: _Work) -> int:
+    """Follow the chains from ``base`` (emptied) to ``full``; return the number of symbols."""
+    base, full, starts = work.base, work.full, closures.starts[pair]
+    n_reached = 0
+    for symbol in work.touched[:n_touched]:
+        for c in range(starts[symbol], starts[symbol + 1]):
+            above, value = closures.columns[c], closures.values[c] * base[symbol]
+            if value == 0.0:
+                continue
+            if full[above] == 0.0:
+                work.reached[n_reached] = above
+                n_reached += 1
+            full[above] = max(full[above], value) if best else full[above] + value
+        base[symbol] = 0.0
+    return n_reached
+
+
+@njit(cache=True)
+def _sort(numbers: IntArray) -> None:
+    """Shell's sort in place: it compiles faster than a general one, and cells are small."""
+    gap = len(numbers) // 2
+    while gap > 0:
+        for i in range(gap, len(numbers)):
+            number, j = numbers[i], i
+            while j >= gap and numbers[j - gap] > number:
+                numbers[j] = numbers[j - gap]
+                j -= gap
+            numbers[j] = number
+        gap //= 2
+
+
+@njit(cache=True)
+def _top_exponent(made: Inside, splits: IntArray, i: int, j: int, is_known: bool) -> int:
+    """Return the greatest power of two among the products; that of an edge is 0."""
+    top = 0
+    for k in splits:
+        one, other = (0, j - k) if made.shift else (k, j)
+        if made.begin[one, other] < made.end[one, other]:
+            exponent = made.exponents[i, k] + made.exponents[one, other]
+            if not is_known or exponent > top:
+                top, is_known = exponent, True
+    return top
+
+
+@njit(cache=True)
+def _shift(work: _Work, n_reached: int) -> int:
+    """Return the power of two of the greatest finite value of a cell."""
+    greatest = 0.0
+    for symbol in work.reached[:n_reached]:
+        value = work.full[symbol]
+        if value > greatest and value < inf:
+            greatest = value
+    return frexp(greatest)[1] if greatest > 0.0 else 0
+
+
+@njit(cache=True)
+def _solve_pair(
+    best: bool, blocks: tuple[int, int], auto: Automaton, rules: _Rules, made: Inside
+) -> FloatArray:
+    """Return the weights (S, s, t) between two blocks, by iteration from 0, parts first."""
+    (b, c), bounds, parts = blocks, auto.bounds, rules.parts
+    span = bounds[b], bounds[b + 1], bounds[c], bounds[c + 1]
+    rows, columns = span[1] - span[0], span[3] - span[2]
+    weights, given = (
+        np.zeros((len(rules.left), rows, columns)),
+        np.zeros((len(rules.left), rows, columns)),
+    )
+    for s in range(span[0], span[1]):
+        for e in range(auto.starts[s], auto.starts[s + 1]):
+            if span[2] <= auto.targets[e] < span[3]:
+                symbol = rules.first + auto.terminals[e]
+                weights[symbol, s - span[0], auto.targets[e] - span[2]] = auto.weights[e]
+    for symbol in range(len(rules.left)):
+        if rules.left[symbol] >= 0:
+            _add_between(best, symbol, span, rules, made, given[symbol])
+    near = _within(made, len(rules.left), span[0], span[1])
+    far = _within(made, len(rules.left), span[2], span[3])
+    if b == c:
+        near = far = weights
+    new = np.zeros((rows, columns))
+    for g in range(len(parts.cyclic)):
+        for _ in range(_MOST_ROUNDS):
+            changed = False
+            for symbol in parts.members[parts.bounds[g] : parts.bounds[g + 1]]:
+                left, right = rules.left[symbol], rules.right[symbol]
+                if left >= 0:
+                    new[:] = given[symbol]
+                    _add_product(best, new, near[left], weights[right])
+                    if b < c:
+                        _add_product(best, new, weights[left], far[right])
+                elif rules.rule_of[symbol] < rules.rule_of[symbol + 1]:
+                    _add_rules(best, new, symbol, rules, weights, b == c)
+                else:
+                    continue
+                for s in range(rows):
+                    for t in range(columns):
+                        old, risen = weights[symbol, s, t], new[s, t]
+                        if risen > old:
+                            changed = changed or risen - old > _CLOSE * risen
+                            weights[symbol, s, t] = risen
+            if not changed or not parts.cyclic[g]:
+                break
+    return weights
+
+
+@njit(cache=True)
+def _within(made: Inside, n_symbols: int, first: int, last: int) -> FloatArray:
+    """Return the weights (S, s, t) from the states of a block to each other."""
+    weights = np.zeros((n_symbols, last - first, last - first))
+    for symbol in range(n_symbols):
+        for s in range(first, last):
+            for t in range(first, last):
+                value, exponent = find(made, symbol, s, t)
+                weights[symbol, s - first, t - first] = ldexp(value, exponent)
+    return weights
+
+
+@njit(cache=True)
+def _add_between(
+    best: bool,
+    tail: int,
+    span: tuple[int, int, int, int],
+    rules: _Rules,
+    made: Inside,
+    new: FloatArray,
+) -> None:
+    """Add what a tail derives by way of the states strictly between two blocks."""
+    for s in range(span[0], span[1]):
+        for u in range(span[1], span[2]):
+            first, up = find(made, rules.left[tail], s, u)
+            if first == 0.0:
+                continue
+            for t in range(span[2], span[3]):
+                second, more = find(made, rules.right[tail], u, t)
+                value, place = ldexp(first * second, up + more), (s - span[0], t - span[2])
+                new[place] = max(new[place], value) if best else new[place] + value
+
+
+@njit(cache=True)
+def _add_product(best: bool, new: FloatArray, first: FloatArray, second: FloatArray) -> None:
+    """Add the product of two matrices, or take the greater of both."""
+    for s in range(first.shape[0]):
+        for u in range(first.shape[1]):
+            if first[s, u] > 0.0:
+                for t in range(second.shape[1]):
+                    value = first[s, u] * second[u, t]
+                    new[s, t] = max(new[s, t], value) if best else new[s, t] + value
+
+
+@njit(cache=True)
+def _add_rules(
+    best: bool, new: FloatArray, symbol: int, rules: _Rules, weights: FloatArray, same: bool
+) -> None:
+    """Fill ``new`` (s, t) with what the rules of a nonterminal derive."""
+    new[:] = 0.0
+    for r in range(rules.rule_of[symbol], rules.rule_of[symbol + 1]):
+        below = rules.rule_right[r]
+        for s in range(new.shape[0]):
+            for t in range(new.shape[1]):
+                value = 0.0
+                if below >= 0:
+                    value = rules.weights[r] * weights[below, s, t]
+                elif same and s == t:
+                    value = rules.weights[r]
+                new[s, t] = max(new[s, t], value) if best else new[s, t] + value
+
+
+@njit(cache=True)
+def forward(
+    made: Inside, start: int, by_left: Tails, right: IntArray, corners: Sparse
+) -> tuple[FloatArray, IntArray]:
+    """Differentiate: the weight of each next symbol at each place of a sentence.
+
+    To the automaton of a sentence, let each state have an edge of every terminal to one more state,
+    which stays on anything. The derivative of W(start) of the longer automaton by one of its edges
+    is the weight of all strings that begin with the symbols before the place and go on with this
+    terminal (F. Jelinek and J. D. Lafferty, 1991). Only the column of the new state counts: a tail
+    Y Z that is needed from i on passes its derivative to Z from k on, times W(Y, i, k).
+
+    Parameters
+    ----------
+    made : Inside
+        The sums of a sentence.
+    start : int
+        The start symbol.
+    by_left : Tails
+        Tails by their left child.
+    right : array (S,)
+        Right child of a tail.
+    corners : Sparse
+        The chains between a state that nothing stays in and one that everything stays in.
+
+    Returns
+    -------
+    weights : array (Q, S)
+        For a terminal t, ``weights[i, t]`` times two to the exponent is the weight of strings that
+        begin with the first i symbols and t.
+    exponents : array (Q,)
+        The exponents.
+    """
+    n, n_symbols = len(made.loops), len(right)
+    needed, scale = np.zeros((n, n_symbols)), np.zeros(n, np.int64)
+    seen, weights = np.zeros(n, np.bool_), np.zeros((n, n_symbols))
+    needed[0, start] = 1.0
+    for i in range(n):
+        scale[i] += _descend(needed[i], weights[i], corners)
+        for k in range(i + 1, n):
+            exponent = scale[i] + made.exponents[i, k]
+            for entry in range(made.begin[i, k], made.end[i, k]):
+                symbol, value = made.symbols[entry], made.values[entry]
+                for tail in by_left.tails[by_left.starts[symbol] : by_left.starts[symbol + 1]]:
+                    if weights[i, tail] == 0.0:
+                        continue
+                    if not seen[k]:
+                        seen[k], scale[k] = True, exponent
+                    elif exponent > scale[k]:
+                        _scale(needed[k], scale[k] - exponent)
+                        scale[k] = exponent
+                    part = weights[i, tail] * value
+                    needed[k, right[tail]] += part * ldexp(1.0, exponent - scale[k])
+    return weights, scale
+
+
+@njit(cache=True)
+def _descend(needed: FloatArray, weights: FloatArray, corners: Sparse) -> int:
+    """Follow the chains from the symbols above down to all below; return their power of two."""
+    greatest = 0.0
+    for value in needed:
+        greatest = max(greatest, value)
+    shift = frexp(greatest)[1] if greatest > 0.0 else 0
+    _scale(needed, -shift)
+    for symbol in range(len(needed)):
+        for c in range(corners.starts[symbol], corners.starts[symbol + 1]):
+            weights[symbol] += corners.values[c] * needed[corners.columns[c]]
+    return shift
+
+
+@njit(cache=True)
+def _scale(values: FloatArray, exponent: int) -> None:
+    """Multiply values by a power of two."""
+    for symbol in range(len(values)):
+        values[symbol] = ldexp(values[symbol], exponent)
