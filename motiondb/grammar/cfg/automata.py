@@ -14,6 +14,7 @@ class have the same weights of strings that lead from the state to itself.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -41,19 +42,16 @@ class Automaton(NamedTuple):
 
 def sentence(numbers: IntArray, n_terminals: int) -> Automaton:
     """Return the automaton of one string; `numbers` (n,) of terminals."""
-    n = len(numbers)
+    return _line(len(numbers), n_terminals)._replace(terminals=numbers)
+
+
+@lru_cache(maxsize=64)
+def _line(n: int, n_terminals: int) -> Automaton:
     final = np.zeros(n + 1, np.bool_)
     final[n] = True
-    return Automaton(
-        np.append(np.arange(n + 1), n),
-        np.arange(1, n + 1),
-        numbers,
-        np.ones(n),
-        np.zeros(n + 1, np.int64),
-        np.zeros((1, n_terminals)),
-        np.arange(n + 2),
-        final,
-    )
+    states, stays = np.arange(n + 1), np.zeros((1, n_terminals))
+    starts, loops, bounds = np.append(states, n), np.zeros(n + 1, np.int64), np.arange(n + 2)
+    return Automaton(starts, states[1:], states[1:], np.ones(n), loops, stays, bounds, final)
 
 
 def lengths(n: int, n_terminals: int) -> Automaton:

@@ -27,7 +27,7 @@ from motiondb.grammar.cfg.compiled import CompiledGrammar, compile_grammar, numb
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Rule, Tree, derive_by
 from motiondb.grammar.cfg.inside import Inside, chains, find, forward, inside
 from motiondb.grammar.cfg.trees import best_rules
-from motiondb.records import FloatArray
+from motiondb.records import FloatArray, IntArray
 
 AnyGrammar = Grammar | CompiledGrammar
 
@@ -67,8 +67,10 @@ def parse(grammar: AnyGrammar, sentence: Sequence[str]) -> Tree:
     motiondb.grammar.cfg.parse.ParseError: end of the sentence (after symbol 1, 'dribble'): ...
     """
     compiled = compiled_form(grammar)
-    made = _inside(compiled, sentence, BEST)
-    choices = best_rules(compiled, made, compiled.weights(BEST)) if made is not None else None
+    symbols = numbered(compiled, sentence)
+    choices = None
+    if (symbols >= 0).all():
+        choices = best_rules(compiled, _inside(compiled, symbols, BEST), compiled.weights(BEST))
     if choices is None:
         fault = explain(compiled, sentence)
         assert fault is not None
@@ -91,8 +93,10 @@ def log_probability(grammar: AnyGrammar, sentence: Sequence[str]) -> float:
     0.5
     """
     compiled = compiled_form(grammar)
-    made = _inside(compiled, sentence, SUM)
-    return -inf if made is None else made.log_weight(compiled.start)
+    symbols = numbered(compiled, sentence)
+    if (symbols < 0).any():
+        return -inf
+    return _inside(compiled, symbols, SUM).log_weight(compiled.start)
 
 
 def count_trees(grammar: AnyGrammar, sentence: Sequence[str]) -> int | float:
@@ -103,10 +107,10 @@ def count_trees(grammar: AnyGrammar, sentence: Sequence[str]) -> int | float:
     14
     """
     compiled = compiled_form(grammar)
-    made = _inside(compiled, sentence, COUNT)
-    if made is None:
+    symbols = numbered(compiled, sentence)
+    if (symbols < 0).any():
         return 0
-    value, exponent = find(made, compiled.start, 0, len(sentence))
+    value, exponent = find(_inside(compiled, symbols, COUNT), compiled.start, 0, len(symbols))
     if value == inf:
         return inf
     digits = 0 if value == int(value) else 60
@@ -144,14 +148,13 @@ def read_sentence(grammar: AnyGrammar, sentence: Sequence[str]) -> ViablePrefix:
     compiled = compiled_form(grammar)
     symbols = numbered(compiled, sentence)
     unknown = np.flatnonzero(symbols < 0)
-    known = sentence[: unknown[0]] if len(unknown) else sentence
+    known = symbols[: unknown[0]] if len(unknown) else symbols
     made = _inside(compiled, known, SUM)
-    assert made is not None
     weights, exponents = forward(
         made, compiled.start, compiled.by_left, compiled.right, _corners(compiled)
     )
     position = 0
-    while position < len(known) and weights[position, symbols[position]] > 0:
+    while position < len(known) and weights[position, known[position]] > 0:
         position += 1
     value, exponent = find(made, compiled.start, 0, position)
     scale = int(exponents[position])
@@ -208,12 +211,10 @@ def parse_passage(grammar: Grammar, string: Sequence[str]) -> tuple[Tree, ...]:
     return tuple(sentences)
 
 
-def _inside(compiled: CompiledGrammar, sentence: Sequence[str], kind: int) -> Inside | None:
-    """Return the weights of all parts of a sentence, None if it holds an unknown symbol."""
-    symbols = numbered(compiled, sentence) - compiled.n_nonterminals
-    if (symbols < 0).any():
-        return None
-    return inside(compiled, automata.sentence(symbols, len(compiled.ids)), kind)
+def _inside(compiled: CompiledGrammar, symbols: IntArray, kind: int) -> Inside:
+    """Return the weights of all parts of a sentence of known terminals."""
+    numbers = symbols - compiled.n_nonterminals
+    return inside(compiled, automata.sentence(numbers, len(compiled.ids)), kind)
 
 
 def _say(
