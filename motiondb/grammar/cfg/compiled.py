@@ -140,7 +140,7 @@ class CompiledGrammar:
         """Return the weight (S,) of strings of terminals that have weights (terminals,)."""
         if kind == BEST:
             return best_solution(self, self.weights(BEST), terminals)
-        if terminals.all():
+        if (terminals == 1.0).all():
             return self.ends
         if terminals.any():
             return least_solution(self, terminals, np.ones(self.n_symbols, bool))

@@ -43,6 +43,7 @@ from motiondb.grammar.cfg.automata import Automaton
 from motiondb.grammar.cfg.closure import BEST, SUM, Sparse, close_graph
 from motiondb.grammar.cfg.compiled import CompiledGrammar, Parts, Tails
 from motiondb.grammar.cfg.context_free import GrammarError
+from motiondb.grammar.cfg.kernels import kernel
 from motiondb.records import FloatArray, IntArray
 
 MOST_PRODUCTS = 500_000_000
@@ -106,8 +107,10 @@ class _Closures(NamedTuple):
 
 
 class _Work(NamedTuple):
-    """Values by symbol (S,), and lists of the symbols that have one."""
+    """Cells of one state as dense rows; values by symbol, and lists of symbols that have one."""
 
+    row: FloatArray  # (Q, S): values of the cells that begin at the state
+    splits: IntArray  # (Q,): list of the states where such a cell ends
     base: FloatArray  # (S,): values of a cell before the chains
     full: FloatArray  # (S,): values of a cell after the chains
     touched: IntArray  # (S,): list of the symbols with a value in ``base``
@@ -186,9 +189,7 @@ def _closures(
     )
 
 
-def chains(
-    compiled: CompiledGrammar, kind: int, first: FloatArray, last: FloatArray
-) -> Sparse:
+def chains(compiled: CompiledGrammar, kind: int, first: FloatArray, last: FloatArray) -> Sparse:
     """Return the chains of steps that leave neither of two states, by the symbol they end in.
 
     Shapes: `first`, `last` (S,), the weights of staying in each.
@@ -200,7 +201,7 @@ def chains(
     return close_graph(kind, Sparse(steps.starts, steps.targets, values))
 
 
-@njit(cache=True)
+@kernel
 def find(made: Inside, symbol: int, s: int, t: int) -> tuple[float, int]:
     """Return value and exponent of W of a symbol between two states; value 0 if it has none."""
     if s == t and made.loops[s] >= 0:
@@ -224,85 +225,129 @@ def _fill(
     kind: int, auto: Automaton, rules: _Rules, closures: _Closures, shift: bool
 ) -> tuple[Inside, bool]:
     """Fill all cells; also return whether they are complete, or grew too large."""
-    n, n_symbols = len(auto.loops), len(rules.left)
+    n, n_symbols, loops = len(auto.loops), len(rules.left), auto.loops
     begin, end = np.zeros((n, n), np.int64), np.zeros((n, n), np.int64)
-    exponents = np.zeros((n, n), np.int64)
-    symbols, values = np.zeros(256, np.int64), np.zeros(256)
-    row, splits = np.zeros((n, n_symbols)), np.zeros(n, np.int64)
+    exponents, symbols, values = np.zeros((n, n), np.int64), np.zeros(256, np.int64), np.zeros(256)
+    made = Inside(begin, end, exponents, symbols, values, closures.staying, loops, shift)
     work = _Work(
+        np.zeros((n, n_symbols)),
+        np.zeros(n, np.int64),
         np.zeros(n_symbols),
         np.zeros(n_symbols),
         np.zeros(n_symbols, np.int64),
         np.zeros(n_symbols, np.int64),
     )
     used = n_products = 0
-    bounds = auto.bounds
-    made = Inside(begin, end, exponents, symbols, values, closures.staying, auto.loops, shift)
-    for b in range((1 if shift else len(bounds) - 1) - 1, -1, -1):
-        i, n_splits, edge = bounds[b], 0, auto.starts[bounds[b]]
-        for c in range(b, len(bounds) - 1):
-            j = bounds[c]
-            if auto.loops[i] < 0 or auto.loops[j] < 0:
-                block = _solve_pair(kind == BEST, (b, c), auto, rules, made)
-                for s in range(i, bounds[b + 1]):
-                    for t in range(j, bounds[c + 1]):
-                        n_reached = _take(block[:, s - i, t - j], work)
-                        symbols, values = _grown(symbols, values, used + n_reached)
-                        made = Inside(
-                            begin, end, exponents, symbols, values, made.staying, auto.loops, shift
-                        )
-                        used = _store(made, (s, t), used, work, n_reached, 0)
-                        if auto.loops[i] >= 0 and n_reached > 0:
-                            _put(made, s, t, row[t])
-                            splits[n_splits] = t
-                            n_splits += 1
-                continue
-            if b == c:
-                continue
-            while edge < auto.starts[i + 1] and auto.targets[edge] < j:
-                edge += 1
-            first = edge
-            while edge < auto.starts[i + 1] and auto.targets[edge] == j:
-                edge += 1
-            top = _top_exponent(made, splits[:n_splits], i, j, edge > first)
-            n_touched = 0
-            for e in range(first, edge):
-                symbol = rules.first + auto.terminals[e]
-                work.base[symbol] = ldexp(auto.weights[e], -top)
-                work.touched[n_touched] = symbol
-                n_touched += 1
-            span = (i, j, top, n_touched)
-            n_touched, more = _combine(kind == BEST, made, row, splits[:n_splits], rules, work, span)
-            n_products += more
-            pair = closures.pairs[auto.loops[i], auto.loops[j]]
-            n_reached = _climb(kind == BEST, n_touched, closures, pair, work)
-            if n_products > MOST_PRODUCTS or used + n_reached > MOST_ENTRIES:
-                return made, False
-            if used + n_reached > len(symbols):
-                symbols, values = _grown(symbols, values, used + n_reached)
-                made = Inside(
-                    begin, end, exponents, symbols, values, made.staying, auto.loops, shift
-                )
-            used = _store(made, (i, j), used, work, n_reached, top)
-            if n_reached > 0:
-                _put(made, i, j, row[j])
-                splits[n_splits] = j
-                n_splits += 1
-        for j in splits[:n_splits]:
-            row[j, symbols[begin[i, j] : end[i, j]]] = 0.0
+    for b in range(0 if shift else len(auto.bounds) - 2, -1, -1):
+        if loops[auto.bounds[b]] < 0:
+            for c in range(b, len(auto.bounds) - 1):
+                made, used = _fill_pair(kind == BEST, (b, c), auto, rules, made, used, work)
+            work.row[:] = 0.0
+            continue
+        made, used, more = _fill_row(kind == BEST, b, auto, rules, closures, made, used, work)
+        n_products += more
+        if n_products > MOST_PRODUCTS or used > MOST_ENTRIES:
+            return made, False
     return made, True
 
 
 @njit(cache=True)
-def _grown(symbols: IntArray, values: FloatArray, needed: int) -> tuple[IntArray, FloatArray]:
-    """Return the arrays of entries, longer if more are needed."""
-    if needed <= len(symbols):
-        return symbols, values
-    more = max(needed - len(symbols), len(symbols))
-    return np.append(symbols, np.zeros(more, np.int64)), np.append(values, np.zeros(more))
+def _fill_row(
+    best: bool,
+    b: int,
+    auto: Automaton,
+    rules: _Rules,
+    closures: _Closures,
+    made: Inside,
+    used: int,
+    work: _Work,
+) -> tuple[Inside, int, int]:
+    """Fill the cells that begin at a block of one state.
+
+    Returns the weights, the number of entries so far, and the number of products, which is too
+    large if the row was given up.
+    """
+    i, bounds, loops, row, splits = auto.bounds[b], auto.bounds, auto.loops, work.row, work.splits
+    edge, n_splits, n_products = auto.starts[i], 0, 0
+    spans = made.begin, made.end, made.exponents
+    for c in range(b + 1, len(bounds) - 1):
+        j = bounds[c]
+        if loops[j] < 0:
+            made, used = _fill_pair(best, (b, c), auto, rules, made, used, work)
+        else:
+            first, edge = _edges(auto.starts, auto.targets, i, j, edge)
+            top = _top_exponent(spans, made.shift, splits, n_splits, (i, j), edge > first)
+            for e in range(first, edge):
+                symbol = rules.first + auto.terminals[e]
+                work.touched[e - first] = symbol
+                work.base[symbol] = ldexp(auto.weights[e], -top)
+            span = (i, j, top, edge - first)
+            n_touched, more = _combine(best, made, n_splits, rules.by_right, rules.left, work, span)
+            pair = closures.pairs[loops[i], loops[j]]
+            n_reached = _climb(best, n_touched, closures, pair, work)
+            n_products += more
+            if n_products > MOST_PRODUCTS or used + n_reached > MOST_ENTRIES:
+                return made, used, MOST_PRODUCTS + 1
+            if used + n_reached > len(made.symbols):
+                made = _grown(made, used + n_reached)
+            used = _store(made, (i, j), used, work, n_reached, top)
+        for t in range(j, bounds[c + 1]):
+            if made.begin[i, t] < made.end[i, t]:
+                splits[n_splits] = t
+                n_splits += 1
+    for j in splits[:n_splits]:
+        row[j, made.symbols[made.begin[i, j] : made.end[i, j]]] = 0.0
+    return made, used, n_products
+
+
+@kernel
+def _edges(starts: IntArray, targets: IntArray, i: int, j: int, edge: int) -> tuple[int, int]:
+    """Return the first edge from i to j and the one after the last, of those from ``edge`` on."""
+    while edge < starts[i + 1] and targets[edge] < j:
+        edge += 1
+    first = edge
+    while edge < starts[i + 1] and targets[edge] == j:
+        edge += 1
+    return first, edge
 
 
 @njit(cache=True)
+def _fill_pair(
+    best: bool,
+    blocks: tuple[int, int],
+    auto: Automaton,
+    rules: _Rules,
+    made: Inside,
+    used: int,
+    work: _Work,
+) -> tuple[Inside, int]:
+    """Fill the cells between two blocks; return the number of entries so far."""
+    weights, (b, c) = _solve_pair(best, blocks, auto, rules, made), blocks
+    for s in range(auto.bounds[b], auto.bounds[b + 1]):
+        for t in range(auto.bounds[c], auto.bounds[c + 1]):
+            n_reached = _take(weights[:, s - auto.bounds[b], t - auto.bounds[c]], work)
+            made = _grown(made, used + n_reached)
+            used = _store(made, (s, t), used, work, n_reached, 0)
+    return made, used
+
+
+@njit(cache=True)
+def _grown(made: Inside, needed: int) -> Inside:
+    """Return the weights with room for more entries, if more are needed."""
+    more = max(needed - len(made.symbols), len(made.symbols)) if needed > len(made.symbols) else 0
+    return Inside(
+        made.begin,
+        made.end,
+        made.exponents,
+        np.append(made.symbols, np.zeros(more, np.int64)),
+        np.append(made.values, np.zeros(more)),
+        made.staying,
+        made.loops,
+        made.shift,
+    )
+
+
+@kernel
 def _take(values: FloatArray, work: _Work) -> int:
     """Copy values (S,) to ``full``; return the number of symbols that have one."""
     n_reached = 0
@@ -314,49 +359,46 @@ def _take(values: FloatArray, work: _Work) -> int:
     return n_reached
 
 
-@njit(cache=True)
+@kernel
 def _store(
     made: Inside, cell: tuple[int, int], used: int, work: _Work, n_reached: int, top: int
 ) -> int:
-    """Write ``full`` (emptied) as a cell; return the number of entries so far."""
-    shift = _shift(work, n_reached)
+    """Write ``full`` (emptied) as a cell and a row; return the number of entries so far."""
+    full, reached, row = work.full, work.reached, work.row
+    shift = _shift(full, reached, n_reached)
     made.begin[cell], made.exponents[cell] = used, top + shift
-    _sort(work.reached[:n_reached])
-    for symbol in work.reached[:n_reached]:
-        made.symbols[used], made.values[used] = symbol, ldexp(work.full[symbol], -shift)
-        work.full[symbol] = 0.0
+    _sort(reached, n_reached)
+    for place in range(n_reached):
+        symbol = reached[place]
+        value = ldexp(full[symbol], -shift)
+        made.symbols[used], made.values[used], row[cell[1], symbol] = symbol, value, value
+        full[symbol] = 0.0
         used += 1
     made.end[cell] = used
     return used
 
 
-@njit(cache=True)
-def _put(made: Inside, i: int, j: int, row: FloatArray) -> None:
-    """Write the values of a cell into a dense row (S,)."""
-    for entry in range(made.begin[i, j], made.end[i, j]):
-        row[made.symbols[entry]] = made.values[entry]
-
-
-@njit(cache=True)
+@kernel
 def _combine(
     best: bool,
     made: Inside,
-    row: FloatArray,
-    splits: IntArray,
-    rules: _Rules,
+    n_splits: int,
+    by_right: Tails,
+    left: IntArray,
     work: _Work,
     span: tuple[int, int, int, int],
 ) -> tuple[int, int]:
     """Add the tails between two states, split at every state, to ``base``.
 
-    ``row[k]`` (S,) holds the values of the cell (i, k). Returns the number of symbols with a value,
-    and the number of products that were evaluated; a split counts as :data:`_SPLIT` of them.
+    Returns the number of symbols with a value, and the number of products that were evaluated; a
+    split counts as :data:`_SPLIT` of them.
     """
     i, j, top, n_touched = span
-    starts, tails, left = rules.by_right.starts, rules.by_right.tails, rules.left
+    starts, tails, row = by_right.starts, by_right.tails, work.row
     base, touched, symbols, values = work.base, work.touched, made.symbols, made.values
-    n_products = _SPLIT * len(splits)
-    for k in splits:
+    n_products = _SPLIT * n_splits
+    for place in range(n_splits):
+        k = work.splits[place]
         one, other = (0, j - k) if made.shift else (k, j)
         low, high = made.begin[one, other], made.end[one, other]
         if low == high:
@@ -382,13 +424,14 @@ def _combine(
     return n_touched, n_products
 
 
-@njit(cache=True)
+@kernel
 def _climb(best: bool, n_touched: int, closures: _Closures, pair: int, work: _Work) -> int:
     """Follow the chains from ``base`` (emptied) to ``full``; return the number of symbols."""
-    base, full, starts = work.base, work.full, closures.starts[pair]
+    base, full, starts = work.base, work.full, closures.starts
     n_reached = 0
-    for symbol in work.touched[:n_touched]:
-        for c in range(starts[symbol], starts[symbol + 1]):
+    for place in range(n_touched):
+        symbol = work.touched[place]
+        for c in range(starts[pair, symbol], starts[pair, symbol + 1]):
             above, value = closures.columns[c], closures.values[c] * base[symbol]
             if value == 0.0:
                 continue
@@ -400,12 +443,12 @@ def _climb(best: bool, n_touched: int, closures: _Closures, pair: int, work: _Wo
     return n_reached
 
 
-@njit(cache=True)
-def _sort(numbers: IntArray) -> None:
-    """Shell's sort in place: it compiles faster than a general one, and cells are small."""
-    gap = len(numbers) // 2
+@kernel
+def _sort(numbers: IntArray, n: int) -> None:
+    """Shell's sort of n numbers in place: it compiles faster than a general one."""
+    gap = n // 2
     while gap > 0:
-        for i in range(gap, len(numbers)):
+        for i in range(gap, n):
             number, j = numbers[i], i
             while j >= gap and numbers[j - gap] > number:
                 numbers[j] = numbers[j - gap]
@@ -414,25 +457,33 @@ def _sort(numbers: IntArray) -> None:
         gap //= 2
 
 
-@njit(cache=True)
-def _top_exponent(made: Inside, splits: IntArray, i: int, j: int, is_known: bool) -> int:
+@kernel
+def _top_exponent(
+    spans: tuple[IntArray, IntArray, IntArray],
+    shift: bool,
+    splits: IntArray,
+    n_splits: int,
+    cell: tuple[int, int],
+    is_known: bool,
+) -> int:
     """Return the greatest power of two among the products; that of an edge is 0."""
-    top = 0
-    for k in splits:
-        one, other = (0, j - k) if made.shift else (k, j)
-        if made.begin[one, other] < made.end[one, other]:
-            exponent = made.exponents[i, k] + made.exponents[one, other]
+    (begin, end, exponents), (i, j), top = spans, cell, 0
+    for place in range(n_splits):
+        k = splits[place]
+        one, other = (0, j - k) if shift else (k, j)
+        if begin[one, other] < end[one, other]:
+            exponent = exponents[i, k] + exponents[one, other]
             if not is_known or exponent > top:
                 top, is_known = exponent, True
     return top
 
 
-@njit(cache=True)
-def _shift(work: _Work, n_reached: int) -> int:
+@kernel
+def _shift(full: FloatArray, reached: IntArray, n_reached: int) -> int:
     """Return the power of two of the greatest finite value of a cell."""
     greatest = 0.0
-    for symbol in work.reached[:n_reached]:
-        value = work.full[symbol]
+    for place in range(n_reached):
+        value = full[reached[place]]
         if value > greatest and value < inf:
             greatest = value
     return frexp(greatest)[1] if greatest > 0.0 else 0
@@ -443,49 +494,57 @@ def _solve_pair(
     best: bool, blocks: tuple[int, int], auto: Automaton, rules: _Rules, made: Inside
 ) -> FloatArray:
     """Return the weights (S, s, t) between two blocks, by iteration from 0, parts first."""
-    (b, c), bounds, parts = blocks, auto.bounds, rules.parts
+    (b, c), bounds, parts, n_symbols = blocks, auto.bounds, rules.parts, len(rules.left)
     span = bounds[b], bounds[b + 1], bounds[c], bounds[c + 1]
-    rows, columns = span[1] - span[0], span[3] - span[2]
-    weights, given = (
-        np.zeros((len(rules.left), rows, columns)),
-        np.zeros((len(rules.left), rows, columns)),
-    )
-    for s in range(span[0], span[1]):
-        for e in range(auto.starts[s], auto.starts[s + 1]):
-            if span[2] <= auto.targets[e] < span[3]:
-                symbol = rules.first + auto.terminals[e]
-                weights[symbol, s - span[0], auto.targets[e] - span[2]] = auto.weights[e]
-    for symbol in range(len(rules.left)):
-        if rules.left[symbol] >= 0:
-            _add_between(best, symbol, span, rules, made, given[symbol])
-    near = _within(made, len(rules.left), span[0], span[1])
-    far = _within(made, len(rules.left), span[2], span[3])
-    if b == c:
-        near = far = weights
-    new = np.zeros((rows, columns))
+    weights = np.zeros((n_symbols, span[1] - span[0], span[3] - span[2]))
+    given, new = np.zeros_like(weights), np.zeros(weights.shape[1:])
+    _put_edges(auto, span, rules.first, weights)
+    for symbol in range(n_symbols):
+        _add_between(best, symbol, span, rules, made, given[symbol])
+    near = _within(made, n_symbols, span[0], span[1]) if b < c else weights
+    far = _within(made, n_symbols, span[2], span[3]) if b < c else weights
     for g in range(len(parts.cyclic)):
+        members = parts.members[parts.bounds[g] : parts.bounds[g + 1]]
         for _ in range(_MOST_ROUNDS):
             changed = False
-            for symbol in parts.members[parts.bounds[g] : parts.bounds[g + 1]]:
-                left, right = rules.left[symbol], rules.right[symbol]
-                if left >= 0:
+            for symbol in members:
+                if rules.left[symbol] >= 0:
                     new[:] = given[symbol]
-                    _add_product(best, new, near[left], weights[right])
+                    _add_product(best, new, near[rules.left[symbol]], weights[rules.right[symbol]])
                     if b < c:
-                        _add_product(best, new, weights[left], far[right])
-                elif rules.rule_of[symbol] < rules.rule_of[symbol + 1]:
-                    _add_rules(best, new, symbol, rules, weights, b == c)
+                        _add_product(
+                            best, new, weights[rules.left[symbol]], far[rules.right[symbol]]
+                        )
                 else:
-                    continue
-                for s in range(rows):
-                    for t in range(columns):
-                        old, risen = weights[symbol, s, t], new[s, t]
-                        if risen > old:
-                            changed = changed or risen - old > _CLOSE * risen
-                            weights[symbol, s, t] = risen
+                    _add_rules(best, new, symbol, rules, weights, b == c)
+                changed = _raise(weights[symbol], new) or changed
             if not changed or not parts.cyclic[g]:
                 break
     return weights
+
+
+@kernel
+def _put_edges(
+    auto: Automaton, span: tuple[int, int, int, int], first: int, weights: FloatArray
+) -> None:
+    """Write the weights of the edges between two blocks into ``weights`` (S, s, t)."""
+    for s in range(span[0], span[1]):
+        for e in range(auto.starts[s], auto.starts[s + 1]):
+            if span[2] <= auto.targets[e] < span[3]:
+                symbol = first + auto.terminals[e]
+                weights[symbol, s - span[0], auto.targets[e] - span[2]] = auto.weights[e]
+
+
+@kernel
+def _raise(weights: FloatArray, new: FloatArray) -> bool:
+    """Raise weights to new ones; return whether one rose by more than rounding."""
+    changed = False
+    for s in range(new.shape[0]):
+        for t in range(new.shape[1]):
+            if new[s, t] > weights[s, t]:
+                changed = changed or new[s, t] - weights[s, t] > _CLOSE * new[s, t]
+                weights[s, t] = new[s, t]
+    return changed
 
 
 @njit(cache=True)
@@ -500,7 +559,7 @@ def _within(made: Inside, n_symbols: int, first: int, last: int) -> FloatArray:
     return weights
 
 
-@njit(cache=True)
+@kernel
 def _add_between(
     best: bool,
     tail: int,
@@ -510,6 +569,8 @@ def _add_between(
     new: FloatArray,
 ) -> None:
     """Add what a tail derives by way of the states strictly between two blocks."""
+    if rules.left[tail] < 0:
+        return
     for s in range(span[0], span[1]):
         for u in range(span[1], span[2]):
             first, up = find(made, rules.left[tail], s, u)
@@ -521,7 +582,7 @@ def _add_between(
                 new[place] = max(new[place], value) if best else new[place] + value
 
 
-@njit(cache=True)
+@kernel
 def _add_product(best: bool, new: FloatArray, first: FloatArray, second: FloatArray) -> None:
     """Add the product of two matrices, or take the greater of both."""
     for s in range(first.shape[0]):
@@ -532,7 +593,7 @@ def _add_product(best: bool, new: FloatArray, first: FloatArray, second: FloatAr
                     new[s, t] = max(new[s, t], value) if best else new[s, t] + value
 
 
-@njit(cache=True)
+@kernel
 def _add_rules(
     best: bool, new: FloatArray, symbol: int, rules: _Rules, weights: FloatArray, same: bool
 ) -> None:
@@ -606,7 +667,7 @@ def forward(
     return weights, scale
 
 
-@njit(cache=True)
+@kernel
 def _descend(needed: FloatArray, weights: FloatArray, corners: Sparse) -> int:
     """Follow the chains from the symbols above down to all below; return their power of two."""
     greatest = 0.0
@@ -620,7 +681,7 @@ def _descend(needed: FloatArray, weights: FloatArray, corners: Sparse) -> int:
     return shift
 
 
-@njit(cache=True)
+@kernel
 def _scale(values: FloatArray, exponent: int) -> None:
     """Multiply values by a power of two."""
     for symbol in range(len(values)):

@@ -27,6 +27,7 @@ from numba import njit
 
 from motiondb.grammar.cfg.compiled import CompiledGrammar
 from motiondb.grammar.cfg.inside import Inside, find
+from motiondb.grammar.cfg.kernels import kernel
 from motiondb.records import FloatArray, IntArray
 
 Item = tuple[int, int, int]
@@ -181,9 +182,7 @@ def _listed(rules: _Rules) -> list[int]:
 
 
 @njit(cache=True)
-def _splits(
-    made: Inside, left: int, right: int, s: int, t: int
-) -> tuple[IntArray, FloatArray]:
+def _splits(made: Inside, left: int, right: int, s: int, t: int) -> tuple[IntArray, FloatArray]:
     """Return the states between two parts of a tail, and the relative weights of such ways."""
     n = t - s + 1 if made.shift else len(made.loops)
     states, values = np.zeros(n, np.int64), np.zeros(n)
@@ -267,7 +266,7 @@ def _best_rules(made: Inside, forms: _Forms, item: tuple[int, int, int]) -> IntA
     return choices[:used]
 
 
-@njit(cache=True)
+@kernel
 def _first_rule(
     made: Inside, forms: _Forms, symbol: int, span: tuple[int, int], goal: float
 ) -> int:
@@ -285,7 +284,7 @@ def _first_rule(
     return rule_of[symbol + 1] - 1
 
 
-@njit(cache=True)
+@kernel
 def _log(made: Inside, symbol: int, i: int, j: int) -> float:
     """Return the log of the best weight of a symbol between two states, -inf for 0."""
     value, exponent = find(made, symbol, i, j)

@@ -61,6 +61,7 @@ time."""
 
 _SHOWN = 20  # largest number of possible terminals in a message
 
+
 @dataclass(frozen=True)
 class Completion:
     """A sentence that matches a pattern."""

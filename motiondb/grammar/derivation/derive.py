@@ -7,9 +7,9 @@ becomes theta^m times as likely, so the ratios between trees of equal size do no
 the greatest factor for which the mean length of a string does not exceed a given mean. Derivations
 of the damped grammar end with probability 1.
 
-Trees are drawn from the root downwards (:mod:`motiondb.grammar.cfg.trees`). For a given length, they
-are drawn exactly from the undamped grammar, restricted to strings of this length, by the weights
-W(X, l) of symbol X at length l (:mod:`motiondb.grammar.cfg.lengths`).
+Trees are drawn from the root downwards (:mod:`motiondb.grammar.cfg.trees`). For a given length,
+they are drawn exactly from the undamped grammar, restricted to strings of this length, by the
+weights W(X, l) of symbol X at length l (:mod:`motiondb.grammar.cfg.lengths`).
 """
 
 from __future__ import annotations

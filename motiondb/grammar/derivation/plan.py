@@ -6,8 +6,8 @@ each symbol of w, then a state for each goal, which stays on what does not meet 
 over it is the most probable one, or that of the shortest string; the other of the two breaks ties.
 
 For the shortest string a symbol costs more than any tree that fits into a plan: 1/16 bit, where a
-rule of probability p costs a millionth of -log2 p. These sums are as exact as floating-point numbers
-for trees of up to 60,000 bits.
+rule of probability p costs a millionth of -log2 p. These sums are as exact as floating-point
+numbers for trees of up to 60,000 bits.
 """
 
 from __future__ import annotations

@@ -29,6 +29,7 @@ from typing import Literal, TypeVar, get_args
 
 from motiondb.errors import suggestion
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError, choices_of
+from motiondb.grammar.induction.law_checks import is_lawful
 from motiondb.grammar.induction.rule_compaction import Effort, compact, effort_for, trim
 from motiondb.grammar.rules.description_length import (
     DescriptionLength,
@@ -97,7 +98,7 @@ def read_rules(
         of_type.setdefault(hypotheses.types[span], []).append(symbol)
     everything = {symbol: group[0] for group in of_type.values() for symbol in group}
     merged = _renamed(finest, everything)
-    if not lawful or merged.lawful():
+    if not lawful or is_lawful(merged):
         return trim(merged)
     return trim(_merged_where_lawful(finest, of_type, hypotheses, symbols))
 
@@ -159,7 +160,7 @@ def _merged_where_lawful(
     for kind in sorted(of_type, key=lambda kind: -len(of_type[kind]))[:most_types]:
         group = of_type[kind]
         together = _renamed(current, dict.fromkeys(group, group[0]))
-        if together.lawful():
+        if is_lawful(together):
             current = together
             continue
         names = {symbol: symbol for symbol in group}
@@ -171,7 +172,7 @@ def _merged_where_lawful(
             tries -= 1
             renaming = {symbol: min(same) for symbol in same}
             changed = _renamed(current, renaming)
-            if changed.lawful():
+            if is_lawful(changed):
                 current = changed
                 names = {symbol: renaming.get(name, name) for symbol, name in names.items()}
     return current

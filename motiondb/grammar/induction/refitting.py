@@ -13,10 +13,11 @@ logarithm of the alphabet.
 The compiled part is a chart over parts of a text, of one sentence or of long strings that are to be
 cut (:mod:`motiondb.grammar.sentences.reparsing`). It is filled component by component of the
 nonterminals, bottom-up. It is not the engine of :mod:`motiondb.grammar.cfg.inside`: rules change
-with every sentence set, so right sides are read as they are, without tails and closures. Within a component whose nonterminals derive themselves, spans are filled from the last
-first symbol to the first one, and for each first symbol again until no cost falls: no rule of a
-span needs a span that begins earlier. Only rules that can begin with a nonterminal of the component
-are tried again. Costs are not negative and no nonterminal derives itself alone, so this ends.
+with every sentence set, so right sides are read as they are, without tails and closures. Within a
+component whose nonterminals derive themselves, spans are filled from the last first symbol to the
+first one, and for each first symbol again until no cost falls: no rule of a span needs a span that
+begins earlier. Only rules that can begin with a nonterminal of the component are tried again. Costs
+are not negative and no nonterminal derives itself alone, so this ends.
 
 Source: D. H. Younger, "Recognition and Parsing of Context-Free Languages in Time n^3", Information
 and Control 10 (1967), for the chart over spans; here right sides have any length.
@@ -33,7 +34,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from motiondb.grammar.induction.rule_arrays import LEFT, LENGTH, OFFSET, RuleTable, compiled
+from motiondb.grammar.cfg.kernels import kernel
+from motiondb.grammar.induction.law_checks import is_lawful
+from motiondb.grammar.induction.rule_arrays import LEFT, LENGTH, OFFSET, RuleTable
 from motiondb.grammar.rules.rule_laws import components, nullable_lefts
 from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet
 from motiondb.records import BoolArray, FloatArray, IntArray
@@ -130,7 +133,10 @@ class _Chart(NamedTuple):
 
 def _chart(costs: Costs, n: int, longest: int, n_how: int) -> _Chart:
     """Make a chart of texts of n symbols, with trees of parts from ``n_how`` places."""
-    shape, deepest = (len(costs.bits), n + 1, longest + 1), int(costs.table.rows[:, LENGTH].max(initial=0))
+    shape, deepest = (
+        (len(costs.bits), n + 1, longest + 1),
+        int(costs.table.rows[:, LENGTH].max(initial=0)),
+    )
     return _Chart(
         np.full(shape, np.inf),
         np.zeros((shape[0] if n_how else 0, n_how, longest + 1), dtype=np.int64),
@@ -211,7 +217,7 @@ def _read_sentences(
     return covers[: cover_bounds[n]], cover_bounds, nodes, node_bounds
 
 
-@compiled
+@kernel
 def _fill(costs: Costs, text: IntArray, chart: _Chart, whole: bool) -> None:
     """Fill the chart of a text; of the start symbol only its beginning, if it is one sentence."""
     table, n = costs.table, text.size
@@ -235,7 +241,7 @@ def _fill(costs: Costs, text: IntArray, chart: _Chart, whole: bool) -> None:
                 begun = True
 
 
-@compiled
+@kernel
 def _clear(chart: _Chart, n: int) -> None:
     """Empty the chart for a text of n symbols."""
     width = chart.best.shape[2]
@@ -246,7 +252,7 @@ def _clear(chart: _Chart, n: int) -> None:
                 chart.best[left, i, m] = np.inf
 
 
-@compiled
+@kernel
 def _lower(costs: Costs, r: int, i: int, text: IntArray, chart: _Chart) -> bool:
     """Lower the costs of the parts that a rule derives from symbol ``i``; True if any fell."""
     table = costs.table
@@ -294,7 +300,7 @@ def _read(costs: Costs, sentence: IntArray, chart: _Chart) -> tuple[IntArray, In
     return cover[:filled][::-1].copy(), _nodes_of(table, chart, sentence, roots[:n_roots])
 
 
-@compiled
+@kernel
 def _reach_ends(
     table: RuleTable, r: int, chart: _Chart, text: IntArray, start: int
 ) -> tuple[int, int]:
@@ -313,7 +319,9 @@ def _reach_ends(
             chart.reach[k + 1, m] = np.inf
         symbol = table.text[offset + k]
         if symbol < table.n_terminals:
-            low, high = _read_terminal(chart.reach, k, (low, min(high, most - 1)), text, start, symbol)
+            low, high = _read_terminal(
+                chart.reach, k, (low, min(high, most - 1)), text, start, symbol
+            )
         else:
             symbol -= table.n_terminals
             low, high = _read_nonterminal(chart, k, (low, high), symbol, start, most)
@@ -322,7 +330,7 @@ def _reach_ends(
     return low, high
 
 
-@compiled
+@kernel
 def _read_terminal(
     reach: FloatArray, k: int, span: tuple[int, int], text: IntArray, start: int, symbol: int
 ) -> tuple[int, int]:
@@ -335,7 +343,7 @@ def _read_terminal(
     return least, greatest
 
 
-@compiled
+@kernel
 def _read_nonterminal(
     chart: _Chart, k: int, span: tuple[int, int], left: int, start: int, most: int
 ) -> tuple[int, int]:
@@ -450,12 +458,12 @@ def _refitted(parsed: Parsed, flat: RuleSet, lawful: bool = False) -> RuleSet | 
     refitted = _counted(flat, rows, derived + covered)
     for cover, same_cover in new.items():
         refitted.add(refitted.start, cover, sum(sentences[sentence] for sentence in same_cover))
-    if (lawful and not new) or refitted.lawful():
+    if (lawful and not new) or is_lawful(refitted):
         return refitted
     plain = _counted(flat, rows, derived)
     for sentence in (sentence for same_cover in new.values() for sentence in same_cover):
         plain.add(plain.start, sentence, sentences[sentence])
-    return plain if plain.lawful() else None
+    return plain if is_lawful(plain) else None
 
 
 def _uses(used: list[IntArray], weights: list[int], n_rules: int) -> IntArray:

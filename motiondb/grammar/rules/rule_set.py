@@ -35,7 +35,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from motiondb.grammar.cfg.context_free import Grammar, Rule
-from motiondb.grammar.rules import rule_laws
 from motiondb.grammar.rules.rule_laws import Right, Rules
 
 ENOUGH = 10
@@ -152,28 +151,6 @@ class RuleSet:
                         if waiting[symbol] == 0:
                             ready.append(symbol)
         return ordered if len(ordered) == len(self.rules) else None
-
-    def lawful(self) -> bool:
-        """Whether the rules keep all laws."""
-        rules, terminals = self.rules, self.n_terminals
-        if not (self._loops_lawfully() if self.loops else self.order() is not None):
-            return False
-        if not self.empties and any(not right for _, right in self.uses()):
-            return False
-        nullable = rule_laws.nullable_lefts(rules)
-        return (
-            self.start not in nullable
-            and not rule_laws.empty_beside_itself(rules, nullable)
-            and rule_laws.keeps_constants(rules, terminals, self.start, self.constants)
-            and rule_laws.keeps_singles(rules, terminals, self.singles)
-        )
-
-    def _loops_lawfully(self) -> bool:
-        return (
-            rule_laws.all_end(self.rules, self.n_terminals)
-            and rule_laws.all_reached(self.rules, self.start)
-            and not rule_laws.derives_itself_alone(self.rules)
-        )
 
 
 def constant_terminals(sentences: Mapping[Right, int]) -> dict[int, int]:

@@ -8,9 +8,9 @@ exactly, by dynamic programming. These are the cuts that a learner with these ru
 Rules learned from the new sentences take no more bits, and so on (learning by hard assignment, as
 in segmental k-means).
 
-The prices of what nonterminals derive are those of :mod:`motiondb.grammar.induction.refitting`, here
-of all parts of at most L symbols. With N symbols and M symbols in all right sides the time is at
-most M N L^2 for rules without loops, and far less where few parts are derived.
+The prices of what nonterminals derive are those of :mod:`motiondb.grammar.induction.refitting`,
+here of all parts of at most L symbols. With N symbols and M symbols in all right sides the time is
+at most M N L^2 for rules without loops, and far less where few parts are derived.
 
 Sources: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
 Computer Graphics Forum 30 (2011), section 5.1, for the bits; R. Bellman, "Dynamic Programming"
@@ -26,6 +26,7 @@ from numba import njit
 from motiondb.grammar.induction.refitting import cheapest_parts, costs_of
 from motiondb.grammar.rules.rule_set import RuleSet
 from motiondb.records import FloatArray, IntArray
+
 
 def cut_by_rules(
     symbols: IntArray,

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from motiondb.grammar.cfg.context_free import GrammarError, check_grammar, format_grammar
 from motiondb.grammar.induction.induction import FAMILIES, induce, induce_with_bits, read_rules
+from motiondb.grammar.induction.law_checks import is_lawful
 from motiondb.grammar.induction.rule_compaction import Effort
 from motiondb.grammar.languages import finite_language
 from motiondb.grammar.rules.description_length import description_length, most_economical_tree
@@ -173,8 +174,8 @@ def test_alignment_without_laws_would_shoot_twice():
     bound = read_rules(hypotheses, kept, [1, 1], 3)
     constants = constant_terminals(dict.fromkeys(words, 1))
     assert constants == {0: 1, 1: 1, 2: 1}
-    assert not RuleSet(3, free.rules, constants).lawful()
-    assert RuleSet(3, bound.rules, constants).lawful()
+    assert not is_lawful(RuleSet(3, free.rules, constants))
+    assert is_lawful(RuleSet(3, bound.rules, constants))
 
 
 @pytest.mark.parametrize(
