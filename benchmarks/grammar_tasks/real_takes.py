@@ -164,7 +164,6 @@ def shot_rows(captures: Sequence[Capture], tried: dict[int, Trial]) -> str:
         examples = [sum(s in shots for s in sentence) for sentence in one.sentences.sentences]
         kinds = {
             "motiondb": one.sentences.grammar,
-            "alignment only": induce(one.sentences.sentences, compacted=False),
             "finite state machine": finite_state_grammar(one.sentences.sentences),
         }
         derived = []

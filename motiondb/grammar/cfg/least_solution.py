@@ -103,7 +103,7 @@ def _value(compiled: CompiledGrammar, symbol: int, x: FloatArray, weights: Float
 
 
 def least_solution(
-    compiled: CompiledGrammar, terminal_value: float | BoolArray, inside: BoolArray
+    compiled: CompiledGrammar, terminal_value: float | FloatArray, inside: BoolArray
 ) -> FloatArray:
     """Return the least solution x (S,) over the symbols ``inside`` (S,), 0 at the others.
 

@@ -49,7 +49,7 @@ class Ways(NamedTuple):
     shares: list[float]
 
 
-def cumulated(weights: Sequence[float]) -> list[float]:
+def cumulated(weights: Sequence[float] | FloatArray) -> list[float]:
     """Return sums of weights divided by the total; that of the last possible one is 2.
 
     So ``bisect_right(cumulated(weights), rng.random())`` draws an index by weights.
