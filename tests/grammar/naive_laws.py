@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 
-from motiondb.grammar.rules.rule_laws import nullable_lefts, recursive_lefts
+from motiondb.grammar.rules.rule_set import nullable_lefts, recursive_lefts
 
 
 def lawful(rule_set):

@@ -12,7 +12,8 @@ SUM (+, 1 / (1 - a)) gives probabilities, BEST (max, 1) the best chain, COUNT (+
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple, TypeVar, cast
 
 import numpy as np
 from numba import njit
@@ -20,12 +21,26 @@ from numba import njit
 from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.records import BoolArray, FloatArray, IntArray
 
+F = TypeVar("F", bound=Callable[..., object])
+
 SUM, BEST, COUNT = 0, 1, 2  # The semirings
 MOST_CHAINS = 4_000_000
 """Largest number of pairs of symbols with a chain between them: 64 MB. A grammar of 100 symbols,
 each of which leads to every other, has 10,000."""
 MOST_STEPS = 200_000_000
 """Largest number of products of the closure of components. They take about a second."""
+
+
+def kernel(function: F) -> F:
+    """Compile a function that gets arrays and returns numbers, without counting references.
+
+    Otherwise a function with a tuple of arrays as its argument counts references to each of them
+    when it is called and when it returns, which takes longer than most of these functions. Without
+    counting, a function may read and write the arrays it gets; it must not make arrays, copy slices
+    or return an array.
+    """
+    made = njit(cache=True, _nrt=False)(function)  # type: ignore[call-overload]  # not in its types
+    return cast(F, made)
 
 
 class Sparse(NamedTuple):

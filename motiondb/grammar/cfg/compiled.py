@@ -29,7 +29,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motiondb.grammar.cfg.closure import BEST, COUNT, SUM
+from motiondb.grammar.cfg.closure import BEST, COUNT, SUM, Sparse, close_graph
 from motiondb.grammar.cfg.context_free import (
     Grammar,
     GrammarError,
@@ -56,7 +56,7 @@ rounding errors."""
 MOST_SYMBOLS = 1_000
 """Largest number of symbols of a sentence. 1,000 take less than a second with a learned grammar;
 a grammar in which many symbols derive every span is refused earlier
-(:data:`.chart.MOST_PRODUCTS`)."""
+(:data:`.inside.MOST_PRODUCTS`)."""
 MOST_NONTERMINALS = 1_000
 """Largest number of nonterminals of a grammar. The time of the equations of e and z, and of the
 chains, grows with their third power if each derives every other; 1,000 take 2 to 5 s."""
@@ -162,6 +162,17 @@ class CompiledGrammar:
     def steps(self) -> Steps:
         """The steps from a symbol to one of its parts that can leave a state."""
         return _list_steps(self)
+
+    def chains(self, kind: int, first: FloatArray, last: FloatArray) -> Sparse:
+        """Return the chains of steps that leave neither of two states, by the symbol below.
+
+        Shapes: `first`, `last` (S,), the weights of staying in each.
+        """
+        steps, weights = self.steps, self.weights(kind)
+        values = np.where(steps.rules >= 0, weights[steps.rules], 1.0)
+        values *= np.where(steps.before >= 0, first[steps.before], 1.0)
+        values *= np.where(steps.after >= 0, last[steps.after], 1.0)
+        return close_graph(kind, Sparse(steps.starts, steps.targets, values))
 
     @cached_property
     def parts_first(self) -> Parts:

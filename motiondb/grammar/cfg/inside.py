@@ -10,12 +10,12 @@ lengths, patterns, plans and diagrams differ by the automaton alone (:mod:`.auto
         W(., s, t)  = base, followed by all chains of steps that leave neither s nor t
 
 Edges never lead back, so W(X, s, s) depends only on what may stay in s, its loop class: one least
-solution for each class (:meth:`.CompiledGrammar.staying`). A step from (s, t) to (s, t) is a rule
-A -> B, or a tail one child of which stays in s or in t. The sum over all chains of such steps, unit
-cycles and left recursion included, is one closure for each pair of classes. So nothing is iterated,
-and the result is exact. Only blocks of several states (a pattern such as ``... a b ...``) have a
-system of equations for each pair of blocks; it is iterated, parts first, from 0 to its least
-solution.
+solution for each class (:meth:`.compiled.CompiledGrammar.staying`). A step from (s, t) to (s, t) is
+a rule A -> B, or a tail one child of which stays in s or in t. The sum over all chains of such
+steps, unit cycles and left recursion included, is one closure for each pair of classes. So nothing
+is iterated, and the result is exact. Only blocks of several states (a pattern such as ``... a b
+...``) have a system of equations for each pair of blocks; it is iterated, parts first, from 0 to
+its least solution.
 
 A cell (s, t) lists its symbols in ascending order with their values. A value is a number times a
 power of two that the whole cell shares, so that long sentences do not underflow. A tail takes its
@@ -40,10 +40,9 @@ import numpy as np
 from numba import njit
 
 from motiondb.grammar.cfg.automata import Automaton
-from motiondb.grammar.cfg.closure import BEST, SUM, Sparse, close_graph
+from motiondb.grammar.cfg.closure import BEST, SUM, kernel
 from motiondb.grammar.cfg.compiled import CompiledGrammar, Parts, Tails
 from motiondb.grammar.cfg.context_free import GrammarError
-from motiondb.grammar.cfg.kernels import kernel
 from motiondb.records import FloatArray, IntArray
 
 MOST_PRODUCTS = 500_000_000
@@ -173,7 +172,7 @@ def _closures(
     staying = np.array([compiled.staying(kind, terminals) for terminals in classes])
     staying = staying.reshape(n, compiled.n_symbols)
     numbers = np.full((n, n), -1)
-    made = [chains(compiled, kind, staying[s], staying[t]) for s, t in pairs]
+    made = [compiled.chains(kind, staying[s], staying[t]) for s, t in pairs]
     for number, pair in enumerate(pairs):
         numbers[pair] = number
     offsets = np.cumsum([0, *(len(one.columns) for one in made)])
@@ -187,18 +186,6 @@ def _closures(
         np.concatenate([one.columns for one in made] + none),
         np.concatenate([one.values for one in made] + [np.zeros(0)]),
     )
-
-
-def chains(compiled: CompiledGrammar, kind: int, first: FloatArray, last: FloatArray) -> Sparse:
-    """Return the chains of steps that leave neither of two states, by the symbol they end in.
-
-    Shapes: `first`, `last` (S,), the weights of staying in each.
-    """
-    steps, weights = compiled.steps, compiled.weights(kind)
-    values = np.where(steps.rules >= 0, weights[steps.rules], 1.0)
-    values *= np.where(steps.before >= 0, first[steps.before], 1.0)
-    values *= np.where(steps.after >= 0, last[steps.after], 1.0)
-    return close_graph(kind, Sparse(steps.starts, steps.targets, values))
 
 
 @kernel
@@ -609,80 +596,3 @@ def _add_rules(
                 elif same and s == t:
                     value = rules.weights[r]
                 new[s, t] = max(new[s, t], value) if best else new[s, t] + value
-
-
-@njit(cache=True)
-def forward(
-    made: Inside, start: int, by_left: Tails, right: IntArray, corners: Sparse
-) -> tuple[FloatArray, IntArray]:
-    """Differentiate: the weight of each next symbol at each place of a sentence.
-
-    To the automaton of a sentence, let each state have an edge of every terminal to one more state,
-    which stays on anything. The derivative of W(start) of the longer automaton by one of its edges
-    is the weight of all strings that begin with the symbols before the place and go on with this
-    terminal (F. Jelinek and J. D. Lafferty, 1991). Only the column of the new state counts: a tail
-    Y Z that is needed from i on passes its derivative to Z from k on, times W(Y, i, k).
-
-    Parameters
-    ----------
-    made : Inside
-        The sums of a sentence.
-    start : int
-        The start symbol.
-    by_left : Tails
-        Tails by their left child.
-    right : array (S,)
-        Right child of a tail.
-    corners : Sparse
-        The chains between a state that nothing stays in and one that everything stays in.
-
-    Returns
-    -------
-    weights : array (Q, S)
-        For a terminal t, ``weights[i, t]`` times two to the exponent is the weight of strings that
-        begin with the first i symbols and t.
-    exponents : array (Q,)
-        The exponents.
-    """
-    n, n_symbols = len(made.loops), len(right)
-    needed, scale = np.zeros((n, n_symbols)), np.zeros(n, np.int64)
-    seen, weights = np.zeros(n, np.bool_), np.zeros((n, n_symbols))
-    needed[0, start] = 1.0
-    for i in range(n):
-        scale[i] += _descend(needed[i], weights[i], corners)
-        for k in range(i + 1, n):
-            exponent = scale[i] + made.exponents[i, k]
-            for entry in range(made.begin[i, k], made.end[i, k]):
-                symbol, value = made.symbols[entry], made.values[entry]
-                for tail in by_left.tails[by_left.starts[symbol] : by_left.starts[symbol + 1]]:
-                    if weights[i, tail] == 0.0:
-                        continue
-                    if not seen[k]:
-                        seen[k], scale[k] = True, exponent
-                    elif exponent > scale[k]:
-                        _scale(needed[k], scale[k] - exponent)
-                        scale[k] = exponent
-                    part = weights[i, tail] * value
-                    needed[k, right[tail]] += part * ldexp(1.0, exponent - scale[k])
-    return weights, scale
-
-
-@kernel
-def _descend(needed: FloatArray, weights: FloatArray, corners: Sparse) -> int:
-    """Follow the chains from the symbols above down to all below; return their power of two."""
-    greatest = 0.0
-    for value in needed:
-        greatest = max(greatest, value)
-    shift = frexp(greatest)[1] if greatest > 0.0 else 0
-    _scale(needed, -shift)
-    for symbol in range(len(needed)):
-        for c in range(corners.starts[symbol], corners.starts[symbol + 1]):
-            weights[symbol] += corners.values[c] * needed[corners.columns[c]]
-    return shift
-
-
-@kernel
-def _scale(values: FloatArray, exponent: int) -> None:
-    """Multiply values by a power of two."""
-    for symbol in range(len(values)):
-        values[symbol] = ldexp(values[symbol], exponent)

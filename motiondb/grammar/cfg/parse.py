@@ -16,16 +16,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from math import inf, ldexp
+from math import frexp, inf, ldexp
 
 import numpy as np
+from numba import njit
 
 from motiondb.errors import suggestion
 from motiondb.grammar.cfg import automata
-from motiondb.grammar.cfg.closure import BEST, COUNT, SUM, Sparse
-from motiondb.grammar.cfg.compiled import CompiledGrammar, compile_grammar, numbered
+from motiondb.grammar.cfg.closure import BEST, COUNT, SUM, Sparse, kernel
+from motiondb.grammar.cfg.compiled import CompiledGrammar, Tails, compile_grammar, numbered
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Rule, Tree, derive_by
-from motiondb.grammar.cfg.inside import Inside, chains, find, forward, inside
+from motiondb.grammar.cfg.inside import Inside, find, inside
 from motiondb.grammar.cfg.trees import best_rules
 from motiondb.records import FloatArray, IntArray
 
@@ -167,7 +168,7 @@ def read_sentence(grammar: AnyGrammar, sentence: Sequence[str]) -> ViablePrefix:
 @lru_cache(maxsize=16)
 def _corners(compiled: CompiledGrammar) -> Sparse:
     """Return the chains between a state that nothing stays in and one that everything stays in."""
-    return chains(compiled, SUM, compiled.empties, compiled.ends)
+    return compiled.chains(SUM, compiled.empties, compiled.ends)
 
 
 def fault_at(
@@ -245,3 +246,80 @@ def _say(
         kind = "a symbol that the grammar does not know"
         advice = suggestion(symbol, compiled.ids) or " Use a terminal of the grammar."
     return f"{where}: expected {wanted}, found {symbol}, {kind}.{advice}"
+
+
+@njit(cache=True)
+def forward(
+    made: Inside, start: int, by_left: Tails, right: IntArray, corners: Sparse
+) -> tuple[FloatArray, IntArray]:
+    """Differentiate: the weight of each next symbol at each place of a sentence.
+
+    To the automaton of a sentence, let each state have an edge of every terminal to one more state,
+    which stays on anything. The derivative of W(start) of the longer automaton by one of its edges
+    is the weight of all strings that begin with the symbols before the place and go on with this
+    terminal (F. Jelinek and J. D. Lafferty, 1991). Only the column of the new state counts: a tail
+    Y Z that is needed from i on passes its derivative to Z from k on, times W(Y, i, k).
+
+    Parameters
+    ----------
+    made : Inside
+        The sums of a sentence.
+    start : int
+        The start symbol.
+    by_left : Tails
+        Tails by their left child.
+    right : array (S,)
+        Right child of a tail.
+    corners : Sparse
+        The chains between a state that nothing stays in and one that everything stays in.
+
+    Returns
+    -------
+    weights : array (Q, S)
+        For a terminal t, ``weights[i, t]`` times two to the exponent is the weight of strings that
+        begin with the first i symbols and t.
+    exponents : array (Q,)
+        The exponents.
+    """
+    n, n_symbols = len(made.loops), len(right)
+    needed, scale = np.zeros((n, n_symbols)), np.zeros(n, np.int64)
+    seen, weights = np.zeros(n, np.bool_), np.zeros((n, n_symbols))
+    needed[0, start] = 1.0
+    for i in range(n):
+        scale[i] += _descend(needed[i], weights[i], corners)
+        for k in range(i + 1, n):
+            exponent = scale[i] + made.exponents[i, k]
+            for entry in range(made.begin[i, k], made.end[i, k]):
+                symbol, value = made.symbols[entry], made.values[entry]
+                for tail in by_left.tails[by_left.starts[symbol] : by_left.starts[symbol + 1]]:
+                    if weights[i, tail] == 0.0:
+                        continue
+                    if not seen[k]:
+                        seen[k], scale[k] = True, exponent
+                    elif exponent > scale[k]:
+                        _scale(needed[k], scale[k] - exponent)
+                        scale[k] = exponent
+                    part = weights[i, tail] * value
+                    needed[k, right[tail]] += part * ldexp(1.0, exponent - scale[k])
+    return weights, scale
+
+
+@kernel
+def _descend(needed: FloatArray, weights: FloatArray, corners: Sparse) -> int:
+    """Follow the chains from the symbols above down to all below; return their power of two."""
+    greatest = 0.0
+    for value in needed:
+        greatest = max(greatest, value)
+    shift = frexp(greatest)[1] if greatest > 0.0 else 0
+    _scale(needed, -shift)
+    for symbol in range(len(needed)):
+        for c in range(corners.starts[symbol], corners.starts[symbol + 1]):
+            weights[symbol] += corners.values[c] * needed[corners.columns[c]]
+    return shift
+
+
+@kernel
+def _scale(values: FloatArray, exponent: int) -> None:
+    """Multiply values by a power of two."""
+    for symbol in range(len(values)):
+        values[symbol] = ldexp(values[symbol], exponent)

@@ -25,9 +25,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from motiondb.grammar.cfg.closure import kernel
 from motiondb.grammar.cfg.compiled import CompiledGrammar
 from motiondb.grammar.cfg.inside import Inside, find
-from motiondb.grammar.cfg.kernels import kernel
 from motiondb.records import FloatArray, IntArray
 
 Item = tuple[int, int, int]

@@ -45,8 +45,7 @@ from motiondb.grammar.induction.rule_arrays import (
     rules_of,
     table_of,
 )
-from motiondb.grammar.rules.rule_laws import recursive_lefts
-from motiondb.grammar.rules.rule_set import RuleSet
+from motiondb.grammar.rules.rule_set import RuleSet, recursive_lefts
 from motiondb.records import FloatArray, IntArray
 
 WARMEST, COLDEST = 3.0, 0.4

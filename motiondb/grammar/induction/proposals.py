@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motiondb.grammar.cfg.kernels import kernel
+from motiondb.grammar.cfg.closure import kernel
 from motiondb.grammar.induction.rewriting import (
     edit_substrings,
     merge,

@@ -34,11 +34,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from motiondb.grammar.cfg.kernels import kernel
+from motiondb.grammar.cfg.closure import kernel
 from motiondb.grammar.induction.law_checks import is_lawful
 from motiondb.grammar.induction.rule_arrays import LEFT, LENGTH, OFFSET, RuleTable
-from motiondb.grammar.rules.rule_laws import components, nullable_lefts
-from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet
+from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet, components, nullable_lefts
 from motiondb.records import BoolArray, FloatArray, IntArray
 
 

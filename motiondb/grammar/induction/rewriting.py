@@ -8,7 +8,7 @@ room for it.
 
 from __future__ import annotations
 
-from motiondb.grammar.cfg.kernels import kernel
+from motiondb.grammar.cfg.closure import kernel
 from motiondb.grammar.induction.rule_arrays import (
     COUNT,
     LEFT,

@@ -39,8 +39,7 @@ from motiondb.grammar.induction.annealing import WARMEST, anneal
 from motiondb.grammar.induction.loop_evidence import keep_supported, rounds_asked
 from motiondb.grammar.induction.perturbation import REWARMED, perturb, plant, sample, shortest
 from motiondb.grammar.induction.refitting import refit, refit_and_read
-from motiondb.grammar.rules.rule_laws import recursive_lefts
-from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet
+from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet, recursive_lefts
 
 
 def absorb_neighbours(rule_set: RuleSet) -> RuleSet:

@@ -34,7 +34,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from motiondb.grammar.cfg.kernels import kernel
+from motiondb.grammar.cfg.closure import kernel
 from motiondb.grammar.sentences.repeats import cover_repeats
 from motiondb.records import FloatArray, IntArray
 

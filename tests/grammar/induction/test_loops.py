@@ -28,14 +28,14 @@ from motiondb.grammar.induction.loop_evidence import (
 )
 from motiondb.grammar.induction.refitting import PARENT, RULE, SPAN, read_all, refit
 from motiondb.grammar.languages import derived_strings
-from motiondb.grammar.rules import rule_laws
+from motiondb.grammar.rules import rule_set
 from motiondb.grammar.rules.rule_set import RuleSet
 
 
 @settings(max_examples=120, deadline=None)
 @given(looping_rules(), st.lists(st.booleans(), min_size=3, max_size=3).filter(any))
 def test_the_search_checks_the_laws_as_the_plain_check_does_and_who_may_loop(rules, may_loop):
-    looping = rule_laws.recursive_lefts(rules.rules)
+    looping = rule_set.recursive_lefts(rules.rules)
     allowed = all(may_loop[left - S] for left in looping)
     assert is_lawful(rules) == naive_laws.lawful(rules)
     assert keeps_laws_of(rules, may_loop) == (naive_laws.lawful(rules) and allowed)
@@ -169,7 +169,7 @@ def test_unsupported_loops_are_written_out_and_supported_ones_kept():
     assert keep_supported(refit(rules, endless), endless, 2).rules[3].keys() == {(0, 3), (0,)}
     kept = keep_supported(refit(rules, bounded), bounded, 2)
     assert is_lawful(kept)
-    assert not rule_laws.recursive_lefts(kept.rules)
+    assert not rule_set.recursive_lefts(kept.rules)
     assert strings_of(kept.rules, 2, 9) == {(0, 1), (0, 0, 1), (0, 0, 0, 1)}
 
 
