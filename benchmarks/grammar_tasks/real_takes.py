@@ -173,7 +173,7 @@ def shot_rows(captures: Sequence[Capture], tried: dict[int, Trial]) -> str:
             derived.append(f"{max(counts)} ({sum(c > 1 for c in counts) / STRINGS:.0%})")
         rows.append([str(k), " ".join(sorted(shots)) or "none", str(max(examples)), *derived])
     heads = ["terminals", "shots are", "most in an example", "most derived, motiondb (share above "
-             "1)", "alignment only", "finite state machine"]  # fmt: skip
+             "1)", "finite state machine"]  # fmt: skip
     return table(heads, rows)
 
 
