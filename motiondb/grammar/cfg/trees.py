@@ -91,22 +91,21 @@ class Trees:
         left, right = self._children[symbol]
         rules: list[int] = []
         parts: list[tuple[Item, ...]] = []
+        shares: list[float] = []
         if left >= 0:
-            states, weights = _splits(self.made, left, right, s, t)
-            shares = (weights / weights.sum()).tolist()
+            states, of_states = _splits(self.made, item, left, right)
+            shares = of_states.tolist()
             rules = [-1] * len(shares)
             parts = [((left, s, u), (right, u, t)) for u in states.tolist()]
         else:
-            found = []
             whole = find(self.made, symbol, s, t)[0]
             for rule in range(self._bounds[symbol], self._bounds[symbol + 1]):
                 below = self._right[rule]
                 value = float(s == t) if below < 0 else find(self.made, below, s, t)[0]
                 if value > 0.0:
-                    found.append(self._weights[rule] * value / whole)  # of the same cell
+                    shares.append(self._weights[rule] * value / whole)  # of the same cell
                     rules.append(rule)
                     parts.append(((below, s, t),) if below >= 0 else ())
-            shares = found
         return Ways(rules, parts, cumulated(shares), shares)
 
     def draw(
@@ -182,24 +181,24 @@ def _listed(rules: _Rules) -> list[int]:
 
 
 @njit(cache=True)
-def _splits(made: Inside, left: int, right: int, s: int, t: int) -> tuple[IntArray, FloatArray]:
-    """Return the states between two parts of a tail, and the relative weights of such ways."""
-    n = t - s + 1 if made.shift else len(made.loops)
-    states, values = np.zeros(n, np.int64), np.zeros(n)
-    exponents = np.zeros(n, np.int64)
-    used = 0
-    for u in range(s, s + n) if made.shift else range(n):
+def _splits(
+    made: Inside, item: tuple[int, int, int], left: int, right: int
+) -> tuple[IntArray, FloatArray]:
+    """Return the states between two parts of a tail, and the shares of such ways of its weight."""
+    tail, s, t = item
+    whole, top = find(made, tail, s, t)
+    begin, end = (s, t + 1) if made.shift else (0, len(made.loops))
+    states, shares, used = np.zeros(end - begin, np.int64), np.zeros(end - begin), 0
+    for u in range(begin, end):
         first, one = find(made, left, s, u)
         if first == 0.0:
             continue
         second, other = find(made, right, u, t)
-        if first * second > 0.0:
-            states[used], values[used], exponents[used] = u, first * second, one + other
+        share = ldexp(first * second / whole, one + other - top)
+        if share > 0.0:
+            states[used], shares[used] = u, share
             used += 1
-    top = exponents[:used].max() if used else 0
-    for k in range(used):
-        values[k] = ldexp(values[k], exponents[k] - top)
-    return states[:used], values[:used]
+    return states[:used], shares[:used]
 
 
 class _Forms(NamedTuple):

@@ -18,8 +18,6 @@ from motiondb.grammar.cfg.context_free import Grammar, Rule, read_grammar
 from motiondb.grammar.cfg.inside import inside
 from motiondb.grammar.cfg.trees import Trees, best_rules, cumulated
 
-RIGHT = st.lists(st.sampled_from("abAB"), max_size=3).map(tuple)
-
 
 @st.composite
 def finite_grammars(draw: st.DrawFn) -> Grammar:
@@ -74,7 +72,10 @@ def test_sum_best_and_number_are_those_of_all_trees(grammar, sentence):
 
 
 def dense(compiled, automaton, kind):
-    """The weights (S, Q, Q) by iteration of all equations from 0; None if it does not end."""
+    """The weights (S, Q, Q) by iteration of all equations from 0; None if it does not end.
+
+    Sums over steps that read a string in several ways can be without bound.
+    """
     n = automaton.n_states
     given_ = np.zeros((compiled.n_symbols, n, n))
     for s in range(n):
@@ -99,6 +100,8 @@ def dense(compiled, automaton, kind):
             new[left] = plus(new[left], rules[rule] * below)
         if np.allclose(new, weights, rtol=1e-14, atol=0):
             return new
+        if new.max() > 1e6:
+            return None
         weights = new
     return None
 
