@@ -302,7 +302,9 @@ def documented(tree: ast.Module, public: set[str]) -> Iterator[tuple[str, str, s
             if not isinstance(node, ast.FunctionDef | ast.ClassDef):
                 continue
             wanted = node.name in public if inside is None else inside
-            kernel = any(re.search("jit|compiled", ast.unparse(d)) for d in node.decorator_list)
+            kernel = any(
+                re.search("jit|compiled|kernel", ast.unparse(d)) for d in node.decorator_list
+            )
             names = {n.arg for n in ast.walk(node) if isinstance(n, ast.arg)}
             if isinstance(node, ast.ClassDef):
                 names |= {ast.unparse(n.target) for n in node.body if isinstance(n, ast.AnnAssign)}

@@ -164,7 +164,6 @@ def shot_rows(captures: Sequence[Capture], tried: dict[int, Trial]) -> str:
         examples = [sum(s in shots for s in sentence) for sentence in one.sentences.sentences]
         kinds = {
             "motiondb": one.sentences.grammar,
-            "alignment only": induce(one.sentences.sentences, compacted=False),
             "finite state machine": finite_state_grammar(one.sentences.sentences),
         }
         derived = []
@@ -174,7 +173,7 @@ def shot_rows(captures: Sequence[Capture], tried: dict[int, Trial]) -> str:
             derived.append(f"{max(counts)} ({sum(c > 1 for c in counts) / STRINGS:.0%})")
         rows.append([str(k), " ".join(sorted(shots)) or "none", str(max(examples)), *derived])
     heads = ["terminals", "shots are", "most in an example", "most derived, motiondb (share above "
-             "1)", "alignment only", "finite state machine"]  # fmt: skip
+             "1)", "finite state machine"]  # fmt: skip
     return table(heads, rows)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
-from motiondb.grammar.induction.law_checks import Laws, keeps_laws
+from motiondb.grammar.induction.law_checks import keeps_laws, laws_of
 from motiondb.grammar.induction.rule_arrays import LEFT, ROWS, table_of
 from motiondb.grammar.induction.rule_compaction import Effort
 from motiondb.grammar.rules.rule_set import RuleSet
@@ -63,13 +63,7 @@ def keeps_laws_of(rules, may_loop):
     table = table_of(rules, 32, 200)
     lefts = table.rows[: table.used[ROWS], LEFT]
     alternatives = np.bincount(lefts - T, minlength=8)
-    weights, marks = np.zeros(T, dtype=np.int64), np.zeros(T, dtype=np.int64)
-    for terminal in rules.constants:
-        weights[terminal] = 10_007 ** (terminal + 1)
-    for place, terminal in enumerate(sorted(rules.singles)):
-        marks[terminal] = 1 << place
-    total = sum(int(weights[c]) * number for c, number in rules.constants.items())
     mask = np.zeros(8, dtype=np.bool_)
     mask[: len(may_loop)] = may_loop
-    laws = Laws(weights, marks, total, rules.empties, mask, bool(mask.any()))
+    laws = laws_of(rules, mask, [10_007 ** (terminal + 1) for terminal in rules.constants])
     return bool(keeps_laws(table, alternatives, laws))

@@ -1,1 +1,1 @@
-"""Context-free grammars: records, compiled form, chart, parse, prefix and length probabilities."""
+"""Context-free grammars: records, compiled form, the engine, parse, prefixes and lengths."""

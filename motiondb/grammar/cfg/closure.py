@@ -12,7 +12,8 @@ SUM (+, 1 / (1 - a)) gives probabilities, BEST (max, 1) the best chain, COUNT (+
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple, TypeVar, cast
 
 import numpy as np
 from numba import njit
@@ -20,12 +21,26 @@ from numba import njit
 from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.records import BoolArray, FloatArray, IntArray
 
+F = TypeVar("F", bound=Callable[..., object])
+
 SUM, BEST, COUNT = 0, 1, 2  # The semirings
 MOST_CHAINS = 4_000_000
 """Largest number of pairs of symbols with a chain between them: 64 MB. A grammar of 100 symbols,
 each of which leads to every other, has 10,000."""
 MOST_STEPS = 200_000_000
 """Largest number of products of the closure of components. They take about a second."""
+
+
+def kernel(function: F) -> F:
+    """Compile a function that gets arrays and returns numbers, without counting references.
+
+    Otherwise a function with a tuple of arrays as its argument counts references to each of them
+    when it is called and when it returns, which takes longer than most of these functions. Without
+    counting, a function may read and write the arrays it gets; it must not make arrays, copy slices
+    or return an array.
+    """
+    made = njit(cache=True, _nrt=False)(function)  # type: ignore[call-overload]  # not in its types
+    return cast(F, made)
 
 
 class Sparse(NamedTuple):
@@ -246,37 +261,72 @@ def _close_graph(kind: int, graph: _Graph, order: IntArray, largest: int) -> tup
     return _Rows(row_begin, row_end, columns, values), True
 
 
+@njit(cache=True)
+def _close(
+    kind: int, starts: IntArray, targets: IntArray, weights: FloatArray
+) -> tuple[Sparse, bool]:
+    """Return the closure by columns, and whether it is complete; edges of weight 0 are none."""
+    n = len(starts) - 1
+    firsts, columns, values = np.zeros(n + 1, np.int64), np.zeros_like(targets), weights.copy()
+    used = 0
+    for node in range(n):
+        for e in range(starts[node], starts[node + 1]):
+            if weights[e] > 0.0:
+                columns[used], values[used] = targets[e], weights[e]
+                used += 1
+        firsts[node + 1] = used
+    label = strong_components(firsts, columns)
+    order, largest = _by_number(label)
+    rows = _Rows(firsts, firsts, columns, values)
+    is_whole = largest * n <= MOST_STEPS // 8  # the dense rows of a component
+    if is_whole:
+        graph = _Graph(firsts, columns, values, label)
+        rows, is_whole = _close_graph(kind, graph, order, largest)
+    if not is_whole:
+        return Sparse(firsts, columns, values), False
+    places = np.zeros(n + 1, np.int64)
+    for node in range(n):
+        for e in range(rows.begin[node], rows.end[node]):
+            places[rows.columns[e] + 1] += 1
+    places = np.cumsum(places)
+    by_column, above = places[:-1].copy(), np.zeros(places[n], np.int64)
+    factors = np.zeros(places[n])
+    for node in range(n):
+        for e in range(rows.begin[node], rows.end[node]):
+            place = by_column[rows.columns[e]]
+            above[place], factors[place] = node, rows.values[e]
+            by_column[rows.columns[e]] += 1
+    return Sparse(places, above, factors), True
+
+
+@njit(cache=True)
+def _by_number(label: IntArray) -> tuple[IntArray, int]:
+    """Return the nodes by label, ascending, and the size of the largest component."""
+    n = len(label)
+    firsts = np.zeros(n + 1, np.int64)
+    for number in label:
+        firsts[number + 1] += 1
+    largest = firsts.max()
+    firsts = np.cumsum(firsts)
+    order = np.zeros(n, np.int64)
+    for node in range(n):
+        order[firsts[label[node]]] = node
+        firsts[label[node]] += 1
+    return order, largest
+
+
 def close_graph(kind: int, graph: Sparse) -> Sparse:
-    """Compute the closure of a weighted graph as sparse rows.
+    """Compute the closure of a weighted graph by columns: for each b, the a that lead to it.
 
     >>> graph = Sparse(np.array([0, 1, 2]), np.array([1, 0]), np.array([0.5, 0.5]))
     >>> close_graph(SUM, graph).values.round(4).tolist()
     [1.3333, 0.6667, 0.6667, 1.3333]
     """
-    label = strong_components(graph.starts, graph.columns)
-    order, largest = np.argsort(label, kind="stable"), int(np.bincount(label).max(initial=0))
-    is_whole = largest * len(label) <= MOST_STEPS // 8  # the dense rows of a component
-    if is_whole:
-        rows, is_whole = _close_graph(kind, _Graph(*graph, label), order, largest)
+    closed, is_whole = _close(kind, *graph)
     if not is_whole:
         raise GrammarError(
             f"grammar: expected at most {MOST_CHAINS:,} chains from symbol to symbol without"
             " reading anything, found more. Use fewer rules of one symbol, and fewer that become"
             " empty."
         )
-    begin, end, columns, values = rows
-    lengths = end - begin
-    starts = np.concatenate(([0], np.cumsum(lengths)))
-    take = np.repeat(begin - starts[:-1], lengths) + np.arange(starts[-1])
-    row_of = np.repeat(np.arange(len(lengths)), lengths)
-    take = take[np.lexsort((columns[take], row_of))]
-    return Sparse(starts, columns[take], values[take])
-
-
-def transpose(matrix: Sparse) -> Sparse:
-    """Return the matrix by columns: for each b, the a that lead to it, ascending."""
-    n = len(matrix.starts) - 1
-    rows = np.repeat(np.arange(n), np.diff(matrix.starts))
-    order = np.argsort(matrix.columns, kind="stable")
-    starts = np.concatenate(([0], np.cumsum(np.bincount(matrix.columns, minlength=n))))
-    return Sparse(starts, rows[order], matrix.values[order])
+    return closed

@@ -25,11 +25,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
-from motiondb.grammar.cfg.chart import TailRules, Tails
-from motiondb.grammar.cfg.closure import BEST, COUNT, SUM, Sparse, close_graph, transpose
+from motiondb.grammar.cfg.closure import BEST, COUNT, SUM, Sparse, close_graph
 from motiondb.grammar.cfg.context_free import (
     Grammar,
     GrammarError,
@@ -37,10 +37,11 @@ from motiondb.grammar.cfg.context_free import (
     derived_symbols,
 )
 from motiondb.grammar.cfg.least_solution import (
-    best_empties,
+    best_solution,
     count_empties,
     grow,
     least_solution,
+    part_groups,
     sparse_graph,
 )
 from motiondb.records import BoolArray, FloatArray, IntArray
@@ -55,13 +56,38 @@ rounding errors."""
 MOST_SYMBOLS = 1_000
 """Largest number of symbols of a sentence. 1,000 take less than a second with a learned grammar;
 a grammar in which many symbols derive every span is refused earlier
-(:data:`.chart.MOST_PRODUCTS`)."""
+(:data:`.inside.MOST_PRODUCTS`)."""
 MOST_NONTERMINALS = 1_000
 """Largest number of nonterminals of a grammar. The time of the equations of e and z, and of the
 chains, grows with their third power if each derives every other; 1,000 take 2 to 5 s."""
 LONGEST_RULE = 1_000  # Largest number of symbols on the right side of a rule: that of a sentence
 LARGEST_GRAMMAR = 20_000
 """Largest number of symbols on all right sides. Learned grammars have some hundreds."""
+
+
+class Tails(NamedTuple):
+    """Tails by one of their children: ``tails[starts[s]:starts[s + 1]]`` have the child s."""
+
+    starts: IntArray
+    tails: IntArray
+
+
+class Steps(NamedTuple):
+    """Steps from a symbol to a part, beside which at most one other part stays in a state."""
+
+    starts: IntArray  # (S + 1,): the steps of each symbol
+    targets: IntArray  # (steps,): the part
+    rules: IntArray  # (steps,): the rule of a step from a nonterminal, else -1
+    before: IntArray  # (steps,): the part that stays in the first state, -1 if none
+    after: IntArray  # (steps,): the part that stays in the last state, -1 if none
+
+
+class Parts(NamedTuple):
+    """The symbols in strong components, parts first."""
+
+    members: IntArray  # (S,)
+    bounds: IntArray  # (components + 1,): index of the first member of each component
+    cyclic: BoolArray  # (components,): whether a component has a cycle
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,15 +136,15 @@ class CompiledGrammar:
         """The probability e (S,) that a symbol becomes empty."""
         return least_solution(self, 0.0, self.nullable)
 
-    @cached_property
-    def best_empties(self) -> FloatArray:
-        """The probability (with penalty) of the best tree by which a symbol becomes empty."""
-        return best_empties(self, self.probabilities * np.exp(-RULE_PENALTY))
-
-    @cached_property
-    def empty_counts(self) -> FloatArray:
-        """The number of trees by which a symbol becomes empty, perhaps infinite."""
-        return count_empties(self)
+    def staying(self, kind: int, terminals: FloatArray) -> FloatArray:
+        """Return the weight (S,) of strings of terminals that have weights (terminals,)."""
+        if kind == BEST:
+            return best_solution(self, self.weights(BEST), terminals)
+        if (terminals == 1.0).all():
+            return self.ends
+        if terminals.any():
+            return least_solution(self, terminals, np.ones(self.n_symbols, bool))
+        return self.empties if kind == SUM else count_empties(self)
 
     @cached_property
     def nullable(self) -> BoolArray:
@@ -133,36 +159,43 @@ class CompiledGrammar:
         return grow(self, seed, all_parts=False)
 
     @cached_property
-    def best_chains(self) -> Sparse:
-        """Best chain of steps that read nothing, by the symbol they end in."""
-        weights = self.probabilities * np.exp(-RULE_PENALTY)
-        return transpose(close_graph(BEST, _steps(self, weights, self.best_empties)))
+    def steps(self) -> Steps:
+        """The steps from a symbol to one of its parts that can leave a state."""
+        return _list_steps(self)
+
+    def chains(self, kind: int, first: FloatArray, last: FloatArray) -> Sparse:
+        """Return the chains of steps that leave neither of two states, by the symbol below.
+
+        Shapes: `first`, `last` (S,), the weights of staying in each.
+        """
+        steps, weights = self.steps, self.weights(kind)
+        values = np.where(steps.rules >= 0, weights[steps.rules], 1.0)
+        values *= np.where(steps.before >= 0, first[steps.before], 1.0)
+        values *= np.where(steps.after >= 0, last[steps.after], 1.0)
+        return close_graph(kind, Sparse(steps.starts, steps.targets, values))
 
     @cached_property
-    def all_chains(self) -> Sparse:
-        """Sum over all chains of steps that read nothing, by the symbol they end in."""
-        return transpose(close_graph(SUM, _steps(self, self.probabilities, self.empties)))
+    def parts_first(self) -> Parts:
+        """The symbols component by component, parts first."""
+        groups = part_groups(self, np.ones(self.n_symbols, bool))
+        members = np.concatenate([group for group, _ in groups])
+        bounds = np.cumsum([0, *(len(group) for group, _ in groups)])
+        return Parts(members, bounds, np.array([cyclic for _, cyclic in groups]))
+
+    def weights(self, kind: int) -> FloatArray:
+        """Return the weight (R,) of each rule in a semiring."""
+        if kind == COUNT:
+            return np.ones(len(self.probabilities))
+        return self.probabilities * (np.exp(-RULE_PENALTY) if kind == BEST else 1.0)
 
     @cached_property
-    def counted_chains(self) -> Sparse:
-        """Number of chains of steps that read nothing, by the symbol they end in."""
-        ones = np.ones(len(self.probabilities))
-        return transpose(close_graph(COUNT, _steps(self, ones, self.empty_counts)))
-
-    @cached_property
-    def left_corners(self) -> Sparse:
-        """Sum over all chains from a symbol to the first symbols of its strings, by the symbol."""
-        steps = _steps(self, self.probabilities, self.empties, corners=True)
-        return close_graph(SUM, steps)
-
-    @cached_property
-    def by_right(self) -> TailRules:
-        """Tails by their right child, and the left child of each tail."""
-        return TailRules(_tails_by(self, self.right), self.left)
+    def by_right(self) -> Tails:
+        """Tails by their right child (tails of which a child is always empty left out)."""
+        return _tails_by(self, self.right)
 
     @cached_property
     def by_left(self) -> Tails:
-        """Tails by their left child (tails of which a child is always empty left out)."""
+        """Tails by their left child, in the same way."""
         return _tails_by(self, self.left)
 
 
@@ -260,37 +293,21 @@ def _number_tail(
     return number
 
 
-def _steps(
-    compiled: CompiledGrammar, weights: FloatArray, empties: FloatArray, corners: bool = False
-) -> Sparse:
-    """Return the graph of steps that read nothing.
-
-    With ``corners``, of steps to the first symbols of a string.
-    """
-    sources, targets, values, _ = list_steps(compiled, weights, empties, corners)
-    return sparse_graph(compiled.n_symbols, sources, targets, values)
-
-
-def list_steps(
-    compiled: CompiledGrammar, weights: FloatArray, empties: FloatArray, corners: bool = False
-) -> tuple[IntArray, IntArray, FloatArray, IntArray]:
-    """List the steps that read nothing.
-
-    Shapes: `weights` (R,); `empties` (S,); result (steps,).
-
-    `corners`: Whether a step to a left child is always allowed: steps to the first symbols of a
-    string.
-    """
+def _list_steps(compiled: CompiledGrammar) -> Steps:
+    """List the steps from symbols to parts of which some string is not empty."""
     tails = np.flatnonzero(compiled.left >= 0)
     left, right = compiled.left[tails], compiled.right[tails]
     real = np.flatnonzero(compiled.rule_right >= 0)
-    to_left = np.ones(len(tails)) if corners else empties[right]
+    none = np.full(len(tails), -1)
     sources = np.concatenate((compiled.rule_left[real], tails, tails))
     targets = np.concatenate((compiled.rule_right[real], left, right))
-    values = np.concatenate((weights[real], to_left, empties[left]))
-    origins = np.concatenate((real, np.full(2 * len(tails), -1)))
-    keep = (values > 0) & compiled.speaking[targets]
-    return sources[keep], targets[keep], values[keep], origins[keep]
+    rules = np.concatenate((real, none, none))
+    before = np.concatenate((np.full(len(real), -1), none, left))
+    after = np.concatenate((np.full(len(real), -1), right, none))
+    order = np.argsort(sources, kind="stable")
+    order = order[compiled.speaking[targets[order]]]
+    starts = np.searchsorted(sources[order], np.arange(compiled.n_symbols + 1))
+    return Steps(starts, targets[order], rules[order], before[order], after[order])
 
 
 def _tails_by(compiled: CompiledGrammar, child: IntArray) -> Tails:

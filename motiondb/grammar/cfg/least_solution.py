@@ -103,7 +103,7 @@ def _value(compiled: CompiledGrammar, symbol: int, x: FloatArray, weights: Float
 
 
 def least_solution(
-    compiled: CompiledGrammar, terminal_value: float | BoolArray, inside: BoolArray
+    compiled: CompiledGrammar, terminal_value: float | FloatArray, inside: BoolArray
 ) -> FloatArray:
     """Return the least solution x (S,) over the symbols ``inside`` (S,), 0 at the others.
 
@@ -206,12 +206,14 @@ def count_empties(compiled: CompiledGrammar) -> FloatArray:
     return x
 
 
-def best_empties(compiled: CompiledGrammar, weights: FloatArray) -> FloatArray:
-    """Return the greatest weight (S,) of a tree by which each symbol becomes empty.
+def best_solution(
+    compiled: CompiledGrammar, weights: FloatArray, terminals: FloatArray
+) -> FloatArray:
+    """Return the greatest weight (S,) of a tree of each symbol over terminals with weights.
 
     The symbols are settled in descending order of their weights, since no tree weighs more than
     its parts (D. Knuth, "A Generalization of Dijkstra's Algorithm", Information Processing Letters
-    6, 1977). Weights (R,) below 1.
+    6, 1977). Weights (R,) and (terminals,) of at most 1.
     """
     best = np.zeros(compiled.n_symbols)
     above, starts = _users(compiled)
@@ -221,6 +223,7 @@ def best_empties(compiled: CompiledGrammar, weights: FloatArray) -> FloatArray:
     ):
         by_right[left, right] = max(weight, by_right.get((left, right), 0.0))
     agenda = [(-weight, left) for (left, right), weight in by_right.items() if right < 0]
+    agenda += [(-w, t) for t, w in enumerate(terminals.tolist(), compiled.terminals.start) if w]
     heapify(agenda)
     while agenda:
         value, symbol = heappop(agenda)

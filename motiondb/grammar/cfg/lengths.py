@@ -1,94 +1,29 @@
 """Lengths of the strings of a grammar: their mean, and the weight of every length.
 
-W(X, l) is the total probability of the strings of l terminals that X derives: the chart of a
-sentence of l symbols that may be anything, in which only the length of a span matters. W(A, l) =
-sum p(A -> Y) W(Y, l) and W(Y Z, l) = sum over k of W(Y, k) W(Z, l - k). Steps that read nothing are
-summed by the chains of the compiled grammar. Each length has its own power of two.
+W(X, l) is the total probability of the strings of l terminals that X derives: what it derives from
+the first to the l-th state of the automaton of all strings (:mod:`.automata`), in which only the
+distance of two states matters.
 """
 
 from __future__ import annotations
 
 from functools import lru_cache
-from math import frexp, inf, ldexp
-from typing import NamedTuple
+from math import inf
 
 import numpy as np
-from numba import njit
 
-from motiondb.grammar.cfg.closure import Sparse
+from motiondb.grammar.cfg import automata
+from motiondb.grammar.cfg.closure import SUM
 from motiondb.grammar.cfg.compiled import CompiledGrammar
+from motiondb.grammar.cfg.inside import Inside, find, inside
 from motiondb.grammar.cfg.parse import AnyGrammar, compiled_form
-from motiondb.records import BoolArray, FloatArray, IntArray
-
-
-class _Forms(NamedTuple):
-    """The data on which the lengths of strings depend."""
-
-    terminals: tuple[int, int]  # First terminal, and the symbol after the last
-    left: IntArray  # (S,): left child of each symbol that is a tail, else -1
-    right: IntArray  # (S,): right child of each symbol that is a tail, else -1
-    chains: Sparse  # Chains to each symbol that read nothing
-    empties: FloatArray  # (S,): probability that a symbol becomes empty
-
-
-@njit(cache=True)
-def _fill_lengths(n: int, forms: _Forms) -> tuple[FloatArray, IntArray]:
-    """Fill W up to length n, and the exponents."""
-    n_symbols = len(forms.empties)
-    weights, exponents = np.zeros((n + 1, n_symbols)), np.zeros(n + 1, np.int64)
-    weights[0] = forms.empties
-    possible = np.zeros(n + 1, np.bool_)
-    for length in range(1, n + 1):
-        base = np.zeros(n_symbols)
-        if length == 1:
-            base[forms.terminals[0] : forms.terminals[1]] = 1.0
-        top = _add_tails(base, weights, exponents, possible, length, forms)
-        for symbol in range(n_symbols):
-            if base[symbol] > 0.0:
-                for c in range(forms.chains.starts[symbol], forms.chains.starts[symbol + 1]):
-                    above, weight = forms.chains.columns[c], forms.chains.values[c]
-                    weights[length, above] += weight * base[symbol]
-        greatest = weights[length].max()
-        if greatest > 0.0:
-            shift = frexp(greatest)[1]
-            for symbol in range(n_symbols):
-                weights[length, symbol] = ldexp(weights[length, symbol], -shift)
-            exponents[length], possible[length] = top + shift, True
-    return weights, exponents
-
-
-@njit(cache=True)
-def _add_tails(
-    base: FloatArray,
-    weights: FloatArray,
-    exponents: IntArray,
-    possible: BoolArray,
-    length: int,
-    forms: _Forms,
-) -> int:
-    """Add the tails of two strings of ``length`` together to ``base``; their power of two."""
-    top, is_known = 0, False
-    for k in range(1, length):
-        exponent = exponents[k] + exponents[length - k]
-        if possible[k] and possible[length - k] and (not is_known or exponent > top):
-            top, is_known = exponent, True
-    for k in range(1, length):
-        if not (possible[k] and possible[length - k]):
-            continue
-        factor = ldexp(1.0, exponents[k] + exponents[length - k] - top)
-        for tail in range(len(base)):
-            if forms.left[tail] >= 0:
-                first = weights[k, forms.left[tail]]
-                base[tail] += first * weights[length - k, forms.right[tail]] * factor
-    return top
+from motiondb.records import FloatArray
 
 
 @lru_cache(maxsize=16)
-def length_weights(compiled: CompiledGrammar, n: int) -> tuple[FloatArray, IntArray]:
-    """Return W for lengths 0 to ``n``: values (n + 1, S) and the exponent of 2 of each length."""
-    terminals = (compiled.terminals.start, compiled.terminals.stop)
-    forms = _Forms(terminals, compiled.left, compiled.right, compiled.all_chains, compiled.empties)
-    return _fill_lengths(n, forms)
+def length_weights(compiled: CompiledGrammar, n: int) -> Inside:
+    """Return W of all lengths up to ``n``: that of length l leads from state 0 to state l."""
+    return inside(compiled, automata.lengths(n, len(compiled.ids)), SUM, shift=True)
 
 
 def shortest_length(compiled: CompiledGrammar) -> int:
@@ -142,8 +77,9 @@ def nearest_length(grammar: AnyGrammar, length: int) -> int:
     farthest = 2 * length - shortest
     seen = min(length + 8, farthest)
     while True:
-        weights, _ = length_weights(compiled, seen)
-        possible = np.flatnonzero(weights[:, compiled.start] > 0)
+        made = length_weights(compiled, seen)
+        values = [find(made, compiled.start, 0, n)[0] for n in range(seen + 1)]
+        possible = np.flatnonzero(values)
         best = int(possible[np.argmin(np.abs(possible - length))])
         if abs(best - length) <= seen - length or seen == farthest:
             return best

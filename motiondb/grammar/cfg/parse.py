@@ -15,22 +15,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf, ldexp, log
+from functools import lru_cache
+from math import frexp, inf, ldexp
 
 import numpy as np
+from numba import njit
 
 from motiondb.errors import suggestion
-from motiondb.grammar.cfg.chart import (
-    Chart,
-    Corners,
-    Forms,
-    best_choices,
-    fill_chart,
-    find,
-    forward,
-)
-from motiondb.grammar.cfg.compiled import RULE_PENALTY, CompiledGrammar, compile_grammar, numbered
+from motiondb.grammar.cfg import automata
+from motiondb.grammar.cfg.closure import BEST, COUNT, SUM, Sparse, kernel
+from motiondb.grammar.cfg.compiled import CompiledGrammar, Tails, compile_grammar, numbered
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Rule, Tree, derive_by
+from motiondb.grammar.cfg.inside import Inside, find, inside
+from motiondb.grammar.cfg.trees import best_rules
 from motiondb.records import FloatArray, IntArray
 
 AnyGrammar = Grammar | CompiledGrammar
@@ -71,7 +68,10 @@ def parse(grammar: AnyGrammar, sentence: Sequence[str]) -> Tree:
     motiondb.grammar.cfg.parse.ParseError: end of the sentence (after symbol 1, 'dribble'): ...
     """
     compiled = compiled_form(grammar)
-    choices = _best_rules(compiled, sentence)
+    symbols = numbered(compiled, sentence)
+    choices = None
+    if (symbols >= 0).all():
+        choices = best_rules(compiled, _inside(compiled, symbols, BEST), compiled.weights(BEST))
     if choices is None:
         fault = explain(compiled, sentence)
         assert fault is not None
@@ -95,13 +95,9 @@ def log_probability(grammar: AnyGrammar, sentence: Sequence[str]) -> float:
     """
     compiled = compiled_form(grammar)
     symbols = numbered(compiled, sentence)
-    if not len(symbols):
-        value = compiled.empties[compiled.start]
-        return log(value) if value > 0 else -inf
     if (symbols < 0).any():
         return -inf
-    value, exponent = find(sum_chart(compiled, symbols), compiled.start, 0, len(symbols))
-    return log(value) + exponent * log(2.0) if value > 0 else -inf
+    return _inside(compiled, symbols, SUM).log_weight(compiled.start)
 
 
 def count_trees(grammar: AnyGrammar, sentence: Sequence[str]) -> int | float:
@@ -115,10 +111,7 @@ def count_trees(grammar: AnyGrammar, sentence: Sequence[str]) -> int | float:
     symbols = numbered(compiled, sentence)
     if (symbols < 0).any():
         return 0
-    value, exponent = float(compiled.empty_counts[compiled.start]), 0
-    if len(symbols):
-        chart = fill_chart(False, symbols, compiled.by_right, compiled.counted_chains)
-        value, exponent = find(chart, compiled.start, 0, len(symbols))
+    value, exponent = find(_inside(compiled, symbols, COUNT), compiled.start, 0, len(symbols))
     if value == inf:
         return inf
     digits = 0 if value == int(value) else 60
@@ -157,20 +150,25 @@ def read_sentence(grammar: AnyGrammar, sentence: Sequence[str]) -> ViablePrefix:
     symbols = numbered(compiled, sentence)
     unknown = np.flatnonzero(symbols < 0)
     known = symbols[: unknown[0]] if len(unknown) else symbols
-    chart = sum_chart(compiled, known)
-    corners = Corners(compiled.by_left, compiled.right, compiled.left_corners)
-    weights, exponents = forward(chart, len(known), compiled.start, corners)
+    made = _inside(compiled, known, SUM)
+    weights, exponents = forward(
+        made, compiled.start, compiled.by_left, compiled.right, _corners(compiled)
+    )
     position = 0
     while position < len(known) and weights[position, known[position]] > 0:
         position += 1
-    value, exponent = float(compiled.empties[compiled.start]), 0
-    if position:
-        value, exponent = find(chart, compiled.start, 0, position)
+    value, exponent = find(made, compiled.start, 0, position)
     scale = int(exponents[position])
     may = weights[position, compiled.terminals]
     if not may.any():
         return ViablePrefix(position, may, value, int(exponent))
     return ViablePrefix(position, may, ldexp(value, int(exponent) - scale), scale)
+
+
+@lru_cache(maxsize=16)
+def _corners(compiled: CompiledGrammar) -> Sparse:
+    """Return the chains between a state that nothing stays in and one that everything stays in."""
+    return compiled.chains(SUM, compiled.empties, compiled.ends)
 
 
 def fault_at(
@@ -214,24 +212,10 @@ def parse_passage(grammar: Grammar, string: Sequence[str]) -> tuple[Tree, ...]:
     return tuple(sentences)
 
 
-def sum_chart(compiled: CompiledGrammar, symbols: IntArray) -> Chart:
-    """Return the chart of inside probabilities of a sentence of known terminals."""
-    return fill_chart(False, symbols, compiled.by_right, compiled.all_chains)
-
-
-def _best_rules(compiled: CompiledGrammar, sentence: Sequence[str]) -> IntArray | None:
-    """Return the rules of the best tree in preorder, None if there is no tree."""
-    symbols = numbered(compiled, sentence)
-    if (symbols < 0).any():
-        return None
-    n, empties = len(symbols), compiled.best_empties
-    chart = fill_chart(True, symbols, compiled.by_right, compiled.best_chains)
-    best = find(chart, compiled.start, 0, n)[0] if n else empties[compiled.start]
-    if best == 0.0:
-        return None
-    weights = np.log(compiled.probabilities) - RULE_PENALTY
-    forms = Forms(compiled.left, compiled.right, compiled.rule_of, compiled.rule_right, weights)
-    return best_choices(chart, empties, forms, compiled.start, n)
+def _inside(compiled: CompiledGrammar, symbols: IntArray, kind: int) -> Inside:
+    """Return the weights of all parts of a sentence of known terminals."""
+    numbers = symbols - compiled.n_nonterminals
+    return inside(compiled, automata.sentence(numbers, len(compiled.ids)), kind)
 
 
 def _say(
@@ -262,3 +246,80 @@ def _say(
         kind = "a symbol that the grammar does not know"
         advice = suggestion(symbol, compiled.ids) or " Use a terminal of the grammar."
     return f"{where}: expected {wanted}, found {symbol}, {kind}.{advice}"
+
+
+@njit(cache=True)
+def forward(
+    made: Inside, start: int, by_left: Tails, right: IntArray, corners: Sparse
+) -> tuple[FloatArray, IntArray]:
+    """Differentiate: the weight of each next symbol at each place of a sentence.
+
+    To the automaton of a sentence, let each state have an edge of every terminal to one more state,
+    which stays on anything. The derivative of W(start) of the longer automaton by one of its edges
+    is the weight of all strings that begin with the symbols before the place and go on with this
+    terminal (F. Jelinek and J. D. Lafferty, 1991). Only the column of the new state counts: a tail
+    Y Z that is needed from i on passes its derivative to Z from k on, times W(Y, i, k).
+
+    Parameters
+    ----------
+    made : Inside
+        The sums of a sentence.
+    start : int
+        The start symbol.
+    by_left : Tails
+        Tails by their left child.
+    right : array (S,)
+        Right child of a tail.
+    corners : Sparse
+        The chains between a state that nothing stays in and one that everything stays in.
+
+    Returns
+    -------
+    weights : array (Q, S)
+        For a terminal t, ``weights[i, t]`` times two to the exponent is the weight of strings that
+        begin with the first i symbols and t.
+    exponents : array (Q,)
+        The exponents.
+    """
+    n, n_symbols = len(made.loops), len(right)
+    needed, scale = np.zeros((n, n_symbols)), np.zeros(n, np.int64)
+    seen, weights = np.zeros(n, np.bool_), np.zeros((n, n_symbols))
+    needed[0, start] = 1.0
+    for i in range(n):
+        scale[i] += _descend(needed[i], weights[i], corners)
+        for k in range(i + 1, n):
+            exponent = scale[i] + made.exponents[i, k]
+            for entry in range(made.begin[i, k], made.end[i, k]):
+                symbol, value = made.symbols[entry], made.values[entry]
+                for tail in by_left.tails[by_left.starts[symbol] : by_left.starts[symbol + 1]]:
+                    if weights[i, tail] == 0.0:
+                        continue
+                    if not seen[k]:
+                        seen[k], scale[k] = True, exponent
+                    elif exponent > scale[k]:
+                        _scale(needed[k], scale[k] - exponent)
+                        scale[k] = exponent
+                    part = weights[i, tail] * value
+                    needed[k, right[tail]] += part * ldexp(1.0, exponent - scale[k])
+    return weights, scale
+
+
+@kernel
+def _descend(needed: FloatArray, weights: FloatArray, corners: Sparse) -> int:
+    """Follow the chains from the symbols above down to all below; return their power of two."""
+    greatest = 0.0
+    for value in needed:
+        greatest = max(greatest, value)
+    shift = frexp(greatest)[1] if greatest > 0.0 else 0
+    _scale(needed, -shift)
+    for symbol in range(len(needed)):
+        for c in range(corners.starts[symbol], corners.starts[symbol + 1]):
+            weights[symbol] += corners.values[c] * needed[corners.columns[c]]
+    return shift
+
+
+@kernel
+def _scale(values: FloatArray, exponent: int) -> None:
+    """Multiply values by a power of two."""
+    for symbol in range(len(values)):
+        values[symbol] = ldexp(values[symbol], exponent)

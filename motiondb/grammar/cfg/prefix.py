@@ -23,7 +23,6 @@ from heapq import heappop, heappush
 from itertools import count
 from math import inf, log
 
-from motiondb.grammar.cfg.compiled import finite_part
 from motiondb.grammar.cfg.parse import AnyGrammar, compiled_form, fault_at, read_sentence
 
 END = None  # The end of the sentence among suggestions
@@ -40,7 +39,7 @@ def suggest(grammar: AnyGrammar, prefix: Sequence[str]) -> tuple[tuple[str | Non
     >>> [(symbol, round(p, 4)) for symbol, p in suggest(toy, ["hold", "dribble"])]
     [('dribble', 0.5), ('shoot', 0.3), (None, 0.2)]
     """
-    compiled = finite_part(compiled_form(grammar))
+    compiled = compiled_form(grammar)
     viable = read_sentence(compiled, prefix)
     if viable.position < len(prefix):
         raise fault_at(compiled, tuple(prefix), viable)
@@ -60,12 +59,13 @@ def prefix_log_probability(grammar: AnyGrammar, prefix: Sequence[str]) -> float:
     >>> round(prefix_log_probability(left, ["b", "a"]) / log(0.5), 4)
     1.0
     """
-    compiled = finite_part(compiled_form(grammar))
+    compiled = compiled_form(grammar)
     viable = read_sentence(compiled, prefix)
     total = float(viable.weights.sum()) + viable.end
     if viable.position < len(prefix) or total <= 0:
         return -inf
-    return log(total) + viable.exponent * log(2.0)
+    whole = compiled.ends[compiled.start]
+    return log(total) + viable.exponent * log(2.0) - log(whole)
 
 
 def best_strings(

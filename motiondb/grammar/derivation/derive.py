@@ -7,20 +7,22 @@ becomes theta^m times as likely, so the ratios between trees of equal size do no
 the greatest factor for which the mean length of a string does not exceed a given mean. Derivations
 of the damped grammar end with probability 1.
 
-For a given length, trees are drawn exactly from the undamped grammar, restricted to strings of this
-length. Symbols are drawn from the root downwards, by the weights W(X, l) of symbol X at length l;
-see :mod:`motiondb.grammar.cfg.lengths`.
+Trees are drawn from the root downwards (:mod:`motiondb.grammar.cfg.trees`). For a given length,
+they are drawn exactly from the undamped grammar, restricted to strings of this length, by the
+weights W(X, l) of symbol X at length l (:mod:`motiondb.grammar.cfg.lengths`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 from math import exp
 
 import numpy as np
 
+from motiondb.grammar.cfg import automata
+from motiondb.grammar.cfg.closure import SUM
 from motiondb.grammar.cfg.compiled import (
     CompiledGrammar,
     ending_chances,
@@ -28,8 +30,10 @@ from motiondb.grammar.cfg.compiled import (
     with_chances,
 )
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Tree, derive_by
+from motiondb.grammar.cfg.inside import inside
 from motiondb.grammar.cfg.lengths import length_weights, mean_length, nearest_length
 from motiondb.grammar.cfg.parse import AnyGrammar, compiled_form
+from motiondb.grammar.cfg.trees import Trees
 from motiondb.records import FloatArray
 
 MEAN_LENGTH = 100.0  # Default bound on the mean number of symbols of a random string
@@ -60,10 +64,12 @@ def derive(
             f"length: expected 0 or more symbols, found {length}. Ask for a length of at least 1."
         )
     if length is None:
-        choices = _free_choices(damped(compiled, most), rng)
+        compiled, n = damped(compiled, most), 0
     else:
-        choices = _choices_of_length(compiled, nearest_length(compiled, length), rng)
-    return derive_by(compiled.grammar, list(choices))
+        n = length = nearest_length(compiled, length)
+    drawn = _trees_of(compiled, length).draw((compiled.start, 0, n), rng)
+    assert drawn is not None
+    return derive_by(compiled.grammar, drawn[0])
 
 
 @lru_cache(maxsize=16)
@@ -93,55 +99,15 @@ def _damped_chances(compiled: CompiledGrammar, log_factor: float) -> FloatArray:
     return ending_chances(weaker)
 
 
-def _free_choices(compiled: CompiledGrammar, rng: np.random.Generator) -> Iterator[int]:
-    """Yield the rules of a random tree in preorder."""
-    left, right, rule_of = compiled.left, compiled.right, compiled.rule_of
-    sums = np.cumsum(compiled.probabilities)
-    waiting = [compiled.start]
-    while waiting:
-        symbol = waiting.pop()
-        if left[symbol] >= 0:
-            waiting += [int(right[symbol]), int(left[symbol])]
-        elif symbol < compiled.n_nonterminals:
-            first, last = rule_of[symbol], rule_of[symbol + 1]
-            below = sums[first - 1] if first else 0.0
-            drawn = below + rng.random() * (sums[last - 1] - below)
-            rule = min(first + int(np.searchsorted(sums[first:last], drawn, "right")), last - 1)
-            yield int(compiled.rule_numbers[rule])
-            if compiled.rule_right[rule] >= 0:
-                waiting.append(int(compiled.rule_right[rule]))
-
-
-def _choices_of_length(
-    compiled: CompiledGrammar, length: int, rng: np.random.Generator
-) -> Iterator[int]:
-    """Yield the rules of a random tree with `length` symbols in preorder."""
-    weights, exponents = length_weights(compiled, length)
-    waiting = [(compiled.start, length)]
-    while waiting:
-        symbol, n = waiting.pop()
-        left, right = compiled.left[symbol], compiled.right[symbol]
-        if left >= 0:
-            shifts = exponents[: n + 1] + exponents[n::-1]
-            both = weights[: n + 1, left] * weights[n::-1, right]
-            shifts = np.where(both > 0, shifts, -(2**40))
-            k = _draw(np.ldexp(both, np.maximum(shifts - shifts.max(), -2000)), rng)
-            waiting += [(int(right), n - k), (int(left), k)]
-        elif symbol < compiled.n_nonterminals:
-            rules = slice(compiled.rule_of[symbol], compiled.rule_of[symbol + 1])
-            below = compiled.rule_right[rules]
-            chances = np.where(below < 0, float(n == 0), weights[n, below])
-            rule = int(rules.start) + _draw(chances * compiled.probabilities[rules], rng)
-            yield int(compiled.rule_numbers[rule])
-            if compiled.rule_right[rule] >= 0:
-                waiting.append((int(compiled.rule_right[rule]), n))
-
-
-def _draw(weights: FloatArray, rng: np.random.Generator) -> int:
-    """Return a random index by weights, which need not sum to 1; never one of weight 0."""
-    sums = np.cumsum(weights)
-    drawn = int(np.searchsorted(sums, rng.random() * sums[-1], "right"))
-    return min(drawn, int(np.flatnonzero(weights)[-1]))
+@lru_cache(maxsize=16)
+def _trees_of(compiled: CompiledGrammar, length: int | None) -> Trees:
+    """Return the trees of all strings of a length, or of all strings."""
+    weights = compiled.weights(SUM)
+    if length is not None:
+        return Trees(compiled, length_weights(compiled, length), weights)
+    stays = np.ones((1, len(compiled.ids)))
+    anything = automata.chain(stays[:0], stays)
+    return Trees(compiled, inside(compiled, anything), weights)
 
 
 def draw_chain(

@@ -8,7 +8,7 @@ Each string must be read in one way only, so that its probability is counted onc
 gap the automaton is made deterministic (by sets of states). A set holds no state below its highest
 gap, because what can be read from there can be read from the gap too. The symbols after the last
 gap match the last terminals of the string. So they need no sets: one state for each is enough,
-although the automaton that is read from the left (:class:`Acceptor`) is then not deterministic.
+although the automaton that is read from the left (:func:`acceptor_of`) is then not deterministic.
 
 Sources: J. E. Hopcroft and J. D. Ullman, "Introduction to Automata Theory, Languages, and
 Computation" (1979), section 2.3, for automata over sets of states; R. Book, S. Even, S. Greibach
@@ -23,6 +23,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from motiondb.grammar.cfg import automata
 from motiondb.grammar.cfg.closure import strong_components
 from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.records import BoolArray, IntArray
@@ -83,18 +84,6 @@ class Automaton:
 
     steps: IntArray  # (states, terminals): the state after each terminal, -1 if it cannot be read
     accepting: BoolArray  # (states,): whether a string may end in each state
-
-
-@dataclass(frozen=True, eq=False)
-class Acceptor:
-    """An automaton that reads each string in one way at most, from state 0."""
-
-    # (states, terminals, states): whether a terminal leads from the first state to the second
-    steps: BoolArray
-    accepting: BoolArray  # (states,): whether a string may end in each state
-    # (blocks + 1,): block b holds the states from ``bounds[b]`` to ``bounds[b + 1] - 1``. Steps
-    # lead to the same or a later block, and the states of a block lead to each other
-    bounds: IntArray
 
 
 def read_pattern(words: Sequence[PatternSymbol | str]) -> Pattern:
@@ -161,14 +150,14 @@ def _check_size(pattern: Pattern, n_states: int) -> None:
 
 def acceptor_of(
     pattern: Pattern, terminals: Sequence[str], allowed: frozenset[str] | None = None
-) -> Acceptor:
+) -> automata.Automaton:
     """Return the automaton of a pattern that reads each string in one way at most.
 
     >>> made = acceptor_of(read_pattern(["a", "...", "b", "?"]), ["a", "b"])
-    >>> made.bounds.tolist(), made.accepting.tolist()
-    ([0, 1, 2, 3, 4], [False, False, False, True])
-    >>> [made.steps[:, k].nonzero()[1].tolist() for k in (0, 1)]
-    [[1, 1, 3], [1, 2, 3]]
+    >>> made.starts.tolist(), made.targets.tolist(), made.terminals.tolist()
+    ([0, 1, 2, 4, 4], [1, 2, 3, 3], [0, 1, 0, 1])
+    >>> made.stays[made.loops].tolist(), made.final.tolist()
+    ([[0.0, 0.0], [1.0, 1.0], [0.0, 0.0], [0.0, 0.0]], [False, False, False, True])
     """
     last = max((k for k, gap in enumerate(pattern.gaps) if gap), default=0)
     head = Pattern(pattern.symbols[:last], (*pattern.gaps[:last], pattern.gaps[last]))
@@ -194,7 +183,8 @@ def acceptor_of(
         steps[np.flatnonzero(ends)[:, None], fits, k] = True
         ends[:] = False
         ends[k] = True
-    return Acceptor(steps, ends, np.concatenate((bounds, np.arange(n_head + 1, n + 1))))
+    bounds = np.concatenate((bounds, np.arange(n_head + 1, n + 1)))
+    return automata.from_steps(steps, ends, bounds)
 
 
 def _blocks(automaton: Automaton) -> tuple[IntArray, IntArray]:

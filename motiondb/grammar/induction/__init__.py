@@ -1,1 +1,1 @@
-"""Rules from sentences: alignment-based learning, then a compiled search for fewer bits."""
+"""Rules from sentences: a compiled search for fewer bits."""

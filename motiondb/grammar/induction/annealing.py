@@ -31,7 +31,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from motiondb.grammar.induction.law_checks import Laws, keeps_laws
+from motiondb.grammar.induction.law_checks import WEIGHT_BITS, Laws, keeps_laws, laws_of
 from motiondb.grammar.induction.proposals import Workspace, change
 from motiondb.grammar.induction.rewriting import tidy
 from motiondb.grammar.induction.rule_arrays import (
@@ -45,17 +45,12 @@ from motiondb.grammar.induction.rule_arrays import (
     rules_of,
     table_of,
 )
-from motiondb.grammar.rules.rule_laws import recursive_lefts
-from motiondb.grammar.rules.rule_set import RuleSet
+from motiondb.grammar.rules.rule_set import RuleSet, recursive_lefts
 from motiondb.records import FloatArray, IntArray
 
 WARMEST, COLDEST = 3.0, 0.4
 """First and last temperature in bits: a change of the size of one symbol is accepted often at first
 and rarely at the end."""
-
-_WEIGHT_BITS = 48
-"""Number of bits of the random weight of a constant terminal: different numbers have equal sums
-with probability 2^-48, and sums over sentences fit into 64 bits."""
 
 
 class Schedule(NamedTuple):
@@ -81,25 +76,15 @@ def anneal(
     table = table_of(rule_set, n_rows, 8 * size + 512)
     n_lefts = min(len(rule_set.rules) + size // 4 + 8, n_rows)
     logs = np.log2(np.maximum(np.arange(n_rows + n_lefts + rule_set.n_terminals + 4), 1))
-    laws = _laws_of(rule_set, n_lefts, new_loops, rng)
-    bits = _anneal(table, n_lefts, laws, logs, Schedule(tries, warmest, coldest), rng)
-    return rule_set if bits >= rule_set.bits() - 1e-9 else rules_of(table, rule_set)
-
-
-def _laws_of(rule_set: RuleSet, n_lefts: int, new_loops: bool, rng: np.random.Generator) -> Laws:
-    weights = np.zeros(rule_set.n_terminals, dtype=np.int64)
-    for terminal in rule_set.constants:
-        weights[terminal] = rng.integers(1 << _WEIGHT_BITS)
-    marks = np.zeros(rule_set.n_terminals, dtype=np.int64)
-    for place, terminal in enumerate(sorted(rule_set.singles)):
-        marks[terminal] = 1 << place
-    total = int(sum(int(weights[c]) * number for c, number in rule_set.constants.items()))
     may_loop = np.full(n_lefts, rule_set.loops and new_loops)
     if rule_set.loops and not new_loops:
         recursive = recursive_lefts(rule_set.rules)
         for k, left in enumerate(sorted(rule_set.rules)):
             may_loop[k] = left in recursive
-    return Laws(weights, marks, total, rule_set.empties, may_loop, bool(may_loop.any()))
+    weights = [int(rng.integers(1 << WEIGHT_BITS)) for _ in rule_set.constants]
+    laws = laws_of(rule_set, may_loop, weights)
+    bits = _anneal(table, n_lefts, laws, logs, Schedule(tries, warmest, coldest), rng)
+    return rule_set if bits >= rule_set.bits() - 1e-9 else rules_of(table, rule_set)
 
 
 @njit(cache=True)

@@ -1,27 +1,35 @@
-"""Check the laws of rules in arrays, for the compiled search.
+"""Check the laws of rules (:mod:`motiondb.grammar.rules.rule_set`), in arrays.
 
 Without loops the rules are read once, each after those of the nonterminals on its right side. With
-loops, what nonterminals derive is a fixed point; the laws are those of
-:mod:`motiondb.grammar.rules.rule_laws`, where each is written out plainly.
+loops, what nonterminals derive is a fixed point.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
+from motiondb.grammar.cfg.closure import kernel
 from motiondb.grammar.induction.rule_arrays import (
     LEFT,
     LENGTH,
     OFFSET,
     ROWS,
     RuleTable,
-    compiled,
     mark_descendants,
+    table_of,
 )
+from motiondb.grammar.rules.rule_set import RuleSet
 from motiondb.records import BoolArray, IntArray
+
+WEIGHT_BITS = 48
+"""Number of bits of the random weight of a constant terminal: different numbers have equal sums
+with probability 2^-48, and sums over sentences fit into 64 bits."""
+
+_ODD = 0x9E3779B97F4A7C15  # Multiples of it look random in their lowest bits
 
 _WAITS, _FITS, _BREAKS = range(3)  # The state of a rule while the laws are checked bottom-up
 
@@ -39,6 +47,38 @@ class Laws(NamedTuple):
     # symbol on
     may_loop: BoolArray
     loops: bool
+
+
+def laws_of(rule_set: RuleSet, may_loop: BoolArray, weights_of: Sequence[int]) -> Laws:
+    """Return the laws of a rule set, given a random weight for each of its constants."""
+    weights = np.zeros(rule_set.n_terminals, dtype=np.int64)
+    total = 0
+    for (terminal, number), weight in zip(rule_set.constants.items(), weights_of, strict=True):
+        weights[terminal] = weight
+        total += weight * number
+    marks = np.zeros(rule_set.n_terminals, dtype=np.int64)
+    for place, terminal in enumerate(sorted(rule_set.singles)):
+        marks[terminal] = 1 << place
+    return Laws(weights, marks, total, rule_set.empties, may_loop, bool(may_loop.any()))
+
+
+def is_lawful(rule_set: RuleSet) -> bool:
+    """Whether rules keep all laws of their rule set.
+
+    >>> is_lawful(RuleSet(2, {2: {(0, 3): 2}, 3: {(1,): 1, (0, 3): 1}}))
+    False
+    >>> is_lawful(RuleSet(2, {2: {(0, 3): 2}, 3: {(1,): 1, (0, 3): 1}}, loops=True))
+    True
+    """
+    known = {*rule_set.rules, *range(rule_set.n_terminals)}
+    if not all(known.issuperset(right) for _, right in rule_set.uses()):
+        return False
+    n_rules, n_lefts = sum(map(len, rule_set.rules.values())), len(rule_set.rules)
+    table = table_of(rule_set, n_rules, sum(len(right) for _, right in rule_set.uses()) + 1)
+    alternatives = np.array([len(rule_set.rules[left]) for left in sorted(rule_set.rules)])
+    weights = [(k + 1) * _ODD % (1 << WEIGHT_BITS) for k in range(len(rule_set.constants))]
+    laws = laws_of(rule_set, np.full(n_lefts, rule_set.loops), weights)
+    return bool(keeps_laws(table, alternatives, laws))
 
 
 class _Derived(NamedTuple):
@@ -99,7 +139,7 @@ def keeps_laws(table: RuleTable, alternatives: IntArray, laws: Laws) -> bool:
     return not _repeats_nullable(table, derived.nullable)
 
 
-@compiled
+@kernel
 def _last_nonterminal(table: RuleTable) -> int:
     """Return the greatest nonterminal with rules, or on a right side, where it may have none."""
     last = 0
@@ -110,7 +150,7 @@ def _last_nonterminal(table: RuleTable) -> int:
     return last
 
 
-@compiled
+@kernel
 def _read_right(
     table: RuleTable, r: int, laws: Laws, derived: _Derived
 ) -> tuple[int, int, int, bool]:
@@ -137,7 +177,7 @@ def _read_right(
     return _FITS, total, bits, empty
 
 
-@compiled
+@kernel
 def _repeats_nullable(table: RuleTable, nullable: BoolArray) -> bool:
     """Whether a nonterminal that may be empty occurs next to itself."""
     text = table.text
@@ -177,7 +217,7 @@ def _keeps_laws_with_loops(table: RuleTable, alternatives: IntArray, laws: Laws)
     )
 
 
-@compiled
+@kernel
 def _solve_sums(table: RuleTable, laws: Laws, derived: _Derived) -> bool:
     """Fill the sums of weights; False if rules disagree, or a nonterminal derives no string.
 
@@ -206,7 +246,7 @@ def _solve_sums(table: RuleTable, laws: Laws, derived: _Derived) -> bool:
     return True
 
 
-@compiled
+@kernel
 def _grow_sets(table: RuleTable, laws: Laws, derived: _Derived) -> None:
     """Determine which nonterminals may be empty, and the single terminals that each may hold."""
     grown = True
@@ -247,7 +287,7 @@ def _ends_bottom_up(table: RuleTable, waiting: BoolArray, may_loop: BoolArray) -
             return False
 
 
-@compiled
+@kernel
 def _waits(table: RuleTable, k: int, waiting: BoolArray, others: BoolArray) -> bool:
     """Whether a rule of a nonterminal holds one that waits and is among others."""
     for r in range(table.used[ROWS]):
@@ -293,7 +333,7 @@ def _derives_itself_alone(table: RuleTable, nullable: BoolArray, alternatives: I
     return bool(waiting.any())
 
 
-@compiled
+@kernel
 def _waits_alone(table: RuleTable, k: int, waiting: BoolArray, nullable: BoolArray) -> bool:
     """Whether a rule of a nonterminal derives exactly a waiting one."""
     for r in range(table.used[ROWS]):

@@ -58,8 +58,14 @@ from motiondb.grammar.induction.refitting import (
     refit,
     refit_and_read,
 )
-from motiondb.grammar.rules.rule_laws import components, nullable_lefts, recursive_lefts
-from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet
+from motiondb.grammar.rules.rule_set import (
+    Right,
+    Rules,
+    RuleSet,
+    components,
+    nullable_lefts,
+    recursive_lefts,
+)
 from motiondb.records import BoolArray, IntArray
 
 LEAST_CHANCE = 0.005

@@ -32,6 +32,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from motiondb.grammar.induction.annealing import anneal
+from motiondb.grammar.induction.law_checks import is_lawful
 from motiondb.grammar.induction.refitting import refit
 from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet
 
@@ -63,7 +64,7 @@ def plant(flat: RuleSet, donor: RuleSet, rng: np.random.Generator) -> RuleSet | 
             planted.rules[left] = dict(used)
     planted.rules[planted.start] = dict(rights)
     planted.drop_unused()
-    return planted if planted.lawful() else None
+    return planted if is_lawful(planted) else None
 
 
 def _descendants(donor: RuleSet, left: int) -> list[int]:

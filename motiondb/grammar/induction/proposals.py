@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from motiondb.grammar.cfg.closure import kernel
 from motiondb.grammar.induction.rewriting import (
     edit_substrings,
     merge,
@@ -31,7 +32,6 @@ from motiondb.grammar.induction.rule_arrays import (
     Part,
     RuleTable,
     Substring,
-    compiled,
     fitting_length,
     mark_descendants,
     neighbours,
@@ -58,7 +58,7 @@ class Workspace(NamedTuple):
     spare: RuleTable  # Work table of :func:`.rewriting.tidy`
 
 
-@compiled
+@kernel
 def draw(rng: np.random.Generator, n: int) -> int:
     """Draw an integer from 0 to n - 1.
 
@@ -68,7 +68,7 @@ def draw(rng: np.random.Generator, n: int) -> int:
     return int(rng.random() * n)
 
 
-@compiled
+@kernel
 def spare(table: RuleTable, work: Workspace, symbol: int, loops: bool) -> None:
     """Mark the nonterminals whose rules must not receive a nonterminal."""
     if loops:
@@ -77,7 +77,7 @@ def spare(table: RuleTable, work: Workspace, symbol: int, loops: bool) -> None:
         mark_descendants(table, symbol, work.spared)
 
 
-@compiled
+@kernel
 def held_nonterminal(table: RuleTable, part: Part, rng: np.random.Generator) -> int:
     """Return a random nonterminal, not the start, that a part holds; -1 if it holds none."""
     shift = draw(rng, part.length)
@@ -88,7 +88,7 @@ def held_nonterminal(table: RuleTable, part: Part, rng: np.random.Generator) -> 
     return -1
 
 
-@compiled
+@kernel
 def unused(table: RuleTable, alternatives: IntArray) -> int:
     """Return a nonterminal without rules, -1 if there is none."""
     for k in range(1, alternatives.size):
@@ -97,7 +97,7 @@ def unused(table: RuleTable, alternatives: IntArray) -> int:
     return -1
 
 
-@compiled
+@kernel
 def home(table: RuleTable, part: Part, rng: np.random.Generator) -> int:
     """Return a nonterminal, not the start, that has the part as an alternative; -1 if none has."""
     shift = draw(rng, table.used[ROWS])
@@ -112,13 +112,13 @@ def home(table: RuleTable, part: Part, rng: np.random.Generator) -> int:
     return -1
 
 
-@compiled
+@kernel
 def is_nonterminal(table: RuleTable, part: Part) -> bool:
     """Whether a part is one nonterminal, not the start."""
     return part.length == 1 and bool(table.text[part.start] > table.n_terminals)
 
 
-@compiled
+@kernel
 def symbol_for(
     table: RuleTable, work: Workspace, one: Part, other: Part, rng: np.random.Generator
 ) -> int:
@@ -179,7 +179,7 @@ _FOLD_ONCE = 0.4  # Probability that an alternative is replaced in one rule only
 _NOTHING = -1  # Return value of a move that changed nothing
 
 
-@compiled
+@kernel
 def change(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Generator) -> int:
     """Try one random move.
 
@@ -217,7 +217,7 @@ def change(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Genera
     return _try_substitute(table, work, symbol)
 
 
-@compiled
+@kernel
 def _try_substitute(table: RuleTable, work: Workspace, symbol: int) -> int:
     """Substitute a nonterminal of one rule everywhere, or one of several that is used once."""
     if work.alternatives[symbol - table.n_terminals] == 1:
@@ -232,7 +232,7 @@ def _try_substitute(table: RuleTable, work: Workspace, symbol: int) -> int:
     return 0 if substitute_once(table, work.goals[0], symbol) else _NOTHING
 
 
-@compiled
+@kernel
 def _try_exchange(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Generator) -> int:
     """Merge two right sides of a nonterminal; their differing parts become alternatives."""
     rows = table.rows
@@ -261,7 +261,7 @@ def _try_exchange(table: RuleTable, work: Workspace, loops: bool, rng: np.random
     return _join(table, work, (one, other), loops, rng)
 
 
-@compiled
+@kernel
 def _join(
     table: RuleTable,
     work: Workspace,
@@ -286,7 +286,7 @@ def _join(
     return 0 if edit_substrings(table, work.goals[0], a, b, symbol) else _NOTHING
 
 
-@compiled
+@kernel
 def _try_class(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Generator) -> int:
     """Make two parts between the same neighbours alternatives of one nonterminal."""
     a = draw(rng, table.used[ROWS])
@@ -315,7 +315,7 @@ def _try_class(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Ge
     )
 
 
-@compiled
+@kernel
 def _substring_between(table: RuleTable, first: Substring, rng: np.random.Generator) -> Substring:
     """Return a random other substring between the same neighbours; row -1 if there is none."""
     before, _ = neighbours(table, first)
@@ -334,7 +334,7 @@ def _substring_between(table: RuleTable, first: Substring, rng: np.random.Genera
     return Substring(-1, 0, 0)
 
 
-@compiled
+@kernel
 def _join_everywhere(
     table: RuleTable,
     work: Workspace,
@@ -366,7 +366,7 @@ def _join_everywhere(
     return 1 - place
 
 
-@compiled
+@kernel
 def _try_chunk(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Generator) -> int:
     """Replace a part that occurs in several places by a nonterminal."""
     a = draw(rng, table.used[ROWS])
@@ -392,7 +392,7 @@ def _try_chunk(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Ge
     return 0 if replace(table, work.goals[0], part, symbol, work.spared, -1) else _NOTHING
 
 
-@compiled
+@kernel
 def _try_fold(
     table: RuleTable, r: int, work: Workspace, loops: bool, rng: np.random.Generator
 ) -> int:

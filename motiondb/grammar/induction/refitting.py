@@ -10,11 +10,14 @@ afterwards all sentences are derived again.
 A node of a nonterminal with h alternatives costs log2 h bits, and a symbol of a new rule the
 logarithm of the alphabet.
 
-The compiled part is a chart over spans, filled component by component of the nonterminals,
-bottom-up. Within a component whose nonterminals derive themselves, spans are filled from the last
-first symbol to the first one, and for each first symbol again until no cost falls: no rule of a
-span needs a span that begins earlier. Only rules that can begin with a nonterminal of the component
-are tried again. Costs are not negative and no nonterminal derives itself alone, so this ends.
+The compiled part is a chart over parts of a text, of one sentence or of long strings that are to be
+cut (:mod:`motiondb.grammar.sentences.reparsing`). It is filled component by component of the
+nonterminals, bottom-up. It is not the engine of :mod:`motiondb.grammar.cfg.inside`: rules change
+with every sentence set, so right sides are read as they are, without tails and closures. Within a
+component whose nonterminals derive themselves, spans are filled from the last first symbol to the
+first one, and for each first symbol again until no cost falls: no rule of a span needs a span that
+begins earlier. Only rules that can begin with a nonterminal of the component are tried again. Costs
+are not negative and no nonterminal derives itself alone, so this ends.
 
 Source: D. H. Younger, "Recognition and Parsing of Context-Free Languages in Time n^3", Information
 and Control 10 (1967), for the chart over spans; here right sides have any length.
@@ -31,9 +34,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from motiondb.grammar.induction.rule_arrays import LEFT, LENGTH, OFFSET, RuleTable, compiled
-from motiondb.grammar.rules.rule_laws import components, nullable_lefts
-from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet
+from motiondb.grammar.cfg.closure import kernel
+from motiondb.grammar.induction.law_checks import is_lawful
+from motiondb.grammar.induction.rule_arrays import LEFT, LENGTH, OFFSET, RuleTable
+from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet, components, nullable_lefts
 from motiondb.records import BoolArray, FloatArray, IntArray
 
 
@@ -48,10 +52,11 @@ class Costs(NamedTuple):
     symbol_bits: float  # Bits of a symbol of a new rule
 
 
-def costs_of(
-    donor: RuleSet, rows: list[tuple[int, Right]], lefts: list[int], groups: list[list[int]]
-) -> Costs:
-    """Write rules into arrays."""
+def costs_of(donor: RuleSet) -> tuple[Costs, list[tuple[int, Right]], list[int]]:
+    """Write rules into arrays; also return the rules and the nonterminals in their order there."""
+    lefts = [donor.start, *sorted(left for left in donor.rules if left != donor.start)]
+    groups = components(donor.rules)
+    rows = [(x, right) for group in groups for x in group for right in sorted(donor.rules[x])]
     names = {left: donor.start + k for k, left in enumerate(lefts)}
     table = np.zeros((len(rows), 5), dtype=np.int64)
     text = np.zeros(1 + sum(len(right) for _, right in rows), dtype=np.int64)
@@ -63,7 +68,7 @@ def costs_of(
     sizes = [sum(len(donor.rules[left]) for left in group) for group in groups]
     nullable = nullable_lefts(donor.rules)
     group_of = {left: g for g, group in enumerate(groups) for left in group}
-    return Costs(
+    costs = Costs(
         RuleTable(table, text, np.array([len(rows), end]), donor.n_terminals),
         np.cumsum([0, *sizes]).astype(np.int64),
         np.array([_derives_itself(donor, group) for group in groups], dtype=np.bool_),
@@ -71,6 +76,7 @@ def costs_of(
         np.array([math.log2(max(1, len(donor.rules[left]))) for left in lefts]),
         math.log2(len(lefts) + donor.n_terminals + 1),
     )
+    return costs, rows, lefts
 
 
 def _derives_itself(donor: RuleSet, group: list[int]) -> bool:
@@ -111,15 +117,42 @@ class CheapestParse:
 
 
 class _Chart(NamedTuple):
-    """The chart of a sentence of n symbols."""
+    """What nonterminals derive of a text, by the first symbol and the length of the part."""
 
-    # (nonterminals, n + 1, n + 1): fewest bits by which a nonterminal derives a span
+    # (nonterminals, n + 1, lengths): fewest bits by which a nonterminal derives a part
     best: FloatArray
-    how: IntArray  # (nonterminals, n + 1, n + 1): the row of the rule of this derivation
-    # (nonterminals, n + 1, 2): least and greatest end of the spans from a symbol on; the greatest
-    # is -1 if there is none
+    # (nonterminals, n + 1, lengths): the row of the rule of this derivation; no nonterminals where
+    # no tree is wanted
+    how: IntArray
+    # (nonterminals, n + 1, 2): least and greatest length of the parts from a symbol on; the
+    # greatest is -1 if there is none
     ends: IntArray
-    reach: FloatArray  # (longest right side + 1, n + 1): work array of :func:`_reach_ends`
+    reach: FloatArray  # (longest right side + 1, lengths): work array of :func:`_reach_ends`
+
+
+def _chart(costs: Costs, n: int, longest: int, n_how: int) -> _Chart:
+    """Make a chart of texts of n symbols, with trees of parts from ``n_how`` places."""
+    shape, deepest = (
+        (len(costs.bits), n + 1, longest + 1),
+        int(costs.table.rows[:, LENGTH].max(initial=0)),
+    )
+    return _Chart(
+        np.full(shape, np.inf),
+        np.zeros((shape[0] if n_how else 0, n_how, longest + 1), dtype=np.int64),
+        np.empty((shape[0], n + 1, 2), dtype=np.int64),
+        np.empty((deepest + 1, longest + 1)),
+    )
+
+
+def cheapest_parts(costs: Costs, text: IntArray, longest: int) -> FloatArray:
+    """Return the fewest bits by which nonterminals derive each part of a text.
+
+    Shapes: `text` (N,); result (nonterminals, N + 1, longest + 1), by the first symbol of the part
+    and its length.
+    """
+    chart = _chart(costs, len(text), longest, 0)
+    _fill(costs, text, chart, False)
+    return chart.best
 
 
 Parsed = tuple[list[tuple[int, Right]], dict[Right, CheapestParse]]
@@ -142,17 +175,8 @@ def read_all(donor: RuleSet, sentences: Iterable[Right]) -> Parsed | None:
     room = 1 + max(map(len, listed), default=0)
     if len(donor.rules) * room**2 > _LARGEST_CHART:
         return None
-    lefts = [donor.start, *sorted(left for left in donor.rules if left != donor.start)]
-    groups = components(donor.rules)
-    rows = [(x, right) for group in groups for x in group for right in sorted(donor.rules[x])]
-    costs = costs_of(donor, rows, lefts, groups)
-    deepest = 1 + max((len(right) for _, right in rows), default=0)
-    chart = _Chart(
-        np.empty((len(lefts), room, room)),
-        np.zeros((len(lefts), room, room), dtype=np.int64),
-        np.empty((len(lefts), room, 2), dtype=np.int64),
-        np.empty((deepest, room)),
-    )
+    costs, rows, lefts = costs_of(donor)
+    chart = _chart(costs, room - 1, room - 1, room)
     text = np.array([symbol for sentence in listed for symbol in sentence], dtype=np.int64)
     bounds = np.cumsum([0, *map(len, listed)])
     covers, cover_bounds, nodes, node_bounds = _read_sentences(costs, text, bounds, chart)
@@ -181,7 +205,7 @@ def _read_sentences(
     covers, nodes = np.empty(text.size, np.int64), np.empty((4 * text.size + 16, 4), np.int64)
     for k in range(n):
         sentence = text[bounds[k] : bounds[k + 1]]
-        _fill(costs, sentence, chart)
+        _fill(costs, sentence, chart, True)
         cover, of_sentence = _read(costs, sentence, chart)
         first, low = cover_bounds[k], node_bounds[k]
         cover_bounds[k + 1], node_bounds[k + 1] = first + cover.size, low + of_sentence.shape[0]
@@ -192,18 +216,18 @@ def _read_sentences(
     return covers[: cover_bounds[n]], cover_bounds, nodes, node_bounds
 
 
-@compiled
-def _fill(costs: Costs, sentence: IntArray, chart: _Chart) -> None:
-    """Fill the chart of a sentence."""
-    table, n = costs.table, sentence.size
+@kernel
+def _fill(costs: Costs, text: IntArray, chart: _Chart, whole: bool) -> None:
+    """Fill the chart of a text; of the start symbol only its beginning, if it is one sentence."""
+    table, n = costs.table, text.size
     _clear(chart, n)
     for g in range(costs.recursive.size):
         first, last = costs.groups[g], costs.groups[g + 1]
         if not costs.recursive[g]:
             for r in range(first, last):
-                is_start = table.rows[r, LEFT] == table.n_terminals
+                is_start = whole and table.rows[r, LEFT] == table.n_terminals
                 for i in range(1 if is_start else n + 1):
-                    _lower(costs, r, i, sentence, chart)
+                    _lower(costs, r, i, text, chart)
             continue
         for i in range(n, -1, -1):
             lowered, begun = True, False
@@ -211,42 +235,44 @@ def _fill(costs: Costs, sentence: IntArray, chart: _Chart) -> None:
                 lowered = False
                 for r in range(first, last):
                     tried = costs.again[r] or not begun
-                    if tried and _lower(costs, r, i, sentence, chart):
+                    if tried and _lower(costs, r, i, text, chart):
                         lowered = True
                 begun = True
 
 
-@compiled
+@kernel
 def _clear(chart: _Chart, n: int) -> None:
-    """Empty the chart for a sentence of n symbols."""
+    """Empty the chart for a text of n symbols."""
+    width = chart.best.shape[2]
     for left in range(chart.best.shape[0]):
         for i in range(n + 1):
-            chart.ends[left, i, 0], chart.ends[left, i, 1] = n + 1, -1
-            for j in range(n + 1):
-                chart.best[left, i, j] = np.inf
+            chart.ends[left, i, 0], chart.ends[left, i, 1] = width, -1
+            for m in range(min(width, n - i + 1)):
+                chart.best[left, i, m] = np.inf
 
 
-@compiled
-def _lower(costs: Costs, r: int, i: int, sentence: IntArray, chart: _Chart) -> bool:
-    """Lower the costs of the spans that a rule derives from symbol ``i``; True if any fell."""
+@kernel
+def _lower(costs: Costs, r: int, i: int, text: IntArray, chart: _Chart) -> bool:
+    """Lower the costs of the parts that a rule derives from symbol ``i``; True if any fell."""
     table = costs.table
     left, length = table.rows[r, LEFT] - table.n_terminals, table.rows[r, LENGTH]
     if length > 0:  # most rules do not begin here, which is checked first
         first = table.text[table.rows[r, OFFSET]]
         if first < table.n_terminals:
-            if i == sentence.size or sentence[i] != first:
+            if i == text.size or text[i] != first:
                 return False
         elif chart.ends[first - table.n_terminals, i, 1] < 0:
             return False
-    low, high = _reach_ends(table, r, chart, sentence, i)
+    low, high = _reach_ends(table, r, chart, text, i)
     lowered = False
-    for j in range(low, high + 1):
-        cost = chart.reach[length, j] + costs.bits[left]
-        if cost < chart.best[left, i, j] - _EQUAL:
-            chart.best[left, i, j] = cost
-            chart.how[left, i, j] = r
-            chart.ends[left, i, 0] = min(chart.ends[left, i, 0], j)
-            chart.ends[left, i, 1] = max(chart.ends[left, i, 1], j)
+    for m in range(low, high + 1):
+        cost = chart.reach[length, m] + costs.bits[left]
+        if cost < chart.best[left, i, m] - _EQUAL:
+            chart.best[left, i, m] = cost
+            if chart.how.size > 0:
+                chart.how[left, i, m] = r
+            chart.ends[left, i, 0] = min(chart.ends[left, i, 0], m)
+            chart.ends[left, i, 1] = max(chart.ends[left, i, 1], m)
             lowered = True
     return lowered
 
@@ -273,61 +299,65 @@ def _read(costs: Costs, sentence: IntArray, chart: _Chart) -> tuple[IntArray, In
     return cover[:filled][::-1].copy(), _nodes_of(table, chart, sentence, roots[:n_roots])
 
 
-@compiled
+@kernel
 def _reach_ends(
-    table: RuleTable, r: int, chart: _Chart, sentence: IntArray, start: int
+    table: RuleTable, r: int, chart: _Chart, text: IntArray, start: int
 ) -> tuple[int, int]:
-    """Fill ``reach[k, j]``, the bits of sentence[start:j] as the first k symbols of row ``r``.
+    """Fill ``reach[k, m]``, the bits of m symbols from ``start`` as the first k of row ``r``.
 
-    Returns the least and the greatest end j of the whole right side; greatest below least if there
-    is none.
+    Returns the least and the greatest length m of the whole right side; greatest below least if
+    there is none.
     """
-    n, offset = sentence.size, table.rows[r, OFFSET]
-    for j in range(n + 1):
-        chart.reach[0, j] = np.inf
-    chart.reach[0, start] = 0.0
-    low = high = start
+    most, offset = min(text.size - start, chart.reach.shape[1] - 1), table.rows[r, OFFSET]
+    for m in range(most + 1):
+        chart.reach[0, m] = np.inf
+    chart.reach[0, 0] = 0.0
+    low = high = 0
     for k in range(table.rows[r, LENGTH]):
-        for j in range(n + 1):
-            chart.reach[k + 1, j] = np.inf
+        for m in range(most + 1):
+            chart.reach[k + 1, m] = np.inf
         symbol = table.text[offset + k]
         if symbol < table.n_terminals:
-            low, high = _read_terminal(chart.reach, k, (low, high), sentence, symbol)
+            low, high = _read_terminal(
+                chart.reach, k, (low, min(high, most - 1)), text, start, symbol
+            )
         else:
-            low, high = _read_nonterminal(chart, k, (low, high), symbol - table.n_terminals, n)
+            symbol -= table.n_terminals
+            low, high = _read_nonterminal(chart, k, (low, high), symbol, start, most)
         if high < 0:
             return 1, 0
     return low, high
 
 
-@compiled
+@kernel
 def _read_terminal(
-    reach: FloatArray, k: int, span: tuple[int, int], sentence: IntArray, symbol: int
+    reach: FloatArray, k: int, span: tuple[int, int], text: IntArray, start: int, symbol: int
 ) -> tuple[int, int]:
-    """Fill row k + 1 of ``reach`` from row k by a terminal; the least and greatest end."""
-    least, most = sentence.size + 1, -1
-    for i in range(span[0], min(span[1], sentence.size - 1) + 1):
-        if reach[k, i] < np.inf and sentence[i] == symbol:
-            reach[k + 1, i + 1] = reach[k, i]
-            least, most = min(least, i + 1), i + 1
-    return least, most
+    """Fill row k + 1 of ``reach`` from row k by a terminal; the least and greatest length."""
+    least, greatest = reach.shape[1], -1
+    for m in range(span[0], span[1] + 1):
+        if reach[k, m] < np.inf and text[start + m] == symbol:
+            reach[k + 1, m + 1] = reach[k, m]
+            least, greatest = min(least, m + 1), m + 1
+    return least, greatest
 
 
-@compiled
+@kernel
 def _read_nonterminal(
-    chart: _Chart, k: int, span: tuple[int, int], left: int, n: int
+    chart: _Chart, k: int, span: tuple[int, int], left: int, start: int, most: int
 ) -> tuple[int, int]:
-    """Fill row k + 1 of ``reach`` from row k by a nonterminal; the least and greatest end."""
-    reach, least, most = chart.reach, n + 1, -1
-    for i in range(span[0], span[1] + 1):
-        if reach[k, i] == np.inf:
+    """Fill row k + 1 of ``reach`` from row k by a nonterminal; the least and greatest length."""
+    reach, least, greatest = chart.reach, most + 1, -1
+    for m in range(span[0], span[1] + 1):
+        if reach[k, m] == np.inf:
             continue
-        for j in range(chart.ends[left, i, 0], chart.ends[left, i, 1] + 1):
-            cost = reach[k, i] + chart.best[left, i, j]
-            if cost < reach[k + 1, j]:
-                reach[k + 1, j] = cost
-                least, most = min(least, j), max(most, j)
-    return least, most
+        low, high = chart.ends[left, start + m, 0], chart.ends[left, start + m, 1]
+        for q in range(low, min(high, most - m) + 1):
+            cost = reach[k, m] + chart.best[left, start + m, q]
+            if cost < reach[k + 1, m + q]:
+                reach[k + 1, m + q] = cost
+                least, greatest = min(least, m + q), max(greatest, m + q)
+    return least, greatest
 
 
 @njit(cache=True)
@@ -344,9 +374,9 @@ def _cheapest_cover(chart: _Chart, symbol_bits: float, n: int) -> tuple[IntArray
         cost[j] = cost[j - 1] + symbol_bits
         for left in range(1, chart.best.shape[0]):
             for i in range(j):
-                if chart.ends[left, i, 0] > j or chart.ends[left, i, 1] < j:
+                if chart.ends[left, i, 0] > j - i or chart.ends[left, i, 1] < j - i:
                     continue
-                changed = cost[i] + symbol_bits + chart.best[left, i, j]
+                changed = cost[i] + symbol_bits + chart.best[left, i, j - i]
                 if changed < cost[j] - _EQUAL:
                     cost[j] = changed
                     by_left[j], by_start[j] = left, i
@@ -362,7 +392,7 @@ def _nodes_of(table: RuleTable, chart: _Chart, sentence: IntArray, roots: IntArr
     kept = [(0, 0, 0, 0)][:0]
     while len(waiting) > 0:
         left, i, j, parent, place = waiting.pop()
-        r = chart.how[left, i, j]
+        r = chart.how[left, i, j - i]
         node = len(kept)
         kept.append((r, parent, place, j - i))
         _reach_ends(table, r, chart, sentence, i)
@@ -372,8 +402,8 @@ def _nodes_of(table: RuleTable, chart: _Chart, sentence: IntArray, roots: IntArr
                 j -= 1
                 continue
             for m in range(i, j + 1):
-                cost = chart.reach[k, m] + chart.best[symbol, m, j]
-                if cost <= chart.reach[k + 1, j] + _EQUAL:
+                cost = chart.reach[k, m - i] + chart.best[symbol, m, j - m]
+                if cost <= chart.reach[k + 1, j - i] + _EQUAL:
                     waiting.append((symbol, m, j, node, k))
                     j = m
                     break
@@ -427,12 +457,12 @@ def _refitted(parsed: Parsed, flat: RuleSet, lawful: bool = False) -> RuleSet | 
     refitted = _counted(flat, rows, derived + covered)
     for cover, same_cover in new.items():
         refitted.add(refitted.start, cover, sum(sentences[sentence] for sentence in same_cover))
-    if (lawful and not new) or refitted.lawful():
+    if (lawful and not new) or is_lawful(refitted):
         return refitted
     plain = _counted(flat, rows, derived)
     for sentence in (sentence for same_cover in new.values() for sentence in same_cover):
         plain.add(plain.start, sentence, sentences[sentence])
-    return plain if plain.lawful() else None
+    return plain if is_lawful(plain) else None
 
 
 def _uses(used: list[IntArray], weights: list[int], n_rules: int) -> IntArray:

@@ -8,6 +8,7 @@ room for it.
 
 from __future__ import annotations
 
+from motiondb.grammar.cfg.closure import kernel
 from motiondb.grammar.induction.rule_arrays import (
     COUNT,
     LEFT,
@@ -19,7 +20,6 @@ from motiondb.grammar.induction.rule_arrays import (
     RuleTable,
     Substring,
     clear,
-    compiled,
     copy_row,
     copy_rows,
     count_references,
@@ -32,7 +32,7 @@ from motiondb.records import BoolArray, IntArray
 _NOWHERE = -1  # ``first`` of a missing substring
 
 
-@compiled
+@kernel
 def replace(
     source: RuleTable, goal: RuleTable, part: Part, symbol: int, spared: BoolArray, only: int
 ) -> bool:
@@ -78,13 +78,13 @@ def replace(
     return nodes == 0 or (_has_room(goal, part.length) and _put_part(goal, part, symbol, nodes))
 
 
-@compiled
+@kernel
 def _has_room(table: RuleTable, length: int) -> bool:
     """Return whether the text can hold ``length`` more symbols."""
     return bool(table.used[SYMBOLS] + length < table.text.size)
 
 
-@compiled
+@kernel
 def _write_replaced(
     source: RuleTable, end: int, r: int, part: Part, symbol: int
 ) -> tuple[int, int]:
@@ -104,7 +104,7 @@ def _write_replaced(
     return written - end, number
 
 
-@compiled
+@kernel
 def _put_part(table: RuleTable, part: Part, symbol: int, nodes: int) -> bool:
     """Add the rule of a nonterminal whose right side is a part."""
     end = table.used[SYMBOLS]
@@ -113,7 +113,7 @@ def _put_part(table: RuleTable, part: Part, symbol: int, nodes: int) -> bool:
     return put(table, part.length, symbol, nodes)
 
 
-@compiled
+@kernel
 def edit_substrings(
     source: RuleTable, goal: RuleTable, one: Substring, other: Substring, symbol: int
 ) -> bool:
@@ -152,7 +152,7 @@ def edit_substrings(
     return _put_part(goal, second, symbol, rows[other.row, COUNT])
 
 
-@compiled
+@kernel
 def _put_edited(
     source: RuleTable, goal: RuleTable, one: Substring, other: Substring, symbol: int
 ) -> bool:
@@ -176,7 +176,7 @@ def _put_edited(
     return put(goal, written - goal.used[SYMBOLS], left, nodes)
 
 
-@compiled
+@kernel
 def merge(source: RuleTable, goal: RuleTable, symbol: int, other: int) -> bool:
     """Make two nonterminals one: ``other`` is renamed to ``symbol``."""
     rows, text = source.rows, source.text
@@ -198,13 +198,13 @@ def merge(source: RuleTable, goal: RuleTable, symbol: int, other: int) -> bool:
     return True
 
 
-@compiled
+@kernel
 def _names(table: RuleTable, r: int, symbol: int) -> bool:
     """Whether a symbol occurs on either side of a row."""
     return bool(table.rows[r, LEFT] == symbol) or _uses(table, r, symbol) > 0
 
 
-@compiled
+@kernel
 def _uses(table: RuleTable, r: int, symbol: int) -> int:
     """Count how often a symbol occurs in the right side of a row."""
     number, offset = 0, table.rows[r, OFFSET]
@@ -213,7 +213,7 @@ def _uses(table: RuleTable, r: int, symbol: int) -> int:
     return number
 
 
-@compiled
+@kernel
 def substitute(source: RuleTable, goal: RuleTable, symbol: int) -> bool:
     """Substitute the only right side of a nonterminal wherever it occurs, and drop its rule."""
     rows = source.rows
@@ -238,7 +238,7 @@ def substitute(source: RuleTable, goal: RuleTable, symbol: int) -> bool:
     return True
 
 
-@compiled
+@kernel
 def _write_symbol(source: RuleTable, k: int, written: int, symbol: int, rule: int) -> int:
     """Write a symbol of the text at ``written``, or a right side for ``symbol``; return its end."""
     text = source.text
@@ -250,7 +250,7 @@ def _write_symbol(source: RuleTable, k: int, written: int, symbol: int, rule: in
     return written + int(source.rows[rule, LENGTH])
 
 
-@compiled
+@kernel
 def substitute_once(source: RuleTable, goal: RuleTable, symbol: int) -> bool:
     """Substitute all alternatives of a nonterminal into the one place where it occurs."""
     rows = source.rows
@@ -275,7 +275,7 @@ def substitute_once(source: RuleTable, goal: RuleTable, symbol: int) -> bool:
     return True
 
 
-@compiled
+@kernel
 def tidy(table: RuleTable, spare: RuleTable, alternatives: IntArray, numbers: IntArray) -> bool:
     """Substitute nonterminals that never save bits: used once with one rule, or one symbol long.
 
@@ -310,7 +310,7 @@ def tidy(table: RuleTable, spare: RuleTable, alternatives: IntArray, numbers: In
         copy_rows(spare, table)
 
 
-@compiled
+@kernel
 def _idle_nonterminal(
     table: RuleTable, alternatives: IntArray, numbers: IntArray, last: int
 ) -> tuple[int, bool]:

@@ -12,16 +12,13 @@ symbol T, further nonterminals above.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple, TypeVar, cast
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from motiondb.grammar.cfg.closure import kernel
 from motiondb.grammar.rules.rule_set import Rules, RuleSet
 from motiondb.records import BoolArray, FloatArray, IntArray
-
-F = TypeVar("F", bound=Callable[..., object])
 
 LEFT, OFFSET, LENGTH, COUNT, KEY = range(5)  # Columns of a table
 
@@ -39,18 +36,6 @@ class RuleTable(NamedTuple):
     text: IntArray  # (symbols,): the right sides. Tables of one search share it
     used: IntArray  # (2,): how many rows and how many symbols of the text are in use
     n_terminals: int
-
-
-def compiled(function: F) -> F:
-    """Compile a function that gets arrays and returns numbers, without counting references.
-
-    Otherwise a function with a tuple of arrays as its argument counts references to each of them
-    when it is called and when it returns, which takes longer than most of these functions. Without
-    counting, a function may read and write the arrays it gets; it must not make arrays, copy slices
-    or return an array.
-    """
-    made = njit(cache=True, _nrt=False)(function)  # type: ignore[call-overload]  # not in its types
-    return cast(F, made)
 
 
 def empty_table(text: IntArray, n_rows: int, n_terminals: int) -> RuleTable:
@@ -82,7 +67,7 @@ def rules_of(table: RuleTable, like: RuleSet) -> RuleSet:
     return like.with_rules(rules)
 
 
-@compiled
+@kernel
 def put(table: RuleTable, length: int, left: int, count: int) -> bool:
     """Add a rule whose right side has been written at the end of the text; False if it is full.
 
@@ -111,14 +96,14 @@ def put(table: RuleTable, length: int, left: int, count: int) -> bool:
     return True
 
 
-@compiled
+@kernel
 def clear(table: RuleTable, source: RuleTable) -> None:
     """Empty a table that is to hold a change of ``source``, whose part of the text stays."""
     table.used[ROWS] = 0
     table.used[SYMBOLS] = source.used[SYMBOLS]
 
 
-@compiled
+@kernel
 def copy_row(source: RuleTable, r: int, goal: RuleTable) -> None:
     """Append row ``r`` of a table to another, without comparison."""
     n = goal.used[ROWS]
@@ -127,7 +112,7 @@ def copy_row(source: RuleTable, r: int, goal: RuleTable) -> None:
     goal.used[ROWS] = n + 1
 
 
-@compiled
+@kernel
 def copy_rows(source: RuleTable, goal: RuleTable) -> None:
     """Make a table over the same text equal to another."""
     goal.used[ROWS] = 0
@@ -136,7 +121,7 @@ def copy_rows(source: RuleTable, goal: RuleTable) -> None:
     goal.used[SYMBOLS] = source.used[SYMBOLS]
 
 
-@compiled
+@kernel
 def bits_of(table: RuleTable, nodes: IntArray, alternatives: IntArray, logs: FloatArray) -> float:
     """Return the description length in bits.
 
@@ -170,7 +155,7 @@ def bits_of(table: RuleTable, nodes: IntArray, alternatives: IntArray, logs: Flo
     return length * logs[n_lefts + table.n_terminals + 1] + data
 
 
-@compiled
+@kernel
 def mark_descendants(table: RuleTable, symbol: int, reached: BoolArray) -> None:
     """Mark the nonterminals that a nonterminal leads to, itself among them.
 
@@ -198,7 +183,7 @@ def mark_descendants(table: RuleTable, symbol: int, reached: BoolArray) -> None:
                         grown = True
 
 
-@compiled
+@kernel
 def count_references(table: RuleTable, numbers: IntArray) -> None:
     """Count how often each nonterminal occurs in right sides.
 
@@ -232,7 +217,7 @@ class Substring(NamedTuple):
     length: int
 
 
-@compiled
+@kernel
 def same_symbols(text: IntArray, one: int, other: int, length: int) -> bool:
     """Whether two places of the text hold the same ``length`` symbols."""
     for k in range(length):  # noqa: SIM110  numba compiles no generator expressions
@@ -241,7 +226,7 @@ def same_symbols(text: IntArray, one: int, other: int, length: int) -> bool:
     return True
 
 
-@compiled
+@kernel
 def occurrences(table: RuleTable, r: int, part: Part) -> int:
     """Count how often a part occurs in the right side of row ``r``, without overlap."""
     number, k = 0, table.rows[r, OFFSET]
@@ -259,7 +244,7 @@ LONGEST_MEMBER = 4
 """Symbols of an alternative of a class at most. Chosen by hand, so that a try stays short."""
 
 
-@compiled
+@kernel
 def shared_ends(table: RuleTable, a: int, b: int, from_left: bool) -> tuple[int, int]:
     """Return the lengths of the common beginning and end of two rows, without overlap."""
     text = table.text
@@ -278,7 +263,7 @@ def shared_ends(table: RuleTable, a: int, b: int, from_left: bool) -> tuple[int,
     return p, q
 
 
-@compiled
+@kernel
 def neighbours(table: RuleTable, part: Substring) -> tuple[int, int]:
     """Return the symbols before and after a substring; -1 at the beginning, -2 at the end."""
     start = table.rows[part.row, OFFSET]
@@ -288,7 +273,7 @@ def neighbours(table: RuleTable, part: Substring) -> tuple[int, int]:
     return before, after
 
 
-@compiled
+@kernel
 def fitting_length(table: RuleTable, first: Substring, r: int, k: int) -> int:
     """Return the length of a part at place ``k`` of row ``r`` that may join ``first``; -1 if none.
 

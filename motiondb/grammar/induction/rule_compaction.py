@@ -29,7 +29,7 @@ and is shown as one.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -39,8 +39,7 @@ from motiondb.grammar.induction.annealing import WARMEST, anneal
 from motiondb.grammar.induction.loop_evidence import keep_supported, rounds_asked
 from motiondb.grammar.induction.perturbation import REWARMED, perturb, plant, sample, shortest
 from motiondb.grammar.induction.refitting import refit, refit_and_read
-from motiondb.grammar.rules.rule_laws import recursive_lefts
-from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet
+from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet, recursive_lefts
 
 
 def absorb_neighbours(rule_set: RuleSet) -> RuleSet:
@@ -398,35 +397,3 @@ def _n_empty(rules: RuleSet) -> int:
 def _size(rule_set: RuleSet) -> int:
     """Symbols of all rules, with left sides and separators."""
     return sum(len(right) + 2 for _, right in rule_set.uses())
-
-
-def trim(rule_set: RuleSet) -> RuleSet:
-    """Substitute the nonterminals of one rule that cost more symbols than they save."""
-    current = rule_set.copy()
-    while True:
-        references = current.references()
-        idle = [
-            left
-            for left, rights in current.rules.items()
-            if left != current.start
-            and len(rights) == 1
-            and _saved(len(next(iter(rights))), references[left]) <= 0
-        ]
-        if not idle:
-            return current
-        spelled = {left: current.rules.pop(left).popitem()[0] for left in idle}
-        old, current.rules = current.rules, {}
-        for left, rights in old.items():
-            for right, count in rights.items():
-                current.add(left, _substituted(right, spelled), count)
-
-
-def _saved(length: int, number: int) -> int:
-    """Return the symbols that a nonterminal for ``number`` occurrences of a string saves."""
-    return number * (length - 1) - length - 2
-
-
-def _substituted(right: Right, spelled: Mapping[int, Right]) -> Right:
-    while any(symbol in spelled for symbol in right):
-        right = tuple(s for old in right for s in spelled.get(old, (old,)))
-    return right

@@ -1,1 +1,1 @@
-"""Rule sets and their description length; repeats and alignments of sentences."""
+"""Rule sets and their description length."""

@@ -23,8 +23,9 @@ Laws limit generalization if there are few examples:
 Symbols are numbers: terminals are 0..T-1, the start symbol is T, other nonterminals are above T.
 
 Source: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
-Computer Graphics Forum 30 (2011), section 5.1, for the description length. The laws are specific to
-motiondb; they prevent the cyclic references that section 7 reports.
+Computer Graphics Forum 30 (2011), section 5.1, for the description length; R. Tarjan, "Depth-First
+Search and Linear Graph Algorithms", SIAM Journal on Computing 1 (1972), for components. The laws
+are specific to motiondb; they prevent the cyclic references that section 7 reports.
 """
 
 from __future__ import annotations
@@ -35,8 +36,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from motiondb.grammar.cfg.context_free import Grammar, Rule
-from motiondb.grammar.rules import rule_laws
-from motiondb.grammar.rules.rule_laws import Right, Rules
+
+Right = tuple[int, ...]
+Rules = dict[int, dict[Right, int]]
 
 ENOUGH = 10
 """Sentences that must hold a terminal, none of them twice, before it counts as single. At 10 the
@@ -153,27 +155,77 @@ class RuleSet:
                             ready.append(symbol)
         return ordered if len(ordered) == len(self.rules) else None
 
-    def lawful(self) -> bool:
-        """Whether the rules keep all laws."""
-        rules, terminals = self.rules, self.n_terminals
-        if not (self._loops_lawfully() if self.loops else self.order() is not None):
-            return False
-        if not self.empties and any(not right for _, right in self.uses()):
-            return False
-        nullable = rule_laws.nullable_lefts(rules)
-        return (
-            self.start not in nullable
-            and not rule_laws.empty_beside_itself(rules, nullable)
-            and rule_laws.keeps_constants(rules, terminals, self.start, self.constants)
-            and rule_laws.keeps_singles(rules, terminals, self.singles)
-        )
 
-    def _loops_lawfully(self) -> bool:
-        return (
-            rule_laws.all_end(self.rules, self.n_terminals)
-            and rule_laws.all_reached(self.rules, self.start)
-            and not rule_laws.derives_itself_alone(self.rules)
-        )
+def components(rules: Rules) -> list[list[int]]:
+    """Return the strongly connected components of the nonterminals, bottom-up.
+
+    Nonterminals that derive each other are in one component. Each component comes after those that
+    its rules use. Within a component nonterminals are in ascending order.
+
+    >>> components({3: {(4, 5): 1}, 4: {(3, 0): 1, (0,): 1}, 5: {(1,): 1}})
+    [[5], [3, 4]]
+    """
+    children = {
+        left: sorted({symbol for right in rights for symbol in right if symbol in rules})
+        for left, rights in rules.items()
+    }
+    number: dict[int, int] = {}
+    lowest: dict[int, int] = {}
+    stack: list[int] = []
+    done: set[int] = set()
+    groups: list[list[int]] = []
+    for root in sorted(rules):
+        waiting = [(root, iter(children[root]))] if root not in number else []
+        for left, _ in waiting:
+            number[left] = lowest[left] = len(number)
+            stack.append(left)
+        while waiting:
+            left, rest = waiting[-1]
+            child = next(rest, None)
+            if child is None:
+                waiting.pop()
+                if waiting:
+                    lowest[waiting[-1][0]] = min(lowest[waiting[-1][0]], lowest[left])
+                if lowest[left] == number[left]:
+                    place = stack.index(left)
+                    groups.append(sorted(stack[place:]))
+                    done.update(stack[place:])
+                    del stack[place:]
+            elif child not in number:
+                number[child] = lowest[child] = len(number)
+                stack.append(child)
+                waiting.append((child, iter(children[child])))
+            elif child not in done:
+                lowest[left] = min(lowest[left], number[child])
+    return groups
+
+
+def recursive_lefts(rules: Rules) -> frozenset[int]:
+    """Return the nonterminals that derive a string which holds themselves.
+
+    >>> sorted(recursive_lefts({3: {(4, 5): 1}, 4: {(4, 0): 1, (0,): 1}, 5: {(1,): 1}}))
+    [4]
+    """
+    return frozenset(
+        left
+        for group in components(rules)
+        for left in group
+        if len(group) > 1 or any(left in right for right in rules[left])
+    )
+
+
+def nullable_lefts(rules: Rules) -> frozenset[int]:
+    """Return the nonterminals that derive the empty string."""
+    reached: set[int] = set()
+    while True:
+        more = {
+            left
+            for left, rights in rules.items()
+            if left not in reached and any(reached.issuperset(right) for right in rights)
+        }
+        if not more:
+            return frozenset(reached)
+        reached |= more
 
 
 def constant_terminals(sentences: Mapping[Right, int]) -> dict[int, int]:

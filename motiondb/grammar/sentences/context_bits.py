@@ -34,7 +34,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from motiondb.grammar.induction.rule_arrays import compiled
+from motiondb.grammar.cfg.closure import kernel
 from motiondb.grammar.sentences.repeats import cover_repeats
 from motiondb.records import FloatArray, IntArray
 
@@ -145,7 +145,7 @@ def group_by_contexts(
     return n_rights, length, n_nonterminals, data
 
 
-@compiled
+@kernel
 def _add_left(
     rights: _Rights, lefts: _Lefts, members: IntArray, i: int, new: int, n_lefts: int
 ) -> None:
@@ -193,7 +193,7 @@ def _best_group(
     return best_group
 
 
-@compiled
+@kernel
 def _count_members(rights: _Rights, n_rights: int, group: _Group) -> tuple[int, int]:
     """Count the members of a group, and their tree nodes."""
     g, nodes = 0, 0
@@ -216,7 +216,7 @@ def _members(rights: _Rights, n_rights: int, group: _Group) -> IntArray:
     return members[:g]
 
 
-@compiled
+@kernel
 def _in_group(rights: _Rights, group: _Group, r: int) -> bool:
     """Return whether right side r belongs to a group; False for its own right side i."""
     low, high = min(group.i, r), max(group.i, r)
@@ -227,7 +227,7 @@ def _in_group(rights: _Rights, group: _Group, r: int) -> bool:
     )
 
 
-@compiled
+@kernel
 def _compare(rights: _Rights, i: int, j: int) -> None:
     """Record the lengths of the common beginning and end of two right sides i < j.
 
@@ -247,7 +247,7 @@ def _compare(rights: _Rights, i: int, j: int) -> None:
     rights.closes[i, j] = q
 
 
-@compiled
+@kernel
 def _take(
     rights: _Rights, members: IntArray, new: int, end: int, group: _Group, symbol: int
 ) -> int:

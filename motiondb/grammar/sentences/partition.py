@@ -42,8 +42,7 @@ from motiondb.grammar.induction.loop_evidence import keep_supported, rounds_aske
 from motiondb.grammar.induction.perturbation import REWARMED, perturb
 from motiondb.grammar.induction.refitting import refit, refit_fully
 from motiondb.grammar.rules.description_length import DescriptionLength, Sentence
-from motiondb.grammar.rules.rule_laws import recursive_lefts
-from motiondb.grammar.rules.rule_set import RuleSet, flat_rules
+from motiondb.grammar.rules.rule_set import RuleSet, flat_rules, recursive_lefts
 from motiondb.grammar.sentences.borders import (
     Cuts,
     border_places,

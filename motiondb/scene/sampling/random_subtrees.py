@@ -3,41 +3,36 @@
 A player's expression c_1 .. c_g is an automaton that reads the action string. In state i the first
 i classes have been passed; an action of class c_(i + 1) leads to i + 1, another one stays. Actions
 that only a diagram may ask for (:data:`motiondb.scene.language.expressions.ONLY_ASKED`: a pass has
-a receiver, a catch a passer) lead nowhere else, unless they continue a repeated class. With
-T_a[i, j] = 1 if the terminal a leads from i to j, the probability that a nonterminal A derives a
-string that leads from i to j is the least solution of
+a receiver, a catch a passer) lead nowhere else, unless they continue a repeated class.
 
-    I_A = sum over rules r of A:  p_r  T_B1 T_B2 ..  (the matrices of the rule's right side)
-
-From these sums, subtrees are drawn top down: a rule by p_r times its product, then the states
-between its symbols. A subtree has exactly the probability of the grammar given that it leads from i
-to one of the states that are allowed after it, so no draw is rejected. Two subtrees of the same
-node have probabilities whose ratio is that of the products of their rules: the probability of the
-condition depends on what is outside, so it cancels in the ratio of a proposal and its reverse.
+Subtrees are drawn by the sums over this automaton (:mod:`motiondb.grammar.cfg.trees`): one has
+exactly the probability of the grammar given that it leads from i to one of the states that are
+allowed after it, so no draw is rejected. Two subtrees of the same node have probabilities whose
+ratio is that of the products of their rules: the probability of the condition depends on what is
+outside, so it cancels in the ratio of a proposal and its reverse.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
-Forum 35 (2016), section 5 ("until P(X') > 0"); the intersection of a context-free language with a
-regular one, Y. Bar-Hillel, M. Perles and E. Shamir (1961).
+Forum 35 (2016), section 5 ("until P(X') > 0").
 """
 
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from motiondb.errors import SceneError
+from motiondb.grammar.cfg.automata import Automaton, chain
+from motiondb.grammar.cfg.closure import SUM
+from motiondb.grammar.cfg.compiled import compile_grammar
 from motiondb.grammar.cfg.context_free import Grammar
+from motiondb.grammar.cfg.inside import inside
+from motiondb.grammar.cfg.trees import Trees, drawn
 from motiondb.records import FloatArray
 from motiondb.scene.language.expressions import Item
 
-_TOLERANCE = 1e-14
-"""Relative change of the sums at which the iteration ends: near the precision of floats."""
-_ROUNDS = 10_000
-"""Most rounds of the iteration; the grammars that are shipped need fewer than a hundred."""
 NOWHERE = -1  # State of a string that cannot be continued
 
 
@@ -64,13 +59,17 @@ class Derivations:
         self.grammar = grammar
         self.items = tuple(items)
         self.n_states = len(self.items) + 1
-        weights = [rule.probability for rule in grammar.rules]
+        compiled = compile_grammar(grammar)
+        self._names = compiled.names
+        self._numbers = {name: number for number, name in enumerate(compiled.names)}
+        chances = np.zeros(len(grammar.rules))
+        chances[compiled.rule_numbers] = compiled.probabilities
         with np.errstate(divide="ignore"):
-            self._log_weights = np.log(np.array(weights, dtype=float)).tolist()
+            self._log_weights = np.log(chances).tolist()
         for closed in (frozenset(only_asked), frozenset[str]()):
-            self._next = _transitions(grammar, self.items, closed)
-            self._inside, self._rests = _inside_sums(grammar, self._next, self.n_states)
-            if self._inside[grammar.start][0, -1] > 0.0:
+            self._next = _transitions(compiled.names[compiled.terminals], self.items, closed)
+            made = inside(compiled, _automaton(self._next, self.n_states))
+            if made.weight(compiled.start) > 0.0:
                 break
         else:
             wanted = "".join(map(str, self.items))
@@ -78,12 +77,18 @@ class Derivations:
                 f"grammar: expected a string from {grammar.start} that fits {wanted}, found none."
                 " Change the order of what is asked, or add a rule that allows it."
             )
-        self._rules: dict[tuple[str, int, int], tuple[list[float], list[int]]] = {}
-        self._states: dict[tuple[int, int, int, int], tuple[list[float], list[int]]] = {}
+        self._trees = Trees(compiled, made, compiled.weights(SUM))
+        self._inside: dict[str, FloatArray] = {}
 
     def inside(self, symbol: str) -> FloatArray:
         """Return I_A: array (states, states), the probability of leading from one to another."""
-        return self._inside[symbol]
+        known = self._inside.get(symbol)
+        if known is None:
+            known = self._inside[symbol] = np.zeros((self.n_states, self.n_states))
+            if symbol in self._numbers:
+                for i, j in np.ndindex(known.shape):
+                    known[i, j] = self._trees.made.weight(self._numbers[symbol], i, j)
+        return known
 
     def run(self, actions: Sequence[str], state: int = 0) -> list[int]:
         """Return the states before every action and after the last; NOWHERE after a dead end."""
@@ -119,75 +124,19 @@ class Derivations:
         The result is None if it grew over ``most`` actions. A proposal of a string that is too long
         is thus rejected.
         """
-        sums = self._inside[symbol]
-        until = ends[_drawn(_cumulative([float(sums[since, end]) for end in ends]), rng.random())]
-        rules: list[int] = []
-        actions: list[str] = []
-        waiting = [(symbol, since, until)]
-        random = rng.random
-        while waiting:
-            symbol, i, j = waiting.pop()
-            if not self.grammar.is_nonterminal(symbol):
-                actions.append(symbol)
-                if len(actions) > most:
-                    return None
-                continue
-            sums_of, numbers = self._rules_of(symbol, i, j)
-            rule = numbers[_drawn(sums_of, random())]
-            rules.append(rule)
-            waiting += self._parts(rule, i, j, random)[::-1]
-        return Derivation(tuple(rules), tuple(actions))
-
-    def _rules_of(self, symbol: str, i: int, j: int) -> tuple[list[float], list[int]]:
-        weighted = self._rules.get((symbol, i, j))
-        if weighted is None:
-            numbers = list(self.grammar.rules_of[symbol])
-            rules = self.grammar.rules
-            weights = [rules[n].probability * float(self._rests[n][0][i, j]) for n in numbers]
-            weighted = self._rules[symbol, i, j] = _cumulative(weights), numbers
-        return weighted
-
-    def _parts(
-        self, rule: int, i: int, j: int, random: Callable[[], float]
-    ) -> list[tuple[str, int, int]]:
-        """Return a rule's symbols with the states that they lead from and to."""
-        parts = []
-        right = self.grammar.rules[rule].right
-        for k, symbol in enumerate(right):
-            state = j
-            if k + 1 < len(right):
-                key = rule, k, i, j
-                ways = self._states.get(key)
-                if ways is None:
-                    both = self._matrix(symbol)[i] * self._rests[rule][k + 1][:, j]
-                    ways = self._states[key] = _cumulative(both.tolist()), []
-                state = _drawn(ways[0], random())
-            parts.append((symbol, i, state))
-            i = state
-        return parts
-
-    def _matrix(self, symbol: str) -> FloatArray:
-        return self._inside[symbol]
-
-
-def _cumulative(weights: Sequence[float]) -> list[float]:
-    """Return cumulative sums divided by the total; the last one exceeds every random number."""
-    sums: list[float] = np.cumsum(weights).tolist()
-    whole = sums[-1]
-    last = max(k for k, weight in enumerate(weights) if weight > 0.0)
-    return [value / whole if k < last else 2.0 for k, value in enumerate(sums)]
-
-
-def _drawn(sums: list[float], u: float) -> int:
-    return bisect_right(sums, u)
+        until = ends[drawn(self.inside(symbol)[since, ends], rng)]
+        tree = self._trees.draw((self._numbers[symbol], since, until), rng, most)
+        if tree is None:
+            return None
+        return Derivation(tuple(tree[0]), tuple(self._names[number] for number in tree[1]))
 
 
 def _transitions(
-    grammar: Grammar, items: Sequence[Item], closed: frozenset[str]
+    terminals: Sequence[str], items: Sequence[Item], closed: frozenset[str]
 ) -> dict[str, list[int]]:
     """Return for every terminal the state that it leads to from each state."""
     next_states = {}
-    for action in grammar.terminals:
+    for action in terminals:
         row = []
         for state in range(len(items) + 1):
             if state < len(items) and action in items[state].actions:
@@ -200,39 +149,8 @@ def _transitions(
     return next_states
 
 
-def _inside_sums(
-    grammar: Grammar, steps: dict[str, list[int]], n: int
-) -> tuple[dict[str, FloatArray], list[list[FloatArray]]]:
-    """Return I of every symbol, and for every rule the products of the ends of its right side.
-
-    It is the least solution, by iteration from 0: each round adds deeper trees.
-    """
-    sums = {}
-    for action, row in steps.items():
-        sums[action] = np.zeros((n, n))
-        for i, j in enumerate(row):
-            if j >= 0:
-                sums[action][i, j] = 1.0
-    for symbol in grammar.nonterminals:
-        sums[symbol] = np.zeros((n, n))
-    for _ in range(_ROUNDS):
-        change = 0.0
-        for symbol in grammar.nonterminals:
-            new = np.zeros((n, n))
-            for number in grammar.rules_of[symbol]:
-                rule = grammar.rules[number]
-                new += rule.probability * _rests(rule.right, sums, n)[0]
-            grown = new - sums[symbol]
-            change = max(change, float((grown / np.where(new > 0, new, 1.0)).max()))
-            sums[symbol] = new
-        if change < _TOLERANCE:
-            break
-    return sums, [_rests(rule.right, sums, n) for rule in grammar.rules]
-
-
-def _rests(right: Sequence[str], sums: dict[str, FloatArray], n: int) -> list[FloatArray]:
-    """Return the products of the matrices of a right side from each symbol to the end."""
-    products = [np.eye(n)]
-    for symbol in reversed(right):
-        products.append(sums[symbol] @ products[-1] if len(products) > 1 else sums[symbol])
-    return products[::-1]
+def _automaton(steps: dict[str, list[int]], n_states: int) -> Automaton:
+    """Return the automaton of steps by terminal and state."""
+    reached = np.array(list(steps.values())).reshape(-1, n_states).T
+    states = np.arange(n_states)[:, None]
+    return chain((reached[:-1] == states[1:]) * 1.0, (reached == states) * 1.0)

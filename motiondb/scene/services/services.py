@@ -7,16 +7,26 @@ Forum 35 (2016), section 6.
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from math import exp, inf
+
+import numpy as np
 
 from motiondb.errors import SceneError, suggestion
 from motiondb.grammar.cfg import prefix
-from motiondb.grammar.cfg.context_free import Tree, nullable_symbols, reachable_symbols
+from motiondb.grammar.cfg.compiled import CompiledGrammar, compile_grammar
+from motiondb.grammar.cfg.context_free import (
+    Grammar,
+    Tree,
+    derive_by,
+    nullable_symbols,
+    reachable_symbols,
+)
 from motiondb.grammar.cfg.parse import count_trees, explain, parse
 from motiondb.grammar.cfg.prefix import prefix_log_probability
+from motiondb.grammar.derivation.plan import best_plan
 from motiondb.scene.language.motion_grammar import MotionGrammar
-from motiondb.scene.services import planning
 from motiondb.scene.services.lr import Conflict, lr1_automaton
 
 LONGEST_STRING = 400
@@ -249,4 +259,49 @@ def plan(
                     f"{grammar.name}: expected an action, found {action!r}. The actions are"
                     f" {', '.join(known)}."
                 )
-    return planning.plan(grammar.started(start), actions, goals)
+    return shortest_tree(grammar.started(start), actions, goals)
+
+
+def shortest_tree(
+    grammar: Grammar, prefix: Sequence[str] = (), goals: Sequence[Collection[str]] = ()
+) -> Tree:
+    r"""Return the tree of a shortest string, of fewest rules; it is never the empty string.
+
+    `goals`: Sets of terminals to pass after the prefix, in this order; any member of a set will do.
+
+    >>> from motiondb.grammar.cfg.context_free import read_grammar
+    >>> grammar = read_grammar("S -> a S | B\nB -> b | b c")
+    >>> shortest_tree(grammar, ["a"], [{"a"}, {"c"}]).leaves()
+    ('a', 'a', 'b', 'c')
+    """
+    wanted = [frozenset(goal) for goal in goals]
+    if not prefix and not wanted:
+        wanted = [frozenset(grammar.terminals)]
+    compiled = _with_equal_rules(grammar)
+    choices = best_plan(compiled, prefix, wanted, shortest=True)
+    if isinstance(choices, int):
+        raise SceneError(_nowhere(grammar, prefix, wanted, choices - len(prefix)))
+    return derive_by(grammar, compiled.rule_numbers[choices].tolist())
+
+
+@lru_cache(maxsize=16)
+def _with_equal_rules(grammar: Grammar) -> CompiledGrammar:
+    """Return a grammar whose trees of equal strings differ by their number of rules alone."""
+    compiled = compile_grammar(grammar)
+    return replace(compiled, probabilities=np.ones(len(compiled.probabilities)))
+
+
+def _nowhere(
+    grammar: Grammar, prefix: Sequence[str], goals: Sequence[frozenset[str]], met: int
+) -> str:
+    """Return why there is no plan: the prefix, or the first goal that cannot be met."""
+    begun = f" that begins with '{' '.join(prefix)}'" if prefix else ""
+    through = ", then ".join(" or ".join(sorted(goal)) for goal in goals)
+    if met < 0:
+        limit = "no string of the grammar begins so" if prefix else "the grammar has no string"
+    else:
+        limit = f"{' or '.join(sorted(goals[met]))} cannot come {'then' if met else 'at all'}"
+    return (
+        f"grammar: expected a string from {grammar.start}{begun} with {through or 'nothing more'},"
+        f" but {limit}. Leave it out, change the order, or add a rule that allows it."
+    )

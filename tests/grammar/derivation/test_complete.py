@@ -12,9 +12,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from motiondb.grammar.cfg.closure import BEST
 from motiondb.grammar.cfg.context_free import GrammarError, read_grammar
+from motiondb.grammar.cfg.inside import inside
 from motiondb.grammar.cfg.parse import compiled_form, log_probability
-from motiondb.grammar.derivation.complete import complete, intersect, sample_completion, weights_of
+from motiondb.grammar.derivation.complete import complete, intersect, sample_completion
 from motiondb.grammar.derivation.pattern import (
     PatternSymbol,
     acceptor_of,
@@ -42,16 +44,29 @@ def matches(tokens, string):
     return re.fullmatch(written, "".join(string)) is not None
 
 
+def dense_steps(made):
+    """The weights (terminals, Q, Q) of an automaton's edges."""
+    n = len(made.loops)
+    steps = np.zeros((made.stays.shape[1], n, n))
+    for s in range(n):
+        if made.loops[s] >= 0:
+            steps[:, s, s] = made.stays[made.loops[s]]
+        for e in range(made.starts[s], made.starts[s + 1]):
+            steps[made.terminals[e], s, made.targets[e]] += made.weights[e]
+    return steps
+
+
 @settings(max_examples=40, deadline=None)
 @given(TOKENS, st.text("abxy", max_size=6), st.sampled_from([None, frozenset("abx")]))
 def test_the_acceptor_reads_each_string_that_matches_in_one_way(tokens, string, allowed):
     made = acceptor_of(read_pattern(tokens), "abxy", allowed)
-    ways = np.zeros(len(made.steps), dtype=int)
+    steps = dense_steps(made)
+    ways = np.zeros(len(made.loops))
     ways[0] = 1
     for symbol in string:
-        ways = ways @ made.steps[:, "abxy".index(symbol)]
+        ways = ways @ steps["abxy".index(symbol)]
     expected = matches(tokens, string) and (allowed is None or allowed.issuperset(string))
-    assert ways[made.accepting].sum() == int(expected)
+    assert ways[made.final].sum() == int(expected)
 
 
 def slow_probability(grammar, tokens, allowed):
@@ -91,9 +106,11 @@ def test_the_probability_of_a_pattern_is_that_of_a_slow_iteration(grammar, token
     meeting = intersect(grammar, read_pattern(tokens), allowed)
     if ended:
         assert meeting.ends.sum() == pytest.approx(slow, rel=1e-9, abs=1e-12)
-    best = weights_of(meeting.compiled, meeting.automaton, best=True)
-    assert (best <= meeting.sums + 1e-9).all()
-    assert ((best > 0) == (meeting.sums > 0)).all()
+    best = inside(meeting.compiled, meeting.automaton, BEST)
+    n = range(len(best.loops))
+    for item in product(range(meeting.compiled.n_symbols), n, n):
+        assert best.weight(*item) <= meeting.sums.weight(*item) + 1e-9
+        assert (best.weight(*item) > 0) == (meeting.sums.weight(*item) > 0)
 
 
 @settings(max_examples=30, deadline=None)

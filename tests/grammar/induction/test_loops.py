@@ -6,6 +6,7 @@ import math
 from functools import cache
 from itertools import product
 
+import naive_laws
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -16,6 +17,7 @@ from motiondb.grammar.cfg.context_free import read_grammar
 from motiondb.grammar.cfg.parse import accepts
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.induction.induction import induce, induce_with_bits, without_loops
+from motiondb.grammar.induction.law_checks import is_lawful
 from motiondb.grammar.induction.loop_evidence import (
     Context,
     judge_loops,
@@ -26,29 +28,30 @@ from motiondb.grammar.induction.loop_evidence import (
 )
 from motiondb.grammar.induction.refitting import PARENT, RULE, SPAN, read_all, refit
 from motiondb.grammar.languages import derived_strings
-from motiondb.grammar.rules import rule_laws
+from motiondb.grammar.rules import rule_set
 from motiondb.grammar.rules.rule_set import RuleSet
 
 
 @settings(max_examples=120, deadline=None)
 @given(looping_rules(), st.lists(st.booleans(), min_size=3, max_size=3).filter(any))
 def test_the_search_checks_the_laws_as_the_plain_check_does_and_who_may_loop(rules, may_loop):
-    looping = rule_laws.recursive_lefts(rules.rules)
+    looping = rule_set.recursive_lefts(rules.rules)
     allowed = all(may_loop[left - S] for left in looping)
-    assert keeps_laws_of(rules, may_loop) == (rules.lawful() and allowed)
+    assert is_lawful(rules) == naive_laws.lawful(rules)
+    assert keeps_laws_of(rules, may_loop) == (naive_laws.lawful(rules) and allowed)
 
 
 @settings(max_examples=40, deadline=None)
 @given(acyclic_rules(least=0), looping_rules())
 def test_the_search_checks_the_laws_without_loops_as_the_plain_check_does(rules, laws):
     rules.constants, rules.singles = laws.constants, laws.singles
-    assert keeps_laws_of(rules, [False] * 3) == rules.lawful()
+    assert keeps_laws_of(rules, [False] * 3) == naive_laws.lawful(rules) == is_lawful(rules)
 
 
 @settings(max_examples=50, deadline=None)
 @given(looping_rules())
 def test_laws_hold_for_all_short_strings(rules):
-    if not rules.lawful():
+    if not is_lawful(rules):
         return
     strings = strings_of(rules.rules, S, 6)
     assert () not in strings
@@ -69,7 +72,7 @@ def test_laws_hold_for_all_short_strings(rules):
     ],
 )
 def test_loops_that_are_never_lawful(rules):
-    assert not RuleSet(T, rules, loops=True).lawful()
+    assert not is_lawful(RuleSet(T, rules, loops=True))
 
 
 def naive_bits(rules, string):
@@ -95,7 +98,7 @@ def naive_bits(rules, string):
 @settings(max_examples=40, deadline=None)
 @given(looping_rules(), st.lists(st.integers(0, 2), min_size=1, max_size=4).map(tuple))
 def test_rules_with_loops_are_parsed_in_the_fewest_bits(rules, sentence):
-    if rule_laws.derives_itself_alone(rules.rules):
+    if naive_laws.derives_itself_alone(rules.rules):
         return
     rows, parses = read_all(rules, [sentence])
     parse, expected = parses[sentence], naive_bits(rules.rules, sentence)
@@ -165,8 +168,8 @@ def test_unsupported_loops_are_written_out_and_supported_ones_kept():
     endless, bounded = zeros({1: 10, 2: 6, 3: 3, 5: 1}), zeros({1: 9, 2: 9, 3: 9})
     assert keep_supported(refit(rules, endless), endless, 2).rules[3].keys() == {(0, 3), (0,)}
     kept = keep_supported(refit(rules, bounded), bounded, 2)
-    assert kept.lawful()
-    assert not rule_laws.recursive_lefts(kept.rules)
+    assert is_lawful(kept)
+    assert not rule_set.recursive_lefts(kept.rules)
     assert strings_of(kept.rules, 2, 9) == {(0, 1), (0, 0, 1), (0, 0, 0, 1)}
 
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from naive_rules import strings_of
 
 from motiondb.grammar.cfg.context_free import GrammarError
+from motiondb.grammar.induction.law_checks import is_lawful
 from motiondb.grammar.rules.rule_set import RuleSet
 from motiondb.grammar.sentences import context_bits
 from motiondb.grammar.sentences.borders import recurring_splits, united_splits
@@ -59,7 +60,7 @@ def test_quick_bits_are_those_of_the_rules_they_stand_for(letters, seed):
     spans = room.spans(draw_cuts(room, np.random.default_rng(seed)))
     rules = context_rules(room.covered, *spans)
     assert context_bits.context_bits(room.covered, *spans) == pytest.approx(rules.bits())
-    assert rules.lawful()
+    assert is_lawful(rules)
     sentences = [tuple(room.covered.symbols[a:b].tolist()) for a, b in zip(*spans, strict=True)]
     assert strings_of(rules.rules, rules.start, 50) == set(sentences)
 

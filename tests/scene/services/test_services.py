@@ -19,7 +19,7 @@ from motiondb.scene.services import casting, services
 from motiondb.scene.services.lr import (
     lr1_automaton,
 )
-from motiondb.scene.services.planning import plan
+from motiondb.scene.services.services import shortest_tree
 
 SMALL = """
 grammar small
@@ -239,7 +239,7 @@ some = st.sets(st.sampled_from(ACTIONS), min_size=1, max_size=2)
 def test_no_string_is_shorter(prefix: list[str], goals: list[set[str]]) -> None:
     wanted = shortest(tuple(prefix), goals)
     try:
-        tree = plan(PLAYS, prefix, goals)
+        tree = shortest_tree(PLAYS, prefix, goals)
     except SceneError:
         assert wanted is None
         return
@@ -251,7 +251,7 @@ def test_no_string_is_shorter(prefix: list[str], goals: list[set[str]]) -> None:
 
 
 def test_the_tree_is_one_of_the_grammar() -> None:
-    tree = plan(PLAYS, ["hold"], [{"pass"}, {"shoot"}])
+    tree = shortest_tree(PLAYS, ["hold"], [{"pass"}, {"shoot"}])
     assert tree.leaves() == ("hold", "pass", "run", "hold", "shoot")
     for node in tree.nodes():
         if not node.is_leaf:
@@ -262,7 +262,7 @@ def test_the_tree_is_one_of_the_grammar() -> None:
 
 def test_unit_cycles_and_empty_rules_end() -> None:
     grammar = read_grammar("S -> A | S\nA -> S | B B | empty\nB -> empty | b")
-    assert plan(grammar, (), [{"b"}, {"b"}]).leaves() == ("b", "b")
+    assert shortest_tree(grammar, (), [{"b"}, {"b"}]).leaves() == ("b", "b")
 
 
 @pytest.mark.parametrize(
@@ -276,13 +276,13 @@ def test_unit_cycles_and_empty_rules_end() -> None:
 )
 def test_what_cannot_be_planned_says_why(prefix, goals, why: str) -> None:
     with pytest.raises(SceneError) as caught:
-        plan(PLAYS, prefix, goals)
+        shortest_tree(PLAYS, prefix, goals)
     assert why in str(caught.value)
 
 
 def test_a_long_beginning_is_no_hindrance() -> None:
     prefix = ["run"] * 150 + ["hold"] + ["dribble"] * 50
-    tree = plan(PLAYS, prefix, [{"pass"}, {"shoot"}])
+    tree = shortest_tree(PLAYS, prefix, [{"pass"}, {"shoot"}])
     assert tree.leaves() == (*prefix, "pass", "run", "hold", "shoot")
 
 

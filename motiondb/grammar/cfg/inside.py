@@ -1,0 +1,598 @@
+"""The engine: what a grammar derives between any two states of an automaton, in one pass.
+
+W(X, s, t) is the weight of the derivations of symbol X whose strings lead from state s to state t:
+their sum, the greatest of them, or their number (the semirings of :mod:`.closure`). Parsing,
+lengths, patterns, plans and diagrams differ by the automaton alone (:mod:`.automata`).
+
+    for each state s, from the last to the first; for each later state t, from the nearest:
+        base[X]     = weight of the edges from s to t that read X
+        base[Y Z]  += W(Y, s, u) W(Z, u, t), for all tails Y Z and states u strictly between
+        W(., s, t)  = base, followed by all chains of steps that leave neither s nor t
+
+Edges never lead back, so W(X, s, s) depends only on what may stay in s, its loop class: one least
+solution for each class (:meth:`.compiled.CompiledGrammar.staying`). A step from (s, t) to (s, t) is
+a rule A -> B, or a tail one child of which stays in s or in t. The sum over all chains of such
+steps, unit cycles and left recursion included, is one closure for each pair of classes. So nothing
+is iterated, and the result is exact. Only blocks of several states (a pattern such as ``... a b
+...``) have a system of equations for each pair of blocks; it is iterated, parts first, from 0 to
+its least solution.
+
+A cell (s, t) lists its symbols in ascending order with their values. A value is a number times a
+power of two that the whole cell shares, so that long sentences do not underflow. A tail takes its
+left child from a dense row of the cells that begin at s, and its right child from the list of
+(u, t): Cocke, Younger and Kasami, on sparse cells.
+
+With ``shift`` an edge may lie anywhere, as in the automaton of lengths, where W(X, s, t) depends on
+t - s alone: then only the row of state 0 is filled.
+
+Sources: Y. Bar-Hillel, M. Perles and E. Shamir, "On Formal Properties of Simple Phrase Structure
+Grammars" (1961); M.-J. Nederhof and G. Satta, "Probabilistic Parsing as Intersection", IWPT 2003;
+J. Goodman, "Semiring Parsing", Computational Linguistics 25 (1999).
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from math import frexp, inf, ldexp, log
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from motiondb.grammar.cfg.automata import Automaton
+from motiondb.grammar.cfg.closure import BEST, SUM, kernel
+from motiondb.grammar.cfg.compiled import CompiledGrammar, Parts, Tails
+from motiondb.grammar.cfg.context_free import GrammarError
+from motiondb.records import FloatArray, IntArray
+
+MOST_PRODUCTS = 500_000_000
+"""Largest number of products of two cells' entries in a chart. They take 3 to 5 s, and a
+sentence that is refused needs two charts, so the answer comes within 10 s. Learned grammars need
+far fewer: a passage of 900 symbols takes 0.1 s."""
+_SPLIT = 1  # Number of products that one split of a span counts as
+MOST_ENTRIES = 12_000_000
+"""Largest number of entries of a chart: 192 MB, and twice that while the arrays grow."""
+
+_CLOSE = 1e-13  # Relative change of a weight below which an iteration has converged
+_MOST_ROUNDS = 100_000
+"""Largest number of iterations. Chosen by hand: a loop that continues with probability 0.999
+needs 30,000."""
+
+
+class Inside(NamedTuple):
+    """The weights between the Q states of an automaton."""
+
+    begin: IntArray  # (Q, Q): index of the first entry of each cell
+    end: IntArray  # (Q, Q): index after the last entry of each cell
+    exponents: IntArray  # (Q, Q): the power of two of each cell
+    symbols: IntArray  # (entries,): symbol of each entry, ascending within a cell
+    values: FloatArray  # (entries,): value of each entry, before the power of two of its cell
+    staying: FloatArray  # (classes, S): weight of leading from a state to itself, by loop class
+    loops: IntArray  # (Q,): loop class of each state, -1 where cells hold these weights, too
+    shift: bool  # Whether the cell (s, t) is that of (0, t - s)
+
+    def weight(self, symbol: int, s: int = 0, t: int = -1) -> float:
+        """Return W of a symbol, from the first state to the last unless others are given."""
+        value, exponent = find(self, symbol, s, t % len(self.loops))
+        return ldexp(value, int(exponent))
+
+    def log_weight(self, symbol: int, s: int = 0, t: int = -1) -> float:
+        """Return log W of a symbol; -inf for 0."""
+        value, exponent = find(self, symbol, s, t % len(self.loops))
+        return log(value) + exponent * log(2.0) if value > 0.0 else -inf
+
+
+class _Rules(NamedTuple):
+    """The rules of a compiled grammar."""
+
+    by_right: Tails
+    left: IntArray
+    right: IntArray
+    rule_of: IntArray
+    rule_right: IntArray
+    weights: FloatArray  # (R,)
+    parts: Parts
+    first: int  # The first terminal
+
+
+class _Closures(NamedTuple):
+    """What depends on loop classes, not on states."""
+
+    staying: FloatArray  # (classes, S)
+    pairs: IntArray  # (classes, classes): index of the chains of each pair
+    starts: IntArray  # (pairs, S + 1)
+    columns: IntArray
+    values: FloatArray
+
+
+class _Work(NamedTuple):
+    """Cells of one state as dense rows; values by symbol, and lists of symbols that have one."""
+
+    row: FloatArray  # (Q, S): values of the cells that begin at the state
+    splits: IntArray  # (Q,): list of the states where such a cell ends
+    base: FloatArray  # (S,): values of a cell before the chains
+    full: FloatArray  # (S,): values of a cell after the chains
+    touched: IntArray  # (S,): list of the symbols with a value in ``base``
+    reached: IntArray  # (S,): list of the symbols with a value in ``full``
+
+
+def inside(
+    compiled: CompiledGrammar, automaton: Automaton, kind: int = SUM, *, shift: bool = False
+) -> Inside:
+    """Return the weights of all symbols between all states of an automaton.
+
+    >>> from motiondb.grammar.cfg import automata
+    >>> from motiondb.grammar.cfg.compiled import compile_grammar
+    >>> from motiondb.grammar.cfg.context_free import read_grammar
+    >>> made = compile_grammar(read_grammar("S -> S S [0.25] | a [0.75]"))
+    >>> round(inside(made, automata.sentence(np.zeros(2, int), 1)).weight(made.start), 6)
+    0.140625
+    """
+    loops = automaton.loops
+    pairs: tuple[tuple[int, int], ...]
+    if len(automaton.stays) > 1:
+        later = [loops[s + 1 :] for s in range(len(loops))]
+        met = {(c, d) for c, row in zip(loops.tolist(), later) if c >= 0 for d in set(row.tolist())}
+        pairs = tuple(sorted(pair for pair in met if pair[1] >= 0))
+    else:
+        pairs = ((0, 0),) if len(loops) > 1 else ()
+    closures = _closures(compiled, kind, automaton.stays.tobytes(), len(automaton.stays), pairs)
+    rules = _rules(compiled, kind)
+    made, is_whole = _fill(kind, automaton, rules, closures, shift)
+    if not is_whole:
+        raise GrammarError(
+            f"sentence: expected a chart of at most {MOST_PRODUCTS:,} products and"
+            f" {MOST_ENTRIES:,} entries, found more for {len(loops) - 1:,} symbols: too many"
+            " symbols of the grammar derive the same spans. Give the sentence in parts, or use a"
+            " grammar with fewer alternatives."
+        )
+    return made
+
+
+@lru_cache(maxsize=64)
+def _rules(compiled: CompiledGrammar, kind: int) -> _Rules:
+    return _Rules(
+        compiled.by_right,
+        compiled.left,
+        compiled.right,
+        compiled.rule_of,
+        compiled.rule_right,
+        compiled.weights(kind),
+        compiled.parts_first,
+        compiled.n_nonterminals,
+    )
+
+
+@lru_cache(maxsize=64)
+def _closures(
+    compiled: CompiledGrammar, kind: int, stays: bytes, n: int, pairs: tuple[tuple[int, int], ...]
+) -> _Closures:
+    """Return the weights of staying of each loop class, and the chains of pairs of classes."""
+    classes = np.frombuffer(stays).reshape(n, -1)
+    staying = np.array([compiled.staying(kind, terminals) for terminals in classes])
+    staying = staying.reshape(n, compiled.n_symbols)
+    numbers = np.full((n, n), -1)
+    made = [compiled.chains(kind, staying[s], staying[t]) for s, t in pairs]
+    for number, pair in enumerate(pairs):
+        numbers[pair] = number
+    offsets = np.cumsum([0, *(len(one.columns) for one in made)])
+    none = [np.zeros(0, np.int64)]
+    return _Closures(
+        staying,
+        numbers,
+        np.array([one.starts + used for one, used in zip(made, offsets)]).reshape(
+            len(made), compiled.n_symbols + 1
+        ),
+        np.concatenate([one.columns for one in made] + none),
+        np.concatenate([one.values for one in made] + [np.zeros(0)]),
+    )
+
+
+@kernel
+def find(made: Inside, symbol: int, s: int, t: int) -> tuple[float, int]:
+    """Return value and exponent of W of a symbol between two states; value 0 if it has none."""
+    if s == t and made.loops[s] >= 0:
+        return made.staying[made.loops[s], symbol], 0
+    if made.shift:
+        s, t = 0, t - s
+    low, high = made.begin[s, t], made.end[s, t]
+    while low < high:  # binary search
+        middle = (low + high) // 2
+        if made.symbols[middle] < symbol:
+            low = middle + 1
+        else:
+            high = middle
+    if low < made.end[s, t] and made.symbols[low] == symbol:
+        return made.values[low], made.exponents[s, t]
+    return 0.0, 0
+
+
+@njit(cache=True)
+def _fill(
+    kind: int, auto: Automaton, rules: _Rules, closures: _Closures, shift: bool
+) -> tuple[Inside, bool]:
+    """Fill all cells; also return whether they are complete, or grew too large."""
+    n, n_symbols, loops = len(auto.loops), len(rules.left), auto.loops
+    begin, end = np.zeros((n, n), np.int64), np.zeros((n, n), np.int64)
+    exponents, symbols, values = np.zeros((n, n), np.int64), np.zeros(256, np.int64), np.zeros(256)
+    made = Inside(begin, end, exponents, symbols, values, closures.staying, loops, shift)
+    work = _Work(
+        np.zeros((n, n_symbols)),
+        np.zeros(n, np.int64),
+        np.zeros(n_symbols),
+        np.zeros(n_symbols),
+        np.zeros(n_symbols, np.int64),
+        np.zeros(n_symbols, np.int64),
+    )
+    used = n_products = 0
+    for b in range(0 if shift else len(auto.bounds) - 2, -1, -1):
+        if loops[auto.bounds[b]] < 0:
+            for c in range(b, len(auto.bounds) - 1):
+                made, used = _fill_pair(kind == BEST, (b, c), auto, rules, made, used, work)
+            work.row[:] = 0.0
+            continue
+        made, used, more = _fill_row(kind == BEST, b, auto, rules, closures, made, used, work)
+        n_products += more
+        if n_products > MOST_PRODUCTS or used > MOST_ENTRIES:
+            return made, False
+    return made, True
+
+
+@njit(cache=True)
+def _fill_row(
+    best: bool,
+    b: int,
+    auto: Automaton,
+    rules: _Rules,
+    closures: _Closures,
+    made: Inside,
+    used: int,
+    work: _Work,
+) -> tuple[Inside, int, int]:
+    """Fill the cells that begin at a block of one state.
+
+    Returns the weights, the number of entries so far, and the number of products, which is too
+    large if the row was given up.
+    """
+    i, bounds, loops, row, splits = auto.bounds[b], auto.bounds, auto.loops, work.row, work.splits
+    edge, n_splits, n_products = auto.starts[i], 0, 0
+    spans = made.begin, made.end, made.exponents
+    for c in range(b + 1, len(bounds) - 1):
+        j = bounds[c]
+        if loops[j] < 0:
+            made, used = _fill_pair(best, (b, c), auto, rules, made, used, work)
+        else:
+            first, edge = _edges(auto.starts, auto.targets, i, j, edge)
+            top = _top_exponent(spans, made.shift, splits, n_splits, (i, j), edge > first)
+            for e in range(first, edge):
+                symbol = rules.first + auto.terminals[e]
+                work.touched[e - first] = symbol
+                work.base[symbol] = ldexp(auto.weights[e], -top)
+            span = (i, j, top, edge - first)
+            n_touched, more = _combine(best, made, n_splits, rules.by_right, rules.left, work, span)
+            pair = closures.pairs[loops[i], loops[j]]
+            n_reached = _climb(best, n_touched, closures, pair, work)
+            n_products += more
+            if n_products > MOST_PRODUCTS or used + n_reached > MOST_ENTRIES:
+                return made, used, MOST_PRODUCTS + 1
+            if used + n_reached > len(made.symbols):
+                made = _grown(made, used + n_reached)
+            used = _store(made, (i, j), used, work, n_reached, top)
+        for t in range(j, bounds[c + 1]):
+            if made.begin[i, t] < made.end[i, t]:
+                splits[n_splits] = t
+                n_splits += 1
+    for j in splits[:n_splits]:
+        row[j, made.symbols[made.begin[i, j] : made.end[i, j]]] = 0.0
+    return made, used, n_products
+
+
+@kernel
+def _edges(starts: IntArray, targets: IntArray, i: int, j: int, edge: int) -> tuple[int, int]:
+    """Return the first edge from i to j and the one after the last, of those from ``edge`` on."""
+    while edge < starts[i + 1] and targets[edge] < j:
+        edge += 1
+    first = edge
+    while edge < starts[i + 1] and targets[edge] == j:
+        edge += 1
+    return first, edge
+
+
+@njit(cache=True)
+def _fill_pair(
+    best: bool,
+    blocks: tuple[int, int],
+    auto: Automaton,
+    rules: _Rules,
+    made: Inside,
+    used: int,
+    work: _Work,
+) -> tuple[Inside, int]:
+    """Fill the cells between two blocks; return the number of entries so far."""
+    weights, (b, c) = _solve_pair(best, blocks, auto, rules, made), blocks
+    for s in range(auto.bounds[b], auto.bounds[b + 1]):
+        for t in range(auto.bounds[c], auto.bounds[c + 1]):
+            n_reached = _take(weights[:, s - auto.bounds[b], t - auto.bounds[c]], work)
+            made = _grown(made, used + n_reached)
+            used = _store(made, (s, t), used, work, n_reached, 0)
+    return made, used
+
+
+@njit(cache=True)
+def _grown(made: Inside, needed: int) -> Inside:
+    """Return the weights with room for more entries, if more are needed."""
+    more = max(needed - len(made.symbols), len(made.symbols)) if needed > len(made.symbols) else 0
+    return Inside(
+        made.begin,
+        made.end,
+        made.exponents,
+        np.append(made.symbols, np.zeros(more, np.int64)),
+        np.append(made.values, np.zeros(more)),
+        made.staying,
+        made.loops,
+        made.shift,
+    )
+
+
+@kernel
+def _take(values: FloatArray, work: _Work) -> int:
+    """Copy values (S,) to ``full``; return the number of symbols that have one."""
+    n_reached = 0
+    for symbol in range(len(values)):
+        if values[symbol] > 0.0:
+            work.full[symbol] = values[symbol]
+            work.reached[n_reached] = symbol
+            n_reached += 1
+    return n_reached
+
+
+@kernel
+def _store(
+    made: Inside, cell: tuple[int, int], used: int, work: _Work, n_reached: int, top: int
+) -> int:
+    """Write ``full`` (emptied) as a cell and a row; return the number of entries so far."""
+    full, reached, row = work.full, work.reached, work.row
+    shift = _shift(full, reached, n_reached)
+    made.begin[cell], made.exponents[cell] = used, top + shift
+    _sort(reached, n_reached)
+    for place in range(n_reached):
+        symbol = reached[place]
+        value = ldexp(full[symbol], -shift)
+        made.symbols[used], made.values[used], row[cell[1], symbol] = symbol, value, value
+        full[symbol] = 0.0
+        used += 1
+    made.end[cell] = used
+    return used
+
+
+@kernel
+def _combine(
+    best: bool,
+    made: Inside,
+    n_splits: int,
+    by_right: Tails,
+    left: IntArray,
+    work: _Work,
+    span: tuple[int, int, int, int],
+) -> tuple[int, int]:
+    """Add the tails between two states, split at every state, to ``base``.
+
+    Returns the number of symbols with a value, and the number of products that were evaluated; a
+    split counts as :data:`_SPLIT` of them.
+    """
+    i, j, top, n_touched = span
+    starts, tails, row = by_right.starts, by_right.tails, work.row
+    base, touched, symbols, values = work.base, work.touched, made.symbols, made.values
+    n_products = _SPLIT * n_splits
+    for place in range(n_splits):
+        k = work.splits[place]
+        one, other = (0, j - k) if made.shift else (k, j)
+        low, high = made.begin[one, other], made.end[one, other]
+        if low == high:
+            continue
+        shift = made.exponents[i, k] + made.exponents[one, other] - top
+        factor = ldexp(1.0, shift) if shift else 1.0
+        for entry in range(low, high):
+            symbol = symbols[entry]
+            second = values[entry] * factor
+            n_products += starts[symbol + 1] - starts[symbol]
+            for t in range(starts[symbol], starts[symbol + 1]):
+                tail = tails[t]
+                first = row[k, left[tail]]
+                if first == 0.0:  # no value; an infinite count times 0 would be NaN
+                    continue
+                value = first * second
+                if value == 0.0:
+                    continue
+                if base[tail] == 0.0:
+                    touched[n_touched] = tail
+                    n_touched += 1
+                base[tail] = max(base[tail], value) if best else base[tail] + value
+    return n_touched, n_products
+
+
+@kernel
+def _climb(best: bool, n_touched: int, closures: _Closures, pair: int, work: _Work) -> int:
+    """Follow the chains from ``base`` (emptied) to ``full``; return the number of symbols."""
+    base, full, starts = work.base, work.full, closures.starts
+    n_reached = 0
+    for place in range(n_touched):
+        symbol = work.touched[place]
+        for c in range(starts[pair, symbol], starts[pair, symbol + 1]):
+            above, value = closures.columns[c], closures.values[c] * base[symbol]
+            if value == 0.0:
+                continue
+            if full[above] == 0.0:
+                work.reached[n_reached] = above
+                n_reached += 1
+            full[above] = max(full[above], value) if best else full[above] + value
+        base[symbol] = 0.0
+    return n_reached
+
+
+@kernel
+def _sort(numbers: IntArray, n: int) -> None:
+    """Shell's sort of n numbers in place: it compiles faster than a general one."""
+    gap = n // 2
+    while gap > 0:
+        for i in range(gap, n):
+            number, j = numbers[i], i
+            while j >= gap and numbers[j - gap] > number:
+                numbers[j] = numbers[j - gap]
+                j -= gap
+            numbers[j] = number
+        gap //= 2
+
+
+@kernel
+def _top_exponent(
+    spans: tuple[IntArray, IntArray, IntArray],
+    shift: bool,
+    splits: IntArray,
+    n_splits: int,
+    cell: tuple[int, int],
+    is_known: bool,
+) -> int:
+    """Return the greatest power of two among the products; that of an edge is 0."""
+    (begin, end, exponents), (i, j), top = spans, cell, 0
+    for place in range(n_splits):
+        k = splits[place]
+        one, other = (0, j - k) if shift else (k, j)
+        if begin[one, other] < end[one, other]:
+            exponent = exponents[i, k] + exponents[one, other]
+            if not is_known or exponent > top:
+                top, is_known = exponent, True
+    return top
+
+
+@kernel
+def _shift(full: FloatArray, reached: IntArray, n_reached: int) -> int:
+    """Return the power of two of the greatest finite value of a cell."""
+    greatest = 0.0
+    for place in range(n_reached):
+        value = full[reached[place]]
+        if value > greatest and value < inf:
+            greatest = value
+    return frexp(greatest)[1] if greatest > 0.0 else 0
+
+
+@njit(cache=True)
+def _solve_pair(
+    best: bool, blocks: tuple[int, int], auto: Automaton, rules: _Rules, made: Inside
+) -> FloatArray:
+    """Return the weights (S, s, t) between two blocks, by iteration from 0, parts first."""
+    (b, c), bounds, parts, n_symbols = blocks, auto.bounds, rules.parts, len(rules.left)
+    span = bounds[b], bounds[b + 1], bounds[c], bounds[c + 1]
+    weights = np.zeros((n_symbols, span[1] - span[0], span[3] - span[2]))
+    given, new = np.zeros_like(weights), np.zeros(weights.shape[1:])
+    _put_edges(auto, span, rules.first, weights)
+    for symbol in range(n_symbols):
+        _add_between(best, symbol, span, rules, made, given[symbol])
+    near = _within(made, n_symbols, span[0], span[1]) if b < c else weights
+    far = _within(made, n_symbols, span[2], span[3]) if b < c else weights
+    for g in range(len(parts.cyclic)):
+        members = parts.members[parts.bounds[g] : parts.bounds[g + 1]]
+        for _ in range(_MOST_ROUNDS):
+            changed = False
+            for symbol in members:
+                if rules.left[symbol] >= 0:
+                    new[:] = given[symbol]
+                    _add_product(best, new, near[rules.left[symbol]], weights[rules.right[symbol]])
+                    if b < c:
+                        _add_product(
+                            best, new, weights[rules.left[symbol]], far[rules.right[symbol]]
+                        )
+                else:
+                    _add_rules(best, new, symbol, rules, weights, b == c)
+                changed = _raise(weights[symbol], new) or changed
+            if not changed or not parts.cyclic[g]:
+                break
+    return weights
+
+
+@kernel
+def _put_edges(
+    auto: Automaton, span: tuple[int, int, int, int], first: int, weights: FloatArray
+) -> None:
+    """Write the weights of the edges between two blocks into ``weights`` (S, s, t)."""
+    for s in range(span[0], span[1]):
+        for e in range(auto.starts[s], auto.starts[s + 1]):
+            if span[2] <= auto.targets[e] < span[3]:
+                symbol = first + auto.terminals[e]
+                weights[symbol, s - span[0], auto.targets[e] - span[2]] = auto.weights[e]
+
+
+@kernel
+def _raise(weights: FloatArray, new: FloatArray) -> bool:
+    """Raise weights to new ones; return whether one rose by more than rounding."""
+    changed = False
+    for s in range(new.shape[0]):
+        for t in range(new.shape[1]):
+            if new[s, t] > weights[s, t]:
+                changed = changed or new[s, t] - weights[s, t] > _CLOSE * new[s, t]
+                weights[s, t] = new[s, t]
+    return changed
+
+
+@njit(cache=True)
+def _within(made: Inside, n_symbols: int, first: int, last: int) -> FloatArray:
+    """Return the weights (S, s, t) from the states of a block to each other."""
+    weights = np.zeros((n_symbols, last - first, last - first))
+    for symbol in range(n_symbols):
+        for s in range(first, last):
+            for t in range(first, last):
+                value, exponent = find(made, symbol, s, t)
+                weights[symbol, s - first, t - first] = ldexp(value, exponent)
+    return weights
+
+
+@kernel
+def _add_between(
+    best: bool,
+    tail: int,
+    span: tuple[int, int, int, int],
+    rules: _Rules,
+    made: Inside,
+    new: FloatArray,
+) -> None:
+    """Add what a tail derives by way of the states strictly between two blocks."""
+    if rules.left[tail] < 0:
+        return
+    for s in range(span[0], span[1]):
+        for u in range(span[1], span[2]):
+            first, up = find(made, rules.left[tail], s, u)
+            if first == 0.0:
+                continue
+            for t in range(span[2], span[3]):
+                second, more = find(made, rules.right[tail], u, t)
+                value, place = ldexp(first * second, up + more), (s - span[0], t - span[2])
+                new[place] = max(new[place], value) if best else new[place] + value
+
+
+@kernel
+def _add_product(best: bool, new: FloatArray, first: FloatArray, second: FloatArray) -> None:
+    """Add the product of two matrices, or take the greater of both."""
+    for s in range(first.shape[0]):
+        for u in range(first.shape[1]):
+            if first[s, u] > 0.0:
+                for t in range(second.shape[1]):
+                    value = first[s, u] * second[u, t]
+                    new[s, t] = max(new[s, t], value) if best else new[s, t] + value
+
+
+@kernel
+def _add_rules(
+    best: bool, new: FloatArray, symbol: int, rules: _Rules, weights: FloatArray, same: bool
+) -> None:
+    """Fill ``new`` (s, t) with what the rules of a nonterminal derive."""
+    new[:] = 0.0
+    for r in range(rules.rule_of[symbol], rules.rule_of[symbol + 1]):
+        below = rules.rule_right[r]
+        for s in range(new.shape[0]):
+            for t in range(new.shape[1]):
+                value = 0.0
+                if below >= 0:
+                    value = rules.weights[r] * weights[below, s, t]
+                elif same and s == t:
+                    value = rules.weights[r]
+                new[s, t] = max(new[s, t], value) if best else new[s, t] + value
