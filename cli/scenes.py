@@ -70,8 +70,7 @@ def check_grammar(
             printing.say(f"    {conflict}")
         if start.can_be_empty:
             printing.say(
-                "    can derive the empty string, but every player on court needs at least "
-                "one action"
+                "    can derive the empty string, but every player needs at least one action"
             )
     printing.say(f"can be empty: {', '.join(report.nullable) or 'nothing'}")
     printing.say(f"useless: {', '.join(report.useless) or 'nothing'}")
@@ -181,7 +180,8 @@ def draw(
     drawn = answers.DrawnDiagram(diagram.name, text.grammar.name, str(out), holder, players, counts)
     if printing.as_json(shared, drawn):
         return
-    ball = f"; {holder} has the ball at the start" if holder else ""
+    thing = text.grammar.activity.thing
+    ball = f"; {holder} has the {thing.name} at the start" if holder and thing else ""
     printing.say(f"{diagram.name} drawn to {out}{ball}")
     printing.print_table(
         ["player", "team", "expression", "shortest string"],
@@ -239,7 +239,7 @@ Minutes = Annotated[
 ]
 Chains = Annotated[int, "Number of Markov chains, of which the best is kept, 1 to 64."]
 Name = Annotated[str, "Also keep it in the database, with its motions as NAME/PLAYER."]
-Gaze = Annotated[bool, options.option("Whether heads follow the ball.", "--gaze/--no-gaze")]
+Gaze = Annotated[bool, options.option("Whether heads follow the object.", "--gaze/--no-gaze")]
 Drawn = Annotated[
     bool, options.option("Draw paths.png, above.gif and scene.gif.", "--pictures/--no-pictures")
 ]

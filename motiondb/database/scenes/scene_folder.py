@@ -30,7 +30,7 @@ from motiondb.database.catalogue.parts import write_bytes
 from motiondb.database.generated_files import edits_in, leaves_out, runs_between, sources_of
 from motiondb.database.scenes.scene_making import MadeScene, SceneProgress
 from motiondb.database.scenes.scene_records import from_json, to_json, waiting
-from motiondb.database.scenes.scene_texts import GRAMMAR, TACTICS
+from motiondb.database.scenes.scene_texts import GRAMMAR, TACTICS, stored_text
 from motiondb.errors import MotionDBError, SceneError
 from motiondb.files.bvh_writer import write_bvh
 from motiondb.files.formats import read_capture
@@ -39,7 +39,6 @@ from motiondb.files.safe_files import check_output, is_running, link_target, rea
 from motiondb.pictures.scenes import performer_colours
 from motiondb.records import MOTION_FPS, Clip, IntArray, Motion
 from motiondb.scene.language.tactics import Diagram
-from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.report.report_records import (
     Collision,
     GuardReport,
@@ -439,7 +438,7 @@ def read_motions(folder: Path, names: list[str]) -> dict[str, Motion]:
 def draw_folder(folder: Path, png: str | Path | None) -> Path | Figure:
     """Draw the paths of the characters of a scene's folder over its diagram."""
     record = read_scene_folder(folder)
-    diagram = read_diagram(record.diagram, str(folder))
+    diagram = stored_text(record.diagram, record.grammar, str(folder)).diagram
     motions = read_motions(folder, [player.name for player in record.players])
     return pictures.save_png(pictures.scene_paths_figure(diagram, motions, record.ball), png)
 

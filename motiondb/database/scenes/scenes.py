@@ -49,7 +49,6 @@ from motiondb.files.safe_files import is_folder
 from motiondb.records import Motion
 from motiondb.scene.clips.caption_actions import ShownAction
 from motiondb.scene.language.motion_grammar import MotionGrammar
-from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish.placed import Placed
 from motiondb.scene.services import services
 from motiondb.search.takings import Taking
@@ -344,7 +343,7 @@ class Scenes(Topic):
     def draw(self, name: str, png: str | Path | None = None) -> Path | Figure:
         """Draw the paths of a kept scene's characters over its diagram."""
         record = self.load(name)
-        diagram, motions = read_diagram(record.diagram, name), self.motions(record)
+        diagram, motions = record_text(record).diagram, self.motions(record)
         return pictures.save_png(pictures.scene_paths_figure(diagram, motions, record.ball), png)
 
     @staticmethod

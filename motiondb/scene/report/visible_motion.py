@@ -31,7 +31,6 @@ from motiondb.scene.report.report_records import (
     JumpReport,
     LimbReport,
 )
-from motiondb.scene.timing.playing import ON_GUARD
 from motiondb.scene.timing.scheduling import SLOWEST
 from motiondb.scene.timing.timeline import Timeline, moment_frames
 
@@ -427,7 +426,7 @@ def guard_distances(table: RuleTable, timeline: Timeline) -> list[GuardReport]:
     frames: dict[tuple[int, int], set[int]] = {}
     for row in table.rows:
         player, target = int(row["player"]), int(row["target"])
-        guards = table.actions[player][row["first"]] == ON_GUARD
+        guards = table.activity.follows(table.actions[player][row["first"]])
         if row["kind"] != kinds.DISTANCE or target < 0 or not guards:
             continue
         apart = np.linalg.norm(

@@ -25,7 +25,7 @@ from motiondb.scene.energy.binding import Binder, RuleTable
 from motiondb.scene.energy.energy import scene_arrays
 from motiondb.scene.energy.placement import ClipArrays, clip_arrays
 from motiondb.scene.energy.scene_arrays import EVERY, SceneArrays, SceneState
-from motiondb.scene.language.expressions import MOST_ACTIONS, ONLY_ASKED
+from motiondb.scene.language.expressions import MOST_ACTIONS, exact_actions
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.sampling.clip_choice import ClipGroups, clip_groups
@@ -122,12 +122,20 @@ def make_play(
     library: ClipLibrary,
     most_actions: int = MOST_ACTIONS,
     prices: Prices = FREE,
-    only_asked: Sequence[str] = ONLY_ASKED,
+    only_asked: Sequence[str] | None = None,
 ) -> Play:
-    """Return the target of sampling for a diagram."""
+    """Return the target of sampling for a diagram.
+
+    `only_asked`: Actions that are played only where the diagram asks; by default those that the
+    grammar names.
+    """
     binder = Binder(diagram, grammar)
     derivations = tuple(
-        _derivations(grammar.started(grammar.start_of(player.team)), items, tuple(only_asked))
+        _derivations(
+            grammar.started(grammar.start_of(player.team)),
+            items,
+            exact_actions(diagram, grammar, player.name) if only_asked is None else (*only_asked,),
+        )
         for player, items in zip(diagram.players, binder.items, strict=True)
     )
     ends = [int(end) for end in library.first]

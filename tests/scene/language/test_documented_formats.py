@@ -5,11 +5,12 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from activities import BASKETBALL, read_diagram
+
 from motiondb.database.scenes import scene_texts
-from motiondb.scene.language import tactics
+from motiondb.scene.language import activity, activity_text
 from motiondb.scene.language.expressions import expressions
 from motiondb.scene.language.grammar_file import read_motion_grammar
-from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.services import services
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "guide" / "scenes.md"
@@ -45,8 +46,10 @@ def test_the_diagram_with_real_captures_is_one() -> None:
 
 
 def test_every_element_and_shipped_file_stands_on_the_page() -> None:
-    for name in (*tactics.KINDS, *tactics.TEAMS):
-        assert re.search(rf"[`\n]{name}\b", TEXT) or f"{name} " in block("tactics"), name
+    for verb in BASKETBALL.activity.declared:
+        assert re.search(rf"[`\n ]{verb.name}\b", TEXT), verb.name
+    for word in (*activity_text.STATEMENTS, *activity.DEEDS, *activity.ROLES):
+        assert re.search(rf"[`\n ]{word}\b", TEXT), word
     for ending in (scene_texts.GRAMMAR, scene_texts.TACTICS):
         for name in scene_texts.shipped(ending):
             assert f"`{name}`" in TEXT

@@ -39,13 +39,17 @@ GRAMMAR = read_motion_grammar(
     """
     grammar short
     start S for attack
-    place rim
+    place rim at 0 0
+    object ball
+    rest hold with ball
     S -> hold guard pass | catch
     hold := "hold"
     guard := "guard"
     pass := "pass" event release
     catch := "catch" event catch
     guard: distance(rim, 0.5 m .. 2 m), direction(rim)
+    pass: give(ball)
+    catch: take(ball)
     pass: distance(rim, 0.5 m .. 2 m), synchronisation(receiver, catch, 0 s)
     """,
     "short.grammar",
@@ -54,6 +58,7 @@ DIAGRAM = read_diagram(
     'diagram "short"\ngrammar short\ncourt half\nattack A1 at 0 1\nattack A2 at 3 4\n'
     "1 pass A1 to A2\n",
     "short.tactics",
+    GRAMMAR.activity,
 )
 
 
@@ -97,7 +102,7 @@ def test_a_guards_distance_is_told_over_all_frames() -> None:
         "grammar g\nstart S\nS -> guard | walk\nguard := 'guard'\nwalk := 'walk'\n".replace(
             "'", '"'
         )
-        + "guard: distance(opponent, 0.5 m .. 2 m)\n",
+        + "rest walk\nrest guard for guard\nguard: distance(opponent, 0.5 m .. 2 m)\n",
         "g.grammar",
     )
     diagram = read_diagram(
