@@ -330,6 +330,8 @@ def _print(shared: options.Shared, scene: motiondb.Scene, folder: Path, seconds:
     parts = ", ".join(f"{what} {time:.1f} s" for what, time in work.items())
     printing.say(f"error {facts.error:.2f} before polish; {parts}")
     touching = len(facts.collisions)
+    for line in motiondb.Scenes.seen(scene.record):
+        printing.say(line)
     printing.say(
         f"rules kept: {facts.rules - facts.broken} of {facts.rules};"
         f" collisions: {touching or 'none'}"

@@ -15,6 +15,7 @@ from motiondb.scene.report.report_records import (
     JumpReport,
     LimbReport,
     PaceReport,
+    SeenFault,
 )
 
 
@@ -73,6 +74,7 @@ class SceneDetails:
     planted_feet: tuple[JumpReport, ...]
     near_limbs: tuple[LimbReport, ...]
     guards: tuple[GuardReport, ...]
+    seen: tuple[SeenFault, ...] = ()  # What a viewer sees at once although no rule is about it
     bone_error: float  # Metres
     ball_gap: float | None  # Metres; None without a ball
     too_fast: tuple[str, ...]

@@ -46,6 +46,7 @@ from motiondb.scene.report.report_records import (
     JumpReport,
     LimbReport,
     PaceReport,
+    SeenFault,
 )
 
 if TYPE_CHECKING:
@@ -72,8 +73,8 @@ def report_facts(record: store.StoredScene) -> answers.SceneAnswer:
     """
     rest: dict[str, Any] = dict(record.report)
     del rest["rule_frames"]
-    for key, shape in _PARTS.items():
-        rest[key] = tuple(shape(**row) for row in rest[key])
+    for key, shape in _PARTS.items():  # scenes of earlier versions have no "seen"
+        rest[key] = tuple(shape(**row) for row in rest.get(key, ()))
     return answers.SceneAnswer(
         scene=record.name,
         characters=len(record.players),
@@ -100,6 +101,7 @@ _PARTS: dict[str, type] = {
     "planted_feet": JumpReport,
     "near_limbs": LimbReport,
     "guards": GuardReport,
+    "seen": SeenFault,
     "sources": answers.Source,
 }  # What the lists of a stored report hold
 
@@ -136,7 +138,8 @@ def report_text(record: store.StoredScene) -> str:
         "",
     ]
     lines += [f"{name:6} {' '.join(actions)}" for name, actions in facts.actions.items()]
-    lines += ["", f"rules kept: {facts.rules - facts.broken} of {facts.rules}", ""]
+    lines += ["", *seen_lines(facts)]
+    lines += [f"rules kept: {facts.rules - facts.broken} of {facts.rules}", ""]
     lines += _table(
         ["player", "action", "rule", "about", "before", "after", "threshold", "frame", ""],
         [_rule_row(rule, span, record.n_frames) for rule, span in _spans(record)],
@@ -214,6 +217,27 @@ def _frames(motion: ImpossibleMotion) -> str:
     if start == last:
         return f"frame {start}"
     return f"frames {start} to {last}, most at {motion.frame}"
+
+
+_SEEN = {
+    "guard": "{0} guards {1}, and is out of the grammar's bounds in {share:.0f} % of the frames",
+    "stands": "{0} stands for {value:.1f} of {all:.1f} s",
+    "held pose": "{0} holds a pose without moving for {value:.1f} s",
+    "misses": "what {0} sends misses the {1} by {value:.2f} m",
+    "object": "the object passes through {0}",
+}
+
+
+def seen_lines(facts: answers.SceneAnswer) -> list[str]:
+    """Return what a viewer sees at once although no rule is about it, one line each."""
+    told = [
+        _SEEN[one.kind].format(
+            *one.players, value=one.value, share=100.0 * one.value, all=facts.seconds
+        )
+        + f", frames {one.start} to {one.end - 1}" * (one.kind != "guard")
+        for one in facts.seen
+    ]
+    return ["seen at once, whatever the rules:", *(f"  {line}" for line in told)] if told else []
 
 
 def _limb_lines(facts: answers.SceneAnswer) -> list[str]:

@@ -364,4 +364,5 @@ def _badness(made: MadeScene) -> tuple[int, float]:
     """Return the number of faults of a scene, and its error."""
     report = made.report
     wrong = len(report.broken) + len(report.collisions) + len(made.too_fast)
-    return wrong + len(report.impossible), made.error
+    seen = sum(one.kind in ("misses", "object") for one in report.seen)
+    return wrong + len(report.impossible) + seen, made.error

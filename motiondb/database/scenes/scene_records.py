@@ -205,6 +205,7 @@ def scene_details(made: MadeScene, sources: tuple[answers.Source, ...]) -> answe
         planted_feet=tuple(map(_rounded, report.jumps)),
         near_limbs=tuple(map(_rounded, report.limbs)),
         guards=tuple(map(_rounded, report.guards)),
+        seen=tuple(map(_rounded, report.seen)),
         bone_error=round(report.bone_error, 6),
         ball_gap=None if np.isnan(report.ball_gap) else round(report.ball_gap, 4),
         too_fast=made.too_fast,

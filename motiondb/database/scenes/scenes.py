@@ -440,6 +440,11 @@ class Scenes(Topic):
         return scene_folder.report_text(scene)
 
     @staticmethod
+    def seen(scene: store.StoredScene) -> list[str]:
+        """Return what a viewer of a scene sees at once although no rule is about it, as lines."""
+        return scene_folder.seen_lines(scene_folder.report_facts(scene))
+
+    @staticmethod
     def remarks(scene: store.StoredScene) -> list[str]:
         """Return one line for a sampling that was cut short, and for every impossible motion."""
         facts = scene_folder.report_facts(scene)

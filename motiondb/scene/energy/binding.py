@@ -54,7 +54,7 @@ from motiondb.scene.language.expressions import (
     g_user,
     spans,
 )
-from motiondb.scene.language.motion_grammar import MotionGrammar
+from motiondb.scene.language.motion_grammar import Annotation, MotionGrammar
 from motiondb.scene.language.possession import lies_at
 from motiondb.scene.language.semantic_rules import (
     END,
@@ -143,6 +143,10 @@ class RuleTable:
     # Player and action -> name of the place or player that the object is sent or put to
     aims: Mapping[tuple[int, int], str] = field(default_factory=dict)
     places: Mapping[str, Place] = field(default_factory=dict)  # With their positions in the diagram
+    diagram: Diagram = field(default_factory=lambda: Diagram("", (), ()))
+    annotations: tuple[Annotation, ...] = ()  # The rules of the grammar
+    # The step of the diagram, the player and the actions [first, last) of every item
+    steps: tuple[tuple[int, int, int, int], ...] = ()
 
 
 _MOMENTS = {START: AT_START, END: AT_END, THROUGHOUT_NAME: THROUGHOUT, PATH: ON_THE_WAY}
@@ -248,7 +252,7 @@ class Binder:
             for stretch, known in zip(string.stretches, string.rows, strict=True):
                 rows.append(known or self._row(stretch, strings, partners, contacts))
                 used.append(stretch)
-        for stretch in self._answering(strings):
+        for stretch in (*self._answering(strings), *self._timed(strings), *self._keeping(strings)):
             rows.append(self._row(stretch, strings, partners, contacts))
             used.append(stretch)
         return RuleTable(
@@ -263,7 +267,54 @@ class Binder:
             self.grammar.activity,
             {key: name for n, one in enumerate(strings) for key, name in self._aims(n, one)},
             self._grounded,
+            self.diagram,
+            self.grammar.annotations,
+            tuple(self._steps(strings)),
         )
+
+    def _steps(self, strings: Sequence[_String]) -> Iterator[tuple[int, int, int, int]]:
+        """Yield the step of every drawn item, its player, and its actions [first, last)."""
+        for player, string in enumerate(strings):
+            for item, (first, last) in zip(self.items[player], string.spans, strict=True):
+                if item.element >= 0:
+                    yield self.diagram.elements[item.element].step, player, first, last
+
+    def _timed(self, strings: Sequence[_String]) -> Iterator[_Stretch]:
+        """Yield the synchronisations of steps of which the diagram says how far they are apart."""
+        if not self.diagram.times:
+            return
+        of: dict[int, tuple[int, int]] = {}
+        for step, player, _, last in self._steps(strings):
+            of.setdefault(step, (player, last - 1))
+        for step, lag, since in self.diagram.times:
+            if step in of and since in of:
+                (one, k), (other, m) = of[since], of[step]
+                action = strings[other].actions[m]
+                rule = SynchronisationRule(self.names[other], (action,), lag, Moment(EVENT))
+                yield _Stretch(one, k, k + 1, -1, rule, meant=(m,))
+
+    def _keeping(self, strings: Sequence[_String]) -> Iterator[_Stretch]:
+        """Yield the distances that players keep from one step to another.
+
+        They are looked at while either of the two acts, so that who keeps the distance goes with
+        who leaves.
+        """
+        for kept in self.diagram.stretches:
+            if not kept.other:
+                continue
+            for name, other in ((kept.player, kept.other), (kept.other, kept.player)):
+                player = self._number[name]
+                inside = [
+                    (first, last)
+                    for step, who, first, last in self._steps(strings)
+                    if who == player and kept.first <= step <= (kept.last or step)
+                ]
+                if not kept.last:
+                    inside = [(0, len(strings[player].actions))]
+                if inside:
+                    rule = DistanceRule(other, kept.near, kept.far)
+                    first, last = min(a for a, _ in inside), max(b for _, b in inside)
+                    yield _Stretch(player, first, last, -1, rule)
 
     @cached_property
     def _grounded(self) -> dict[str, Place]:

@@ -113,7 +113,7 @@ class Diagram:
     own_places: tuple[tuple[str, Spot], ...] = ()
     ball: str = ""  # Name of who has the object at first; "" if the file does not say
     stretches: tuple[Stretch, ...] = ()
-    within: tuple[tuple[int, float, int], ...] = ()  # Step, most seconds after, an earlier step
+    times: tuple[tuple[int, float, int], ...] = ()  # Step, seconds after, an earlier step
     activity: Activity = field(default_factory=Activity)  # That of the grammar
 
     @property

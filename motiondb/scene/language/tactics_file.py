@@ -19,7 +19,7 @@
 
     D1 keeps 0.5 m .. 2 m to A1 from 1 to 4   # a distance, from one step to another
     D1 keeps moving
-    step 3 within 0.6 s of 2
+    step 3 comes 0.6 s after 2
 
 Verbs are the actions of the grammar, and those that it declares (:mod:`.activity_text`).
 """
@@ -77,8 +77,8 @@ def other_statements(diagram: Diagram) -> list[str]:
     """Return the lines of a diagram that nothing is drawn for."""
     lines = [_element(one, diagram) for one in diagram.elements if one.kind == DOES]
     lines += [_stretch(one) for one in diagram.stretches]
-    within = diagram.within
-    return lines + [f"step {step} within {most:g} s of {since}" for step, most, since in within]
+    within = diagram.times
+    return lines + [f"step {step} comes {lag:g} s after {since}" for step, lag, since in within]
 
 
 def _thing(activity: Activity) -> str:
@@ -124,6 +124,7 @@ _KEYWORDS = ("diagram", "grammar", "court", "ground", "place", "step")
 _ONCE = ("diagram", "grammar", "court", "ground", "place")
 _LONGEST_NAME = 60  # Most characters of a player's name, which becomes part of the names of files
 _LAST_STEP = 10_000  # Largest step. A larger number is a slip;
+_LONGEST_TIME = 60.0  # Longest time between two steps, s
 _FOLLOWING = ("guards", "follows")
 
 
@@ -212,7 +213,7 @@ def _read_head(cursor: Cursor, diagram: Diagram, word: str) -> Diagram:
     if word in ("court", "ground"):
         return replace(diagram, ground=_read_ground(cursor, diagram.activity, word))
     if word == "step":
-        return replace(diagram, within=(*diagram.within, _read_within(cursor)))
+        return replace(diagram, times=(*diagram.times, _read_time(cursor)))
     name = cursor.name("a place's name", "Write 'place bench at 6 2'.")
     cursor.expect("at", "Write 'place bench at 6 2'.")
     others = tuple(pair for pair in diagram.own_places if pair[0] != name)
@@ -238,15 +239,17 @@ def _read_ground(cursor: Cursor, activity: Activity, word: str) -> Ground | None
     return Ground.field(*read_extent(cursor, advice))
 
 
-def _read_within(cursor: Cursor) -> tuple[int, float, int]:
-    advice = "Write 'step 3 within 0.6 s of 2'."
+def _read_time(cursor: Cursor) -> tuple[int, float, int]:
+    advice = "Write 'step 3 comes 0.6 s after 2'."
     step = _read_step(cursor)
-    cursor.expect("within", advice)
+    cursor.expect("comes", advice)
     most = cursor.quantity("time", "a time")
-    cursor.expect("of", advice)
+    cursor.expect("after", advice)
     token, since = cursor.here, _read_step(cursor)
-    if since >= step or most < 0.0:
-        cursor.fail(f"a step before {step}, and a time of 0 or more", advice, token)
+    if since >= step or not 0.0 <= most <= _LONGEST_TIME:
+        cursor.fail(
+            f"a step before {step}, and a time from 0 to {_LONGEST_TIME:g} s", advice, token
+        )
     return step, most, since
 
 
