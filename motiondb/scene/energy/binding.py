@@ -309,12 +309,11 @@ class Binder:
                     for step, who, first, last in self._steps(strings)
                     if who == player and kept.first <= step <= (kept.last or step)
                 ]
-                if not kept.last:
+                if not kept.last or not inside:
                     inside = [(0, len(strings[player].actions))]
-                if inside:
-                    rule = DistanceRule(other, kept.near, kept.far)
-                    first, last = min(a for a, _ in inside), max(b for _, b in inside)
-                    yield _Stretch(player, first, last, -1, rule)
+                rule = DistanceRule(other, kept.near, kept.far)
+                first, last = min(a for a, _ in inside), max(b for _, b in inside)
+                yield _Stretch(player, first, last, -1, rule)
 
     @cached_property
     def _grounded(self) -> dict[str, Place]:

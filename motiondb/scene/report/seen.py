@@ -32,7 +32,7 @@ HELD, HELD_FOR = 0.02, 1.0
 """Speed of the fastest joint, m/s, below which a pose is held, and seconds from which it counts."""
 MOVING_GAP = 1.0  # Seconds that somebody who keeps moving may stand
 _THICK = 0.05  # Radius of limbs that things must not pass through, m
-_THROUGH = 3  # Frames inside a body from which on it is seen
+_FINE = 4  # Times within a frame at which things that fly are looked at
 
 
 def guard_reports(table: RuleTable, timeline: Timeline) -> list[GuardReport]:
@@ -167,15 +167,23 @@ def _passes_through(
 ) -> Iterator[SeenFault]:
     """Yield the players through whom the object passes, but for those who hold it then."""
     for player, name in enumerate(table.players):
-        near = _bone_distance(ball.positions, joints[player])
+        near = _bone_distance(_finely(ball.positions), _finely(joints[player]))
+        near = near.reshape(-1, _FINE).min(axis=1)
         inside = near < ball.size / 2.0 - _THICK
         held = np.flatnonzero(ball.holder == player)
         for frame in held:  # hands come to it before, and leave it afterwards
             inside[max(frame - 12, 0) : frame + 13] = False
         for start, end in runs(inside):
-            if end - start >= _THROUGH:
-                depth = float(ball.size / 2.0 - near[start:end].min())
-                yield SeenFault("object", (name,), start, end, depth, "m")
+            depth = float(ball.size / 2.0 - near[start:end].min())
+            yield SeenFault("object", (name,), start, end, depth, "m")
+
+
+def _finely(values: FloatArray) -> FloatArray:
+    """Return values (frames, ...) with the values between frames, for what flies fast."""
+    after = np.concatenate([values[1:], values[-1:]])
+    shares = np.arange(_FINE).reshape(-1, *[1] * (values.ndim - 1)) / _FINE
+    fine = values[:, None] + shares * (after - values)[:, None]
+    return np.asarray(fine.reshape(-1, *values.shape[1:]))
 
 
 def _bone_distance(points: FloatArray, joints: FloatArray) -> FloatArray:

@@ -16,6 +16,7 @@ from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.semantic_rules import RULE_NAMES, SemanticRule
 from motiondb.scene.language.tactics import Diagram, Element
 from motiondb.scene.services.services import plan
+from motiondb.scene.services.times import check_times
 
 
 def cast(diagram: Diagram, grammar: MotionGrammar, where: str = "") -> dict[str, Tree]:
@@ -25,6 +26,7 @@ def cast(diagram: Diagram, grammar: MotionGrammar, where: str = "") -> dict[str,
     """
     where = where or diagram.name
     _check_places(diagram, grammar, where)
+    check_times(diagram, where)
     return {
         name: _cast_player(diagram, grammar, name, items, where)
         for name, items in expressions(diagram).items()
@@ -40,6 +42,7 @@ def try_cast(
     """
     where = where or diagram.name
     _check_places(diagram, grammar, where)
+    check_times(diagram, where)
     trees, faults = {}, {}
     for name, items in expressions(diagram).items():
         try:
