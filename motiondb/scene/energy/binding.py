@@ -541,9 +541,9 @@ def aligned(
             (left, one), (up, two), (both, three) = row[j - 1], best[i - 1][j], best[i - 1][j - 1]
             row.append(
                 max(
-                    (both + 1.0 + 0.5 * (step == their), [*three, (k, m)]),
-                    (up, [*two, (k, -1)]),
+                    (up, [*two, (k, -1)]),  # the earliest of several that are as good
                     (left, [*one, (-1, m)]),
+                    (both + 1.0 + 0.5 * (step == their), [*three, (k, m)]),
                     key=lambda found: found[0],
                 )
             )

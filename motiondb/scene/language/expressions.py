@@ -347,7 +347,11 @@ def _spelt(diagram: Diagram, name: str) -> bool:
 
 def exact_actions(diagram: Diagram, grammar: MotionGrammar, name: str) -> tuple[str, ...]:
     """Return the actions that a player does only where the diagram asks for them."""
-    return grammar.activity.actions if _spelt(diagram, name) else grammar.only_asked
+    if _spelt(diagram, name):
+        return grammar.activity.actions
+    moving = any(one.player == name and not one.other for one in diagram.stretches)
+    rests = [rest.action for rest in grammar.activity.rests] if moving else []
+    return (*grammar.only_asked, *rests)
 
 
 def _place_rules(item: Item) -> Iterator[SemanticRule]:

@@ -111,8 +111,7 @@ def _element(element: Element, diagram: Diagram) -> str:
 
 
 def _step(step: Step) -> str:
-    sign = {True: "*", False: " once", None: ""}[step.repeated]
-    return " | ".join(step.actions) + sign
+    return " | ".join(step.actions) + "*" * bool(step.repeated)
 
 
 def _stretch(one: Stretch) -> str:

@@ -109,6 +109,8 @@ def kept_reports(
 def _frames_of(kept: Stretch, table: RuleTable, timeline: Timeline) -> tuple[int, int]:
     """Return the frames [start, end) from the first to the last step of a stretch."""
     start, end = 0, timeline.n_frames
+    if not kept.last and not kept.other:  # nobody runs on while a ball rolls away
+        end = max(timeline.end_of(p, len(row) - 1) for p, row in enumerate(table.actions))
     of = [row for row in table.steps if kept.first <= row[0] <= (kept.last or row[0])]
     if kept.last and of:
         start = min(int(timeline.begins[player][first]) for _, player, first, _ in of)

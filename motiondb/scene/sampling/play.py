@@ -47,6 +47,8 @@ class Prices:
     # For every multiple of its weight by which a rule fails beyond the first. It does not apply to
     # synchronisations, because polishing bends time more easily than paths
     excess: float = 0.0
+    # For every frame in which somebody who is to keep moving stands before or after their actions
+    standing: float = 0.0
 
 
 FREE = Prices()  # No prices: -log P(Z) as printed
@@ -71,6 +73,13 @@ class Play:
     def grammar(self) -> MotionGrammar:
         """The motion grammar."""
         return self.binder.grammar
+
+    @cached_property
+    def moving(self) -> tuple[int, ...]:
+        """The players who are to keep moving."""
+        diagram = self.binder.diagram
+        kept = {one.player for one in diagram.stretches if not one.other}
+        return tuple(n for n, name in enumerate(self.binder.names) if name in kept)
 
     @cached_property
     def chains(self) -> tuple[Chains, ...]:
@@ -103,6 +112,9 @@ class Play:
         end = max(int(begin[p, n]) for p, n in enumerate(scene.n_clips.tolist()))
         price = prices.delay * int(begin[:, 0].sum()) + prices.duration * end
         price += prices.action * int(scene.n_clips.sum()) + prices.stray * table.stray
+        for p in self.moving:
+            stands = int(begin[p, 0]) + end - int(begin[p, scene.n_clips[p]])
+            price += prices.standing * stands
         return float(scene.total[0]) + price
 
 
