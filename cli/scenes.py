@@ -20,7 +20,7 @@ group = app.group("scene", "Scenes from motion grammars and tactics diagrams.")
 grammars = group.group("grammar", "Grammars of motion.")
 
 GrammarFile = Annotated[
-    str, options.argument("A grammar file, or basketball or carrying.", "GRAMMAR")
+    str, options.argument("A grammar file, or the name of a shipped one.", "GRAMMAR")
 ]
 Actions = Annotated[str, options.argument("Actions in their order, separated by spaces.")]
 StartSymbol = Annotated[str, "The start symbol, such as S_D.  [default: any that fits]"]
@@ -54,7 +54,9 @@ def check_grammar(
         report,
         semantic_rules=report.n_semantic_rules,
         starts=starts,
+        verbs=tuple(grammar.activity.verbs),
         clips=_number(clips, report.terminals),
+        nearest=_nearest(shared, grammar),
     )
     if printing.as_json(shared, checked):
         return
@@ -74,7 +76,10 @@ def check_grammar(
             )
     printing.say(f"can be empty: {', '.join(report.nullable) or 'nothing'}")
     printing.say(f"useless: {', '.join(report.useless) or 'nothing'}")
+    printing.say(f"verbs of diagrams: {', '.join(checked.verbs)}")
     _print_clips(clips, report.terminals)
+    for name, near in (checked.nearest or {}).items():
+        printing.say(f"nearest to {name}: {', '.join(near) or 'no word of a caption'}")
 
 
 @group.command()
@@ -204,6 +209,14 @@ def _clips(
         taken = {} if exact else base.scenes.taken_words(grammar)
         printing.note_taken(taken.values(), grammar.name)
         return base.scenes.find_actions(grammar, exact)
+
+
+def _nearest(
+    shared: options.SharedOfClips, grammar: motiondb.MotionGrammar
+) -> dict[str, tuple[str, ...]] | None:
+    """Return the nearest words of captions for terminals without clips; None: no database."""
+    with shared.database() as base:
+        return None if base is None else base.scenes.nearest_words(grammar)
 
 
 def _number(clips: Clips, names: Sequence[str]) -> dict[str, int] | None:

@@ -145,7 +145,10 @@ class CheckedGrammar:
     useless: tuple[str, ...]
     nullable: tuple[str, ...]
     starts: list[StartSymbol]
+    verbs: tuple[str, ...]  # What a diagram of it may draw
     clips: dict[str, int] | None = field(default=None, metadata=OPTIONAL)
+    # Words of captions that are nearest to those of each terminal without clips
+    nearest: dict[str, tuple[str, ...]] | None = field(default=None, metadata=OPTIONAL)
 
 
 @dataclass(frozen=True)

@@ -120,7 +120,7 @@ def _colour(diagram: Diagram, name: str) -> str:
 
 
 def _look(diagram: Diagram, item: Item, element: Element) -> str:
-    """Return how an item is drawn, see :meth:`.Activity.look`."""
+    """Return how an item is drawn, see :mod:`motiondb.scene.language.activity`."""
     activity = diagram.activity
     keeps = any(activity.deed(action) in KEEPING for action in item.actions)
     look = activity.look(element.kind, keeps)

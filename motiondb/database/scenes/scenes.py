@@ -289,6 +289,12 @@ class Scenes(Topic):
         with self.session.reading():
             return dict(find_actions(self.session, self.read_grammar(grammar), exact).parts)
 
+    def nearest_words(self, grammar: str | Path | MotionGrammar) -> dict[str, tuple[str, ...]]:
+        """The words of captions that are nearest to those of every terminal without clips."""
+        with self.session.reading():
+            found = find_actions(self.session, self.read_grammar(grammar))
+            return {name: near for name, near in found.nearest.items() if not found.parts[name]}
+
     def taken_words(self, grammar: str | Path | MotionGrammar) -> dict[str, Taking]:
         """What words of a grammar's phrases are taken as that no caption holds."""
         with self.session.reading():

@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.records import IntArray
+from motiondb.scene.energy.answering import aligned
 from motiondb.scene.language.activity import (
     GIVE,
     OPPONENT,
@@ -521,34 +522,6 @@ class Binder:
             to = (item.other if item else "") or self.diagram.partner_of(self.names[player])
             found.append((k, step, self._number.get(to, -1)))
         return found
-
-
-def aligned(
-    acts: Sequence[tuple[int, int]], replies: Sequence[tuple[int, int]]
-) -> list[tuple[int, int]]:
-    """Return pairs of acts and answers in order, as many as possible, of the same step if possible.
-
-    Acts and answers are given by number and step. -1 stands for one that is missing.
-
-    >>> aligned([(0, 1), (3, 2)], [(1, 2)])
-    [(0, -1), (3, 1)]
-    """
-    best: list[list[tuple[float, list[tuple[int, int]]]]]
-    best = [[(0.0, [(-1, m) for m, _ in replies[:j]]) for j in range(len(replies) + 1)]]
-    for i, (k, step) in enumerate(acts, start=1):
-        row = [(best[i - 1][0][0], [*best[i - 1][0][1], (k, -1)])]
-        for j, (m, their) in enumerate(replies, start=1):
-            (left, one), (up, two), (both, three) = row[j - 1], best[i - 1][j], best[i - 1][j - 1]
-            row.append(
-                max(
-                    (up, [*two, (k, -1)]),  # the earliest of several that are as good
-                    (left, [*one, (-1, m)]),
-                    (both + 1.0 + 0.5 * (step == their), [*three, (k, m)]),
-                    key=lambda found: found[0],
-                )
-            )
-        best.append(row)
-    return best[-1][-1][1]
 
 
 def bind(

@@ -15,6 +15,7 @@ next line begins with ``|``. ``#`` begins a comment. The order of statements is 
     pickup := "pick up" without "fight" event contact    # and the instant that rules look at
 
     carry := "carry" when asked                          # only where a diagram asks for it
+    punch := terminal f of boxing                        # segments of a learned grammar
     duck := "duck" event lowest(head)                    # an instant found in the motion
 
     pickup: direction(object) weight 20 deg, distance(object, <= 50 cm)      # rules of space
@@ -375,17 +376,24 @@ def _read_terminal(cursor: Cursor, reading: _Text) -> None:
             f"Line {line} declares it: write all its words there.",
             token,
         )
-    if cursor.here.kind != "text":
+    learned = ("", "")
+    if cursor.meets("terminal"):
+        advice = f"Write {token.text} := terminal f of boxing."
+        name = cursor.take().text if cursor.here.kind == "text" else cursor.name("its name", advice)
+        cursor.expect("of", advice)
+        learned = name, cursor.name("the name of a learned grammar", advice)
+    elif cursor.here.kind != "text":
         cursor.fail(
             "quoted words that find the action's clips", f'Write {token.text} := "{token.text}".'
         )
-    phrases = _phrases(cursor)
+    phrases = () if learned[0] else _phrases(cursor)
     without = _phrases(cursor) if cursor.meets("without") else ()
     event = ""
     if cursor.meets("event"):
         event = read_event(cursor, "Write 'event release', or 'event lowest(head)'.")
     asked = cursor.meets("when") and bool(cursor.expect("asked", "Write 'when asked'."))
-    reading.terminals[token.text] = Terminal(token.text, phrases, without, event, asked), token
+    terminal = Terminal(token.text, phrases, without, event, asked, learned)
+    reading.terminals[token.text] = terminal, token
 
 
 def _phrases(cursor: Cursor) -> tuple[str, ...]:

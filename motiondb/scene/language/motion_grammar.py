@@ -36,6 +36,8 @@ class Terminal:
     # The instant at which rules without a moment are evaluated; "" for the whole action
     event: str = ""
     asked: bool = False  # Whether it is played only where a diagram asks for it
+    # A terminal of a learned grammar, and its name, whose segments are the clips; "" for words
+    learned: tuple[str, str] = ("", "")
 
 
 @dataclass(frozen=True)

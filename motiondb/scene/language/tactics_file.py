@@ -138,7 +138,8 @@ def grammar_name(text: str, where: str = "diagram") -> str:
 def read_diagram(text: str, where: str = "diagram", activity: Activity | None = None) -> Diagram:
     """Read a diagram from its text, and check that it can be played.
 
-    `activity`: That of its grammar (:attr:`.MotionGrammar.activity`); without, any word is a verb.
+    `activity`: That of its grammar (:attr:`.motion_grammar.MotionGrammar.activity`); without, any
+    word is a verb.
     """
     diagram = parse_diagram(text, where, activity)
     check_diagram(diagram, where)

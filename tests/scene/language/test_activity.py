@@ -9,7 +9,8 @@ from motiondb.body import body
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.parse import parse
 from motiondb.scene.clips.clip_cutting import found_instant
-from motiondb.scene.energy.binding import DISTANCE, SYNCHRONISATION, UNMET, aligned, bind
+from motiondb.scene.energy.answering import aligned
+from motiondb.scene.energy.binding import DISTANCE, SYNCHRONISATION, UNMET, bind
 from motiondb.scene.language.expressions import exact_actions, expressions
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.motion_grammar import MotionGrammar
