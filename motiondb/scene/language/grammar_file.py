@@ -9,6 +9,7 @@ next line begins with ``|``. ``#`` begins a comment. The order of statements is 
 
     S -> Walk Carry Walk                   # rules of order; | divides alternatives
     Walk -> walk+                          # X* X+ X? and ( ) repeat, [0.3] is a probability,
+                                           # (x & y & z) is all of them in any order,
     Carry -> pickup carry* putdown         # empty is the empty string
 
     walk := "walk", "stroll"               # words that find clips of the action

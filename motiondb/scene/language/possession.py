@@ -139,11 +139,13 @@ def _name_faults(diagram: Diagram, where: str) -> Iterator[str]:
         if not unknown:
             yield from _team_faults(diagram, element, where)
             continue
-        near = suggestion(unknown[0], names).strip() or "Add the player, or name another."
-        what = everybody
+        what, advice = everybody, "Add the player, or name another."
         role = diagram.verb(element).role
-        if unknown[0] == element.other and diagram.places and role not in (RECEIVER, OPPONENT):
-            what += f", or of the places {', '.join(place for place, _ in diagram.places)}"
+        if unknown[0] == element.other and role not in (RECEIVER, OPPONENT):
+            named = ", ".join(place for place, _ in diagram.places)
+            what += f", or of the places {named}" if named else ", or a place"
+            advice = f"Add 'place {unknown[0]} at X Z', or the player."
+        near = suggestion(unknown[0], names).strip() or advice
         yield _fault(where, element, what, repr(unknown[0]), near)
 
 

@@ -114,6 +114,9 @@ def test_carrying_asks_to_face_the_object_and_be_near() -> None:
         ("S -> (a b)+ | b", {"b", "ab"}),
         ("S -> ((a | b) a)?", {"", "aa", "ba"}),
         ("S -> a | empty\n  | b b", {"a", "", "bb"}),
+        ("S -> (a & b & a b)", set()),  # four letters
+        ("S -> (a & b)", {"ab", "ba"}),
+        ("S -> (a & b?) | b b", {"a", "ab", "ba", "bb"}),
         ("S -> a*\nS -> b b*", {"", "a", "aa", "aaa", "b", "bb", "bbb"}),
     ],
 )
@@ -174,7 +177,7 @@ def test_rules_may_hold_below_a_nonterminal_only() -> None:
         ("S -> (a | b", "5:12: expected ')', found the end of the line. Close the bracket."),
         ("S -> a | empty b", "5:10: expected 'empty' alone, found 'empty'."),
         ("S -> a [0]", "5:9: expected a probability above 0 and at most 1, found '0'."),
-        ("S -> a &", "5:8: expected a name, a number or a sign, found '&'. Correct it."),
+        ("S -> a %", "5:8: expected a name, a number or a sign, found '%'. Correct it."),
         ("S -> a\nplce x", "found 'plce'. Did you mean place?"),
         ("S -> c", "5:6: expected a nonterminal with rules, or a terminal declared with ':=',"),
         ("T -> a", "1:7: expected a start symbol that has a rule, found 'S'."),
