@@ -300,12 +300,13 @@ def test_what_is_kept_up_is_measured_between_its_steps_in_the_written_frames() -
     ends = (np.array([70]), np.array([40]))
     timeline = Timeline(places, begins, (np.array([30]), np.array([20])), ends)
     joints = np.zeros((100, 21, 3))
-    joints[:, :, 2] = np.concatenate([np.linspace(0.0, 2.0, 40), np.full(60, 2.0)])[:, None]
+    joints[:, :, 2] = np.concatenate([np.linspace(0.0, 2.0, 20), np.full(80, 2.0)])[:, None]
     distance, moving = kept_reports(table, timeline, [joints, joints])
     assert (distance.start, distance.end, distance.frame) == (0, 70, 50)
     assert distance.after == pytest.approx(0.5)
     assert not distance.kept
-    assert moving.after == pytest.approx(2.0, abs=0.3)  # stands in the last two seconds
+    assert (moving.start, moving.end) == (0, 70)  # until the last act ends
+    assert moving.after == pytest.approx(50 / 30, abs=0.3)  # stands from frame 20 on
     assert not moving.kept
     seen = {(one.kind, one.players[0]) for one in seen_faults(table, [joints] * 2, [], None)}
     assert seen == {("held pose", "A1"), ("held pose", "D1")}
