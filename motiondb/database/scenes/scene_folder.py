@@ -38,6 +38,7 @@ from motiondb.files.gltf_writer import Character, write_gltf_scene
 from motiondb.files.safe_files import check_output, is_running, link_target, read_bounded_text
 from motiondb.pictures.scenes import performer_colours
 from motiondb.records import MOTION_FPS, Clip, IntArray, Motion
+from motiondb.scene.language.activity import Thing
 from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.report.report_records import (
     Collision,
@@ -353,7 +354,8 @@ def _write_gltf(
         Character(name, in_world(motion), _linear(colours[name]))
         for name, motion in motions.items()
     ]
-    write_gltf_scene(people, path, record.ball)
+    thing = diagram.activity.thing or Thing("ball")
+    write_gltf_scene(people, path, record.ball, thing.size / 2.0)
 
 
 def _linear(colour: str) -> tuple[float, float, float]:

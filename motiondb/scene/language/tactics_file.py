@@ -48,7 +48,6 @@ def format_diagram(diagram: Diagram) -> str:
     >>> print(format_diagram(play))
     diagram "Drill"
     grammar basketball
-    court half
     <BLANKLINE>
     attack A1 at 0 8
     <BLANKLINE>
