@@ -27,7 +27,7 @@ const FIRST: readonly Spot[] = [
   [0.18, 0.5125],
 ];
 
-/** A new diagram: two players of the first role, and the places that the grammar names. */
+/** A new diagram: two players of the first role or one person, and the places that the grammar names. */
 export function emptyDiagram(ground: Ground = groundNow()): DiagramShape {
   const { left, back, width, length } = ground.ground;
   const at = ([x, z]: Spot): Spot =>
@@ -41,13 +41,18 @@ export function emptyDiagram(ground: Ground = groundNow()): DiagramShape {
     ground: ground.ground,
     places: ground.places.map((name, i) => ({
       name,
-      at: at([apart * (i + 1), 0.3]),
+      at: at([apart * (i + 1), 0.5]),
       given: false,
       height: 0,
       width: 0,
       tall: 0,
     })),
-    players: FIRST.map((spot, i) => ({ name: `${prefix(team)}${i + 1}`, team, at: at(spot), guards: "" })),
+    players: FIRST.slice(0, team === "player" ? 1 : 2).map((spot, i) => ({
+      name: `${prefix(team)}${i + 1}`,
+      team,
+      at: at(spot),
+      guards: "",
+    })),
     elements: [],
     more: [],
   };
