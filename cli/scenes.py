@@ -20,7 +20,7 @@ group = app.group("scene", "Scenes from motion grammars and tactics diagrams.")
 grammars = group.group("grammar", "Grammars of motion.")
 
 GrammarFile = Annotated[
-    str, options.argument("A grammar file, or basketball or carrying.", "GRAMMAR")
+    str, options.argument("A grammar file, or the name of a shipped one.", "GRAMMAR")
 ]
 Actions = Annotated[str, options.argument("Actions in their order, separated by spaces.")]
 StartSymbol = Annotated[str, "The start symbol, such as S_D.  [default: any that fits]"]
@@ -54,7 +54,9 @@ def check_grammar(
         report,
         semantic_rules=report.n_semantic_rules,
         starts=starts,
+        verbs=tuple(grammar.activity.verbs),
         clips=_number(clips, report.terminals),
+        nearest=_nearest(shared, grammar),
     )
     if printing.as_json(shared, checked):
         return
@@ -70,12 +72,14 @@ def check_grammar(
             printing.say(f"    {conflict}")
         if start.can_be_empty:
             printing.say(
-                "    can derive the empty string, but every player on court needs at least "
-                "one action"
+                "    can derive the empty string, but every player needs at least one action"
             )
     printing.say(f"can be empty: {', '.join(report.nullable) or 'nothing'}")
     printing.say(f"useless: {', '.join(report.useless) or 'nothing'}")
+    printing.say(f"verbs of diagrams: {', '.join(checked.verbs)}")
     _print_clips(clips, report.terminals)
+    for name, near in (checked.nearest or {}).items():
+        printing.say(f"nearest to {name}: {', '.join(near) or 'no word of a caption'}")
 
 
 @group.command()
@@ -181,7 +185,8 @@ def draw(
     drawn = answers.DrawnDiagram(diagram.name, text.grammar.name, str(out), holder, players, counts)
     if printing.as_json(shared, drawn):
         return
-    ball = f"; {holder} has the ball at the start" if holder else ""
+    thing = text.grammar.activity.thing
+    ball = f"; {holder} has the {thing.name} at the start" if holder and thing else ""
     printing.say(f"{diagram.name} drawn to {out}{ball}")
     printing.print_table(
         ["player", "team", "expression", "shortest string"],
@@ -204,6 +209,14 @@ def _clips(
         taken = {} if exact else base.scenes.taken_words(grammar)
         printing.note_taken(taken.values(), grammar.name)
         return base.scenes.find_actions(grammar, exact)
+
+
+def _nearest(
+    shared: options.SharedOfClips, grammar: motiondb.MotionGrammar
+) -> dict[str, tuple[str, ...]] | None:
+    """Return the nearest words of captions for terminals without clips; None: no database."""
+    with shared.database() as base:
+        return None if base is None else base.scenes.nearest_words(grammar)
 
 
 def _number(clips: Clips, names: Sequence[str]) -> dict[str, int] | None:
@@ -239,7 +252,7 @@ Minutes = Annotated[
 ]
 Chains = Annotated[int, "Number of Markov chains, of which the best is kept, 1 to 64."]
 Name = Annotated[str, "Also keep it in the database, with its motions as NAME/PLAYER."]
-Gaze = Annotated[bool, options.option("Whether heads follow the ball.", "--gaze/--no-gaze")]
+Gaze = Annotated[bool, options.option("Whether heads follow the object.", "--gaze/--no-gaze")]
 Drawn = Annotated[
     bool, options.option("Draw paths.png, above.gif and scene.gif.", "--pictures/--no-pictures")
 ]
@@ -330,6 +343,8 @@ def _print(shared: options.Shared, scene: motiondb.Scene, folder: Path, seconds:
     parts = ", ".join(f"{what} {time:.1f} s" for what, time in work.items())
     printing.say(f"error {facts.error:.2f} before polish; {parts}")
     touching = len(facts.collisions)
+    for line in motiondb.Scenes.seen(scene.record):
+        printing.say(line)
     printing.say(
         f"rules kept: {facts.rules - facts.broken} of {facts.rules};"
         f" collisions: {touching or 'none'}"

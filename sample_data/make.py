@@ -24,10 +24,10 @@ from sample_data.grammars import GRAMMARS, Derivation
 from sample_data.phrases import long_captions, short_captions, timed_caption
 from sample_data.repertoire import coarse
 from sample_data.score import FPS, Take
-from sample_data.takes import Capture, captures, perform
+from sample_data.takes import Capture, activities, captures, perform
 
 LICENCE = "CC0-1.0"
-_RESTS = ("idle", "hold", "sit", "ready")
+_RESTS = ("idle", "hold", "sit", "ready", "hold_box")
 HEADERS = {
     "captions": "file performer licence words start end action synthetic",
     "segments": "file start_s end_s start_frame end_frame label",
@@ -44,17 +44,26 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--seed", type=int, default=1, help="of every random choice")
     options = parser.parse_args(arguments)
     print(make(options.out, options.seed))
+    print(make(options.out / "activities", options.seed, collection=activities()))
 
 
-def make(out: Path, seed: int, only: Iterable[str] | None = None) -> str:
+def make(
+    out: Path,
+    seed: int,
+    only: Iterable[str] | None = None,
+    collection: list[Capture] | None = None,
+) -> str:
     """Write the captures, all or those whose files are in ``only``, and their sheets below ``out``.
+
+    collection : of captures, by default the first one, which has grammars.
 
     Returns a sentence that says how much was made.
     """
     sheets: dict[str, list[Row]] = {name: [] for name in HEADERS}
     takes: dict[str, list[dict[str, object]]] = {name: [] for name in GRAMMARS}
     wanted = None if only is None else set(only)
-    chosen = [c for c in captures() if wanted is None or c.file in wanted]
+    everything = captures() if collection is None else collection
+    chosen = [c for c in everything if wanted is None or c.file in wanted]
     n_frames = 0
     for capture in chosen:
         take, derivations = perform(capture, seed)
@@ -71,6 +80,8 @@ def make(out: Path, seed: int, only: Iterable[str] | None = None) -> str:
         lines = ["\t".join(HEADERS[name].split())]
         lines += ["\t".join(str(value) for value in row) for row in rows]
         (out / f"{name}.tsv").write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+    if collection is not None:
+        return f"{len(chosen)} captures, {n_frames} frames, {n_frames / FPS:.0f} s, in {out}"
     truth = {name: {"rules": rules, "takes": takes[name]} for name, rules in GRAMMARS.items()}
     text = json.dumps(truth, indent=1) + "\n"
     (out / "grammars.json").write_text(text, encoding="utf-8", newline="\n")
@@ -142,7 +153,7 @@ def _caption_rows(capture: Capture, take: Take, seed: int) -> list[Row]:
     random = np.random.RandomState(zlib.crc32(f"words/{seed}/{capture.file}".encode()))
     who = capture.performer
     acted = [(label, start, end) for label, start, end in _frames(take) if label not in _RESTS]
-    labels = [label for label, _, _ in acted] or [coarse(take.segments[0][0])]
+    labels = [label for label, _, _ in acted] or [take.segments[0][0]]
     if capture.is_long:
         written = long_captions(who, labels, random)
     elif capture.action == "dance":

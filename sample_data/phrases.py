@@ -16,7 +16,7 @@ PHRASES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
                    ("turn right", "right turn")),
     "jump": (("jumps", "jumps up", "jumps with both feet", "makes a jump"), ("jump", "jumping")),
     "sit_down": (("sits down", "sits down on a chair", "takes a seat"), ("sit down", "sit")),
-    "sit": (("stays seated", "is sitting"), ("sitting",)),
+    "sit": (("stays seated", "remains seated and stays"), ("stay seated",)),
     "stand_up": (("stands up", "gets up from the chair", "rises from a chair"),
                  ("stand up", "get up")),
     "wave": (("waves", "waves a hand", "waves hello", "is waving"),
@@ -52,6 +52,12 @@ PHRASES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "screen": (("sets a screen", "stands in the way as a screen"), ("screen", "set screen")),
     "guard": (("guards the opponent", "defends with arms wide"), ("guard", "defend")),
     "block": (("blocks a shot", "jumps to block the ball"), ("block", "block shot")),
+    "lift": (("lifts a box from a table", "lifts a box"), ("lift box",)),
+    "carry": (("carries a box", "walks with a box"), ("carry box",)),
+    "hold_box": (("stands with a box",), ("hold box",)),
+    "hand_over": (("hands a box over", "hands over a box to someone"), ("hand over box",)),
+    "receive": (("receives a box", "receives a box from someone"), ("receive box",)),
+    "set_down": (("sets a box down", "sets down a box on a table"), ("set down box",)),
 }  # fmt: skip
 """The words of every label."""
 

@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from sample_data import basketball, dancing, defence, fighting, footwork, gestures, locomotion
+from sample_data import (
+    basketball,
+    carrying,
+    dancing,
+    defence,
+    fighting,
+    footwork,
+    gestures,
+    locomotion,
+)
 from sample_data.score import Take
 
 Move = tuple[str, dict[str, object]]
@@ -90,6 +99,14 @@ ACTIONS: dict[str, Callable[..., None]] = {
     "block": defence.block,
     "screen": defence.screen,
     "guard": defence.guard,
+    "lift": carrying.lift,
+    "carry": carrying.carry,
+    "hold_box": carrying.carry_still,
+    "hand_over": carrying.hand_over,
+    "receive": carrying.receive,
+    "set_down": carrying.set_down,
+    "sit": lambda take, seconds=2.0: gestures.idle(take, seconds, "sit"),
+    "stance": lambda take, seconds=2.0: gestures.idle(take, seconds, "ready"),
 }
 """Every action by name; all take the take first."""
 

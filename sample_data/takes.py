@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from sample_data.carrying import CARRY
 from sample_data.gestures import idle
 from sample_data.grammars import Derivation, derive
 from sample_data.performers import PERFORMERS
@@ -52,6 +53,7 @@ _RESTS: dict[str, tuple[Posture, str]] = {
     "hold": (HOLD, "hold"),
     "ready": (READY, "ready"),
     "sit": (SEATED | {"dh": -0.424}, "sit"),
+    "carry": (CARRY, "hold_box"),
 }
 
 _SINGLES: dict[str, list[tuple[str, dict[str, object]]]] = {
@@ -101,6 +103,24 @@ _WITH_BALL = {
     "dribble",
 }
 
+_ACTIVITIES: dict[str, list[tuple[str, dict[str, object]]]] = {
+    # a collection of its own: what the shipped activities need beside the others
+    "sit": [("ana boris", {"seconds": 3.0})],
+    "stance": [("boris chidi", {"seconds": 3.0}), ("goran", {"seconds": 2.6})],
+    "parry": [("boris", {"side": "own"}), ("chidi", {"side": "off"}), ("goran", {"side": "own"})],
+    "duck": [("boris chidi goran", {})],
+    "lift": [("ana boris dora", {})],
+    "carry": [("ana", {"steps": 5}), ("boris", {"steps": 6}), ("dora emil", {"steps": 5})],
+    "hold_box": [("ana boris", {"seconds": 2.6})],
+    "hand_over": [("ana boris emil", {})],
+    "receive": [("ana boris dora", {})],
+    "set_down": [("boris dora emil", {})],
+}  # fmt: skip
+_BEGINS = {
+    "sit": "sit", "stance": "ready", "parry": "ready", "duck": "ready",
+    "carry": "carry", "hold_box": "carry", "hand_over": "carry", "set_down": "carry",
+}  # fmt: skip
+
 _DANCES = {
     "ana": "left right twirl",
     "dora": "sway clap right left",
@@ -133,6 +153,17 @@ _GRAMMAR_TAKES = (
     ("boris", "long_fight_1", "fight", 3), ("goran", "long_fight_2", "fight", 4),
     ("chidi", "long_play_1", "play", 4), ("fatou", "long_play_2", "play", 3),
 )  # fmt: skip
+
+
+def activities() -> list[Capture]:
+    """Every capture of the second collection, in the order of their files."""
+    made = []
+    for move, lines in _ACTIVITIES.items():
+        for people, arguments in lines:
+            for person in people.split():
+                rest = _BEGINS.get(move, "stand")
+                made.append(Capture(person, f"{move}_1", ((move, arguments),), rest))
+    return sorted(made, key=lambda capture: capture.file)
 
 
 def captures() -> list[Capture]:

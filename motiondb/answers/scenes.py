@@ -15,6 +15,7 @@ from motiondb.scene.report.report_records import (
     JumpReport,
     LimbReport,
     PaceReport,
+    SeenFault,
 )
 
 
@@ -73,6 +74,7 @@ class SceneDetails:
     planted_feet: tuple[JumpReport, ...]
     near_limbs: tuple[LimbReport, ...]
     guards: tuple[GuardReport, ...]
+    seen: tuple[SeenFault, ...] = ()  # What a viewer sees at once although no rule is about it
     bone_error: float  # Metres
     ball_gap: float | None  # Metres; None without a ball
     too_fast: tuple[str, ...]
@@ -143,7 +145,10 @@ class CheckedGrammar:
     useless: tuple[str, ...]
     nullable: tuple[str, ...]
     starts: list[StartSymbol]
+    verbs: tuple[str, ...]  # What a diagram of it may draw
     clips: dict[str, int] | None = field(default=None, metadata=OPTIONAL)
+    # Words of captions that are nearest to those of each terminal without clips
+    nearest: dict[str, tuple[str, ...]] | None = field(default=None, metadata=OPTIONAL)
 
 
 @dataclass(frozen=True)

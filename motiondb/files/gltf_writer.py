@@ -342,23 +342,29 @@ class Character:
 
 
 def write_gltf_scene(
-    characters: Sequence[Character], path: Path | str, ball: FloatArray | None = None
+    characters: Sequence[Character],
+    path: Path | str,
+    ball: FloatArray | None = None,
+    radius: float = BALL_RADIUS,
 ) -> None:
-    """Write characters and a ball (frames, 3) as glTF, whole or not at all."""
+    """Write characters and an object (frames, 3), a ball of a radius, m, as glTF, whole or not."""
     path = Path(path)
     check_ending(path)
-    write_document(*to_gltf_scene(characters, ball, path), path)
+    write_document(*to_gltf_scene(characters, ball, path, radius), path)
 
 
 def to_gltf_scene(
-    characters: Sequence[Character], ball: FloatArray | None = None, path: object = "scene"
+    characters: Sequence[Character],
+    ball: FloatArray | None = None,
+    path: object = "scene",
+    radius: float = BALL_RADIUS,
 ) -> tuple[dict[str, object], bytes]:
     """Return the document of characters and a ball (frames, 3), and its buffer."""
     _check_scene(characters, ball, path)
     parts, buffer = _no_parts(), Buffer()
     roots = [_add_character(character, parts, buffer) for character in characters]
     if ball is not None and len(ball):
-        roots.append(_add_ball(ball, characters[0].clip.fps, parts, buffer))
+        roots.append(_add_ball(ball, characters[0].clip.fps, parts, buffer, radius))
     return _document(roots, "scene", parts, buffer)
 
 
@@ -438,7 +444,7 @@ def _add_body(
     return [first, first + n_joints]
 
 
-def _add_ball(ball: FloatArray, fps: float, parts: _Parts, buffer: Buffer) -> int:
+def _add_ball(ball: FloatArray, fps: float, parts: _Parts, buffer: Buffer, radius: float) -> int:
     """Append the ball; return the number of its node."""
     node = len(parts["nodes"])
     parts["nodes"].append(
@@ -446,7 +452,7 @@ def _add_ball(ball: FloatArray, fps: float, parts: _Parts, buffer: Buffer) -> in
     )
     points, triangles = _sphere()
     attributes = {
-        "POSITION": buffer.add((BALL_RADIUS * points).astype(np.float32), FLOAT, ARRAY),
+        "POSITION": buffer.add((radius * points).astype(np.float32), FLOAT, ARRAY),
         "NORMAL": buffer.add(points.astype(np.float32), FLOAT, ARRAY),
     }
     indices = buffer.add(triangles.reshape(-1).astype(np.uint32), UINT, ELEMENTS)

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar, Literal, cast
+from typing import Annotated, Any, ClassVar
 
 from pydantic import AfterValidator
 
-from motiondb.answers.plain import extended
+from motiondb.scene.language.activity import Activity, Ground, Place
 from motiondb.scene.language.semantic_rules import Spot
-from motiondb.scene.language.tactics import KINDS, Court, Diagram, Element, Player
+from motiondb.scene.language.tactics import DOES, Diagram, Element, Player
+from motiondb.scene.language.tactics_file import format_diagram, other_statements
 
 Point = tuple[float, float]
-Team = Literal["attack", "defence", "player"]
 _NAME = re.compile(r"[^\W\d]\w*")
 _TITLE, _GRAMMAR = re.compile(r'[^"\n\r]*'), re.compile(r"[^\W\d]\w*(-\w+)*")
 _MOST = 200  # Largest number of players, elements or places of a request
@@ -28,7 +28,7 @@ class PlayerShape:
 
     __pydantic_config__: ClassVar = _STRICT
     name: str
-    team: Team
+    team: str
     at: Point
     guards: str = ""
 
@@ -38,7 +38,7 @@ class ElementShape:
     """An action of a player; ``line`` is ignored in requests."""
 
     __pydantic_config__: ClassVar = _STRICT
-    kind: Literal[KINDS]  # type: ignore[valid-type]  # a tuple of literals
+    kind: str
     step: int
     player: str
     other: str = ""
@@ -46,26 +46,35 @@ class ElementShape:
     via: list[Point] = field(default_factory=list)
     to: Point | None = None
     line: int | None = None
+    target: str = ""
+    link: str = ""
 
 
 @dataclass(frozen=True)
-class CourtShape:
-    """The court; ``behind_rim`` follows from the other values and is ignored in requests."""
+class GroundShape:
+    """The ground; a request says only its size, and whether it is that of the grammar."""
 
     __pydantic_config__: ClassVar = _STRICT
-    width: float = 15.0
-    length: float = 14.0
-    behind_rim: float = 1.575
-    lines: bool = True
+    width: float = 20.0
+    length: float = 20.0
+    left: float = -10.0
+    back: float = -10.0
+    own: bool = False  # Whether the diagram has another ground than its grammar
+    # Lines through points [x, height, z]
+    marks: list[list[tuple[float, float, float]]] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
 class PlaceShape:
-    """A place that rules may refer to."""
+    """A place that rules may refer to; what is no place of the diagram itself is ``given``."""
 
     __pydantic_config__: ClassVar = _STRICT
     name: str
     at: Point
+    given: bool = False
+    height: float = 0.0
+    width: float = 0.0
+    tall: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -77,9 +86,11 @@ class DiagramShape:
     players: list[PlayerShape]
     grammar: str = "basketball"
     ball: str = ""
-    court: CourtShape = CourtShape()
+    ground: GroundShape = GroundShape()
     places: list[PlaceShape] = field(default_factory=list)
     elements: list[ElementShape] = field(default_factory=list)
+    # Other statements of the text, such as what players keep up, as they are written
+    more: list[str] = field(default_factory=list)
 
 
 def _check_limits(shape: DiagramShape) -> DiagramShape:
@@ -87,11 +98,12 @@ def _check_limits(shape: DiagramShape) -> DiagramShape:
     players, elements, places = shape.players, shape.elements, shape.places
     names = [p.name for p in players] + [p.name for p in places] + [e.player for e in elements]
     names += [name for name in (shape.ball, *(p.guards for p in players)) if name]
-    names += [e.other for e in elements if e.other]
+    names += [name for e in elements for name in (e.other, e.target, e.link) if name]
+    names += [p.team for p in players] + [e.kind for e in elements]
     points = [p.at for p in players] + [p.at for p in places]
     points += [at for e in elements for at in e.via]
     points += [e.to for e in elements if e.to is not None]
-    size = (shape.court.width, shape.court.length)
+    size = (shape.ground.width, shape.ground.length)
     expected = {
         "a title of at most 200 characters without quotes and line breaks": (
             len(shape.title) <= 200 and _TITLE.fullmatch(shape.title)
@@ -108,7 +120,7 @@ def _check_limits(shape: DiagramShape) -> DiagramShape:
         f"places within {_FARTHEST:g} m": (
             all(abs(value) <= _FARTHEST for point in points for value in point)
         ),
-        f"a court of at most {_FARTHEST:g} m": all(0.0 <= metres <= _FARTHEST for metres in size),
+        f"a ground of at most {_FARTHEST:g} m": all(0.0 <= metres <= _FARTHEST for metres in size),
         f"steps from 1 to {_LATEST}": (
             all(1 <= e.step <= _LATEST and 0 <= e.caught <= _LATEST for e in elements)
         ),
@@ -123,13 +135,9 @@ RequestedDiagram = Annotated[DiagramShape, AfterValidator(_check_limits)]
 """The diagram of a request. Diagrams of answers have no limits: a text may hold any."""
 
 
-def diagram_of(shape: DiagramShape) -> Diagram:
-    """Return the diagram of a request; the rim is added where it is not among the places."""
-    rim = () if any(p.name == "rim" for p in shape.places) else (("rim", Spot(0.0, 0.0)),)
-    court = Court()
-    if not shape.court.lines:
-        width, length = shape.court.width, shape.court.length
-        court = Court(width, length, behind_rim=length / 2, lines=False)
+def text_of(shape: DiagramShape, activity: Activity | None) -> str:
+    """Return the text of a request's diagram, by its grammar's ``activity`` (None: unknown)."""
+    ground = Ground.field(shape.ground.width, shape.ground.length) if shape.ground.own else None
     elements = tuple(
         Element(
             e.kind,
@@ -139,22 +147,29 @@ def diagram_of(shape: DiagramShape) -> Diagram:
             tuple(Spot(*at) for at in e.via),
             Spot(*e.to) if e.to else None,
             e.caught,
+            target=e.target,
+            link=e.link,
         )
         for e in shape.elements
+        if e.kind != DOES
     )
-    return Diagram(
+    diagram = Diagram(
         shape.title,
         tuple(Player(p.name, p.team, Spot(*p.at), p.guards) for p in shape.players),
         elements,
         shape.grammar,
-        court,
-        (*rim, *((p.name, Spot(*p.at)) for p in shape.places)),
+        ground,
+        tuple((p.name, Spot(*p.at)) for p in shape.places if not p.given),
         shape.ball,
+        activity=activity or Activity(),
     )
+    more = [line for line in shape.more if "\n" not in line]
+    return format_diagram(diagram) + "".join(f"{line}\n" for line in more)
 
 
 def diagram_shape(diagram: Diagram) -> DiagramShape:
     """Return a diagram for the browser."""
+    own = dict(diagram.own_places)
     elements = [
         ElementShape(
             e.kind,
@@ -165,18 +180,30 @@ def diagram_shape(diagram: Diagram) -> DiagramShape:
             [(spot.x, spot.z) for spot in e.via],
             (e.to.x, e.to.z) if e.to else None,
             e.line,
+            e.target,
+            e.link,
         )
         for e in diagram.elements
+        if e.kind != DOES
     ]
     return DiagramShape(
         diagram.name,
-        [
-            PlayerShape(p.name, cast("Team", p.team), (p.at.x, p.at.z), p.guards)
-            for p in diagram.players
-        ],
+        [PlayerShape(p.name, p.team, (p.at.x, p.at.z), p.guards) for p in diagram.players],
         diagram.grammar,
         diagram.ball,
-        extended(CourtShape, diagram.court),
-        [PlaceShape(name, (spot.x, spot.z)) for name, spot in diagram.places],
+        ground_shape(diagram.court, diagram.ground is not None),
+        [_place(name, spot, name not in own, diagram) for name, spot in diagram.places],
         elements,
+        other_statements(diagram),
     )
+
+
+def ground_shape(ground: Ground, own: bool = False) -> GroundShape:
+    """Return a ground for the browser; ``own``: a diagram's."""
+    marks = [list(mark) for mark in ground.marks]
+    return GroundShape(ground.width, ground.length, ground.left, ground.back, own, marks)
+
+
+def _place(name: str, spot: Spot, given: bool, diagram: Diagram) -> PlaceShape:
+    known = diagram.activity.place.get(name, Place(name))
+    return PlaceShape(name, (spot.x, spot.z), given, known.height, known.width, known.tall)

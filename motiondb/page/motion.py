@@ -68,7 +68,7 @@ _RADII = {
 
 RADII = tuple(_RADII[point[2:] if point[1] == "_" else point] for point in POINTS)
 """Radius of the capsule from each point to its parent, metres; 0 for the pelvis."""
-BALL_RADIUS = 0.12  # Radius of a basketball, metres
+BALL_RADIUS = 0.12  # Radius of an object without a size, metres
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,6 +135,7 @@ class Track:
     fps: float = MOTION_FPS
     team: str = ""  # Team of a player of a scene, or ""
     leg_length: float | None = None  # The performer's leg length, metres
+    radius: float = BALL_RADIUS  # Of a ball, metres
 
 
 def body_track(
@@ -200,7 +201,7 @@ def _pack_track(track: Track, store: Callable[[bytes], int]) -> dict[str, Any]:
         "contacts": None,
     }
     if is_ball:
-        return facts | {"radius": BALL_RADIUS}
+        return facts | {"radius": track.radius}
     if track.contacts is not None:
         bits = track.contacts[:, 0].astype(np.uint8) | (track.contacts[:, 1].astype(np.uint8) << 1)
         facts["contacts"] = store(bits.tobytes())
@@ -248,19 +249,24 @@ def _read_track(row: dict[str, Any], n_points: int, payload: bytes) -> Track:
         row["fps"],
         row["team"] or "",
         row.get("leg_length"),
+        row.get("radius", BALL_RADIUS),
     )
 
 
 def scene_tracks(
-    motions: Mapping[str, Motion], teams: Mapping[str, str], ball: FloatArray, ref: str
+    motions: Mapping[str, Motion],
+    teams: Mapping[str, str],
+    ball: FloatArray,
+    ref: str,
+    size: float = 2.0 * BALL_RADIUS,
 ) -> list[Track]:
-    """Return the tracks of a scene: its players with their teams, and the ball (frames, 3)."""
+    """Return the tracks of a scene: its players with their roles, and the object (frames, 3)."""
     tracks = [
         replace(body_track(name, ref, figure_of(motion)), team=teams[name])
         for name, motion in motions.items()
     ]
     if len(ball):
-        tracks.append(Track("ball", ref, ball))
+        tracks.append(Track("ball", ref, ball, radius=size / 2.0))
     return tracks
 
 
@@ -268,5 +274,7 @@ def pack_scene(polished: PolishedScene, diagram: Diagram, ref: str) -> bytes:
     """Return the motions of a polished scene as a container; no report is needed."""
     motions = {player.player: player.motion for player in polished.players}
     teams = {player.name: player.team for player in diagram.players}
-    ball = np.zeros((0, 3)) if polished.ball is None else polished.ball.positions
-    return pack(scene_tracks(motions, teams, ball, ref))
+    ball = polished.ball
+    if ball is None:
+        return pack(scene_tracks(motions, teams, np.zeros((0, 3)), ref))
+    return pack(scene_tracks(motions, teams, ball.positions, ref, ball.size))

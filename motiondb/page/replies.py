@@ -25,12 +25,11 @@ from motiondb.database.grammars.grammar_facts import (
 )
 from motiondb.database.grammars.grammar_sequences import GrammarSequence
 from motiondb.database.scenes.scene_folder import report_facts
-from motiondb.database.scenes.scene_records import action_captions
+from motiondb.database.scenes.scene_records import action_captions, record_text
 from motiondb.language.vocabulary import as_said
 from motiondb.page.diagrams import DiagramShape, diagram_shape
 from motiondb.page.state import Block
 from motiondb.records import MOTION_FPS, Caption, Finding, Match, Relation
-from motiondb.scene.language.tactics_file import parse_diagram
 from motiondb.search.by_example import ExampleAnswer
 from motiondb.search.by_words import WordAnswer
 from motiondb.store import StoredScene
@@ -408,7 +407,7 @@ def _scene_reply(
         ref,
         record.name,
         record.diagram,
-        diagram_shape(parse_diagram(record.diagram, record.name)),
+        diagram_shape(record_text(record).diagram),
         report_facts(record),
         {name: tuple(captions) for name, captions in actions.items()},
     )

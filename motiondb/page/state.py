@@ -24,6 +24,7 @@ from motiondb.database.catalogue.browsing import BrowsedCapture
 from motiondb.database.catalogue.parts import cut_motion
 from motiondb.database.generating import Generated
 from motiondb.database.grammars.grammar_sequences import GrammarSequence
+from motiondb.database.scenes.scene_records import record_text
 from motiondb.page.errors import PageError, unknown
 from motiondb.page.held import HeldDatabase, Watch
 from motiondb.page.jobs import FACTS_FILE, FIRST_FILE, MOTION_FILE, Jobs
@@ -31,6 +32,7 @@ from motiondb.page.motion import Track, part_of, read_tracks, scene_tracks
 from motiondb.page.settings import PageSettings
 from motiondb.page.uploads import Uploads
 from motiondb.records import MOTION_FPS, Motion
+from motiondb.scene.language.activity import Thing
 from motiondb.store import StoredScene
 
 T = TypeVar("T")
@@ -259,7 +261,8 @@ def load_scene(
         record = find_kept(db, ref.name)
         motions = db.scenes.motions(record)
         teams = {player.name: player.team for player in record.players}
-        tracks = scene_tracks(motions, teams, record.ball, str(ref))
+        thing = record_text(record).grammar.activity.thing or Thing("ball")
+        tracks = scene_tracks(motions, teams, record.ball, str(ref), thing.size)
     return [_part(track, start, end, fps) for track in tracks]
 
 

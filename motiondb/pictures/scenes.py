@@ -1,15 +1,15 @@
-"""A scene as an animated GIF, from above or from the half line, and as paths over its diagram.
+"""A scene as an animated GIF, from above or from the front, and as paths over its diagram.
 
-The camera at the half line is behind the play and above it, looks at the rim, and is far away (no
+The camera in front is behind the play and above it, looks up the diagram, and is far away (no
 perspective): a point (x, y, z) is drawn at x to the right and y cos e - z sin e upwards, where e is
 the elevation. From above, a character is a disc with a nose that shows where the body faces, and
-its feet. Both run in real time, and both show court, ball, its shadow and names. They are drawn
+its feet. Both run in real time, and both show ground, object, its shadow and names. They are drawn
 with Pillow alone, like animations of single motions (:mod:`.animation`).
 
-The paths of all characters and of the ball lie over the faint diagram that they play. A path has
+The paths of all characters and of the object lie over the faint diagram that they play. A path has
 the colour of its character, begins at a ring and ends at a dot. Small dots are full seconds, and
-short strokes show where the body faces then. The path of the ball is orange, and dashed where it is
-faster than anybody carries it.
+short strokes show where the body faces then. The path of the object is orange, and dashed where it
+is faster than anybody carries it.
 """
 
 from __future__ import annotations
@@ -33,9 +33,11 @@ from motiondb.pictures.animation import (
     shown_frames,
 )
 from motiondb.pictures.stick import HEAD_RADIUS, check_motion, head_centre, world_points
-from motiondb.pictures.tactics import court_lines, tactics_figure
+from motiondb.pictures.tactics import is_second, tactics_figure
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
-from motiondb.scene.language.tactics import DEFENCE, Diagram
+from motiondb.scene.language.activity import Place
+from motiondb.scene.language.semantic_rules import Spot
+from motiondb.scene.language.tactics import Diagram
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,12 +50,11 @@ ELEVATION = np.deg2rad(28.0)
 """Elevation of the camera, rad, so that players hide one another seldom."""
 _MAX_SECONDS = 120.0  # Longest animation, s; a longer one would take hundreds of megabytes
 _MARGIN = 0.9  # Margin around all that moves, m
-_RIM_HEIGHT, _RIM, _BALL_RADIUS = 3.05, 0.225, 0.12
-"""Height and radius of the ring, and radius of the ball, m (FIBA)."""
+_OVER = 0.9  # Margin above what stands on the ground, m
 _BODY, _NOSE = 0.22, 0.36  # Radius of a body from above, and the distance of the tip of its nose, m
 BALL = "#C9641B"  # Colour of the ball and its path
-ATTACKERS = ("#D55E00", "#AA3377", "#B8860B", "#882255", "#E0803A")
-DEFENDERS = ("#0072B2", "#009E73", "#332288", "#56B4E9", "#117733")
+WARM = ("#D55E00", "#AA3377", "#B8860B", "#882255", "#E0803A")
+COLD = ("#0072B2", "#009E73", "#332288", "#56B4E9", "#117733")
 _FAINT = 0.28  # Opacity of the diagram
 _FLIGHT = 4.5  # Speed over the ground, m/s, above which the ball counts as flying
 _FACING = 0.45  # Length of the stroke that shows where a player faces, m
@@ -69,7 +70,8 @@ class _Stage:
     points: FloatArray  # (characters, frames, joints and ends, 3), m: joints in the world
     facing: FloatArray  # (characters, frames), rad: headings
     looking: FloatArray  # (characters, frames, 3): unit vectors along which heads look
-    ball: FloatArray | None  # (frames, 3) or None, m: centre of the ball
+    ball: FloatArray | None  # (frames, 3) or None, m: centre of the object
+    radius: float  # Of the object, m
     # (3,): how far up in the picture a metre along each axis goes; from above (0, 0, -1)
     up: FloatArray
     scale: float
@@ -141,8 +143,9 @@ def _stage(
         up = np.array([0.0, np.cos(ELEVATION), -np.sin(ELEVATION)])
     ground = points[:, :, 0] * np.array([1.0, 0.0, 1.0])
     seen = [_flat(points, up).reshape(-1, 2), _flat(ground, up).reshape(-1, 2)]
-    if diagram.court.lines:
-        seen.append(_flat(np.array([[0.0, _RIM_HEIGHT + 0.9, -0.4], [0.0, 0.0, -1.6]]), up))
+    standing = [line for line in _lines(diagram) if (line[:, 1] > 0.0).any()]
+    over = np.array([0.0, _OVER, 0.0])
+    seen += [_flat(part, up) for line in standing for part in (line + over, line)]
     low = np.concatenate(seen).min(axis=0) - _MARGIN
     high = np.concatenate(seen).max(axis=0) + _MARGIN
     wide = max(high[0] - low[0], 0.75 * (high[1] - low[1]), 4.0)
@@ -158,6 +161,7 @@ def _stage(
         facing,
         looking,
         ball,
+        (diagram.activity.thing.size if diagram.activity.thing else 0.24) / 2.0,
         up,
         scale,
         left_top,
@@ -179,35 +183,52 @@ def _held(values: FloatArray, n: int) -> FloatArray:
 
 
 def _ground(stage: _Stage, diagram: Diagram) -> Image:
-    """Return a picture of the court with the hoop, which does not move."""
+    """Return a picture of the ground with what stands on it, which does not move."""
     from PIL import Image as PilImage
     from PIL import ImageDraw as PilDraw
 
     image = PilImage.new("RGB", stage.size, "white")
     draw = PilDraw.Draw(image)
-    court = diagram.court
-    low, high = -court.behind_rim, court.length - court.behind_rim
-    half = court.width / 2
-    edge = np.array([[-half, low], [half, low], [half, high], [-half, high], [-half, low]])
-    lines = [edge, *(court_lines(court.behind_rim, court.length) if court.lines else [])]
-    for line in lines:
-        _line(draw, stage.pixels(_on_ground(line)), style.GROUND, 1.2)
-    for name, spot in () if court.lines else diagram.places:
-        x, y = stage.pixels(np.array([spot.x, 0.0, spot.z]))
-        draw.rectangle((x - 5, y - 5, x + 5, y + 5), fill=style.FAINT)
-        draw.text((x + 9, y - 9), name, fill=style.INK, font=_font(18))
-    if court.lines:
-        turn = np.linspace(0.0, 2 * np.pi, 25)
-        ring = np.stack(
-            [_RIM * np.cos(turn), np.full(25, _RIM_HEIGHT), _RIM * np.sin(turn)], axis=1
-        )
-        board = np.array([[-0.9, 2.9], [0.9, 2.9], [0.9, 3.95], [-0.9, 3.95], [-0.9, 2.9]])
-        board = np.stack([board[:, 0], board[:, 1], np.full(5, -0.375)], axis=1)
-        post = np.array([[0.0, 0.0, -1.575], [0.0, 2.9, -1.575], [0.0, 3.2, -0.375]])
-        for part, thick in ((post, 2.0), (board, 1.6)):
-            _line(draw, stage.pixels(part), style.FAINT, thick)
-        _line(draw, stage.pixels(ring), style.RIGHT, 2.0)
+    left, right, back, front = diagram.court.corners
+    edge = np.array([[left, back], [right, back], [right, front], [left, front], [left, back]])
+    _line(draw, stage.pixels(_on_ground(edge)), style.GROUND, 1.2)
+    for line in _lines(diagram):
+        raised = bool((line[:, 1] > 0.0).any())
+        look = (style.FAINT, 1.8) if raised else (style.GROUND, 1.2)
+        _line(draw, stage.pixels(line), *look)
+    for name, spot in diagram.places:
+        place = diagram.activity.place.get(name, Place(name))
+        if place.width:
+            _line(draw, stage.pixels(outline(place, spot)), style.RIGHT, 2.0)
+        if place.at is None:
+            x, y = stage.pixels(np.array([spot.x, 0.0, spot.z]))
+            if not place.width:
+                draw.rectangle((x - 5, y - 5, x + 5, y + 5), fill=style.FAINT)
+            draw.text((x + 9, y - 9), name, fill=style.INK, font=_font(18))
     return image
+
+
+def _lines(diagram: Diagram) -> list[FloatArray]:
+    """Return the marks of the ground, and the legs of level places at a height, (points, 3), m."""
+    lines = [np.array(mark) for mark in diagram.court.marks] if diagram.ground is None else []
+    for name, spot in diagram.places:
+        place = diagram.activity.place.get(name)
+        if place is not None and place.at is None and place.width and not place.is_upright:
+            for x in (spot.x - place.width / 2, spot.x + place.width / 2):
+                lines.append(np.array([[x, 0.0, spot.z], [x, place.height, spot.z]]))
+    return lines
+
+
+def outline(place: Place, spot: Spot) -> FloatArray:
+    """Return the edge of a place with a size, (points, 3), m: a disc, or an upright rectangle."""
+    if place.is_upright:
+        half, up = place.width / 2, place.tall / 2
+        corners = [(-half, -up), (half, -up), (half, up), (-half, up), (-half, -up)]
+        rows = [(spot.x + dx, place.height + dy, spot.z) for dx, dy in corners]
+        return np.array(rows)
+    turn = np.linspace(0.0, 2 * np.pi, 25)
+    x, z = place.width / 2 * np.cos(turn), place.width / 2 * np.sin(turn)
+    return np.stack([spot.x + x, np.full(25, place.height), spot.z + z], axis=1)
 
 
 def _on_ground(points: FloatArray) -> FloatArray:
@@ -225,7 +246,7 @@ def _picture(stage: _Stage, ground: Image, frame: int) -> Image:
         _disc(draw, stage, root * np.array([1.0, 0.0, 1.0]), 0.28, style.SHADOW)
     ball = None if stage.ball is None else stage.ball[frame]
     if ball is not None:
-        _disc(draw, stage, ball * np.array([1.0, 0.0, 1.0]), _BALL_RADIUS, style.FAINT)
+        _disc(draw, stage, ball * np.array([1.0, 0.0, 1.0]), stage.radius, style.FAINT)
     order = [(float(roots[k, 2]), k) for k in range(len(roots))]
     if ball is not None:
         order.append((float(ball[2]) if not stage.above else 99.0, -1))
@@ -250,7 +271,7 @@ def _disc(draw: ImageDraw, stage: _Stage, at: FloatArray, radius: float, colour:
 
 
 def _ball(draw: ImageDraw, stage: _Stage, at: FloatArray) -> None:
-    radius = max(_BALL_RADIUS * stage.scale, 4.0)
+    radius = max(stage.radius * stage.scale, 4.0)
     paint_disc(draw, stage.pixels(at), radius, fill=BALL, outline=style.INK, width=FINE)
 
 
@@ -298,12 +319,12 @@ def _line(draw: ImageDraw, points: FloatArray, colour: str, width: float) -> Non
 
 
 def performer_colours(diagram: Diagram) -> dict[str, str]:
-    """Return a colour for every player: warm ones attack, cold ones defend."""
+    """Return a colour for every player: cold ones for the second role, warm ones for all others."""
     counts = {True: 0, False: 0}
     colours = {}
     for player in diagram.players:
-        defends = player.team == DEFENCE
-        tints = DEFENDERS if defends else ATTACKERS
+        defends = is_second(diagram, player.name)
+        tints = COLD if defends else WARM
         colours[player.name] = tints[counts[defends] % len(tints)]
         counts[defends] += 1
     return colours

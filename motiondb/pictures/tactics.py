@@ -1,10 +1,10 @@
-"""A tactics diagram as coaches draw it, on a half court seen from above with the rim at the top.
+"""A tactics diagram as coaches draw it, on its ground seen from above.
 
-Attackers are circles and defenders crosses, with their names. A solid curve with an arrow is a
-move, a waved one a dribble, and one that ends in a T a screen. A dashed arrow is a pass, a heavy
-straight one to the rim a shot, a short zigzag a feint, fake or pivot. A dotted line leads to the
-player who is guarded or whose shot is blocked. Numbers are the steps. Court lines are those of FIBA
-(Official Basketball Rules 2022, article 2).
+Players are circles, those of the grammar's second role crosses, with their names. A solid curve
+with an arrow is a way, a waved one a way with the object, and one that ends in a T leads to
+something that is done there. A dashed arrow is something given, a heavy straight one something sent
+to its target, a short zigzag something done in place. A dotted line leads to the other player of an
+element. Numbers are the steps.
 """
 
 from __future__ import annotations
@@ -17,9 +17,10 @@ import numpy as np
 from motiondb.pictures import style
 from motiondb.pictures.space import place_labels
 from motiondb.records import FloatArray
+from motiondb.scene.language.activity import GIVE, KEEPING, SEND
 from motiondb.scene.language.expressions import Item, expressions, smooth_curve
 from motiondb.scene.language.semantic_rules import Spot
-from motiondb.scene.language.tactics import DEFENCE, FEINTS, SHOTS, STANDS, Diagram, Element
+from motiondb.scene.language.tactics import Diagram, Element
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 _SCALE = 0.5  # Inches a metre
 _MARGIN = 0.6  # Margin around the court, m
 _RADIUS = 0.36  # Radius of the circle of a player, m
-_WAVE = {"dribble": (0.14, 0.7), "zigzag": (0.20, 0.45)}
+_WAVE = {"wave": (0.14, 0.7), "zigzag": (0.20, 0.45)}
 """Height and length of the waves of a dribble and the teeth of a zigzag, m."""
 
 
@@ -50,8 +51,9 @@ def tactics_figure(diagram: Diagram) -> Figure:
         at = 0.02 * across, 0.012 * (high + head)
         figure = style.new_page(across, high + head, diagram.name, at, "top")
         axes = style.add_axes(figure, 0.0, 0.0, across, high, "court")
-        axes.set_xlim(-width / 2, width / 2)
-        axes.set_ylim(court.length - court.behind_rim + _MARGIN, -court.behind_rim - _MARGIN)
+        left, right, back, front = court.corners
+        axes.set_xlim(left - _MARGIN, right + _MARGIN)
+        axes.set_ylim(front + _MARGIN, back - _MARGIN)
         axes.set_axis_off()
         _draw_court(axes, diagram)
         strokes = [*_draw_elements(axes, diagram)]
@@ -64,41 +66,27 @@ def _draw_court(axes: Axes, diagram: Diagram) -> None:
     from matplotlib.patches import Rectangle
 
     court = diagram.court
-    corner = (-court.width / 2, -court.behind_rim)
+    corner = (court.left, court.back)
     axes.add_patch(Rectangle(corner, court.width, court.length, fill=False, ec=style.FAINT, lw=1.2))
-    if not court.lines:
-        for name, spot in diagram.places:
-            if name != "rim":
-                axes.plot([spot.x], [spot.z], marker="s", ms=6, color=style.FAINT)
-                axes.text(spot.x + 0.5, spot.z, name, fontsize=8, va="center", color=style.INK)
-        return
-    for points in court_lines(court.behind_rim, court.length):
-        axes.plot(*points.T, color=style.GROUND, lw=1.0, zorder=1)
-    axes.plot([-0.9, 0.9], [-0.375, -0.375], color=style.INK, lw=2.0, zorder=2)
-    axes.plot(*_arc(0.225, 0.0, 360.0, 0.0).T, color=style.RIGHT, lw=1.6, zorder=2)
-
-
-def _arc(radius: float, first: float, last: float, z: float) -> FloatArray:
-    """Return points of an arc around (0, z), angles in degrees from +x towards +z."""
-    angle = np.radians(np.linspace(first, last, 73))
-    return np.stack([radius * np.cos(angle), z + radius * np.sin(angle)], axis=1)
-
-
-def court_lines(behind_rim: float, length: float) -> list[FloatArray]:
-    """Return the key, its circle, the three-point line, no-charge half circle, centre circle."""
-    base, free, middle = -behind_rim, 5.8 - behind_rim, length - behind_rim
-    side, corner = 6.6, float(np.sqrt(6.75**2 - 6.6**2))
-    turn = float(np.degrees(np.arctan2(corner, side)))
-    ends = np.array([[side, base]]), np.array([[-side, base]])
-    three = np.concatenate([ends[0], _arc(6.75, turn, 180.0 - turn, 0.0), ends[1]])
-    key = np.array([[-2.45, base], [-2.45, free], [2.45, free], [2.45, base]])
-    return [
-        key,
-        _arc(1.8, 0.0, 180.0, free),
-        three,
-        _arc(1.25, 0.0, 180.0, 0.0),
-        _arc(1.8, 180.0, 360.0, middle),
-    ]
+    if diagram.ground is None:
+        for mark in court.marks:
+            points = np.array(mark)
+            raised = bool((points[:, 1] > 0.0).any())
+            look = (style.INK, 2.0) if raised else (style.GROUND, 1.0)
+            axes.plot(points[:, 0], points[:, 2], color=look[0], lw=look[1], zorder=1 + raised)
+    for name, spot in diagram.places:
+        place = diagram.activity.place.get(name)
+        if place is not None and place.width and not place.is_upright:
+            ring = np.linspace(0.0, 2.0 * np.pi, 73)
+            x, z = spot.x + place.width / 2 * np.cos(ring), spot.z + place.width / 2 * np.sin(ring)
+            axes.plot(x, z, color=style.RIGHT, lw=1.6, zorder=2)
+        elif place is not None and place.width:
+            ends = [spot.x - place.width / 2, spot.x + place.width / 2]
+            axes.plot(ends, [spot.z, spot.z], color=style.RIGHT, lw=2.4, zorder=2)
+        else:
+            axes.plot([spot.x], [spot.z], marker="s", ms=6, color=style.FAINT)
+        if place is None or place.at is None:
+            axes.text(spot.x + 0.5, spot.z, name, fontsize=8, va="center", color=style.INK)
 
 
 def _draw_elements(axes: Axes, diagram: Diagram) -> list[_Stroke]:
@@ -114,27 +102,57 @@ def _draw_elements(axes: Axes, diagram: Diagram) -> list[_Stroke]:
             if element.player != name:
                 continue
             ends = _link_end(diagram, items, item, element)
-            points = _draw_item(axes, item, element, colour, ends)
+            look = _look(diagram, item, element)
+            points = _draw_item(axes, item, element, (colour, look), ends)
             if len(points) > 1:
                 strokes.append(_Stroke(points, element.step))
     return strokes
 
 
+def is_second(diagram: Diagram, name: str) -> bool:
+    """Return whether a player has the second role of the grammar, as defenders in a game."""
+    roles = [role for role, _ in diagram.activity.roles]
+    return diagram.player[name].team in roles[1:2]
+
+
 def _colour(diagram: Diagram, name: str) -> str:
-    return style.LEFT if diagram.player[name].team == DEFENCE else style.RIGHT
+    return style.LEFT if is_second(diagram, name) else style.RIGHT
+
+
+def _look(diagram: Diagram, item: Item, element: Element) -> str:
+    """Return how an item is drawn, see :mod:`motiondb.scene.language.activity`."""
+    activity = diagram.activity
+    keeps = any(activity.deed(action) in KEEPING for action in item.actions)
+    look = activity.look(element.kind, keeps)
+    if look == "act" and element.to and item.repeated:
+        return "wave" if keeps else "way"
+    if look in ("way", "link") and len(diagram.verb(element).steps) > 1:
+        return "bar"
+    return "link" if look == "act" and element.other and len(item.way) < 2 else look
 
 
 def _link_end(
     diagram: Diagram, items: dict[str, tuple[Item, ...]], item: Item, element: Element
 ) -> Spot | None:
-    """Return the point that a pass, a shot, a guard or a block leads to."""
-    if element.kind in SHOTS:
-        return dict(diagram.places)["rim"]
-    if element.kind == "pass":
+    """Return the point that a straight line of an element leads to."""
+    look = _look(diagram, item, element)
+    if look == SEND:
+        name = item.target or diagram.activity.aim(item.actions[0])
+        return (
+            dict(diagram.places).get(name)
+            if name or not item.other
+            else _other(diagram, items, item)
+        )
+    if look in (GIVE, "link") and item.other:
+        return _other(diagram, items, item)
+    return dict(diagram.places).get(item.target) if look == "link" else None
+
+
+def _other(diagram: Diagram, items: dict[str, tuple[Item, ...]], item: Item) -> Spot:
+    """Return where the other player of an item is then."""
+    if item.other_item >= 0:
         return items[item.other][item.other_item].way[0]
-    if element.kind in STANDS:
-        return _place_at(diagram, items[item.other], item.other, element.step)
-    return None
+    return _place_at(diagram, items[item.other], item.other, diagram.elements[item.element].step)
 
 
 def _place_at(diagram: Diagram, row: tuple[Item, ...], name: str, step: int) -> Spot:
@@ -147,28 +165,29 @@ def _place_at(diagram: Diagram, row: tuple[Item, ...], name: str, step: int) -> 
 
 
 def _draw_item(
-    axes: Axes, item: Item, element: Element, colour: str, link: Spot | None
+    axes: Axes, item: Item, element: Element, drawn: tuple[str, str], link: Spot | None
 ) -> FloatArray:
+    colour, look = drawn
     way = smooth_curve(np.array([(spot.x, spot.z) for spot in item.way]))
     if link is not None:
-        points = _shortened(np.array([way[-1], (link.x, link.z)]), element.kind)
-        looks = {"pass": ((0, (5, 3)), 1.5), "shoot": ("-", 2.8), "layup": ("-", 2.8)}
-        dashes, heavy = looks.get(element.kind, ((0, (1, 2)), 1.1))
-        _line(axes, points, colour, dashes, heavy, arrow=element.kind not in STANDS)
-    elif element.kind in FEINTS:
+        points = _shortened(np.array([way[-1], (link.x, link.z)]), look)
+        looks = {GIVE: ((0, (5, 3)), 1.5), SEND: ("-", 2.8)}
+        dashes, heavy = looks.get(look, ((0, (1, 2)), 1.1))
+        _line(axes, points, colour, dashes, heavy, arrow=look != "link")
+    elif look == "act":
         if len(way) < 2:  # on the spot: a short zigzag beside the player
             way = np.array([way[0] + (0.45, 0.0), way[0] + (1.25, 0.0)])
         else:
             way = _from_circle(way)
         points = _zigzag(way)
         _line(axes, points, colour, "-", 1.6, arrow=len(item.way) > 1)
-    elif len(way) < 2:  # a screen where the player stands already
+    elif len(way) < 2:  # something done where the player stands already
         points = way
     else:
         points = _from_circle(way)
-        waved = _waved(points) if item.actions == ("dribble",) else points
-        _line(axes, waved, colour, "-", 1.8, arrow=element.kind != "screen")
-    if element.kind == "screen" and (item.actions == ("screen",)) == (element.to is None):
+        waved = _waved(points) if look == "wave" else points
+        _line(axes, waved, colour, "-", 1.8, arrow=look != "bar")
+    if look == "bar" and bool(item.other or item.target) == (element.to is None):
         along = points[-1] - points[-8] if len(points) > 8 else np.array([0.0, 1.0])
         _t_end(axes, points[-1], along, colour)
     return points
@@ -188,11 +207,11 @@ def _from_circle(way: FloatArray) -> FloatArray:
     return way[max(int(np.argmax(out)), 0) :] if out.any() else way
 
 
-def _shortened(points: FloatArray, kind: str) -> FloatArray:
-    """Return a straight link from circle to circle, or to the ring."""
+def _shortened(points: FloatArray, look: str) -> FloatArray:
+    """Return a straight link from circle to circle, or to the target."""
     along = points[1] - points[0]
     length = max(float(np.linalg.norm(along)), 1e-9)
-    end = 0.25 if kind in SHOTS else _RADIUS
+    end = 0.25 if look == SEND else _RADIUS
     if length < _RADIUS + end + 0.1:
         return points
     along /= length
@@ -212,7 +231,7 @@ def _along(points: FloatArray, spacing: float) -> tuple[FloatArray, FloatArray, 
 
 def _waved(points: FloatArray) -> FloatArray:
     """Return a line with waves, straight at its end so that an arrow fits there."""
-    height, length = _WAVE["dribble"]
+    height, length = _WAVE["wave"]
     even, at, normal = _along(points, 0.03)
     fade = np.clip((at[-1] - 0.45 - at) / 0.2, 0.0, 1.0) * np.clip(at / 0.2, 0.0, 1.0)
     return even + (height * fade * np.sin(2.0 * np.pi * at / length))[:, None] * normal
@@ -263,7 +282,7 @@ def _draw_players(axes: Axes, diagram: Diagram, strokes: list[_Stroke]) -> None:
     for player in diagram.players:
         at = (player.at.x, player.at.z)
         colour = _colour(diagram, player.name)
-        if player.team == DEFENCE:
+        if is_second(diagram, player.name):
             reach = 0.62 * _RADIUS
             for sign in (-1.0, 1.0):
                 xs = [at[0] - reach, at[0] + reach]

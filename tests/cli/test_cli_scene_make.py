@@ -74,7 +74,7 @@ def test_make_update_report_list_remove(
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (("-3.5 5", "-3.5 500"), "court"),
+        (("-3.5 5", "-3.5 500"), "ground"),
         (("grammar basketball", "grammar curling"), "curling: expected a motion grammar"),
     ],
 )

@@ -8,7 +8,12 @@ import pytest
 from page_serving import Serve, get, post, refused
 from starlette.testclient import TestClient
 
-from motiondb.database.scenes.scene_texts import TACTICS, read_board, shipped, shipped_text
+from motiondb.database.scenes.scene_texts import (
+    TACTICS,
+    read_board,
+    read_scene_text,
+    shipped,
+)
 from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.language.tactics_file import format_diagram, read_diagram
 
@@ -35,8 +40,9 @@ def without_lines(diagram: Diagram) -> tuple[object, ...]:
 
 @pytest.mark.parametrize("name", shipped(TACTICS))
 def test_a_shipped_diagram_is_the_same_after_writing_and_reading(name: str) -> None:
-    diagram = read_diagram(shipped_text(name, TACTICS), name)
-    again = read_diagram(format_diagram(diagram), name)
+    text = read_scene_text(name)
+    diagram, activity = text.diagram, text.grammar.activity
+    again = read_diagram(format_diagram(diagram), name, activity)
     assert without_lines(again) == without_lines(diagram)
     assert format_diagram(again) == format_diagram(diagram)
 
@@ -65,7 +71,7 @@ def test_a_diagram_that_can_be_played_has_strings_and_clips(client: TestClient) 
     ("before", "after", "element", "said"),
     [
         ("1 pass A1 to A2", "1 pass A1 to D1", 0, "a receiver of the team of A1"),
-        ("2 cut A1 to 0.6 1.4", "2 cut A1 to 60 1.4", 1, "a point on the court"),
+        ("2 cut A1 to 0.6 1.4", "2 cut A1 to 60 1.4", 1, "a point on the ground"),
         ("3 pass A2 to A1", "3 pass A2 to A9", 2, "one of the players"),
         (
             "1 pass A1 to A2",
@@ -99,8 +105,14 @@ def test_every_grammar_has_the_ground_that_its_diagrams_need(client: TestClient)
     grounds = {ground["grammar"]: ground for ground in get(client, "/api/board/kinds")["grounds"]}
     assert grounds["carrying"]["places"] == ["origin", "object", "goal"]
     assert grounds["carrying"]["teams"] == ["player"]
-    assert grounds["carrying"]["kinds"] == ["move", "walk"]
+    verbs = {verb["name"]: verb for verb in grounds["carrying"]["verbs"]}
+    assert [name for name, verb in verbs.items() if verb["declared"]] == ["walk", "carry"]
+    assert verbs["walk"]["goes"]
     assert grounds["basketball"]["teams"] == ["attack", "defence"]
+    assert grounds["basketball"]["object"] == "ball"
+    looks = {verb["name"]: verb["look"] for verb in grounds["basketball"]["verbs"]}
+    asked = ("pass", "shoot", "run", "screen", "guard", "feint")
+    assert [looks[name] for name in asked] == ["give", "send", "way", "way", "link", "act"]
 
 
 def test_a_text_that_cannot_be_read_is_an_answer_with_its_line(client: TestClient) -> None:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from activities import read_diagram
 from matplotlib.patches import Circle
 
 from motiondb.database.scenes import scene_texts
 from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.pictures.tactics import tactics_figure
-from motiondb.scene.language.tactics_file import read_diagram
 
 
 def axes_of(text: str):

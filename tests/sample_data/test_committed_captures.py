@@ -19,7 +19,7 @@ from sample_data import grammars, performers, repertoire
 from sample_data.grammars import GRAMMARS, derive
 from sample_data.phrases import PHRASES
 from sample_data.repertoire import ACTIONS, coarse
-from sample_data.takes import captures
+from sample_data.takes import activities, captures
 
 FOLDER = Path(__file__).resolve().parents[2] / "sample_data"
 
@@ -167,6 +167,26 @@ def test_the_same_seed_gives_the_committed_bytes(tmp_path: Path) -> None:
         assert made == [committed[0]] + [line for line in committed if line.split("\t")[0] in some]
 
 
+def test_the_second_collection_is_made_by_the_same_program_to_the_byte(tmp_path: Path) -> None:
+    from sample_data.make import make
+
+    make(tmp_path, seed=1, collection=activities())
+    made = {p.relative_to(tmp_path).as_posix(): p for p in tmp_path.rglob("*") if p.is_file()}
+    there = FOLDER / "activities"
+    committed = {p.relative_to(there).as_posix(): p for p in there.rglob("*") if p.is_file()}
+    assert set(made) == set(committed)
+    for name, path in made.items():
+        one, other = (at.read_text().replace("-180 ", "180 ") for at in (path, committed[name]))
+        assert one == other, name
+
+
+def test_the_second_collection_is_of_bodies() -> None:
+    there = FOLDER / "activities" / "captures"
+    clips = {p.relative_to(there).as_posix(): read_capture(p) for p in sorted(there.rglob("*.bvh"))}
+    test_the_body_is_a_body(clips)
+    assert {name.split("/")[1].rsplit("_", 1)[0] for name in clips} >= {"lift", "set_down", "sit"}
+
+
 def test_another_seed_gives_other_motion(tmp_path: Path) -> None:
     from sample_data.make import make
 
@@ -189,6 +209,8 @@ def test_every_terminal_is_an_action_with_words() -> None:
         symbols = {s for choices in rules.values() for choice in choices for s in choice}
         assert symbols - set(rules) <= set(ACTIONS) & set(PHRASES)
     assert {coarse(move) for c in captures() for move, _ in c.moves} <= set(PHRASES)
+    others = {move for c in activities() for move, _ in c.moves} - {"stance"}  # a rest
+    assert others <= set(PHRASES)
 
 
 @pytest.mark.parametrize("module", [grammars, performers, repertoire], ids=lambda m: m.__name__)

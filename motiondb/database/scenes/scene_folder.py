@@ -26,7 +26,7 @@ from motiondb.database.catalogue.parts import write_bytes
 from motiondb.database.generated_files import edits_in, leaves_out, runs_between, sources_of
 from motiondb.database.scenes.scene_making import MadeScene, SceneProgress
 from motiondb.database.scenes.scene_records import from_json, to_json, waiting
-from motiondb.database.scenes.scene_texts import GRAMMAR, TACTICS
+from motiondb.database.scenes.scene_texts import GRAMMAR, TACTICS, stored_text
 from motiondb.errors import MotionDBError, SceneError
 from motiondb.files.bvh_writer import write_bvh
 from motiondb.files.formats import read_capture
@@ -35,8 +35,8 @@ from motiondb.files.safe_files import check_output, read_bounded_text
 from motiondb.files.whole_folders import unwritable
 from motiondb.pictures.scenes import performer_colours
 from motiondb.records import MOTION_FPS, Clip, IntArray, Motion
+from motiondb.scene.language.activity import Thing
 from motiondb.scene.language.tactics import Diagram
-from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.report.report_records import (
     Collision,
     GuardReport,
@@ -44,6 +44,7 @@ from motiondb.scene.report.report_records import (
     JumpReport,
     LimbReport,
     PaceReport,
+    SeenFault,
 )
 
 if TYPE_CHECKING:
@@ -70,8 +71,8 @@ def report_facts(record: store.StoredScene) -> answers.SceneAnswer:
     """
     rest: dict[str, Any] = dict(record.report)
     del rest["rule_frames"]
-    for key, shape in _PARTS.items():
-        rest[key] = tuple(shape(**row) for row in rest[key])
+    for key, shape in _PARTS.items():  # scenes of earlier versions have no "seen"
+        rest[key] = tuple(shape(**row) for row in rest.get(key, ()))
     return answers.SceneAnswer(
         scene=record.name,
         characters=len(record.players),
@@ -98,6 +99,7 @@ _PARTS: dict[str, type] = {
     "planted_feet": JumpReport,
     "near_limbs": LimbReport,
     "guards": GuardReport,
+    "seen": SeenFault,
     "sources": answers.Source,
 }  # What the lists of a stored report hold
 
@@ -134,7 +136,8 @@ def report_text(record: store.StoredScene) -> str:
         "",
     ]
     lines += [f"{name:6} {' '.join(actions)}" for name, actions in facts.actions.items()]
-    lines += ["", f"rules kept: {facts.rules - facts.broken} of {facts.rules}", ""]
+    lines += ["", *seen_lines(facts)]
+    lines += [f"rules kept: {facts.rules - facts.broken} of {facts.rules}", ""]
     lines += _table(
         ["player", "action", "rule", "about", "before", "after", "threshold", "frame", ""],
         [_rule_row(rule, span, record.n_frames) for rule, span in _spans(record)],
@@ -212,6 +215,27 @@ def _frames(motion: ImpossibleMotion) -> str:
     if start == last:
         return f"frame {start}"
     return f"frames {start} to {last}, most at {motion.frame}"
+
+
+_SEEN = {
+    "guard": "{0} guards {1}, and is out of the grammar's bounds in {share:.0f} % of the frames",
+    "stands": "{0} stands for {value:.1f} of {all:.1f} s",
+    "held pose": "{0} holds a pose without moving for {value:.1f} s",
+    "misses": "what {0} sends misses the {1} by {value:.2f} m",
+    "object": "the object passes through {0}",
+}
+
+
+def seen_lines(facts: answers.SceneAnswer) -> list[str]:
+    """Return what a viewer sees at once although no rule is about it, one line each."""
+    told = [
+        _SEEN[one.kind].format(
+            *one.players, value=one.value, share=100.0 * one.value, all=facts.seconds
+        )
+        + f", frames {one.start} to {one.end - 1}" * (one.kind != "guard")
+        for one in facts.seen
+    ]
+    return ["seen at once, whatever the rules:", *(f"  {line}" for line in told)] if told else []
 
 
 def _limb_lines(facts: answers.SceneAnswer) -> list[str]:
@@ -327,7 +351,8 @@ def _write_gltf(
         Character(name, in_world(motion), _linear(colours[name]))
         for name, motion in motions.items()
     ]
-    write_gltf_scene(people, path, record.ball)
+    thing = diagram.activity.thing or Thing("ball")
+    write_gltf_scene(people, path, record.ball, thing.size / 2.0)
 
 
 def _linear(colour: str) -> tuple[float, float, float]:
@@ -429,6 +454,6 @@ def read_motions(folder: Path, names: list[str]) -> dict[str, Motion]:
 def draw_folder(folder: Path, png: str | Path | None) -> Path | Figure:
     """Draw the paths of the characters of a scene's folder over its diagram."""
     record = read_scene_folder(folder)
-    diagram = read_diagram(record.diagram, str(folder))
+    diagram = stored_text(record.diagram, record.grammar, str(folder)).diagram
     motions = read_motions(folder, [player.name for player in record.players])
     return pictures.save_png(pictures.scene_paths_figure(diagram, motions, record.ball), png)

@@ -25,7 +25,7 @@ from motiondb.database.loading import nearby_table
 from motiondb.database.scenes.scene_texts import SceneText
 from motiondb.database.session import Session
 from motiondb.database.values import seeded
-from motiondb.errors import SceneError
+from motiondb.errors import SceneError, suggestion
 from motiondb.records import MOTION_FPS, Motion
 from motiondb.scene.clips.caption_actions import THROW, FoundActions, ShownAction
 from motiondb.scene.clips.caption_actions import find_actions as actions_of_captions
@@ -39,7 +39,7 @@ from motiondb.scene.clips.clip_cutting import (
 from motiondb.scene.clips.clips import ClipLibrary, VariantSettings, make_library
 from motiondb.scene.energy.binding import RuleTable, bind
 from motiondb.scene.energy.scene_arrays import SceneState
-from motiondb.scene.language.motion_grammar import MotionGrammar
+from motiondb.scene.language.motion_grammar import MotionGrammar, Terminal
 from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.polish.polish import PolishedScene, polish
 from motiondb.scene.report.report_records import SceneReport
@@ -67,7 +67,30 @@ def find_actions(session: Session, grammar: MotionGrammar, exact: bool = False) 
         for info in store.load_captures(session.store)
     ]
     table = None if exact else nearby_table()
-    return actions_of_captions(captioned, grammar, store.load_synonyms(session.store), table)
+    found = actions_of_captions(captioned, grammar, store.load_synonyms(session.store), table)
+    learned = {t.name: _segments(session, t) for t in grammar.terminals if t.learned[0]}
+    return replace(found, parts={**found.parts, **learned})
+
+
+def _segments(session: Session, terminal: Terminal) -> tuple[ShownAction, ...]:
+    """Return the segments of a learned grammar's terminal as parts of captures."""
+    name, where = terminal.learned
+    grammar = store.load_grammar(session.store, where)
+    if name not in grammar.terminals:
+        near = suggestion(name, grammar.terminals) or f" It has {', '.join(grammar.terminals)}."
+        raise SceneError(
+            f"{terminal.name}: expected a terminal of the learned grammar {where},"
+            f" found {name!r}.{near}"
+        )
+    which = np.flatnonzero(grammar.labels == grammar.terminals.index(name))
+    return tuple(
+        ShownAction(
+            grammar.sources[int(grammar.takes[n])].name,
+            float(grammar.starts[n]) / MOTION_FPS,
+            float(grammar.ends[n]) / MOTION_FPS,
+        )
+        for n in which
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -364,4 +387,5 @@ def _badness(made: MadeScene) -> tuple[int, float]:
     """Return the number of faults of a scene, and its error."""
     report = made.report
     wrong = len(report.broken) + len(report.collisions) + len(made.too_fast)
-    return wrong + len(report.impossible), made.error
+    seen = sum(one.kind in ("misses", "object") for one in report.seen)
+    return wrong + len(report.impossible) + seen, made.error

@@ -19,15 +19,13 @@ from numpy.typing import NDArray
 from motiondb import answers, store
 from motiondb.answers import plain
 from motiondb.database.scenes.scene_making import MadeScene, SceneSettings
-from motiondb.database.scenes.scene_texts import SceneText
+from motiondb.database.scenes.scene_texts import SceneText, stored_text
 from motiondb.errors import SceneError
 from motiondb.files.json_text import JSONError, parse_json, to_record
 from motiondb.grammar.cfg.context_free import choices_of, derive_by
 from motiondb.records import MOTION_FPS, Caption
 from motiondb.scene.clips.clips import ClipLibrary, ClipSource
 from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
-from motiondb.scene.language.grammar_file import read_motion_grammar
-from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish.placed import Placed
 
 Record = TypeVar("Record")
@@ -95,9 +93,7 @@ def _players(made: MadeScene, digests: Mapping[str, str]) -> tuple[store.ScenePl
 
 def record_text(record: store.StoredScene) -> SceneText:
     """Read the diagram and grammar of a record again."""
-    diagram = read_diagram(record.diagram, f"{record.name}: diagram")
-    grammar = read_motion_grammar(record.grammar, f"{record.name}: grammar")
-    return SceneText(diagram, grammar, record.diagram, record.grammar)
+    return stored_text(record.diagram, record.grammar, record.name)
 
 
 def record_state(record: store.StoredScene, text: SceneText, library: ClipLibrary) -> SceneState:
@@ -209,6 +205,7 @@ def scene_details(made: MadeScene, sources: tuple[answers.Source, ...]) -> answe
         planted_feet=tuple(map(_rounded, report.jumps)),
         near_limbs=tuple(map(_rounded, report.limbs)),
         guards=tuple(map(_rounded, report.guards)),
+        seen=tuple(map(_rounded, report.seen)),
         bone_error=round(report.bone_error, 6),
         ball_gap=None if np.isnan(report.ball_gap) else round(report.ball_gap, 4),
         too_fast=made.too_fast,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib import resources
 from pathlib import Path
@@ -17,7 +17,7 @@ from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.possession import check_diagram, first_holder
 from motiondb.scene.language.tactics import Diagram
-from motiondb.scene.language.tactics_file import parse_diagram, read_diagram
+from motiondb.scene.language.tactics_file import grammar_name, parse_diagram, read_diagram
 from motiondb.scene.services import casting
 
 # Motion grammars and tactics diagrams from files, or the shipped ones by name.
@@ -32,7 +32,7 @@ def shipped(ending: str) -> tuple[str, ...]:
     """Return the names, without ending, of the shipped files with an ending.
 
     >>> shipped(GRAMMAR)
-    ('basketball', 'carrying')
+    ('basketball', 'carrying', 'delivery', 'meeting', 'sparring')
     """
     folder = resources.files("motiondb.scene").joinpath(_FOLDERS[ending])
     names = [entry.name for entry in folder.iterdir()]
@@ -44,10 +44,10 @@ def read_grammar(name: str | Path) -> MotionGrammar:
     return read_motion_grammar(*text_of(name, GRAMMAR))
 
 
-def grammar_file(diagram: Diagram, beside: str | Path = "") -> str | Path:
-    """Return the file beside the diagram's that holds its grammar, or the name of a shipped one."""
-    path = Path(beside).parent / f"{diagram.grammar}{GRAMMAR}"
-    return path if beside and is_file(path) else diagram.grammar
+def grammar_file(grammar: str, beside: str | Path = "") -> str | Path:
+    """Return the file of a grammar beside a diagram's, or the name of a shipped one."""
+    path = Path(beside).parent / f"{grammar}{GRAMMAR}"
+    return path if beside and is_file(path) else grammar
 
 
 def shipped_text(name: str, ending: str) -> str:
@@ -95,7 +95,7 @@ class SceneText:
 
     @property
     def first_holder(self) -> str:
-        """The player who has the ball at first, or "" if no element needs a ball."""
+        """The player who has the object at first, or "" if no element needs it."""
         return first_holder(self.diagram)
 
     @cached_property
@@ -120,11 +120,30 @@ class SceneText:
 def read_scene_text(diagram: str | os.PathLike[str]) -> SceneText:
     """Read a diagram by its file or name, with its grammar, which must allow it."""
     text, where = text_of(str(diagram), TACTICS)
-    read = read_diagram(text, where)
-    grammar_text, grammar_where = text_of(grammar_file(read, str(diagram)), GRAMMAR)
+    file = grammar_file(grammar_name(text, where), str(diagram))
+    grammar_text, grammar_where = text_of(file, GRAMMAR)
     grammar = read_motion_grammar(grammar_text, grammar_where)
+    read = read_diagram(text, where, grammar.activity)
     casting.cast(read, grammar, where)
     return SceneText(read, grammar, text, grammar_text)
+
+
+def stored_text(diagram: str, grammar: str, name: str) -> SceneText:
+    """Read the texts of a scene that was made earlier.
+
+    Grammars of earlier versions did not say what a diagram draws. Where such a diagram cannot be
+    read, the shipped grammar of this name says it.
+    """
+    known = read_motion_grammar(grammar, f"{name}: grammar")
+    where = f"{name}: diagram"
+    try:
+        return SceneText(read_diagram(diagram, where, known.activity), known, diagram, grammar)
+    except SceneError:
+        if known.name not in shipped(GRAMMAR):
+            raise
+    newer = read_grammar(known.name).activity
+    whole = replace(known, activity=newer)
+    return SceneText(read_diagram(diagram, where, newer), whole, diagram, grammar)
 
 
 # Facts of a tactics diagram before a scene is made: faults, first holder, strings, clips.
@@ -175,14 +194,17 @@ def read_board(text: str) -> Board:
             f"{WHERE}: expected at most {LONGEST_TEXT} characters, found {len(text)}. Shorten it."
         )
     try:
-        diagram = parse_diagram(text, WHERE)
+        name = grammar_name(text, WHERE)
+        grammar = read_grammar(name) if name in shipped(GRAMMAR) else None
+        diagram = parse_diagram(text, WHERE, grammar.activity if grammar else None)
     except SceneError as error:
         return Board(text, faults=_faults(str(error)))
-    try:
-        text_of_grammar = shipped_text(diagram.grammar, GRAMMAR)
-        grammar = read_motion_grammar(text_of_grammar, diagram.grammar)
-    except SceneError as error:
-        return Board(text, diagram, faults=(BoardFault(0, str(error)),))
+    if grammar is None:
+        try:
+            shipped_text(name, GRAMMAR)
+        except SceneError as error:
+            return Board(text, diagram, faults=(BoardFault(0, str(error)),))
+    assert grammar is not None
     try:
         check_diagram(diagram, WHERE)
         trees, unable = casting.try_cast(diagram, grammar, WHERE)

@@ -49,7 +49,6 @@ from motiondb.files.whole_folders import whole_folder
 from motiondb.records import Motion
 from motiondb.scene.clips.caption_actions import ShownAction
 from motiondb.scene.language.motion_grammar import MotionGrammar
-from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish.placed import Placed
 from motiondb.scene.services import services
 from motiondb.search.takings import Taking
@@ -290,6 +289,12 @@ class Scenes(Topic):
         with self.session.reading():
             return dict(find_actions(self.session, self.read_grammar(grammar), exact).parts)
 
+    def nearest_words(self, grammar: str | Path | MotionGrammar) -> dict[str, tuple[str, ...]]:
+        """The words of captions that are nearest to those of every terminal without clips."""
+        with self.session.reading():
+            found = find_actions(self.session, self.read_grammar(grammar))
+            return {name: near for name, near in found.nearest.items() if not found.parts[name]}
+
     def taken_words(self, grammar: str | Path | MotionGrammar) -> dict[str, Taking]:
         """What words of a grammar's phrases are taken as that no caption holds."""
         with self.session.reading():
@@ -344,7 +349,7 @@ class Scenes(Topic):
     def draw(self, name: str, png: str | Path | None = None) -> Path | Figure:
         """Draw the paths of a kept scene's characters over its diagram."""
         record = self.load(name)
-        diagram, motions = read_diagram(record.diagram, name), self.motions(record)
+        diagram, motions = record_text(record).diagram, self.motions(record)
         return pictures.save_png(pictures.scene_paths_figure(diagram, motions, record.ball), png)
 
     @staticmethod
@@ -439,6 +444,11 @@ class Scenes(Topic):
     def report(scene: store.StoredScene) -> str:
         """Return how well a scene keeps each rule, collisions and sources, as text."""
         return scene_folder.report_text(scene)
+
+    @staticmethod
+    def seen(scene: store.StoredScene) -> list[str]:
+        """Return what a viewer of a scene sees at once although no rule is about it, as lines."""
+        return scene_folder.seen_lines(scene_folder.report_facts(scene))
 
     @staticmethod
     def remarks(scene: store.StoredScene) -> list[str]:

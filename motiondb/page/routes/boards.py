@@ -32,15 +32,20 @@ from motiondb.database.scenes.scene_texts import (
     shipped_text,
 )
 from motiondb.files.safe_files import read_bounded
-from motiondb.page.diagrams import DiagramShape, RequestedDiagram, diagram_of, diagram_shape
+from motiondb.page.diagrams import (
+    DiagramShape,
+    GroundShape,
+    RequestedDiagram,
+    diagram_shape,
+    ground_shape,
+    text_of,
+)
 from motiondb.page.errors import ERRORS, PageError, unknown
 from motiondb.page.jobs import FACTS_FILE, JobReply
 from motiondb.page.replies import SceneReply, kept_scene_reply
 from motiondb.page.routes.parameters import Body, Name, RefText, Seed, Text
 from motiondb.page.state import Page, Ref, find_kept, read_ref
-from motiondb.scene.language.expressions import playable_kinds
-from motiondb.scene.language.tactics import KINDS, PLAYER, TEAMS
-from motiondb.scene.language.tactics_file import format_diagram
+from motiondb.scene.language.activity import Activity
 
 NAME = r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}"
 """Names of diagrams: file names that are valid on every system."""
@@ -103,21 +108,35 @@ class BoardsReply:
 
 
 @dataclass(frozen=True)
+class BoardVerb:
+    """What a diagram of a grammar may draw."""
+
+    name: str
+    link: str  # The word before the other player or place; "" if none is needed
+    role: str  # Who is meant: a role or a place
+    goes: bool  # Whether it ends at a point of the ground
+    look: str  # How it is drawn: way, give, send, link or act
+    holding: str  # How it is drawn for who has the object
+    bar: bool  # Whether a bar is drawn at its end, where something is done
+    declared: bool  # Whether the grammar declares it beside its actions
+
+
+@dataclass(frozen=True)
 class Ground:
     """What a diagram of a grammar may hold."""
 
     grammar: str
-    kinds: tuple[str, ...]  # Kinds of elements that its actions can play
-    teams: tuple[str, ...]
-    places: tuple[str, ...]  # Places that a diagram must give, without the rim
+    verbs: list[BoardVerb]
+    teams: tuple[str, ...]  # Roles of players
+    places: tuple[str, ...]  # Places that a diagram must give
+    object: str  # What the object is called, or ""
+    ground: GroundShape
 
 
 @dataclass(frozen=True)
 class BoardKinds:
-    """The kinds of elements, the teams, the grammars of diagrams, and the ground of each."""
+    """The grammars of diagrams, and what a diagram of each may hold."""
 
-    kinds: tuple[str, ...]
-    teams: tuple[str, ...]
     grammars: tuple[str, ...]
     grounds: list[Ground]
 
@@ -125,10 +144,21 @@ class BoardKinds:
 def ground_of(name: str) -> Ground:
     """Return what a diagram of a shipped grammar may hold."""
     grammar = read_grammar(name)
+    activity = grammar.activity
     asked = {start.team for start in grammar.starts}
-    teams = (PLAYER,) if "" in asked else tuple(team for team in TEAMS if team in asked)
-    places = tuple(place for place in grammar.places if place != "rim")
-    return Ground(name, playable_kinds(grammar.terminal), teams, places)
+    teams = activity.teams if "" in asked else activity.teams[:-1]
+    places = tuple(place.name for place in activity.places if place.at is None)
+    verbs = [_board_verb(activity, verb) for verb in activity.verbs]
+    thing = activity.thing.name if activity.thing else ""
+    return Ground(name, verbs, teams, places, thing, ground_shape(activity.ground))
+
+
+def _board_verb(activity: Activity, name: str) -> BoardVerb:
+    verb = activity.verb(name)
+    look, holding = activity.look(name, False), activity.look(name, True)
+    goes = verb.goes or look == "way"
+    rest = len(verb.steps) > 1, verb.declared
+    return BoardVerb(name, verb.link, verb.role, goes, look, holding, *rest)
 
 
 def list_boards(folder: Path) -> list[BoardFile]:
@@ -215,7 +245,9 @@ class BoardBody(Body):
         if (self.text is None) == (self.diagram is None):
             raise PageError("board: expected either text or diagram, found neither or both.")
         if self.diagram is not None:
-            return format_diagram(diagram_of(self.diagram))
+            name = self.diagram.grammar
+            known = read_grammar(name).activity if name in shipped(GRAMMAR) else None
+            return text_of(self.diagram, known)
         return self.text or ""
 
 
@@ -237,9 +269,9 @@ def router(page: Page) -> APIRouter:
 
     @routes.get("/api/board/kinds")
     def kinds() -> BoardKinds:
-        """The kinds of elements, the teams, the grammars, and the ground of each."""
+        """The grammars, and what a diagram of each may hold: verbs, roles, places and ground."""
         names = shipped(GRAMMAR)
-        return BoardKinds(KINDS, TEAMS, names, [ground_of(name) for name in names])
+        return BoardKinds(names, [ground_of(name) for name in names])
 
     @routes.get("/api/board")
     def board(name: Name) -> BoardReply:

@@ -16,16 +16,20 @@ Words of phrases that no caption holds may be replaced by known ones (:func:`tak
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import product
+
+import numpy as np
 
 from motiondb.language.nearby.table import NearbyTable
 from motiondb.language.vocabulary import split_actions, words_of
+from motiondb.language.word_vectors.word_vectors import word_vectors
 from motiondb.records import Caption
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.search.takings import TAKEN, Taking, take_word
 
 Phrases = tuple[frozenset[str], ...]
+_MOST_NEAR = 3  # Words that are named for an action without clips
 MOST_PHRASES = 50  # Phrases that one phrase may become. Chosen by hand, to bound the time
 
 
@@ -128,6 +132,8 @@ class FoundActions:
     parts: Mapping[str, tuple[ShownAction, ...]]
     # Word of a phrase that no caption holds -> what it is taken as
     takings: Mapping[str, Taking]
+    # Name of a terminal without clips -> the words of captions that are nearest to its phrases
+    nearest: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 def find_actions(
@@ -154,11 +160,35 @@ def find_actions(
     phrases = {name: yes for name, (yes, _) in asked.items()}
     missing = [name for name, of_one in parts.items() if not of_one]
     taken = take_phrases(phrases, missing, known, table)
+    nearest = {
+        name: nearest_words(phrases[name], known, table)
+        for name in missing
+        if name not in taken.phrases
+    }
     if not taken.phrases:
-        return FoundActions(parts, {})
+        return FoundActions(parts, {}, nearest)
     again = {name: (taken.phrases.get(name, yes), no) for name, (yes, no) in asked.items()}
     more = _shown(captions, again, thrown)
-    return FoundActions({**parts, **{name: more[name] for name in taken.phrases}}, taken.takings)
+    found = {**parts, **{name: more[name] for name in taken.phrases}}
+    return FoundActions(found, taken.takings, nearest)
+
+
+def nearest_words(phrases: Phrases, known: frozenset[str], table: NearbyTable) -> tuple[str, ...]:
+    """Return the words of captions that are nearest to the phrases of an action, at most three.
+
+    Words are near by the table of nearby words, else by meaning.
+    """
+    near: dict[str, None] = {}
+    names = sorted(known)
+    for word in sorted({w for phrase in phrases for w in phrase}):
+        taking = take_word(word, known, table)
+        listed = [word] if word in known else [w for w, _ in taking.words] or [*taking.spelling]
+        if not listed and names and table.is_english(word):
+            vectors = word_vectors()
+            shares = vectors.of(names) @ vectors.of([word])[0]
+            listed = [names[n] for n in np.argsort(-shares, kind="stable")[:2]]
+        near |= dict.fromkeys(listed)
+    return tuple(near)[:_MOST_NEAR]
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,7 @@ from motiondb.body import body, features, pose_vectors, retarget, rotation
 from motiondb.body.contacts import find_contacts
 from motiondb.body.features import runs
 from motiondb.records import MOTION_FPS, Event, FloatArray, Motion
+from motiondb.scene.language.semantic_rules import LOWEST, NEAREST
 
 # Places on the ground with a heading, and their composition.
 
@@ -174,6 +175,7 @@ GOES_ON = 60  # Fewest frames of an action that continues in place: 2 s
 PIECE = 24  # Frames of a piece of such an action if no event determines the cut: 0.8 s
 SHORTEST = 6  # Fewest frames of a piece: 0.2 s
 MARGIN = 2  # Still frames that are kept before and after an action
+PARTNER_AHEAD = 1.0  # Where a partner is looked for whose joint an event names, m ahead
 AROUND = 45  # Most frames of an action that are kept before and after its event: 1.5 s
 
 
@@ -245,10 +247,36 @@ def instant(shown: ShownMotion, frames: BodyFrames, start: int, end: int) -> tup
     inside = [frame for frame in known if start <= frame < end]
     if inside:
         return (inside[-1] if shown.event == "release" else inside[0]), "events"
+    if "(" in shown.event:
+        return start + found_instant(shown.event, frames.joints[start:end]), "motion"
     if shown.event == "catch":
         ahead = frames.joints[start:end, WRISTS, 2].mean(axis=1)
         return start + int(np.argmax(ahead)), "wrists"
     return farthest_up(frames, start, end), "wrists"
+
+
+def found_instant(event: str, joints: FloatArray) -> int:
+    """Return the frame of an event such as ``lowest(head)`` in joints (frames, 21, 3), m.
+
+    Joints are seen from their own place: x to the left, y up, z ahead. A partner is looked for
+    :data:`PARTNER_AHEAD` ahead, with joints as high as one's own at first.
+
+    >>> up = np.zeros((3, 21, 3))
+    >>> up[:, body.INDEX["head"], 1] = 1.6, 1.1, 1.5
+    >>> found_instant("lowest(head)", up), found_instant("highest(head)", up)
+    (1, 0)
+    """
+    name, _, said = event.rstrip(")").partition("(")
+    of = [joint.strip() for joint in said.split(",")]
+    one = joints[:, body.INDEX[of[0]]]
+    if name != NEAREST:
+        return int(np.argmin(one[:, 1]) if name == LOWEST else np.argmax(one[:, 1]))
+    if of[1].startswith("partner."):
+        height = joints[0, body.INDEX[of[1].removeprefix("partner.")], 1]
+        other = np.array([0.0, height, PARTNER_AHEAD])
+    else:
+        other = joints[:, body.INDEX[of[1]]]
+    return int(np.argmin(np.linalg.norm(one - other, axis=1)))
 
 
 def farthest_up(frames: BodyFrames, start: int, end: int) -> int:

@@ -213,8 +213,8 @@ class ClipSource:
     bend: float = 0.0  # Turn over the whole entry
     stretch: float = 1.0  # Factor of the steps
     licence: str = ""  # Licence of the capture
-    # How the event is known: "events" if annotated, "wrists" if estimated from the motion, "" if
-    # the action has none
+    # How the event is known: "events" if annotated, "wrists" if estimated from them, "motion" if
+    # the grammar says how, "" if the action has none
     instant: str = ""
 
     @property

@@ -20,8 +20,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import permutations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,21 @@ from numpy.typing import NDArray
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.records import IntArray
+from motiondb.scene.energy.answering import aligned
+from motiondb.scene.language.activity import (
+    GIVE,
+    OPPONENT,
+    PARTNER,
+    PLAYER,
+    PUT,
+    RECEIVER,
+    SEND,
+    TAKE,
+    TARGET,
+    Activity,
+    Answers,
+    Place,
+)
 from motiondb.scene.language.expressions import (
     DiagramRule,
     Item,
@@ -39,14 +55,17 @@ from motiondb.scene.language.expressions import (
     g_user,
     spans,
 )
-from motiondb.scene.language.motion_grammar import MotionGrammar
+from motiondb.scene.language.motion_grammar import Annotation, MotionGrammar
+from motiondb.scene.language.possession import lies_at
 from motiondb.scene.language.semantic_rules import (
     END,
+    EVENT,
     PATH,
     START,
     DirectionRule,
     DistanceRule,
     LineRule,
+    Moment,
     PositionRule,
     SemanticRule,
     Spot,
@@ -98,8 +117,9 @@ class RuleTable:
                 ON_THE_WAY (the frame at which ``fraction`` of the distance has been covered)
       target    a player, or POINT (x, z), or HEADING (theta in ``x``); other, other_x, other_z: the
                 second end of a line
-      near, far of a distance, metres; lag of a synchronisation, seconds, NaN for a ball's flight
-      partner   of a synchronisation; its actions are ``partners[partner_first:partner_last]``; the
+      near, far of a distance, metres; of a direction ``near`` is the angle to it; lag of a
+      synchronisation, seconds, NaN for a ball's flight partner   of a synchronisation; its actions
+      are ``partners[partner_first:partner_last]``; the
                 action that fulfils the rule best counts
       weight    c_k: f_k / c_k is the row's part of -log P(Y)
 
@@ -120,11 +140,19 @@ class RuleTable:
     # (rules,), int: the class of the player's expression that the row belongs to, or -1
     items: IntArray
     stray: int = 0  # Number of actions of all players that belong to no class
+    activity: Activity = field(default_factory=Activity)  # That of the grammar
+    # Player and action -> name of the place or player that the object is sent or put to
+    aims: Mapping[tuple[int, int], str] = field(default_factory=dict)
+    places: Mapping[str, Place] = field(default_factory=dict)  # With their positions in the diagram
+    diagram: Diagram = field(default_factory=lambda: Diagram("", (), ()))
+    annotations: tuple[Annotation, ...] = ()  # The rules of the grammar
+    # The step of the diagram, the player and the actions [first, last) of every item
+    steps: tuple[tuple[int, int, int, int], ...] = ()
 
 
 _MOMENTS = {START: AT_START, END: AT_END, THROUGHOUT_NAME: THROUGHOUT, PATH: ON_THE_WAY}
 _MOST_KEPT = 500  # Strings that a binder keeps; they take some megabytes
-_MATES = (("pass",), ("catch",))  # Items whose other player is on the same team
+_CONTACT = "contact"  # Event of actions of two players that are meant to touch
 
 
 @dataclass(frozen=True)
@@ -137,6 +165,7 @@ class _Stretch:
     item: int
     rule: SemanticRule
     partner_item: int = -1
+    meant: tuple[int, ...] | None = None  # The partner's actions, if they are known
 
 
 @dataclass(frozen=True)
@@ -189,10 +218,6 @@ class Binder:
         return dict(self.diagram.places)
 
     @cached_property
-    def _opponents(self) -> tuple[str, ...]:
-        return tuple(self.diagram.opponent_of(name) for name in self.names)
-
-    @cached_property
     def _auxiliary(self) -> tuple[tuple[DiagramRule, ...], ...]:
         rules = auxiliary_rules(self.diagram, self.grammar)
         return tuple(tuple(r for r in rules if r.player == name) for name in self.names)
@@ -228,6 +253,9 @@ class Binder:
             for stretch, known in zip(string.stretches, string.rows, strict=True):
                 rows.append(known or self._row(stretch, strings, partners, contacts))
                 used.append(stretch)
+        for stretch in (*self._answering(strings), *self._timed(strings), *self._keeping(strings)):
+            rows.append(self._row(stretch, strings, partners, contacts))
+            used.append(stretch)
         return RuleTable(
             self.names,
             tuple(string.actions for string in strings),
@@ -237,7 +265,71 @@ class Binder:
             tuple(stretch.rule for stretch in used),
             np.array([stretch.item for stretch in used], dtype=np.int64),
             sum(string.stray for string in strings),
+            self.grammar.activity,
+            {key: name for n, one in enumerate(strings) for key, name in self._aims(n, one)},
+            self._grounded,
+            self.diagram,
+            self.grammar.annotations,
+            tuple(self._steps(strings)),
         )
+
+    def _steps(self, strings: Sequence[_String]) -> Iterator[tuple[int, int, int, int]]:
+        """Yield the step of every drawn item, its player, and its actions [first, last)."""
+        for player, string in enumerate(strings):
+            for item, (first, last) in zip(self.items[player], string.spans, strict=True):
+                if item.element >= 0:
+                    yield self.diagram.elements[item.element].step, player, first, last
+
+    def _timed(self, strings: Sequence[_String]) -> Iterator[_Stretch]:
+        """Yield the synchronisations of steps of which the diagram says how far they are apart."""
+        if not self.diagram.times:
+            return
+        of: dict[int, tuple[int, int]] = {}
+        for step, player, _, last in self._steps(strings):
+            of.setdefault(step, (player, last - 1))
+        for step, lag, since in self.diagram.times:
+            if step in of and since in of:
+                (one, k), (other, m) = of[since], of[step]
+                action = strings[other].actions[m]
+                rule = SynchronisationRule(self.names[other], (action,), lag, Moment(EVENT))
+                yield _Stretch(one, k, k + 1, -1, rule, meant=(m,))
+
+    def _keeping(self, strings: Sequence[_String]) -> Iterator[_Stretch]:
+        """Yield the distances that players keep from one step to another.
+
+        They are looked at while either of the two acts, so that who keeps the distance goes with
+        who leaves.
+        """
+        for kept in self.diagram.stretches:
+            if not kept.other:
+                continue
+            for name, other in ((kept.player, kept.other), (kept.other, kept.player)):
+                player = self._number[name]
+                inside = [
+                    (first, last)
+                    for step, who, first, last in self._steps(strings)
+                    if who == player and kept.first <= step <= (kept.last or step)
+                ]
+                if not kept.last or not inside:
+                    inside = [(0, len(strings[player].actions))]
+                rule = DistanceRule(other, kept.near, kept.far)
+                first, last = min(a for a, _ in inside), max(b for _, b in inside)
+                yield _Stretch(player, first, last, -1, rule)
+
+    @cached_property
+    def _grounded(self) -> dict[str, Place]:
+        known = self.grammar.activity.place
+        return {n: replace(known.get(n, Place(n)), at=at) for n, at in self._places.items()}
+
+    def _aims(self, player: int, string: _String) -> Iterator[tuple[tuple[int, int], str]]:
+        """Yield a player's actions that send or put the object, with the names of their targets."""
+        items = self.items[player]
+        sends = self.grammar.activity.doing(SEND, PUT)
+        for k, action in enumerate(string.actions):
+            if action in sends:
+                of = [n for n, (first, last) in enumerate(string.spans) if first <= k < last]
+                item = items[of[0]] if of else Item((action,))
+                yield (player, k), self._role(TARGET, item, self.names[player])
 
     def _string(self, player: int, tree: Tree, chosen: Spans | None) -> _String:
         """Return a player's rules; those of recently seen trees are kept.
@@ -310,6 +402,8 @@ class Binder:
             target = self._resolved(rule.target, stretch)
         if isinstance(rule, DistanceRule):
             near, far = rule.near, rule.far
+        if isinstance(rule, DirectionRule):
+            near = rule.turn
         if isinstance(rule, LineRule):
             target = self._resolved(rule.first, stretch)
             other = self._resolved(rule.second, stretch)
@@ -318,8 +412,9 @@ class Binder:
             partner, meant = self._partner(rule, stretch, strings)
             partners.extend(meant)
             target = target if meant else None
-            if "push" in rule.actions:
-                contacts.update((stretch.player, stretch.first, partner, m) for m in meant)
+            if self._touches(strings[stretch.player].actions[stretch.first]):
+                touched = [m for m in meant if self._touches(strings[partner].actions[m])]
+                contacts.update((stretch.player, stretch.first, partner, m) for m in touched)
         kind, weight = KINDS[type(rule)], rule.weight
         if target is None or other is None:
             kind, weight, target, other = UNMET, UNMET_WEIGHT, (POINT, 0.0, 0.0), (POINT, 0.0, 0.0)
@@ -337,30 +432,49 @@ class Binder:
             return POINT, target.x, target.z
         if isinstance(target, float | int):
             return HEADING, float(target), 0.0
-        if target in ("receiver", "opponent"):
-            target = self._role(target, stretch)
+        target = self._named(target, stretch)
         if target in self._number:
             return self._number[target], 0.0, 0.0
         spot = self._places.get(target)
         return (POINT, spot.x, spot.z) if spot else None
 
-    def _role(self, role: str, stretch: _Stretch) -> str:
-        """Return the player who fills a role in a sequence of actions, or ""."""
+    def _touches(self, action: str) -> bool:
+        return self.grammar.terminal[action].event == _CONTACT
+
+    def _named(self, name: str, stretch: _Stretch) -> str:
+        """Return the player or place that a name in a rule means, or ""."""
+        if name in self._number or name in self._places:
+            return name
         item = self.items[stretch.player][stretch.item] if stretch.item >= 0 else None
-        if item is not None and item.other and (role == "receiver" or item.actions not in _MATES):
-            return item.other
-        return self._opponents[stretch.player] if role == "opponent" else ""
+        element = self.diagram.elements[item.element] if item and item.element >= 0 else None
+        thing = self.grammar.activity.thing
+        if thing and name == thing.name:
+            return lies_at(self.diagram, element)
+        return self._role(name, item, self.names[stretch.player])
+
+    def _role(self, role: str, item: Item | None, who: str) -> str:
+        """Return the player or place that fills a role in an action of a player, or ""."""
+        other = item.other if item else ""
+        activity, player = self.grammar.activity, self.diagram.player
+        if role == TARGET and item:
+            return item.target or other or activity.aim(item.actions[0])
+        same = other and player[other].team == player[who].team != PLAYER
+        passes = item is not None and activity.deed(item.actions[0]) in (GIVE, TAKE)
+        meant = role in (RECEIVER, PARTNER) or (role == OPPONENT and not same and not passes)
+        if other and (meant or player[other].team == role):
+            return other
+        return self.diagram.filled(role, who)
 
     def _partner(
         self, rule: SynchronisationRule, stretch: _Stretch, strings: Sequence[_String]
     ) -> tuple[int, list[int]]:
         """Return the partner of a synchronisation, and the partner's actions that may be meant."""
-        name = rule.partner
-        if name in ("receiver", "opponent"):
-            name = self._role(name, stretch)
+        name = self._named(rule.partner, stretch)
         if name not in self._number:
             return -1, []
         partner = self._number[name]
+        if stretch.meant is not None:
+            return partner, list(stretch.meant)
         theirs = strings[partner]
         item = stretch.partner_item
         if item < 0 and stretch.item >= 0:
@@ -369,6 +483,45 @@ class Binder:
         if item >= 0 and theirs.actions[theirs.spans[item][0]] in rule.actions:
             return partner, [theirs.spans[item][0]]
         return partner, [m for m, action in enumerate(theirs.actions) if action in rule.actions]
+
+    def _answering(self, strings: Sequence[_String]) -> Iterator[_Stretch]:
+        """Yield the synchronisations of acts with their answers, one to one and in order.
+
+        An act without an answer, and an answer to nothing, are rules that nobody fills.
+        """
+        for said in self.grammar.activity.answers:
+            acts = [self._directed(n, string, said.acts) for n, string in enumerate(strings)]
+            replies = [self._directed(n, string, said.answers) for n, string in enumerate(strings)]
+            for one, other in permutations(range(len(strings)), 2):
+                asked = [act for act in acts[one] if act[2] == other]
+                given = [reply for reply in replies[other] if reply[2] == one]
+                for act, reply in aligned([a[:2] for a in asked], [r[:2] for r in given]):
+                    yield self._answer(said, (one, act), (other, reply))
+
+    def _answer(self, said: Answers, act: tuple[int, int], reply: tuple[int, int]) -> _Stretch:
+        """Return the rule of an act and its answer, either of which may be missing (-1)."""
+        (one, k), (other, m) = act, reply
+        moment = Moment(EVENT)
+        if k < 0:
+            rule = SynchronisationRule(self.names[one], said.acts, -said.lag, moment)
+            return _Stretch(other, m, m + 1, -1, rule, meant=())
+        rule = SynchronisationRule(self.names[other], said.answers, said.lag, moment)
+        return _Stretch(one, k, k + 1, -1, rule, meant=(m,) if m >= 0 else ())
+
+    def _directed(
+        self, player: int, string: _String, actions: tuple[str, ...]
+    ) -> list[tuple[int, int, int]]:
+        """Return a player's actions of a kind: number, step of the diagram or -1, towards whom."""
+        found = []
+        for k, action in enumerate(string.actions):
+            if action not in actions:
+                continue
+            of = [n for n, (first, last) in enumerate(string.spans) if first <= k < last]
+            item = self.items[player][of[0]] if of else None
+            step = self.diagram.elements[item.element].step if item and item.element >= 0 else -1
+            to = (item.other if item else "") or self.diagram.partner_of(self.names[player])
+            found.append((k, step, self._number.get(to, -1)))
+        return found
 
 
 def bind(

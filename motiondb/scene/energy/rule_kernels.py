@@ -96,7 +96,7 @@ def _measure(
     x, z, theta = place
     if kind == DIRECTION:
         wanted = target[0] if heading else math.atan2(target[0] - x, target[1] - z)
-        return wrapped(theta - wanted)
+        return wrapped(theta - wanted - bounds[0])
     if kind == LINE:
         return segment_distance(x, z, target[0], target[1], other[0], other[1])
     apart = math.hypot(x - target[0], z - target[1])

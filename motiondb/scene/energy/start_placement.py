@@ -211,6 +211,7 @@ def _turn_of_headings(scene: SceneArrays, library: ClipArrays, player: int) -> t
         if row.player == player and row.kind == DIRECTION and row.moment != THROUGHOUT:
             x, z, theta, tx, tz = _where(scene, library, r)
             wanted = row.x if row.target == HEADING else math.atan2(tx - x, tz - z)
+            wanted += row.near
             c += math.cos(wanted - theta) / row.weight
             s += math.sin(wanted - theta) / row.weight
     return c, s

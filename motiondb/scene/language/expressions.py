@@ -6,15 +6,14 @@ actions fits if members of the classes are a subsequence of it::
 
     g_user = number of classes - longest common subsequence(X, expression without stars)
 
-A move is the class walk or run, or dribble for the player with the ball. A cut is a run. The first
-holder of the ball has the class hold. The receiver of a pass has the class catch. A screened player
-has the class push. A pivot or a fake is its own action.
+The classes are those of the verbs (:mod:`.activity`). Somebody who has the object at first begins
+with the rest of the grammar for that, if there is one. The other player of an element does what the
+grammar's synchronisation asks for.
 
 Auxiliary rules accompany the expression. Circles and the ends of moves are positions to reach, and
 the points that a curve passes are positions on the way. Each act begins at the player's position in
-the drawing at that time; otherwise the player could move to a place that is not drawn, and catch
-the ball there. A shot faces the rim. A pass faces its receiver and is synchronised with the catch.
-A screen faces the screened player and is synchronised with the push.
+the drawing at that time; otherwise the player could move to a place that is not drawn, and act
+there. What is sent faces its target, unless the grammar says how.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 4, equation (8).
@@ -29,6 +28,7 @@ from itertools import islice, pairwise
 import numpy as np
 
 from motiondb.records import FloatArray
+from motiondb.scene.language.activity import GIVE, SEND, TAKE
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.possession import first_holder, has_ball
 from motiondb.scene.language.semantic_rules import (
@@ -42,7 +42,7 @@ from motiondb.scene.language.semantic_rules import (
     Spot,
     SynchronisationRule,
 )
-from motiondb.scene.language.tactics import FEINTS, KINDS, MOVES, SHOTS, Diagram
+from motiondb.scene.language.tactics import DOES, Act, Diagram
 
 # Smooth curves through points, used to draw and to interpret the moves of a diagram.
 
@@ -105,16 +105,6 @@ def path_fractions(points: FloatArray) -> FloatArray:
     return np.asarray(lengths[np.cumsum(moved)] / max(float(lengths[-1]), 1e-12))
 
 
-ONLY_ASKED = (
-    *("hold", "catch", "pass", "shoot", "layup"),
-    *("screen", "push", "block", "feint", "fake_shot"),
-)
-"""Actions that are drawn only where the diagram asks for them.
-
-Each involves another player or decides the course of the ball; without a request there would be
-balls from nowhere and passes to nobody. This is a choice of this program: the paper's strings may
-contain whatever the grammar allows."""
-
 MOST_ACTIONS = 40
 """Largest number of actions of a player. Chosen by hand: more than twice the longest string of the
 measured scenes."""
@@ -128,8 +118,9 @@ class Item:
 
     actions: tuple[str, ...]  # Names of the terminals that match
     repeated: bool = False  # Whether several actions in a row may match
-    element: int = -1  # Index of the diagram's element, or -1 for holding the ball at first
-    other: str = ""  # The other player of a pass, screen, guard or block, or ""
+    element: int = -1  # Index of the diagram's element, or -1 for having the object at first
+    other: str = ""  # The other player of the element, or ""
+    target: str = ""  # The place that the element is aimed at, or ""
     # Index of the class in the other player's expression that belongs to this one, or -1
     other_item: int = -1
     # Points from the player's place to the end of the move; one point if the player stays
@@ -158,23 +149,16 @@ def expressions(diagram: Diagram) -> dict[str, tuple[Item, ...]]:
     """
     items_of: dict[str, list[Item]] = {}
     at: dict[tuple[int, str], int] = {}
+    rest, holder = diagram.activity.first_rest(), first_holder(diagram)
     for name, acts in diagram.acts.items():
         place = diagram.player[name].at
-        items = [Item(("hold",), way=(place,))] if name == first_holder(diagram) else []
-        for act, ball in zip(acts, has_ball(diagram, name), strict=True):
-            element = diagram.elements[act.element]
-            holds_ball = act.part == "own"
-            way = (place, *element.via, element.to) if holds_ball and element.to else (place,)
-            other = element.other if holds_ball else element.player
-            classes = _classes(element.kind, ball) if holds_ball else [((act.part,), False)]
-            if holds_ball and element.kind == "screen" and len(way) > 1:
-                items.append(Item(("walk", "run"), True, act.element, way=way))
-                way = way[-1:]
-            for actions, repeated in classes:
-                if other:
-                    at[act.element, name] = len(items)
-                items.append(Item(actions, repeated, act.element, other, way=way))
-            place = way[-1]
+        items = [Item((rest,), way=(place,))] if rest and name == holder else []
+        for act, holds in zip(acts, has_ball(diagram, name), strict=True):
+            made = _items(diagram, act, holds, place)
+            if made[-1].other:
+                at[act.element, name] = len(items) + len(made) - 1
+            items += made
+            place = made[-1].way[-1]
         items_of[name] = items
     return {
         name: tuple(replace(i, other_item=at.get((i.element, i.other), -1)) for i in items)
@@ -182,30 +166,28 @@ def expressions(diagram: Diagram) -> dict[str, tuple[Item, ...]]:
     }
 
 
-def _classes(kind: str, ball: bool) -> list[tuple[tuple[str, ...], bool]]:
-    """Return the classes of a player's own element, each with whether it repeats."""
-    if kind in MOVES:
-        if kind == "dribble" or (kind == "move" and ball):
-            return [(("dribble",), True)]
-        return [({"walk": ("walk",), "move": ("walk", "run")}.get(kind, ("run",)), True)]
-    if kind in FEINTS:
-        return [(("fake_shot" if kind == "fake" else kind,), kind != "feint")]
-    return [((kind,), kind == "guard")]
-
-
-def playable_kinds(actions: Collection[str]) -> tuple[str, ...]:
-    """Return the kinds of elements that somebody with some actions can play.
-
-    >>> playable_kinds({"walk", "carry"})
-    ('move', 'walk')
-    """
-    pushed = {"pass": ["catch"], "screen": ["push"]}  # what the other player does
-    return tuple(
-        kind
-        for kind in KINDS
-        if all(set(of) & set(actions) for of, _ in _classes(kind, ball=False))
-        and set(pushed.get(kind, ())) <= set(actions)
-    )
+def _items(diagram: Diagram, act: Act, holds: bool, place: Spot) -> list[Item]:
+    """Return the classes of one act of a player who is at ``place``."""
+    element = diagram.elements[act.element]
+    if act.part:
+        return [Item(act.part, False, act.element, element.player, way=(place,))]
+    steps, places = diagram.verb(element, holds).steps, dict(diagram.places)
+    end = element.to
+    if end is None and len(steps) > 1 and element.kind != DOES:
+        end = places.get(element.target)
+    way = (place, *element.via, end) if end else (place,)
+    if end is None and element.kind != DOES:
+        steps = steps[-1:]  # nothing to go for
+    items = []
+    for number, step in enumerate(steps):
+        repeated = len(way) > 1 if step.repeated is None else step.repeated
+        if number == 0 and len(steps) > 1 and len(way) > 1:
+            repeated = True
+        last = number == len(steps) - 1
+        other, target = (element.other, element.target) if last else ("", "")
+        items.append(Item(step.actions, repeated, act.element, other, target, way=way))
+        way = way[-1:]
+    return items
 
 
 def g_user(string: Sequence[str], expression: Sequence[Collection[str]]) -> int:
@@ -341,28 +323,35 @@ def _metres(item: Item) -> float:
     return sum(float(np.hypot(b.x - a.x, b.z - a.z)) for a, b in pairwise(item.way))
 
 
-def auxiliary_rules(
-    diagram: Diagram, grammar: MotionGrammar | None = None
-) -> tuple[DiagramRule, ...]:
-    """Return the rules that follow from a diagram.
-
-    `grammar`: The grammar. If given, a rule of the diagram is left out if the grammar has a rule of
-    the same kind for the same action: the grammar then states it for every pass, shot and screen,
-    and the items say who is meant.
-    """
+def auxiliary_rules(diagram: Diagram, grammar: MotionGrammar) -> tuple[DiagramRule, ...]:
+    """Return the rules that follow from a diagram, beside those of its grammar."""
     auxiliary: list[DiagramRule] = []
     for name, items in expressions(diagram).items():
         start = PositionRule(diagram.player[name].at, Moment(START))
         auxiliary.append(DiagramRule(name, -1, start))
+        spelt = _spelt(diagram, name)
         for number, item in enumerate(items):
-            kind = diagram.elements[item.element].kind if item.element >= 0 else ""
-            rules = [*_place_rules(item), *_link_rules(item, kind)]
-            stated = _stated(grammar, item.actions)
-            for rule in rules:
-                if type(rule) not in stated or isinstance(rule, PositionRule):
-                    partner = item.other_item if isinstance(rule, SynchronisationRule) else -1
-                    auxiliary.append(DiagramRule(name, number, rule, partner))
+            for rule in [] if spelt else _place_rules(item):
+                auxiliary.append(DiagramRule(name, number, rule))
+            for rule in _link_rules(item, grammar):
+                partner = item.other_item if isinstance(rule, SynchronisationRule) else -1
+                auxiliary.append(DiagramRule(name, number, rule, partner))
     return tuple(auxiliary)
+
+
+def _spelt(diagram: Diagram, name: str) -> bool:
+    """Return whether a player's actions are spelt out, so that no place is drawn for them."""
+    acts = [act for act in diagram.acts[name] if not act.part]
+    return bool(acts) and all(diagram.elements[act.element].kind == DOES for act in acts)
+
+
+def exact_actions(diagram: Diagram, grammar: MotionGrammar, name: str) -> tuple[str, ...]:
+    """Return the actions that a player does only where the diagram asks for them."""
+    if _spelt(diagram, name):
+        return grammar.activity.actions
+    moving = any(one.player == name and not one.other for one in diagram.stretches)
+    rests = [rest.action for rest in grammar.activity.rests] if moving else []
+    return (*grammar.only_asked, *rests)
 
 
 def _place_rules(item: Item) -> Iterator[SemanticRule]:
@@ -376,20 +365,23 @@ def _place_rules(item: Item) -> Iterator[SemanticRule]:
     yield PositionRule(item.way[-1], Moment(END))
 
 
-def _link_rules(item: Item, kind: str) -> Iterator[SemanticRule]:
-    """Yield the rules that link an item with the rim or with another player."""
-    if item.actions == ("pass",):
-        yield DirectionRule(item.other, Moment("release"))
-        yield SynchronisationRule(item.other, ("catch",), None, Moment("release"))
-    elif kind in SHOTS:
-        yield DirectionRule("rim", Moment("release"))
-    elif item.actions == ("screen",):
-        yield DirectionRule(item.other, Moment("contact"))
-        yield SynchronisationRule(item.other, ("push",), 0.0, Moment("contact"))
+def _link_rules(item: Item, grammar: MotionGrammar) -> Iterator[SemanticRule]:
+    """Yield the rules for who gives or sends the object, unless the grammar has them.
+
+    They face the receiver or the target, and what is given is caught when it arrives.
+    """
+    activity, action = grammar.activity, item.actions[0]
+    deed = activity.deed(action)
+    target = item.other or item.target or activity.aim(action)
+    if deed not in (GIVE, SEND) or not target:
+        return
+    stated, moment = _stated(grammar, item.actions), Moment(grammar.terminal[action].event or END)
+    if DirectionRule not in stated:
+        yield DirectionRule(target, moment)
+    if deed == GIVE and SynchronisationRule not in stated:
+        yield SynchronisationRule(target, activity.doing(TAKE), None, moment)
 
 
-def _stated(grammar: MotionGrammar | None, actions: Sequence[str]) -> set[type]:
+def _stated(grammar: MotionGrammar, actions: Sequence[str]) -> set[type]:
     """Return the kinds of rule that the grammar states for actions in every context."""
-    if grammar is None:
-        return set()
     return {type(a.rule) for a in grammar.annotations if a.symbol in actions and not a.within}

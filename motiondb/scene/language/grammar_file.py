@@ -9,10 +9,15 @@ next line begins with ``|``. ``#`` begins a comment. The order of statements is 
 
     S -> Walk Carry Walk                   # rules of order; | divides alternatives
     Walk -> walk+                          # X* X+ X? and ( ) repeat, [0.3] is a probability,
+                                           # (x & y & z) is all of them in any order,
     Carry -> pickup carry* putdown         # empty is the empty string
 
     walk := "walk", "stroll"               # words that find clips of the action
     pickup := "pick up" without "fight" event contact    # and the instant that rules look at
+
+    carry := "carry" when asked                          # only where a diagram asks for it
+    punch := terminal f of boxing                        # segments of a learned grammar
+    duck := "duck" event lowest(head)                    # an instant found in the motion
 
     pickup: direction(object) weight 20 deg, distance(object, <= 50 cm)      # rules of space
     walk in Walk: line(object, goal) throughout                              # below Walk only
@@ -21,13 +26,18 @@ next line begins with ``|``. ``#`` begins a comment. The order of statements is 
     weight collision 0.1                   # of the terms that belong to no action
     weight position 0.3 m                  # of all position rules without a weight
 
+The other statements (``verb``, ``role``, ``object``, ``ground``, ``mark``, ``rest``, ``answers``)
+are those of :mod:`.activity_text`.
+
 Semantic rules are ``position(TARGET)``, ``direction(TARGET)`` or ``direction(90 deg)``,
 ``distance(TARGET, <= 2.5 m)``, ``>=``, ``0.5 m .. 2 m``, ``line(TARGET, TARGET)`` and
 ``synchronisation(ROLE, ACTION | ACTION, LAG)``, where the lag is a time or ``flight``. A target is
-a place, or the role ``receiver`` or ``opponent``. A rule may be followed by ``at start``, ``at
-end``,
-``at EVENT`` or ``throughout``, and by ``weight`` with a unit: the deviation that costs 1. Without a
-moment, a rule looks at the event of its terminal, or throughout where the terminal has none.
+a place, a role of the grammar, or ``receiver``, ``opponent``, ``partner`` or ``target``.
+``direction`` may say at which angle: ``direction(partner, 90 deg)``. What an action does with the
+object stands among its rules: ``take(ball)``, ``keep``, ``give``, ``send(ball, rim)``, ``put``. A
+rule may be followed by ``at start``, ``at end``, ``at EVENT`` or ``throughout``, and by ``weight``
+with a unit: the deviation that costs 1. Without a moment, a rule looks at the event of its
+terminal, or throughout where the terminal has none.
 
 Repetitions become auxiliary nonterminals named after the left side: ``Walk.1``. The bounds of a
 distance are inclusive, whether written ``<`` or ``<=``.
@@ -39,12 +49,24 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
+from motiondb.body import body
 from motiondb.errors import SceneError, suggestion
 from motiondb.grammar.cfg.context_free import EMPTY, Grammar, productive_symbols
-from motiondb.scene.language.motion_grammar import ROLES, Annotation, MotionGrammar, Start, Terminal
+from motiondb.scene.language.activity import DEEDS, PLAYER, ROLES
+from motiondb.scene.language.activity_text import (
+    STATEMENTS,
+    ActivityDraft,
+    finished,
+    read_answers,
+    read_deed,
+    read_place,
+)
+from motiondb.scene.language.motion_grammar import Annotation, MotionGrammar, Start, Terminal
 from motiondb.scene.language.production_text import read_alternatives, share_out
 from motiondb.scene.language.semantic_rules import (
     END,
+    INSTANTS,
+    NEAREST,
     START,
     THROUGHOUT,
     DirectionRule,
@@ -56,7 +78,6 @@ from motiondb.scene.language.semantic_rules import (
     SynchronisationRule,
     Weights,
 )
-from motiondb.scene.language.tactics import TEAMS
 from motiondb.scene.language.tokens import Cursor, Token, refuse, statements
 
 # Semantic rules in text: ``SYMBOLS in NONTERMINAL: rule, rule``.
@@ -91,15 +112,23 @@ class Draft:
     actions: tuple[Token, ...]  # Names of the partner's actions
 
 
-def read_rules(cursor: Cursor) -> list[Draft]:
-    """Read all rules of a statement."""
+def read_rules(cursor: Cursor, activity: ActivityDraft) -> list[Draft]:
+    """Read all rules of a statement; deeds and answers go into the ``activity``."""
     symbols = [_name_token(cursor, "a symbol of the grammar")]
     while cursor.meets(","):
         symbols.append(_name_token(cursor, "a symbol of the grammar"))
+    if cursor.meets("answers"):
+        read_answers(cursor, tuple(symbols), activity)
+        return []
     within = _name_token(cursor, "a nonterminal") if cursor.meets("in") else None
     cursor.expect(":", "Write 'SYMBOL: rule' or 'SYMBOL in NONTERMINAL: rule'.")
     drafts: list[Draft] = []
-    while not drafts or cursor.meets(","):
+    first = True
+    while first or cursor.meets(","):
+        first = False
+        if cursor.here.text in DEEDS:
+            read_deed(cursor, tuple(symbols), activity)
+            continue
         kind, rule, targets, actions = _read_rule(cursor)
         drafts.append(Draft(kind, rule, tuple(symbols), within, tuple(targets), tuple(actions)))
     return drafts
@@ -122,7 +151,9 @@ def _read_rule(cursor: Cursor) -> tuple[str, SemanticRule, list[Token], list[Tok
     if kind == "position":
         rule = PositionRule(_target(cursor, targets), moment, _UNSTATED)
     elif kind == "direction":
-        rule = DirectionRule(_facing(cursor, targets), moment, _UNSTATED)
+        facing = _facing(cursor, targets)
+        turn = cursor.quantity("angle", "an angle") if targets and cursor.meets(",") else 0.0
+        rule = DirectionRule(facing, moment, _UNSTATED, turn)
     elif kind == "distance":
         target = _target(cursor, targets)
         near, far = _bounds(cursor)
@@ -132,12 +163,34 @@ def _read_rule(cursor: Cursor) -> tuple[str, SemanticRule, list[Token], list[Tok
         cursor.expect(",", "A line has two ends: line(opponent, rim).")
         rule = LineRule(first, _target(cursor, targets), moment, _UNSTATED)
     else:
-        partner = cursor.name("a role", "Write whom it is about.", ROLES)
+        targets.append(cursor.here)
+        partner = cursor.name("a role", "Write whom it is about.")
         lag = _partners(cursor, actions)
         names = tuple(token.text for token in actions)
         rule = SynchronisationRule(partner, names, lag, moment, _UNSTATED)
     cursor.expect(")", "Close the bracket of the rule.")
     return kind, _with_tail(cursor, rule, kind), targets, actions
+
+
+def read_event(cursor: Cursor, advice: str) -> str:
+    """Read an event of a sheet, or an instant such as ``nearest(r_wrist, partner.head)``."""
+    token = cursor.here
+    name = cursor.name("an event", advice)
+    if not cursor.meets("("):
+        return name
+    if name not in INSTANTS:
+        cursor.fail(f"one of {', '.join(INSTANTS)} before '('", advice, token)
+    joints = [_joint(cursor)]
+    if name == NEAREST:
+        cursor.expect(",", "Write nearest(r_wrist, partner.head).")
+        whose = "partner." if cursor.meets("partner") and cursor.expect(".", "") else ""
+        joints.append(whose + _joint(cursor))
+    cursor.expect(")", "Close the bracket.")
+    return f"{name}({', '.join(joints)})"
+
+
+def _joint(cursor: Cursor) -> str:
+    return cursor.name("a joint", "See the joints of the canonical body.", body.JOINTS)
 
 
 def _target(cursor: Cursor, targets: list[Token]) -> str:
@@ -191,7 +244,7 @@ def _with_tail(cursor: Cursor, rule: SemanticRule, kind: str) -> SemanticRule:
     """Read the moment and the weight that may follow a rule."""
     if cursor.meets("at"):
         advice = f"Write 'at {START}', 'at {END}', or 'at' and an event."
-        rule = replace(rule, moment=Moment(cursor.name("a moment", advice)))
+        rule = replace(rule, moment=Moment(read_event(cursor, advice)))
     elif cursor.meets(THROUGHOUT):
         rule = replace(rule, moment=Moment(THROUGHOUT))
     if cursor.meets("weight"):
@@ -224,7 +277,7 @@ class _Text:
         self.where = where
         self.name = ""
         self.starts: list[tuple[Start, Token]] = []
-        self.places: list[str] = []
+        self.activity = ActivityDraft()
         self.alternatives: list[tuple[str, tuple[str, ...], float | None]] = []
         self.lines: dict[str, Token] = {}
         self.used: dict[str, Token] = {}
@@ -244,14 +297,23 @@ def read_motion_grammar(text: str, where: str = "grammar") -> MotionGrammar:
     numbers = share_out(reading.alternatives)
     grammar = Grammar(reading.starts[0][0].symbol, numbers, tuple(reading.terminals))
     _refuse_endless(grammar, reading)
+    annotations = tuple(_annotations(reading))
+    linked = [
+        (a.symbol, a.rule)
+        for a in annotations
+        if isinstance(a.rule, SynchronisationRule) and a.symbol in reading.terminals
+    ]
+    replies = [(symbol, rule.partner, rule.actions) for symbol, rule in linked]
+    flights = [(symbol, rule.actions) for symbol, rule in linked if rule.lag is None]
     return MotionGrammar(
         reading.name or where,
         tuple(start for start, _ in reading.starts),
         grammar,
         tuple(terminal for terminal, _ in reading.terminals.values()),
-        tuple(_annotations(reading)),
-        tuple(reading.places),
+        annotations,
+        tuple(reading.activity.places),
         Weights(**reading.weights),
+        finished(reading.activity, tuple(reading.terminals), replies, flights),
     )
 
 
@@ -264,23 +326,34 @@ def _read_statement(cursor: Cursor, reading: _Text) -> None:
         _read_production(cursor, reading)
     elif second.text == ":=":
         _read_terminal(cursor, reading)
-    elif second.text in (":", ",", "in"):
-        reading.rules.extend(read_rules(cursor))
-    elif cursor.meets("grammar"):
+    elif second.text in (":", ",", "in", "answers"):
+        reading.rules.extend(read_rules(cursor, reading.activity))
+    else:
+        _read_keyword(cursor, reading)
+    cursor.done("Write one statement a line.")
+
+
+def _read_keyword(cursor: Cursor, reading: _Text) -> None:
+    """Read a statement that begins with its own word."""
+    first, second = cursor.here, cursor.after
+    if cursor.meets("grammar"):
         cursor.once(reading.said, "grammar", "'grammar' once", first)
         reading.name = cursor.name("the grammar's name", "Write one name.")
     elif cursor.meets("start"):
         _read_start(cursor, reading)
     elif cursor.meets("place"):
-        _read_place(cursor, reading)
+        read_place(cursor, reading.activity)
         while cursor.meets(","):
-            _read_place(cursor, reading)
+            read_place(cursor, reading.activity)
+    elif first.text in STATEMENTS and second.kind in ("name", "number"):
+        cursor.take()
+        STATEMENTS[first.text](cursor, reading.activity)
     elif cursor.meets("weight"):
         _read_weight(cursor, reading)
     else:
-        near = suggestion(first.text, ("grammar", "start", "place", "weight")).strip()
+        words = ("grammar", "start", "place", "weight", *STATEMENTS)
+        near = suggestion(first.text, words).strip()
         cursor.fail(_STATEMENT, near or "The first name must be followed by '->', ':=' or ':'.")
-    cursor.done("Write one statement a line.")
 
 
 def _read_production(cursor: Cursor, reading: _Text) -> None:
@@ -304,16 +377,24 @@ def _read_terminal(cursor: Cursor, reading: _Text) -> None:
             f"Line {line} declares it: write all its words there.",
             token,
         )
-    if cursor.here.kind != "text":
+    learned = ("", "")
+    if cursor.meets("terminal"):
+        advice = f"Write {token.text} := terminal f of boxing."
+        name = cursor.take().text if cursor.here.kind == "text" else cursor.name("its name", advice)
+        cursor.expect("of", advice)
+        learned = name, cursor.name("the name of a learned grammar", advice)
+    elif cursor.here.kind != "text":
         cursor.fail(
             "quoted words that find the action's clips", f'Write {token.text} := "{token.text}".'
         )
-    phrases = _phrases(cursor)
+    phrases = () if learned[0] else _phrases(cursor)
     without = _phrases(cursor) if cursor.meets("without") else ()
     event = ""
     if cursor.meets("event"):
-        event = cursor.name("an event such as release", "Write 'event release'.")
-    reading.terminals[token.text] = Terminal(token.text, phrases, without, event), token
+        event = read_event(cursor, "Write 'event release', or 'event lowest(head)'.")
+    asked = cursor.meets("when") and bool(cursor.expect("asked", "Write 'when asked'."))
+    terminal = Terminal(token.text, phrases, without, event, asked, learned)
+    reading.terminals[token.text] = terminal, token
 
 
 def _phrases(cursor: Cursor) -> tuple[str, ...]:
@@ -326,26 +407,16 @@ def _phrases(cursor: Cursor) -> tuple[str, ...]:
     return tuple(phrases)
 
 
-def _read_place(cursor: Cursor, reading: _Text) -> None:
-    token = cursor.here
-    name = cursor.name("a name of a place", "Write 'place object, goal'.")
-    if name in ROLES:
-        advice = f"{name} means a player: name the place otherwise."
-        cursor.fail("a name of a place", advice, token)
-    if name in reading.places:
-        cursor.fail("every place once", "Leave one of them out.", token)
-    reading.places.append(name)
-
-
 def _read_start(cursor: Cursor, reading: _Text) -> None:
     token = cursor.here
     symbol = cursor.name("a start symbol", "Write 'start S', or 'start S for attack'.")
     team = ""
     if cursor.meets("for"):
-        team = cursor.name("a team", "Write 'start S for attack'.", TEAMS)
+        team = cursor.name("a role", "Write 'start S for leader'.")
+        reading.activity.roles.setdefault(team, "")
     for known, earlier in reading.starts:
         if known.team in ("", team):
-            whom = f"the team {team}" if team else "everybody"
+            whom = f"the role {team}" if team else "everybody"
             advice = f"Line {earlier.line} says where {known.team or 'everybody'} begins already."
             cursor.fail(f"one start symbol for {whom}", advice, token)
     reading.starts.append((Start(symbol, team), token))
@@ -381,6 +452,19 @@ def _check(reading: _Text) -> None:
         _known(name, known, what, token, where, f'Write {name} := "{name}" for an action.')
     for draft in reading.rules:
         _check_rule_names(draft, known, lefts, reading)
+    activity = reading.activity
+    roles = {*ROLES, *activity.roles, PLAYER}
+    things = {activity.thing.name} if activity.thing else set()
+    known_as = {
+        "action": ("an action declared with ':='", set(reading.terminals)),
+        "role": ("a role", roles),
+        "place": ("a place", set(activity.places)),
+        "object": ("the object", things),
+        "aim": ("a place or a role", {*activity.places, *roles, *things}),
+    }
+    for token, kind in activity.named:
+        what, names = known_as[kind]
+        _known(token.text, names, what, token, where, f"Declare {token.text} in a line of its own.")
 
 
 def _check_rule_names(draft: Draft, known: set[str], lefts: set[str], reading: _Text) -> None:
@@ -391,7 +475,11 @@ def _check_rule_names(draft: Draft, known: set[str], lefts: set[str], reading: _
     if draft.within is not None:
         _known(draft.within.text, lefts, "a nonterminal", draft.within, where)
     for token in draft.targets:
-        targets = {*reading.places, *ROLES}
+        thing = reading.activity.thing
+        things = [thing.name] if thing else []
+        targets = {*ROLES, *reading.activity.roles}
+        if draft.kind != "synchronisation":
+            targets |= {*reading.activity.places, *things}
         advice = f"Declare it: 'place {token.text}'."
         _known(token.text, targets, "a place or a role", token, where, advice)
     for token in draft.actions:

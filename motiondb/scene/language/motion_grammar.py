@@ -21,10 +21,8 @@ from functools import cached_property
 
 from motiondb.errors import SceneError, suggestion
 from motiondb.grammar.cfg.context_free import Grammar
+from motiondb.scene.language.activity import GIVE, SEND, Activity
 from motiondb.scene.language.semantic_rules import SemanticRule, Weights
-
-ROLES = ("receiver", "opponent")
-"""Roles that a rule may name: the player whom a pass or a screen is for, and the opponent."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +35,9 @@ class Terminal:
     without: tuple[str, ...] = ()  # A caption with any of these does not show it
     # The instant at which rules without a moment are evaluated; "" for the whole action
     event: str = ""
+    asked: bool = False  # Whether it is played only where a diagram asks for it
+    # A terminal of a learned grammar, and its name, whose segments are the clips; "" for words
+    learned: tuple[str, str] = ("", "")
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ class Start:
     """A start symbol."""
 
     symbol: str
-    team: str = ""  # The team whose strings begin with it; "" for everybody
+    team: str = ""  # The role whose strings begin with it; "" for everybody
 
 
 @dataclass(frozen=True)
@@ -77,6 +78,8 @@ class MotionGrammar:
         Names of places whose positions a diagram must give.
     weights : Weights
         Weights of the terms that belong to no action.
+    activity : Activity
+        Verbs, roles, the object, places and ground.
     """
 
     name: str
@@ -86,27 +89,40 @@ class MotionGrammar:
     annotations: tuple[Annotation, ...] = ()
     places: tuple[str, ...] = ()
     weights: Weights = field(default_factory=Weights)
+    activity: Activity = field(default_factory=Activity)
 
     @cached_property
     def terminal(self) -> dict[str, Terminal]:
         """Terminals by name."""
         return {terminal.name: terminal for terminal in self.terminals}
 
+    @cached_property
+    def only_asked(self) -> tuple[str, ...]:
+        """Actions that are played only where the diagram asks for them.
+
+        The grammar says which. Those that give or send the object, and the catches of what is
+        given, are always among them: there would be throws to nobody, and catches from nowhere.
+        """
+        said = [terminal.name for terminal in self.terminals if terminal.asked]
+        thrown = self.activity.doing(GIVE, SEND)
+        caught = (row for row in self.activity.replies if row[0] in thrown)
+        return tuple(dict.fromkeys([*said, *thrown, *(a for _, _, row in caught for a in row)]))
+
     def start_of(self, team: str) -> str:
-        """Return the start symbol of a team.
+        """Return the start symbol of a role.
 
         Raises
         ------
         SceneError
-            The grammar has no start symbol for the team.
+            The grammar has no start symbol for the role.
         """
         for start in self.starts:
             if start.team in ("", team):
                 return start.symbol
         raise SceneError(
-            f"{self.name}: expected a start symbol for the team {team!r}, found only"
+            f"{self.name}: expected a start symbol for the role {team!r}, found only"
             f" {', '.join(s.symbol + ' for ' + s.team for s in self.starts)}."
-            f" Add a line 'start SYMBOL for {team}', or leave the team out."
+            f" Add a line 'start SYMBOL for {team}', or leave the role out."
         )
 
     def started(self, start: str = "") -> Grammar:

@@ -1,10 +1,10 @@
-"""Possession of the ball, and whether a diagram can be played at all.
+"""Who has the object, and whether a diagram can be played at all.
 
-The first holder of the ball is found by tracing the diagram backwards from the acts that need the
-ball (a pass, a shot, a dribble, a fake, a pivot) to the catch before them: a player who needs the
-ball without having caught it had it from the start. A diagram is infeasible if two players had it,
-if a player needs a ball that they have given away, if a pass is caught before it is thrown, or if
-an element names a player who does not exist.
+The first holder is found by tracing the diagram backwards from the acts that keep, give or send the
+object to the one before them that takes it: a player who needs it without having taken it had it
+from the start. A diagram is infeasible if two players had it, if a player needs what they have
+given away, if something is caught before it is thrown, or if an element names somebody who does not
+exist.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 4.
@@ -17,19 +17,18 @@ from collections.abc import Iterator
 from itertools import combinations
 
 from motiondb.errors import SceneError, suggestion
-from motiondb.scene.language.motion_grammar import ROLES
-from motiondb.scene.language.semantic_rules import Spot
-from motiondb.scene.language.tactics import (
-    BODY_WIDTH,
+from motiondb.scene.language.activity import (
+    KEEPING,
+    LOSING,
+    OPPONENT,
     PLAYER,
-    SHOTS,
-    WITH_BALL,
-    WITHOUT_BALL,
-    Act,
-    Diagram,
-    Element,
-    Player,
+    PUT,
+    RECEIVER,
+    ROLES,
+    TAKE,
 )
+from motiondb.scene.language.semantic_rules import Spot
+from motiondb.scene.language.tactics import BODY_WIDTH, DOES, Act, Diagram, Element, Player
 
 
 def check_diagram(diagram: Diagram, where: str = "") -> None:
@@ -44,36 +43,65 @@ def check_diagram(diagram: Diagram, where: str = "") -> None:
 
 
 def first_holder(diagram: Diagram) -> str:
-    """Return the player who has the ball when the play begins, or "" if no element needs a ball."""
+    """Return the player who has the object when the play begins, or "" if nobody needs one."""
     if diagram.ball:
         return diagram.ball
     return next((holder for holder, _ in _holders(diagram)), "")
 
 
 def has_ball(diagram: Diagram, name: str) -> tuple[bool, ...]:
-    """Return for each act of a player whether the player has the ball when the act begins."""
+    """Return for each act of a player whether the player has the object when the act begins."""
     held = first_holder(diagram) == name
     holds = []
     for act in diagram.acts[name]:
         holds.append(held)
-        kind = diagram.elements[act.element].kind
-        if act.part == "catch":
-            held = True
-        elif act.part == "own" and kind in ("pass", *SHOTS):
-            held = False
+        held = _after(diagram, act, held)
     return tuple(holds)
 
 
+def lies_at(diagram: Diagram, element: Element | None) -> str:
+    """Return the place where the object lies before an element of the diagram, or ""."""
+    activity, place = diagram.activity, diagram.activity.thing.at if diagram.activity.thing else ""
+    for one in sorted(diagram.elements, key=lambda each: each.step):
+        if element is not None and one.step >= element.step:
+            break
+        action = diagram.verb(one, True).last[0]
+        if activity.deed(action) == PUT:
+            place = one.target or activity.aim(action) or place
+    return place
+
+
+def _after(diagram: Diagram, act: Act, held: bool) -> bool:
+    """Return whether who ``held`` the object, or not, has it after an act."""
+    activity = diagram.activity
+    steps = diagram.verb(diagram.elements[act.element], held).steps
+    for actions in (act.part,) if act.part else [step.actions for step in steps]:
+        deeds = {activity.deed(action) for action in actions}
+        held = (held or deeds == {TAKE}) and not deeds <= set(LOSING)
+    return held
+
+
+def _needs(diagram: Diagram, element: Element) -> bool:
+    """Return whether an element can only be done by who has the object."""
+    deeds = (*KEEPING, *LOSING)
+    if element.kind == DOES:
+        first = element.steps[0].actions
+        return all(diagram.activity.deed(action) in deeds for action in first)
+    return diagram.activity.needs(element.kind, *deeds)
+
+
 def _holders(diagram: Diagram) -> Iterator[tuple[str, Element | None]]:
-    """Yield every player who needs the ball without having caught it, and the element."""
+    """Yield every player who needs the object without having taken it, and the element."""
     if diagram.ball:
         yield diagram.ball, None
+    if diagram.activity.thing and diagram.activity.thing.at:
+        return
     for name, acts in diagram.acts.items():
         for act in acts:
             element = diagram.elements[act.element]
-            if act.part == "catch":
+            if _after(diagram, act, False):
                 break
-            if act.part == "own" and element.kind in WITH_BALL:
+            if not act.part and _needs(diagram, element):
                 if name != diagram.ball:
                     yield name, element
                 break
@@ -105,19 +133,36 @@ def _name_faults(diagram: Diagram, where: str) -> Iterator[str]:
     if diagram.ball and diagram.ball not in names:
         near = suggestion(diagram.ball, names) or " Add the player."
         yield f"{where}: 'ball {diagram.ball}': expected {everybody}, found {diagram.ball!r}.{near}"
+    yield from _stretch_faults(diagram, everybody, where)
     for element in diagram.elements:
-        for name in (element.player, element.other):
+        unknown = [n for n in (element.player, element.other) if n and n not in names]
+        if not unknown:
+            yield from _team_faults(diagram, element, where)
+            continue
+        what, advice = everybody, "Add the player, or name another."
+        role = diagram.verb(element).role
+        if unknown[0] == element.other and role not in (RECEIVER, OPPONENT):
+            named = ", ".join(place for place, _ in diagram.places)
+            what += f", or of the places {named}" if named else ", or a place"
+            advice = f"Add 'place {unknown[0]} at X Z', or the player."
+        near = suggestion(unknown[0], names).strip() or advice
+        yield _fault(where, element, what, repr(unknown[0]), near)
+
+
+def _stretch_faults(diagram: Diagram, everybody: str, where: str) -> Iterator[str]:
+    names = list(diagram.player)
+    for stretch in diagram.stretches:
+        for name in (stretch.player, stretch.other):
             if name and name not in names:
                 near = suggestion(name, names).strip() or "Add the player, or name another."
-                yield _fault(where, element, everybody, repr(name), near)
-                break
-        else:
-            yield from _team_faults(diagram, element, where)
+                place = f"{where}:{stretch.line}: '{stretch}'"
+                yield f"{place}: expected {everybody}, found {name!r}. {near}"
 
 
 def _guard_faults(diagram: Diagram, player: Player, where: str) -> Iterator[str]:
     guarded = diagram.player[player.guards]
-    actual = "a team-mate" if guarded.team == player.team != PLAYER else ""
+    leader = diagram.activity.leader_of(player.team)
+    actual = "a team-mate" if guarded.team == player.team != PLAYER and not leader else ""
     actual = "the player themselves" if guarded == player else actual
     if actual:
         yield (
@@ -129,28 +174,26 @@ def _guard_faults(diagram: Diagram, player: Player, where: str) -> Iterator[str]
 def _team_faults(diagram: Diagram, element: Element, where: str) -> Iterator[str]:
     if not element.other:
         return
+    role = diagram.verb(element).role
     one, other = diagram.player[element.player], diagram.player[element.other]
     if one.name == other.name:
         what, advice = "two players", f"{one.name} cannot do this to themselves."
         yield _fault(where, element, what, f"{one.name} twice", advice)
-    elif element.kind == "pass" and one.team != other.team:
+    elif role == RECEIVER and one.team != other.team:
         what = f"a receiver of the team of {one.name}"
         actual = f"{other.name}, who plays against {one.name}"
         yield _fault(where, element, what, actual, "Pass to a team-mate.")
-    elif element.kind != "pass" and one.team == other.team:
+    elif role == OPPONENT and one.team == other.team != PLAYER:
         what, actual = f"an opponent of {one.name}", f"{other.name}, a team-mate"
         yield _fault(where, element, what, actual, "Name a player of the other team.")
 
 
 def _place_faults(diagram: Diagram, where: str) -> Iterator[str]:
-    """Yield the faults of points off the court and of players at one point."""
+    """Yield the faults of points off the ground and of players at one point."""
     court = diagram.court
-    what = (
-        f"a point on the court (x {-court.width / 2:g} to {court.width / 2:g} m,"
-        f" z {-court.behind_rim:g} to {court.length - court.behind_rim:g} m)"
-    )
-    origin = "below the rim" if court.lines else "the middle of the court"
-    advice = f"The origin is {origin}, z grows away from the baseline."
+    left, right, back, front = court.corners
+    what = f"a point on the ground (x {left:g} to {right:g} m, z {back:g} to {front:g} m)"
+    advice = "x grows to the right and z down the page. Move it, or make the ground larger."
     for player in diagram.players:
         if not court.holds(player.at):
             yield (
@@ -178,49 +221,63 @@ def _point(spot: Spot) -> str:
 def _ball_faults(diagram: Diagram, where: str) -> Iterator[str]:
     """Yield the faults of passes back in time, and of balls that players do not have."""
     for element in diagram.elements:
-        if element.kind == "pass" and element.caught and element.caught < element.step:
+        if element.caught and element.caught < element.step:
             what = f"a step from {element.step} on for the catch"
             actual = f"step {element.caught}, back in time"
             yield _fault(where, element, what, actual, "A pass is caught after it is thrown.")
     holders = list(_holders(diagram))
     if len(holders) > 1:
-        yield _two_holders(holders, where)
+        yield _two_holders(holders, where, thing_of(diagram))
         return
     for name, acts in diagram.acts.items():
         held = has_ball(diagram, name)
         given: Element | None = None
         for act, ball in zip(acts, held, strict=True):
-            element = diagram.elements[act.element]
-            yield from _act_faults(act, element, name, ball, given, where)
-            if act.part == "own" and element.kind in ("pass", *SHOTS):
-                given = element
+            yield from _act_faults(diagram, act, (name, ball, given), where)
+            if not act.part and not _after(diagram, act, True):
+                given = diagram.elements[act.element]
 
 
-def _two_holders(holders: list[tuple[str, Element | None]], where: str) -> str:
+def _two_holders(holders: list[tuple[str, Element | None]], where: str, thing: str) -> str:
     because = [
-        f"{name} ('{element}', line {element.line})" if element else f"{name} ('ball {name}')"
+        f"{name} ('{element}', line {element.line})" if element else f"{name} ('{thing} {name}')"
         for name, element in holders
     ]
     element = holders[-1][1]
     line = f":{element.line}" if element else ""
     return (
-        f"{where}{line}: '{element}': expected one player with the ball at the beginning, found"
+        f"{where}{line}: '{element}': expected one player with the {thing} at the beginning, found"
         f" {len(holders)}: {' and '.join(because)}. Add a pass to {holders[-1][0]} before."
     )
 
 
 def _act_faults(
-    act: Act, element: Element, name: str, ball: bool, given: Element | None, where: str
+    diagram: Diagram, act: Act, who: tuple[str, bool, Element | None], where: str
 ) -> Iterator[str]:
-    """Yield the faults of one act: with the ball, or without it, where it must not be."""
-    if act.part == "catch" and ball:
-        actual = f"{name} with the ball already"
-        yield _fault(where, element, "a receiver without the ball", actual, "Pass it on before.")
-    elif act.part == "own" and element.kind in WITH_BALL and not ball:
-        gone = f"{name} without the ball"
+    """Yield the faults of one act: with the object, or without it, where it must not be."""
+    name, ball, given = who
+    element, thing = diagram.elements[act.element], thing_of(diagram)
+    what = f"{name} to have the {thing}"
+    takes = not act.part and diagram.activity.needs(element.kind, TAKE)
+    if ((act.part and _after(diagram, act, False)) or takes) and ball:
+        actual = f"{name} with the {thing} already"
+        yield _fault(
+            where, element, f"a receiver without the {thing}", actual, "Pass it on before."
+        )
+    elif not act.part and _needs(diagram, element) and not ball:
+        gone = f"{name} without the {thing}"
         if given is not None:
             gone += f" since '{given}' (line {given.line})"
-        yield _fault(where, element, f"{name} to have the ball", gone, "Let it be passed back.")
-    elif act.part == "own" and element.kind in WITHOUT_BALL and ball:
-        advice = "Who has the ball dribbles, pivots or fakes; or pass it on before."
-        yield _fault(where, element, f"{name} without the ball", f"{name} with it", advice)
+        yield _fault(where, element, what, gone, "Let it be passed back.")
+    elif takes and not (diagram.activity.thing and diagram.activity.thing.at):
+        advice = f"Give it to {name} instead, or say where it lies: 'object {thing} at PLACE'."
+        yield _fault(where, element, f"a {thing} to take", "none that lies anywhere", advice)
+    elif not act.part and diagram.activity.free(element.kind) and ball:
+        advice = f"Choose an action that keeps the {thing}, or let it be passed on before."
+        actual = f"{name} with it"
+        yield _fault(where, element, f"{name} without the {thing}", actual, advice)
+
+
+def thing_of(diagram: Diagram) -> str:
+    """Return the name of the object."""
+    return diagram.activity.thing.name if diagram.activity.thing else "object"

@@ -4,6 +4,7 @@
 
     X*   H -> empty | X H        X+   H -> X | X H
     X?   H -> empty | X          (x | y)   H -> x | y
+    (x & y)   all of them in any order, each order equally probable: H -> x y | y x
 
 An auxiliary nonterminal is named by the left side, a dot, and a number; names in a file contain no
 dot.
@@ -12,6 +13,7 @@ dot.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import combinations
 
 from motiondb.grammar.cfg.context_free import EMPTY, Rule
 from motiondb.scene.language.tokens import Cursor, Token
@@ -20,7 +22,8 @@ Alternative = tuple[str, tuple[str, ...], float | None]
 """Left side, right side, probability where one was written."""
 
 _DEEPEST = 50  # Most brackets inside one another: far from Python's limit of nested calls
-_ADVICE = f"Write names, ( ) | * + ? and probabilities as [0.5]; '{EMPTY}' is the empty string."
+_MOST_ORDERED = 8  # Most parts in any order: 2^8 nonterminals
+_ADVICE = f"Write names, ( ) | & * + ? and probabilities as [0.5]; '{EMPTY}' is the empty string."
 
 
 def read_alternatives(cursor: Cursor, left: str, used: dict[str, Token]) -> list[Alternative]:
@@ -55,15 +58,7 @@ def _read_sequence(
     while cursor.here.kind == "name" or cursor.here.text == "(":
         token = cursor.here
         if cursor.meets("("):
-            inner = next(names)
-            used[inner] = token
-            while True:
-                symbols_of = _read_sequence(cursor, names, helpers, used, depth + 1)
-                helpers.append((inner, symbols_of, None))
-                if not cursor.meets("|"):
-                    break
-            cursor.expect(")", "Close the bracket.")
-            symbol = inner
+            symbol = _read_bracket(cursor, names, helpers, used, depth)
         else:
             symbol = cursor.take().text
             if symbol != EMPTY:
@@ -76,6 +71,43 @@ def _read_sequence(
             cursor.fail(f"'{EMPTY}' alone", _ADVICE, first)
         return ()
     return tuple(symbols)
+
+
+def _read_bracket(
+    cursor: Cursor,
+    names: Iterator[str],
+    helpers: list[Alternative],
+    used: dict[str, Token],
+    depth: int,
+) -> str:
+    """Read what follows ``(``: alternatives, or parts in any order; return its nonterminal."""
+    symbol, token = next(names), cursor.here
+    used[symbol] = token
+    parts = [_read_sequence(cursor, names, helpers, used, depth + 1)]
+    sign = cursor.here.text
+    while sign in ("|", "&") and cursor.meets(sign):
+        parts.append(_read_sequence(cursor, names, helpers, used, depth + 1))
+    if sign != "&":
+        helpers.extend((symbol, part, None) for part in parts)
+    else:
+        if len(parts) > _MOST_ORDERED:
+            cursor.fail(f"at most {_MOST_ORDERED} parts in any order", _ADVICE, token)
+        left = {frozenset(range(len(parts))): symbol}  # what is still to come -> its nonterminal
+        for rest in list(_smaller(len(parts))):
+            left[rest] = next(names)
+            used[left[rest]] = token
+        for rest, name in left.items():
+            for k in sorted(rest):
+                others = [left[rest - {k}]] if len(rest) > 1 else []
+                helpers.append((name, (*parts[k], *others), None))
+    cursor.expect(")", "Close the bracket.")
+    return symbol
+
+
+def _smaller(n: int) -> Iterator[frozenset[int]]:
+    """Yield the sets of 1 to n - 1 of n numbers, the larger ones first."""
+    for size in range(n - 1, 0, -1):
+        yield from map(frozenset, combinations(range(n), size))
 
 
 def _repeated(

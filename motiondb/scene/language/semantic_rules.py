@@ -42,8 +42,12 @@ usual chest pass."""
 SMALLEST = float(np.finfo(np.float64).tiny)
 """Smallest squared length of a segment, m^2, to avoid division by 0."""
 
-THROUGHOUT, START, END, PATH = "throughout", "start", "end", "path"
-"""Moments that every action has. Any other moment is the name of an event of its clip."""
+THROUGHOUT, START, END, PATH, EVENT = "throughout", "start", "end", "path", "event"
+"""Moments that every action has; EVENT is its event, or its middle if it has none. Any other moment
+is the name of an event of its clip."""
+LOWEST, HIGHEST, NEAREST = "lowest", "highest", "nearest"
+INSTANTS = (LOWEST, HIGHEST, NEAREST)
+"""Events that are found in the motion: ``lowest(head)``, ``nearest(r_wrist, partner.head)``."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +87,7 @@ class DirectionRule:
     target: Target | float
     moment: Moment = field(default_factory=Moment)
     weight: float = math.radians(20.0)
+    turn: float = 0.0  # Angle from the target to the heading, rad: pi turns the back to it
 
 
 @dataclass(frozen=True)

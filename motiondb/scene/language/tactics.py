@@ -1,14 +1,12 @@
-"""Tactics diagrams: players of two teams on a court, and their actions with and without the ball.
+"""Diagrams: players on a ground, and what each of them does, as on a coach's board.
 
-The elements are those of a coach's board: a circle is a player, a solid curve a move, a dashed
-arrow a pass, a solid arrow to the rim a shot, a zigzag a feint, fake or pivot, and a curve with a T
-at its end a screen. The paper leaves time to the drawing. Here every element has a step, and a pass
-has a second one at which it is caught. Elements of lower steps come first; a player's elements of
-one step come in the order of the file.
+A circle is a player. An element is a verb of the grammar (:mod:`.activity`), perhaps with a curve,
+with another player or a place. The paper leaves time to the drawing. Here every element has a step,
+and what is given has a second one at which it is caught. Elements of lower steps come first; a
+player's elements of one step come in the order of the file.
 
-The ground is the court seen from above with the rim at the top. The origin is below the middle of
-the rim, x points to the right and z away from the baseline, in metres. The half court is that of
-FIBA: 15 m wide, 14 m long, the middle of the rim 1.575 m from the baseline.
+The ground is seen from above: x points to the right and z down the page, in metres. The grammar
+says where its origin is.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 4.
@@ -19,38 +17,21 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from motiondb.scene.language.activity import (
+    OPPONENT,
+    PARTNER,
+    PLAYER,
+    RECEIVER,
+    TARGET,
+    Activity,
+    Ground,
+    Step,
+    Verb,
+)
 from motiondb.scene.language.semantic_rules import Spot
-
-ATTACK, DEFENCE, PLAYER = "attack", "defence", "player"
-TEAMS = (ATTACK, DEFENCE, PLAYER)  # Teams of players; ``player`` is for people without a team
-
-MOVES = ("move", "walk", "run", "cut", "dribble")
-SHOTS = ("shoot", "layup")
-FEINTS = ("feint", "fake", "pivot_left", "pivot_right")
-STANDS = ("guard", "block")
-KINDS = (*MOVES, "pass", *SHOTS, "screen", *FEINTS, *STANDS)
-"""Kinds of elements. A move is a dribble for the player with the ball; a cut is a run."""
 
 BODY_WIDTH = 0.5
 """Smallest distance between two players, m: about the width of a body. Nearer players touch."""
-
-WITH_BALL = ("dribble", "pass", *SHOTS, "fake", "pivot_left", "pivot_right")
-WITHOUT_BALL = ("walk", "run", "cut", "screen", "feint")
-
-
-@dataclass(frozen=True)
-class Court:
-    """The ground that may be used."""
-
-    width: float = 15.0
-    length: float = 14.0
-    behind_rim: float = 1.575  # Distance from the baseline to the origin
-    lines: bool = True  # Whether the lines of basketball are drawn
-
-    def holds(self, spot: Spot) -> bool:
-        """Return whether a point is on the court, its edge included."""
-        across = abs(spot.x) <= self.width / 2
-        return across and -self.behind_rim <= spot.z <= self.length - self.behind_rim
 
 
 @dataclass(frozen=True)
@@ -60,7 +41,7 @@ class Player:
     name: str
     team: str
     at: Spot  # Position of the player
-    guards: str = ""  # Name of the guarded opponent; "" if none is named
+    guards: str = ""  # Name of whom the player guards or follows; "" if none is named
     line: int = 0  # Line of the file
 
 
@@ -68,20 +49,25 @@ class Player:
 class Element:
     """An action of a player in a diagram."""
 
-    kind: str
+    kind: str  # A verb of the grammar, or DOES
     step: int  # When it begins, from 1
     player: str  # The player who acts
-    # Receiver of a pass, or the player who is screened, guarded, blocked or run at; or ""
-    other: str = ""
+    other: str = ""  # The other player whom it is about, or ""
     via: tuple[Spot, ...] = ()  # Points that the player's curve passes
     to: Spot | None = None  # End of the curve; None if the player stays
-    caught: int = 0  # The step at which a pass arrives; 0 for the same as ``step``
+    caught: int = 0  # The step at which what is given arrives; 0 for the same as ``step``
     line: int = 0  # Line of the file
+    target: str = ""  # The place that it is aimed at, or ""
+    link: str = ""  # The word before the other player or the place
+    steps: tuple[Step, ...] = ()  # What DOES asks for
 
     def __str__(self) -> str:
         """Return the element in words, for messages."""
-        link = " to " if self.kind == "pass" else " on "
-        return f"{self.kind} {self.player}{link if self.other else ''}{self.other}"
+        about = self.other or self.target
+        return f"{self.kind} {self.player}" + f" {self.link or 'on'} {about}" * bool(about)
+
+
+DOES = "does"  # The kind of an element that spells out a string of actions
 
 
 @dataclass(frozen=True)
@@ -89,7 +75,29 @@ class Act:
     """An element from the side of one player who takes part in it."""
 
     element: int  # Index of the element
-    part: str = "own"  # "own", "catch" or "push"
+    part: tuple[
+        str, ...
+    ] = ()  # Actions of which the other player does one; () for the player's own
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """What a player keeps up from one step to another: a distance to somebody, or moving."""
+
+    player: str
+    other: str = ""  # "" for moving
+    near: float = 0.0
+    far: float = float("inf")
+    first: int = 0  # 0 for the beginning
+    last: int = 0  # 0 for the end
+    line: int = 0
+
+    def __str__(self) -> str:
+        """Return the stretch as it is written."""
+        what = f"{self.near:g} m .. {self.far:g} m to {self.other}" if self.other else "moving"
+        return f"{self.player} keeps {what}" + f" from {self.first} to {self.last}" * bool(
+            self.last
+        )
 
 
 @dataclass(frozen=True)
@@ -100,43 +108,108 @@ class Diagram:
     players: tuple[Player, ...]
     elements: tuple[Element, ...]
     grammar: str = "basketball"  # Name of the grammar that the play follows
-    court: Court = field(default_factory=Court)
-    # Names and positions of places that rules may refer to
-    places: tuple[tuple[str, Spot], ...] = (("rim", Spot(0.0, 0.0)),)
-    ball: str = ""  # Name of the first holder of the ball; "" if the file does not say
+    ground: Ground | None = None  # None for that of the grammar
+    # Names and positions of places that rules may refer to, beside those of the grammar
+    own_places: tuple[tuple[str, Spot], ...] = ()
+    ball: str = ""  # Name of who has the object at first; "" if the file does not say
+    stretches: tuple[Stretch, ...] = ()
+    times: tuple[tuple[int, float, int], ...] = ()  # Step, seconds after, an earlier step
+    activity: Activity = field(default_factory=Activity)  # That of the grammar
+
+    @property
+    def court(self) -> Ground:
+        """The ground of the play."""
+        return self.ground or self.activity.ground
+
+    @cached_property
+    def places(self) -> tuple[tuple[str, Spot], ...]:
+        """Places by name, those of the grammar first; the diagram's own count."""
+        known = {place.name: place.at for place in self.activity.places if place.at}
+        return tuple((known | dict(self.own_places)).items())
 
     @cached_property
     def player(self) -> dict[str, Player]:
         """Players by name."""
         return {player.name: player for player in self.players}
 
+    def verb(self, element: Element, holds: bool = False) -> Verb:
+        """Return what an element asks for of somebody who ``holds`` the object, or not."""
+        if element.kind == DOES:
+            return Verb(DOES, element.steps)
+        return self.activity.verb(element.kind, holds)
+
     @cached_property
     def acts(self) -> dict[str, tuple[Act, ...]]:
-        """Acts of each player in the order of time; players are in the order of the file."""
+        """Acts of each player in the order of time; players are in the order of the file.
+
+        The other player of a pass catches, by the rules of the grammar. Who has an element that
+        does what is asked, such as the shot that is blocked, does not do it once more.
+        """
         rows: dict[str, list[tuple[int, int, Act]]] = {player.name: [] for player in self.players}
         for number, element in enumerate(self.elements):
             if element.player in rows:
                 rows[element.player].append((element.step, number, Act(number)))
-            if element.kind == "pass" and element.other in rows:
+            for part in self._parts(element):
                 step = element.caught or element.step
-                rows[element.other].append((step, number, Act(number, "catch")))
-            if element.kind == "screen" and element.other in rows:
-                rows[element.other].append((element.step, number, Act(number, "push")))
+                rows[element.other].append((step, number, Act(number, part)))
         return {
             name: tuple(act for _, _, act in sorted(acts, key=lambda row: row[:2]))
             for name, acts in rows.items()
         }
 
+    def _parts(self, element: Element) -> tuple[tuple[str, ...], ...]:
+        """Return what the other player of an element must do, unless they do it already."""
+        if element.other not in self.player:
+            return ()
+        parts = self.activity.partners_act(self.verb(element, True).last)
+        own = {
+            action
+            for one in self.elements
+            if one.player == element.other
+            for step in self.verb(one).steps
+            for action in step.actions
+        }
+        return tuple(part for part in parts if not set(part) & own)[:1]
+
     def opponent_of(self, name: str) -> str:
-        """Return a player's opponent: by ``guards``, else the nearest of the other team, or ""."""
+        """Return a player's opponent: by ``guards``, else the nearest of another role, or ""."""
         player = self.player[name]
         if player.guards:
             return player.guards
         guarded = [other.name for other in self.players if other.guards == name]
         if guarded:
             return guarded[0]
-        other_team = {ATTACK: DEFENCE, DEFENCE: ATTACK}.get(player.team, "")
-        others = [other for other in self.players if other.team == other_team]
+        if player.team == PLAYER:
+            return ""
+        others = [other for other in self.players if other.team not in (player.team, PLAYER)]
+        return self._nearest(player, others)
+
+    def partner_of(self, name: str) -> str:
+        """Return whom a player acts with: who leads, else the opponent, else the nearest."""
+        player = self.player[name]
+        leader = self.activity.leader_of(player.team)
+        for team in (leader, *(role for role, of in self.activity.roles if of == player.team)):
+            led = self._nearest(player, [p for p in self.players if p.team == team != ""])
+            if led and not player.guards:
+                return led
+        others = [other for other in self.players if other.name != name]
+        return self.opponent_of(name) or self._nearest(player, others)
+
+    def filled(self, role: str, name: str, element: Element | None = None) -> str:
+        """Return the player or place that fills a role in an element of a player, or ""."""
+        if role == TARGET:
+            aimed = [self.activity.aim(a) for a in self.verb(element, True).last] if element else []
+            return (element.target or element.other if element else "") or "".join(aimed[:1])
+        if role == RECEIVER:
+            return ""
+        if role == OPPONENT:
+            return self.opponent_of(name)
+        if role == PARTNER:
+            return self.partner_of(name)
+        here = self.player[name]
+        return self._nearest(here, [p for p in self.players if p.team == role and p != here])
+
+    def _nearest(self, player: Player, others: list[Player]) -> str:
         near = min(others, key=lambda other: _apart(other.at, player.at), default=None)
         return near.name if near else ""
 

@@ -1,4 +1,4 @@
-"""Waiting players turn to the ball, or to the opponent whom they guard.
+"""Waiting players turn to the object, or to the opponent whom they guard.
 
 While a player waits, no rule asks for a heading, and the clip of standing that is played has the
 heading with which the string begins or ended. With o the angle from there to the focus, the body
@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 
 from motiondb.body.features import runs
 from motiondb.records import MOTION_FPS, FloatArray
-from motiondb.scene.ball.ball_acts import BallActs
 from motiondb.scene.energy.binding import DISTANCE, RuleTable
-from motiondb.scene.timing.playing import ON_GUARD
+from motiondb.scene.thing.thing_acts import ThingActs
 from motiondb.scene.timing.timeline import Timeline
 
 ASIDE = np.radians(25.0)  # How far from the focus a body may face, rad; the head turns the rest
@@ -30,7 +29,7 @@ _LEAST_RAMP, _MOST_RAMP = 15, 80  # Limits of the frames that a turn takes to be
 
 
 def turn_who_waits(
-    table: RuleTable, timeline: Timeline, waits: NDArray[np.bool_], acts: BallActs | None
+    table: RuleTable, timeline: Timeline, waits: NDArray[np.bool_], acts: ThingActs | None
 ) -> FloatArray:
     """Return the places of a timeline with waiting players turned: array (players, frames, 3).
 
@@ -63,13 +62,13 @@ def _guarded(table: RuleTable, player: int) -> int:
         if row["player"] == player
         and row["kind"] == DISTANCE
         and row["target"] >= 0
-        and table.actions[player][row["first"]] == ON_GUARD
+        and table.activity.follows(table.actions[player][row["first"]])
     ]
     return targets[-1] if targets else -1
 
 
-def ball_on_ground(acts: BallActs, places: FloatArray) -> FloatArray:
-    """Return the approximate place of the ball, array (frames, 2), m: its holder's, or on the way.
+def ball_on_ground(acts: ThingActs, places: FloatArray) -> FloatArray:
+    """Return about where the object is, array (frames, 2), m: at its holder's, or on the way.
 
     Shapes: `places` (players, frames, 3), m and rad.
     """
@@ -79,10 +78,15 @@ def ball_on_ground(acts: BallActs, places: FloatArray) -> FloatArray:
         frames = np.arange(max(possession.since, 0), min(possession.until, n_frames - 1) + 1)
         known.append(frames)
         at.append(places[possession.player, frames, :2])
-    if acts.shot:
-        until = acts.possessions[-1].until
+    last = acts.possessions[-1] if acts.possessions else None
+    if last is None or (last.left and last.aim is not None):
+        aim = acts.lies if last is None else last.aim
+        until = -2 * _LEAST_RAMP if last is None else last.until
         known.append(np.arange(min(until + 2 * _LEAST_RAMP, n_frames), n_frames + 1))
-        at.append(np.tile(np.asarray(acts.rim, dtype=float), (len(known[-1]), 1)))
+        spot = (0.0, 0.0) if aim is None else aim.on_the_ground
+        if aim is not None and aim.player >= 0:
+            spot = tuple(places[aim.player, -1, :2].tolist())
+        at.append(np.tile(np.asarray(spot, dtype=float), (len(known[-1]), 1)))
     frames, spots = np.concatenate(known), np.concatenate(at)
     return np.column_stack([np.interp(np.arange(n_frames), frames, s) for s in spots.T])
 

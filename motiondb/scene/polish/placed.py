@@ -36,7 +36,7 @@ def joint_edits(spliced: Motion, finished: Motion) -> dict[str, NDArray[np.bool_
     >>> {edit: frames.tolist() for edit, frames in joint_edits(still, looks).items()}
     {'hands brought to the ball': [False, False], 'head turned': [False, True]}
 
-    Hands are moved to the ball and heads turned to it (:mod:`motiondb.scene.ball.ball_flight`). A
+    Hands are moved to the ball and heads turned to it (:mod:`motiondb.scene.thing.thing_flight`). A
     frame counts as edited if a joint differs from the spliced motion's by more than one degree.
     """
     before, after = (m.local_rotations.astype(np.float64) for m in (spliced, finished))

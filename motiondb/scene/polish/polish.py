@@ -3,7 +3,7 @@
 The steps are these. Clips and pauses are scheduled and spliced. Time is bent so that
 synchronisations hold, and paths so that rules of place hold and no players overlap. The paths
 change how long balls fly, so both are repeated. If rules stay broken, everything is repeated with a
-longer scene. Waiting players turn to the ball. Seams are blended, and feet are held or take small
+longer scene. Waiting players turn to the object. Seams are blended, and feet are held or take small
 steps. Hands are moved to the ball, and heads may follow it.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
@@ -20,18 +20,19 @@ from itertools import product
 import numpy as np
 
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
-from motiondb.scene.ball.ball_acts import ball_acts
-from motiondb.scene.ball.ball_flight import Ball, fly, look
 from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.energy import binding as kinds
 from motiondb.scene.energy.binding import RuleTable
 from motiondb.scene.energy.energy import RADIUS
 from motiondb.scene.energy.scene_arrays import SceneState
+from motiondb.scene.language.activity import Activity
 from motiondb.scene.polish.facing import turn_who_waits
 from motiondb.scene.polish.path_editing import COMFORT, Edited, Facing, edit_paths, overlaps
 from motiondb.scene.polish.placed import Placed, place_player
 from motiondb.scene.polish.splicing import Shelf, Spliced, show, splice, standing
-from motiondb.scene.timing.playing import ON_GUARD, Part, Playing, lead_in, lead_out
+from motiondb.scene.thing.thing_acts import thing_acts
+from motiondb.scene.thing.thing_flight import Ball, fly, look
+from motiondb.scene.timing.playing import Part, Playing, lead_in, lead_out
 from motiondb.scene.timing.scene_schedule import Scheduled, after_clips, scene_bound, schedule_scene
 from motiondb.scene.timing.scheduling import Meeting, TimeMap, edit_times
 from motiondb.scene.timing.timeline import Timeline, excess, lag_of, own_places, sampled_timeline
@@ -89,7 +90,7 @@ def polish(
     """
     best = _best(state, library, motions, table, approximate)
     timeline = best.edited.timeline
-    acts = ball_acts(state, library, table, timeline)
+    acts = thing_acts(state, library, table, timeline)
     clock = _clock(timeline)
     rows = [
         clips.rows(times.source_at(clock))
@@ -150,7 +151,7 @@ def _best(
         if (plan, radius, facing) in results or plan in given_up:
             continue
         if plan not in spliced:
-            spliced[plan] = _spliced(state, library, motions, scheduled, shelf)
+            spliced[plan] = _spliced(state, library, motions, scheduled, shelf, table.activity)
         maps, edited = _edit(state, library, table, (scheduled, spliced[plan]), (radius, facing))
         tried = _Tried(spliced[plan], maps, edited, _fault(table, edited))
         if tried.fault <= (_NEARLY if approximate else 0.0):
@@ -226,15 +227,16 @@ def _spliced(
     motions: Mapping[str, Motion],
     scheduled: Scheduled,
     shelf: Shelf,
+    activity: Activity,
 ) -> list[Spliced]:
     """Return every player's clips, including those while they wait."""
     longest, spliced = scene_bound(scheduled), []
     for player, playing in zip(state.players, scheduled.playing, strict=True):
         entries = np.asarray(player.entries)
         parts = (
-            *lead_in(library, entries, longest),
+            *lead_in(library, entries, longest, activity),
             *playing.parts,
-            *lead_out(library, entries, longest),
+            *lead_out(library, entries, longest, activity),
         )
         spliced.append(splice(parts, motions, np.array(player.origin, dtype=float), shelf))
     return spliced
@@ -304,7 +306,7 @@ def _facings(
         elif (
             row["kind"] == kinds.DISTANCE
             and row["target"] >= 0
-            and table.actions[player][clip] == ON_GUARD
+            and table.activity.follows(table.actions[player][clip])
         ):
             since, end = int(times.begins[player][clip]), times.end_of(player, clip)
             frames = np.arange(since, max(end, since + 1), _EVERY)

@@ -109,10 +109,25 @@ class LimbReport:
 
 
 @dataclass(frozen=True)
-class GuardReport:
-    """The distance of a guard to the guarded player, over all frames of the scene.
+class SeenFault:
+    """Something that a viewer sees at once although no rule is about it."""
 
-    The rule itself looks at the frames of guarding only.
+    # "guard": a declared guard is too far away; "stands": somebody stands for most of the scene;
+    # "held pose": nothing moves; "misses": what is sent does not reach its target; "object": it
+    # passes through somebody
+    kind: str
+    players: tuple[str, ...]  # The player, and whom or what it is about
+    start: int
+    end: int  # Frame after the last one
+    value: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class GuardReport:
+    """The distance of a declared guard to the guarded player, over all frames of the scene.
+
+    The grammar's rule itself looks at the frames of guarding only.
     """
 
     player: str
@@ -149,6 +164,7 @@ class SceneReport:
     jumps: tuple[JumpReport, ...] = ()  # The largest displacements of planted feet
     limbs: tuple[LimbReport, ...] = ()  # Pairs of players whose limbs come close
     guards: tuple[GuardReport, ...] = ()  # Distances of guards over all frames
+    seen: tuple[SeenFault, ...] = ()  # What a viewer sees at once
 
     @property
     def broken(self) -> tuple[RuleReport, ...]:

@@ -40,10 +40,10 @@ from motiondb.scene.report.report_records import (
     SceneReport,
     SourceRun,
 )
+from motiondb.scene.report.seen import guard_reports, kept_reports, seen_faults
 from motiondb.scene.report.visible_motion import (
     crossing_limbs,
     foot_jumps,
-    guard_distances,
     impossible_gait,
     impossible_jump,
     natural_ranges,
@@ -85,6 +85,8 @@ def report_scene(
         impossible += impossible_gait(placed.player, joint_positions, labels, ranges)
         impossible += impossible_jump(jumps[-1], labels)
     limbs = tuple(near_limbs(names, joints))
+    guards = guard_reports(table, after)
+    rules = [_rule(table, number, before, after) for number in range(len(table.rows))]
     gap = np.nan
     if polished.ball is not None and np.isfinite(polished.ball.gap).any():
         gap = float(np.nanmax(polished.ball.gap))
@@ -92,7 +94,7 @@ def report_scene(
         len(polished.players),
         sum(len(player.entries) for player in state.players),
         after.n_frames,
-        tuple(_rule(table, number, before, after) for number in range(len(table.rows))),
+        (*rules, *kept_reports(table, after, joints)),
         _collisions(table, overlaps(table, before)),
         _collisions(table, overlaps(table, after)),
         _feet(polished.players, motions),
@@ -103,7 +105,8 @@ def report_scene(
         (*impossible, *crossing_limbs(limbs)),
         tuple(jumps),
         limbs,
-        tuple(guard_distances(table, after)),
+        tuple(guards),
+        tuple(seen_faults(table, joints, guards, polished.ball)),
     )
 
 

@@ -21,19 +21,14 @@ from motiondb.body.contacts import MAX_HEIGHT, find_contacts, foot_heights
 from motiondb.body.features import runs
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.scene.clips.clips import ClipLibrary
-from motiondb.scene.energy import binding as kinds
-from motiondb.scene.energy.binding import RuleTable
 from motiondb.scene.polish.placed import Placed
 from motiondb.scene.polish.splicing import ANKLES, LIFTED, TOES
 from motiondb.scene.report.report_records import (
-    GuardReport,
     ImpossibleMotion,
     JumpReport,
     LimbReport,
 )
-from motiondb.scene.timing.playing import ON_GUARD
 from motiondb.scene.timing.scheduling import SLOWEST
-from motiondb.scene.timing.timeline import Timeline, moment_frames
 
 # The distance between the limbs of two bodies: the nearest bones, as segments between joints.
 
@@ -419,32 +414,3 @@ def crossing_limbs(limbs: Sequence[LimbReport]) -> list[ImpossibleMotion]:
         for pair in limbs
         if pair.metres < CROSSING
     ]
-
-
-def guard_distances(table: RuleTable, timeline: Timeline) -> list[GuardReport]:
-    """Return how far guards are from the players whom they guard, over all frames of the scene."""
-    reports: dict[tuple[int, int], GuardReport] = {}
-    frames: dict[tuple[int, int], set[int]] = {}
-    for row in table.rows:
-        player, target = int(row["player"]), int(row["target"])
-        guards = table.actions[player][row["first"]] == ON_GUARD
-        if row["kind"] != kinds.DISTANCE or target < 0 or not guards:
-            continue
-        apart = np.linalg.norm(
-            timeline.places[player, :, :2] - timeline.places[target, :, :2], axis=1
-        )
-        looked = frames.setdefault((player, target), set())
-        looked.update(moment_frames(row, timeline).tolist())
-        near, far = float(row["near"]), float(row["far"])
-        frame = int(np.argmax(apart))
-        reports[player, target] = GuardReport(
-            table.players[player],
-            table.players[target],
-            near,
-            far if math.isfinite(far) else None,
-            len(looked),
-            float(((apart < near) | (apart > far)).mean()),
-            float(apart[frame]),
-            frame,
-        )
-    return list(reports.values())

@@ -80,7 +80,7 @@ def first_derivation(derivations: Derivations, rng: np.random.Generator, most: i
     )
 
 
-USUAL = Prices(delay=1 / 150, duration=1 / 90, action=0.25, stray=1.0, excess=2.0)
+USUAL = Prices(1 / 150, 1 / 90, action=0.25, stray=1.0, excess=2.0, standing=1 / 10)
 """Usual prices. 90 frames of a scene, 150 frames of a delay, or 4 actions cost as much as a rule at
 its weight, so that players avoid unneeded actions."""
 

@@ -25,7 +25,7 @@ from motiondb.scene.energy.binding import Binder, RuleTable
 from motiondb.scene.energy.energy import scene_arrays
 from motiondb.scene.energy.placement import ClipArrays, clip_arrays
 from motiondb.scene.energy.scene_arrays import EVERY, SceneArrays, SceneState
-from motiondb.scene.language.expressions import MOST_ACTIONS, ONLY_ASKED
+from motiondb.scene.language.expressions import MOST_ACTIONS, exact_actions
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.sampling.clip_choice import ClipGroups, clip_groups
@@ -47,6 +47,8 @@ class Prices:
     # For every multiple of its weight by which a rule fails beyond the first. It does not apply to
     # synchronisations, because polishing bends time more easily than paths
     excess: float = 0.0
+    # For every frame in which somebody who is to keep moving stands before or after their actions
+    standing: float = 0.0
 
 
 FREE = Prices()  # No prices: -log P(Z) as printed
@@ -71,6 +73,13 @@ class Play:
     def grammar(self) -> MotionGrammar:
         """The motion grammar."""
         return self.binder.grammar
+
+    @cached_property
+    def moving(self) -> tuple[int, ...]:
+        """The players who are to keep moving."""
+        diagram = self.binder.diagram
+        kept = {one.player for one in diagram.stretches if not one.other}
+        return tuple(n for n, name in enumerate(self.binder.names) if name in kept)
 
     @cached_property
     def chains(self) -> tuple[Chains, ...]:
@@ -103,6 +112,9 @@ class Play:
         end = max(int(begin[p, n]) for p, n in enumerate(scene.n_clips.tolist()))
         price = prices.delay * int(begin[:, 0].sum()) + prices.duration * end
         price += prices.action * int(scene.n_clips.sum()) + prices.stray * table.stray
+        for p in self.moving:
+            stands = int(begin[p, 0]) + end - int(begin[p, scene.n_clips[p]])
+            price += prices.standing * stands
         return float(scene.total[0]) + price
 
 
@@ -122,12 +134,20 @@ def make_play(
     library: ClipLibrary,
     most_actions: int = MOST_ACTIONS,
     prices: Prices = FREE,
-    only_asked: Sequence[str] = ONLY_ASKED,
+    only_asked: Sequence[str] | None = None,
 ) -> Play:
-    """Return the target of sampling for a diagram."""
+    """Return the target of sampling for a diagram.
+
+    `only_asked`: Actions that are played only where the diagram asks; by default those that the
+    grammar names.
+    """
     binder = Binder(diagram, grammar)
     derivations = tuple(
-        _derivations(grammar.started(grammar.start_of(player.team)), items, tuple(only_asked))
+        _derivations(
+            grammar.started(grammar.start_of(player.team)),
+            items,
+            exact_actions(diagram, grammar, player.name) if only_asked is None else (*only_asked,),
+        )
         for player, items in zip(diagram.players, binder.items, strict=True)
     )
     ends = [int(end) for end in library.first]

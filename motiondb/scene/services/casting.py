@@ -10,11 +10,13 @@ from collections.abc import Sequence
 
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.context_free import Tree, reachable_symbols
-from motiondb.scene.language.expressions import MOST_ACTIONS, Item, expressions
+from motiondb.scene.language.activity import OPPONENT, PARTNER, ROLES, TARGET
+from motiondb.scene.language.expressions import MOST_ACTIONS, Item, exact_actions, expressions
 from motiondb.scene.language.motion_grammar import MotionGrammar
-from motiondb.scene.language.semantic_rules import RULE_NAMES
-from motiondb.scene.language.tactics import Diagram
+from motiondb.scene.language.semantic_rules import RULE_NAMES, SemanticRule
+from motiondb.scene.language.tactics import Diagram, Element
 from motiondb.scene.services.services import plan
+from motiondb.scene.services.times import check_times
 
 
 def cast(diagram: Diagram, grammar: MotionGrammar, where: str = "") -> dict[str, Tree]:
@@ -24,6 +26,7 @@ def cast(diagram: Diagram, grammar: MotionGrammar, where: str = "") -> dict[str,
     """
     where = where or diagram.name
     _check_places(diagram, grammar, where)
+    check_times(diagram, where)
     return {
         name: _cast_player(diagram, grammar, name, items, where)
         for name, items in expressions(diagram).items()
@@ -39,6 +42,7 @@ def try_cast(
     """
     where = where or diagram.name
     _check_places(diagram, grammar, where)
+    check_times(diagram, where)
     trees, faults = {}, {}
     for name, items in expressions(diagram).items():
         try:
@@ -62,8 +66,7 @@ def _cast_player(
             f"{where}:{player.line}: '{name}': expected at most {MOST_ACTIONS} things to do,"
             f" found {len(items)}. Make a scene of each part of the play."
         )
-    for item in items:
-        _check_opponent(diagram, grammar, name, start, item, where)
+    _check_roles(diagram, grammar, name, start, items, where)
     return _planned(diagram, grammar, name, start, items, where)
 
 
@@ -101,27 +104,59 @@ def _check_places(diagram: Diagram, grammar: MotionGrammar, where: str) -> None:
     """Refuse a diagram without a place that the grammar's rules need."""
     known = dict(diagram.places)
     for place in grammar.places:
-        if place not in known:
+        if place not in known and place not in diagram.player:
             raise SceneError(
                 f"{where}: expected the place {place!r}, which rules of the grammar"
                 f" {grammar.name} are about, found {', '.join(known)}. Add 'place {place} at 0 0'."
             )
 
 
-def _check_opponent(
-    diagram: Diagram, grammar: MotionGrammar, name: str, start: str, item: Item, where: str
+def _check_roles(
+    diagram: Diagram,
+    grammar: MotionGrammar,
+    name: str,
+    start: str,
+    items: Sequence[Item],
+    where: str,
 ) -> None:
-    """Refuse an action with a rule about an opponent if the player has none."""
-    if item.element < 0 or item.other or diagram.opponent_of(name):
-        return
+    """Refuse an action that a player may do, if nobody fills a role of its rules."""
     above = reachable_symbols(grammar.started(start))
-    for action in item.actions:
+    asked = {action: item for item in items for action in item.actions if item.element >= 0}
+    closed = set(exact_actions(diagram, grammar, name)) - set(asked)
+    roles = {*ROLES, *(role for role, _ in grammar.activity.roles)}
+    for action in grammar.terminal:
+        item = asked.get(action)
+        if action not in above or action in closed or (item and item.other):
+            continue
+        element = diagram.elements[item.element] if item else None
         for rule in grammar.rules_of(action, above):
             about = [getattr(rule, part, "") for part in ("target", "partner", "first", "second")]
-            if "opponent" in about:
-                element = diagram.elements[item.element]
-                raise SceneError(
-                    f"{where}:{element.line}: '{element}': expected an opponent of {name},"
-                    f" whom the rule {RULE_NAMES[type(rule)]} of {action} is about, found none."
-                    " Add a player of the other team, or take the element out."
-                )
+            for role in {one for one in about if isinstance(one, str)} & roles:
+                filled = diagram.filled(role, name, element)
+                if role == TARGET:
+                    filled = filled or grammar.activity.aim(action)
+                if not filled:
+                    _refuse_role(diagram, name, (action, element), (role, rule), where)
+
+
+def _refuse_role(
+    diagram: Diagram,
+    name: str,
+    done: tuple[str, Element | None],
+    asked: tuple[str, SemanticRule],
+    where: str,
+) -> None:
+    action, element = done
+    role, rule = asked
+    line = element.line if element else diagram.player[name].line
+    who = {OPPONENT: "an opponent", PARTNER: "a partner", TARGET: "a target"}.get(role, f"a {role}")
+    advice = f"Add a player who is the {role}"
+    advice = {
+        OPPONENT: "Add a player of the other team",
+        TARGET: f"Write 'at' and a place behind {element or action}",
+    }.get(role, advice)
+    rest = ", or take the element out." if element else ", or the rule out of the grammar."
+    raise SceneError(
+        f"{where}:{line}: '{element or name}': expected {who} of {name}, whom the rule"
+        f" {RULE_NAMES[type(rule)]} of {action} is about, found none. {advice}{rest}"
+    )

@@ -40,8 +40,8 @@ class StartReport:
     """Properties of the strings of one start symbol."""
 
     symbol: str
-    team: str  # The team that begins with it, or ""
-    empty: bool  # Whether it derives the empty string, which no character on court may have
+    team: str  # The role that begins with it, or ""
+    empty: bool  # Whether it derives the empty string, which no character may have
     n_states: int  # Number of states of the canonical LR(1) automaton
     conflicts: tuple[Conflict, ...]  # LR(1) conflicts; () if the grammar is LR(1)
 
@@ -164,7 +164,7 @@ def validate(grammar: MotionGrammar, actions: Sequence[str], start: str = "") ->
     """Return whether a string of actions belongs to the grammar, from one of its start symbols.
 
     Without ``start``, the start symbols that parse the longest prefix answer together. The empty
-    string is never allowed: every player on court has at least one action.
+    string is never allowed: every player has at least one action.
     """
     _check_length(grammar, actions)
     symbols = [start] if start else [s.symbol for s in grammar.starts]
@@ -210,7 +210,7 @@ def _say(start: str, actions: Sequence[str], position: int, options: Sequence[st
         place, advice = f"'{actions[position]}'", "Put one of them there, or add a rule for it."
         advice = suggestion(actions[position], options).strip() or advice
     if not actions:
-        advice = "Every player on court needs at least one action."
+        advice = "Every player needs at least one action."
     at = f"action {position + 1}{before}, from {start}"
     return f"{at}: expected {wanted or 'nothing more'}, found {place}. {advice}"
 
@@ -233,7 +233,7 @@ def suggest(grammar: MotionGrammar, actions: Sequence[str], start: str = "") -> 
             for action, chance in prefix.suggest(rules, actions):
                 chances[action] = chances.get(action, 0.0) + weight * chance
     end = chances.pop(prefix.END, 0.0)
-    if not actions:  # every player on court has at least one action
+    if not actions:  # every player has at least one action
         end = 0.0
     total = sum(chances.values()) + end
     if total <= 0.0:

@@ -16,6 +16,7 @@ import numpy as np
 from motiondb.records import IntArray
 from motiondb.scene.clips.clips import ClipLibrary, ClipSource
 from motiondb.scene.energy.scene_arrays import PlayerState
+from motiondb.scene.language.activity import KEEPING, LOSING, TAKE, Activity
 
 
 @dataclass(frozen=True)
@@ -135,62 +136,45 @@ def part_of(source: ClipSource, start: int, end: int) -> ClipSource:
 
 # Clips for waiting players: before the first action, between two actions, and after the last.
 
-IDLE, HOLDING = "idle", "hold"  # Actions for waiting: without the ball, and with it
-BALL_BEFORE = (
-    "hold",
-    "dribble",
-    "pass",
-    "shoot",
-    "layup",
-    "fake_shot",
-    "pivot_left",
-    "pivot_right",
-)  # A player who begins with one of these actions has the ball
-BALL_BEHIND = ("hold", "catch", "dribble", "fake_shot", "pivot_left", "pivot_right")
-"""A player who ends with one of these actions still has it."""
-ON_GUARD = "guard"  # Action of guarding; players who guard also wait in it
 AT_REST = 0.35
 """Mean speed of the joints, m/s, up to which a body may pause. Chosen by hand on the sample
 captures."""
 _STILL = 0.12  # Largest displacement of a clip in place, m
-_LEAST = {IDLE: 15, HOLDING: 15, ON_GUARD: 30}
-"""Frames to which clips of standing may be cut: half a second, guarding a second."""
 
 
-def least_lengths(library: ClipLibrary, entries: IntArray) -> IntArray:
+def least_lengths(library: ClipLibrary, entries: IntArray, activity: Activity) -> IntArray:
     """Return to how many frames each of a string's clips may be cut.
 
     Only standing is cut. A clip with an event stays whole, because rules look at its instant.
     """
     whole = np.asarray(library.n_frames)[entries].astype(np.int64)
     for clip, entry in enumerate(np.asarray(entries).tolist()):
-        standing = _LEAST.get(library.terminals[int(library.terminal[entry])], 0)
+        standing = activity.shortest_rest(library.terminals[int(library.terminal[entry])])
         standing = standing if int(library.event_frame[entry]) < 0 else 0
         if standing and float(np.hypot(*library.step[entry, :2])) < _STILL:
             whole[clip] = min(whole[clip], standing)
     return whole
 
 
-def may_pause(library: ClipLibrary, entries: IntArray) -> IntArray:
+def may_pause(library: ClipLibrary, entries: IntArray, activity: Activity) -> IntArray:
     """Return 1 for clips after which the player may stand: this and the next are at rest there.
 
     It is 0 everywhere if the grammar has no clip to stand in.
     """
     allowed = np.zeros(len(entries), dtype=np.int64)
-    if len(library.rest) and len(_standing(library, IDLE)):
+    if len(library.rest) and len(_standing(library, activity.rests_of((), False))):
         rest = np.asarray(library.rest)[np.asarray(library.seam_class)[entries]]
         allowed[:-1] = (rest[:-1, 1] <= AT_REST) & (rest[1:, 0] <= AT_REST)
     return allowed
 
 
-def pause_entry(library: ClipLibrary, entries: IntArray, behind: int) -> int:
+def pause_entry(library: ClipLibrary, entries: IntArray, behind: int, activity: Activity) -> int:
     """Return the entry that is played in a pause after a clip; -1 if the grammar has none.
 
     It is the entry of the standing actions whose poses are most like those before and after it.
     """
     played = _played(library, entries)
-    action = HOLDING if played[behind] in BALL_BEHIND else IDLE
-    standing = _standing(library, ON_GUARD if ON_GUARD in played else action)
+    standing = _standing(library, _behind(activity, played, played[behind]))
     if len(standing) == 0:
         return -1
     kinds = np.asarray(library.seam_class)
@@ -199,15 +183,17 @@ def pause_entry(library: ClipLibrary, entries: IntArray, behind: int) -> int:
     return int(standing[int(np.argmin(costs))])
 
 
-def lead_in(library: ClipLibrary, entries: IntArray, n_frames: int) -> tuple[Part, ...]:
+def lead_in(
+    library: ClipLibrary, entries: IntArray, n_frames: int, activity: Activity
+) -> tuple[Part, ...]:
     """Return the clips for ``n_frames`` before a string; () if nothing fits.
 
     A string begins when its delay is over. A player who would begin in the middle of a run takes a
     first step from rest before it.
     """
     played, kinds = _played(library, entries), np.asarray(library.seam_class)
-    action = HOLDING if played[0] in BALL_BEFORE else IDLE
-    standing = _standing(library, ON_GUARD if ON_GUARD in played else action)
+    holds = activity.deed(played[0]) in (*KEEPING, *LOSING)
+    standing = _standing(library, activity.rests_of(played, holds))
     if len(standing) == 0:
         return ()
     step = _step(library, int(entries[0]), 0)
@@ -221,11 +207,12 @@ def lead_in(library: ClipLibrary, entries: IntArray, n_frames: int) -> tuple[Par
     return tuple(parts)
 
 
-def lead_out(library: ClipLibrary, entries: IntArray, n_frames: int) -> tuple[Part, ...]:
+def lead_out(
+    library: ClipLibrary, entries: IntArray, n_frames: int, activity: Activity
+) -> tuple[Part, ...]:
     """Return the clips after a string: a last step if it ends in motion, then ``n_frames``."""
     played, kinds = _played(library, entries), np.asarray(library.seam_class)
-    action = HOLDING if played[-1] in BALL_BEHIND else IDLE
-    standing = _standing(library, ON_GUARD if ON_GUARD in played else action)
+    standing = _standing(library, _behind(activity, played, played[-1]))
     if len(standing) == 0:
         return ()
     behind, parts = len(entries), []
@@ -235,6 +222,11 @@ def lead_out(library: ClipLibrary, entries: IntArray, n_frames: int) -> tuple[Pa
     last = kinds[entries[-1] if step < 0 else step]
     stood = int(standing[int(np.argmin(library.seam[last, kinds[standing]]))])
     return (*parts, Part(library.source[stood], n_frames, behind, waits=True))
+
+
+def _behind(activity: Activity, played: Sequence[str], last: str) -> tuple[str, ...]:
+    """Return how somebody rests after an action that they did."""
+    return activity.rests_of(played, activity.deed(last) in (TAKE, *KEEPING), last)
 
 
 def _played(library: ClipLibrary, entries: IntArray) -> list[str]:
@@ -275,9 +267,9 @@ def _step(library: ClipLibrary, entry: int, side: int) -> int:
     return int(steps[best]) if seams[best] < stopping else -1
 
 
-def _standing(library: ClipLibrary, action: str) -> IntArray:
-    """Return entries of an action, as captured, that stay in place; else of the other action."""
-    for name in (action, HOLDING if action == IDLE else IDLE):
+def _standing(library: ClipLibrary, actions: Sequence[str]) -> IntArray:
+    """Return entries, as captured, that stay in place, of the first of the actions that has any."""
+    for name in actions:
         entries = [
             entry
             for entry in (library.of(name) if name in library.terminals else ())

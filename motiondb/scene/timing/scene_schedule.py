@@ -15,7 +15,7 @@ from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.energy import binding as kinds
 from motiondb.scene.energy.binding import RuleTable
 from motiondb.scene.energy.scene_arrays import SceneState
-from motiondb.scene.language.tactics import SHOTS
+from motiondb.scene.language.activity import SEND, Activity
 from motiondb.scene.timing.playing import (
     Pause,
     Playing,
@@ -35,9 +35,9 @@ from motiondb.scene.timing.timeline import (
     sampled_timeline,
 )
 
-AFTER_SHOT = 66
-"""Frames of a scene after a shot, in which the ball flies, falls and bounces. Chosen by hand: a
-shot from 7 m needs 40 to the ring."""
+AFTER_SENT = 66
+"""Frames of a scene after something is sent, in which it flies, falls and bounces. Chosen by hand:
+a shot from 7 m needs 40 to the ring."""
 SETTLING = 8  # Frames of a scene after a last step to rest
 
 
@@ -67,7 +67,9 @@ def schedule_scene(
             thrown, caught = frames[thrower][row["first"]], frames[partner][partners[number]]
             meetings.append(Meeting(thrower, float(thrown), partner, float(caught), lag))
     scheduled = schedule(strings, meetings, _beside(state, table, now), frame_cost)
-    playing = tuple(_played(state, library, n, one) for n, one in enumerate(scheduled))
+    playing = tuple(
+        _played(state, library, (n, one), table.activity) for n, one in enumerate(scheduled)
+    )
     return Scheduled(playing, tuple(one.delay for one in scheduled), partners)
 
 
@@ -77,7 +79,7 @@ def scene_bound(scheduled: Scheduled) -> int:
         delay + playing.n_frames
         for delay, playing in zip(scheduled.delays, scheduled.playing, strict=True)
     )
-    return int(SLOWEST * (longest + AFTER_SHOT)) + 1
+    return int(SLOWEST * (longest + AFTER_SENT)) + 1
 
 
 def after_clips(
@@ -87,11 +89,13 @@ def after_clips(
     entries = np.asarray(state.players[player].entries)
     after = [0] * len(entries)
     for clip, action in enumerate(table.actions[player]):
-        if action in SHOTS:
+        if table.activity.deed(action) == SEND:
             entry = int(entries[clip])
             left = int(library.n_frames[entry]) - int(library.event_frame[entry])
-            after[clip] = max(AFTER_SHOT - left, 0)
-    steps = [part.n_frames for part in lead_out(library, entries, 1) if not part.waits]
+            after[clip] = max(AFTER_SENT - left, 0)
+    steps = [
+        part.n_frames for part in lead_out(library, entries, 1, table.activity) if not part.waits
+    ]
     after[-1] = max(after[-1], *(lasts + SETTLING for lasts in steps), 0)
     return after
 
@@ -101,8 +105,8 @@ def _string(state: SceneState, library: ClipLibrary, table: RuleTable, player: i
     entries = np.asarray(sampled.entries)
     return Strings(
         np.asarray(library.n_frames)[entries].astype(np.int64),
-        least_lengths(library, entries),
-        may_pause(library, entries),
+        least_lengths(library, entries, table.activity),
+        may_pause(library, entries, table.activity),
         sampled.delay,
         np.array(after_clips(library, state, table, player)),
     )
@@ -123,12 +127,15 @@ def _beside(state: SceneState, table: RuleTable, now: Timeline) -> list[Meeting]
     return meetings
 
 
-def _played(state: SceneState, library: ClipLibrary, player: int, scheduled: Schedule) -> Playing:
+def _played(
+    state: SceneState, library: ClipLibrary, of: tuple[int, Schedule], activity: Activity
+) -> Playing:
+    player, scheduled = of
     sampled = state.players[player]
     pauses = []
     for behind, lasts in enumerate(scheduled.pauses):
         if lasts > 0:
-            entry = pause_entry(library, np.asarray(sampled.entries), behind)
+            entry = pause_entry(library, np.asarray(sampled.entries), behind, activity)
             if entry >= 0:
                 pauses.append(Pause(behind, library.source[entry], lasts))
     return play(sampled, library, scheduled.lengths, pauses)

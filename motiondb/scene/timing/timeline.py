@@ -145,7 +145,7 @@ def wanted_headings(row: np.void, timeline: Timeline, frames: IntArray) -> Float
     if row["target"] == kinds.HEADING:
         return np.full(len(frames), float(row["x"]))
     places = timeline.places[row["player"], frames, :2]
-    return bearing(places, target_places(row, timeline, frames, "target"))
+    return bearing(places, target_places(row, timeline, frames, "target")) + row["near"]
 
 
 def frame_values(row: np.void, timeline: Timeline, frames: IntArray) -> FloatArray:

@@ -7,12 +7,12 @@ from itertools import combinations, pairwise, product
 
 import numpy as np
 import pytest
+from activities import BASKETBALL, read_diagram
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from motiondb.database.scenes import scene_texts
 from motiondb.database.scenes.scene_texts import read_scene_text
-from motiondb.scene.language import semantic_rules
+from motiondb.scene.language import semantic_rules, tactics_file
 from motiondb.scene.language.expressions import (
     MOST_ASSIGNMENTS,
     Item,
@@ -22,13 +22,26 @@ from motiondb.scene.language.expressions import (
     g_user,
     spans,
 )
+from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.semantic_rules import (
     DirectionRule,
     PositionRule,
     Spot,
     SynchronisationRule,
 )
-from motiondb.scene.language.tactics_file import read_diagram
+
+THROWS = """
+start S
+place goal at 0 5 height 1 m size 3 x 2 m
+object ball
+S -> throw | catch kick_off
+throw := "throw" event release
+catch := "catch" event catch
+kick_off := "kick"
+throw: give(ball)
+catch: take(ball)
+kick_off: send(ball, goal)
+"""
 
 FIGURE_3 = [{"walk", "run"}, {"catch"}, {"dribble"}, {"shoot"}]
 
@@ -120,7 +133,7 @@ def test_both_ends_of_a_link_know_one_another() -> None:
 
 def test_the_rules_of_figure_3() -> None:
     diagram = read_scene_text("figure-3").diagram
-    rules = auxiliary_rules(diagram)
+    rules = auxiliary_rules(diagram, BASKETBALL)
     starts = {r.player: r.rule.target for r in rules if r.item == -1}
     assert starts == {player.name: player.at for player in diagram.players}
     run = [r.rule for r in rules if (r.player, r.item) == ("A2", 0)]
@@ -130,33 +143,40 @@ def test_the_rules_of_figure_3() -> None:
         (Spot(1.0, 4.6), "end"),
     ]
     assert 0.2 < run[1].moment.fraction < 0.5
-    place, direction, synchronisation = (r for r in rules if (r.player, r.item) == ("A1", 1))
-    assert (place.rule.target, place.rule.moment.name) == (Spot(-3.2, 7.6), "start")
-    assert isinstance(direction.rule, DirectionRule)
-    assert direction.rule.target == "A2"
-    assert isinstance(synchronisation.rule, SynchronisationRule)
-    assert (synchronisation.rule.partner, synchronisation.partner_item) == ("A2", 1)
-    assert synchronisation.rule.lag is None
-    place, shot = (r for r in rules if (r.player, r.item) == ("A2", 3))
-    assert (place.rule.target, place.rule.moment.name) == (Spot(0.5, 2.2), "start")
-    assert (shot.rule.target, shot.rule.moment.name) == ("rim", "release")
-    screens = [r for r in rules if (r.player, r.item) == ("A3", 1)]
-    assert [(type(r.rule), r.partner_item) for r in screens] == [
-        (PositionRule, -1),
-        (DirectionRule, -1),
-        (SynchronisationRule, 1),
-    ]
-    assert screens[0].rule.target == Spot(3.75, 5.2)
-    assert screens[2].rule.actions == ("push",)
+    for player, item, at in (
+        ("A1", 1, Spot(-3.2, 7.6)),
+        ("A2", 3, Spot(0.5, 2.2)),
+        ("A3", 1, Spot(3.75, 5.2)),
+    ):
+        (place,) = (r for r in rules if (r.player, r.item) == (player, item))
+        assert (place.rule.target, place.rule.moment.name) == (at, "start")
 
 
 def test_what_the_grammar_says_already_is_said_once() -> None:
-    grammar = scene_texts.read_grammar("basketball")
-    diagram = read_scene_text("give-and-go").diagram
-    rest = auxiliary_rules(diagram, grammar)
+    text = read_scene_text("give-and-go")
+    rest = auxiliary_rules(text.diagram, text.grammar)
     assert {type(r.rule) for r in rest} == {PositionRule}
-    more = [r for r in auxiliary_rules(diagram) if r not in rest]
-    assert {type(r.rule) for r in more} == {DirectionRule, SynchronisationRule}
+
+
+def test_who_gives_and_sends_faces_where_it_goes_without_a_rule_of_the_grammar() -> None:
+    grammar = read_motion_grammar(THROWS, "throws")
+    diagram = tactics_file.read_diagram(
+        "player A at 0 0\nplayer B at 3 0\n1 throw A to B\n2 kick_off B at goal",
+        "x",
+        grammar.activity,
+    )
+    of = {r.player: [] for r in auxiliary_rules(diagram, grammar)}
+    for r in auxiliary_rules(diagram, grammar):
+        if not isinstance(r.rule, PositionRule):
+            of[r.player].append(r)
+    direction, synchronisation = of["A"]
+    assert isinstance(direction.rule, DirectionRule)
+    assert (direction.rule.target, direction.rule.moment.name) == ("B", "release")
+    assert isinstance(synchronisation.rule, SynchronisationRule)
+    assert synchronisation.rule.actions == ("catch",)
+    assert (synchronisation.rule.lag, synchronisation.partner_item) == (None, 0)
+    (shot,) = of["B"]
+    assert (shot.rule.target, shot.rule.moment.name) == ("goal", "end")
 
 
 def every_assignment(string: list[str], items: list[Item]) -> set:

@@ -32,7 +32,7 @@ def rules(grammar: MotionGrammar, symbol: str, *above: str) -> dict[type, object
 
 
 def test_the_shipped_grammars() -> None:
-    assert shipped(".grammar") == ("basketball", "carrying")
+    assert shipped(".grammar") == ("basketball", "carrying", "delivery", "meeting", "sparring")
     grammar = read_grammar("basketball")
     assert len(grammar.grammar.nonterminals) == 19
     assert len(grammar.terminals) == 17
@@ -60,8 +60,8 @@ ON_LINE = {LineRule: {"first": "opponent", "second": "rim"}}
                 SynchronisationRule: {"partner": "receiver", "actions": ("catch",), "lag": None},
             },
         ),
-        ("layup", ("S_A",), {DirectionRule: {"target": "rim"}, DistanceRule: {"far": 2.5}}),
-        ("shoot", ("S_A",), {DirectionRule: {"target": "rim"}, DistanceRule: {"near": 1.5}}),
+        ("layup", ("S_A",), {DirectionRule: {"target": "target"}, DistanceRule: {"far": 2.5}}),
+        ("shoot", ("S_A",), {DirectionRule: {"target": "target"}, DistanceRule: {"near": 1.5}}),
         ("feint", ("S_A",), {DistanceRule: {"target": "opponent", "near": 0.0, "far": 1.0}}),
         ("fake_shot", ("S_A",), {DistanceRule: {"target": "opponent", "near": 0.0, "far": 1.0}}),
         (
@@ -114,6 +114,9 @@ def test_carrying_asks_to_face_the_object_and_be_near() -> None:
         ("S -> (a b)+ | b", {"b", "ab"}),
         ("S -> ((a | b) a)?", {"", "aa", "ba"}),
         ("S -> a | empty\n  | b b", {"a", "", "bb"}),
+        ("S -> (a & b & a b)", set()),  # four letters
+        ("S -> (a & b)", {"ab", "ba"}),
+        ("S -> (a & b?) | b b", {"a", "ab", "ba", "bb"}),
         ("S -> a*\nS -> b b*", {"", "a", "aa", "aaa", "b", "bb", "bbb"}),
     ],
 )
@@ -174,7 +177,7 @@ def test_rules_may_hold_below_a_nonterminal_only() -> None:
         ("S -> (a | b", "5:12: expected ')', found the end of the line. Close the bracket."),
         ("S -> a | empty b", "5:10: expected 'empty' alone, found 'empty'."),
         ("S -> a [0]", "5:9: expected a probability above 0 and at most 1, found '0'."),
-        ("S -> a &", "5:8: expected a name, a number or a sign, found '&'. Correct it."),
+        ("S -> a %", "5:8: expected a name, a number or a sign, found '%'. Correct it."),
         ("S -> a\nplce x", "found 'plce'. Did you mean place?"),
         ("S -> c", "5:6: expected a nonterminal with rules, or a terminal declared with ':=',"),
         ("T -> a", "1:7: expected a start symbol that has a rule, found 'S'."),
@@ -198,7 +201,7 @@ def test_rules_may_hold_below_a_nonterminal_only() -> None:
         ("S -> a\na: line(object)", "6:15: expected ',', found ')'. A line has two ends:"),
         (
             "S -> a\na: synchronisation(object, b, 0 s)",
-            "6:20: expected a role (receiver, opponent),",
+            "6:20: expected a place or a role, found 'object'",
         ),
         ("S -> a\na: synchronisation(opponent, c, 0 s)", "6:30: expected a terminal, found 'c'."),
         ("S -> a\nweight smooth 1e-300", "6:15: expected a weight from 1e-06 to 1e+06, found '1e"),
@@ -230,9 +233,8 @@ def test_rules_may_hold_below_a_nonterminal_only() -> None:
         ),
         (
             "S -> a\nstart S for attack",
-            "6:7: expected one start symbol for the team attack, found 'S'. Line 1 says where",
+            "6:7: expected one start symbol for the role attack, found 'S'. Line 1 says where",
         ),
-        ("S -> a\nstart S for wizards", "6:13: expected a team (attack, defence, player), found"),
         ("S -> a\ngrammar x\ngrammar y", "7:1: expected 'grammar' once, found 'grammar'. Line 6"),
         (
             "S -> a\na: synchronisation(opponent, b, 0 s)",
@@ -265,7 +267,7 @@ def test_teams_and_start_symbols() -> None:
     assert read_grammar("carrying").start_of("attack") == "S"
     with pytest.raises(SceneError) as caught:
         grammar.start_of("player")
-    assert "expected a start symbol for the team 'player'" in str(caught.value)
+    assert "expected a start symbol for the role 'player'" in str(caught.value)
     with pytest.raises(SceneError) as caught:
         grammar.started("S_B")
     assert "Did you mean S_D or S_A?" in str(caught.value)

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from activities import read_diagram
 
 from motiondb.database.scenes import scene_texts
 from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.errors import SceneError
 from motiondb.scene.energy import energy
+from motiondb.scene.language import tactics_file
+from motiondb.scene.language.activity import Ground
 from motiondb.scene.language.expressions import smooth_curve
 from motiondb.scene.language.possession import first_holder, has_ball
 from motiondb.scene.language.semantic_rules import Spot
-from motiondb.scene.language.tactics import BODY_WIDTH, Court
-from motiondb.scene.language.tactics_file import read_diagram
+from motiondb.scene.language.tactics import BODY_WIDTH
 
 PLAYERS = """attack A1 at 0 8
 attack A2 at 4 5
@@ -46,7 +48,7 @@ TABLE_2 = {
 
 def test_the_shipped_diagrams_have_the_characters_of_the_paper() -> None:
     names = scene_texts.shipped(scene_texts.TACTICS)
-    assert set(names) == {*TABLE_2, "figure-3", "carrying"}
+    assert set(names) == {*TABLE_2, "figure-3", "carrying", "delivery", "meeting", "sparring"}
     for name, count in TABLE_2.items():
         diagram = read_scene_text(name).diagram
         assert len(diagram.players) == count
@@ -68,8 +70,8 @@ def test_other_grounds_and_places() -> None:
         'diagram "Carrying"\ngrammar carrying\ncourt 8 x 6\nplace object at 1 0\n'
         "player C1 at -3 0\n1 walk C1 to 1 -0.4"
     )
-    diagram = read_diagram(text)
-    assert diagram.court == Court(8.0, 6.0, 3.0, lines=False)
+    diagram = tactics_file.read_diagram(text)
+    assert diagram.court == Ground.field(8.0, 6.0)
     assert dict(diagram.places)["object"] == Spot(1.0, 0.0)
     assert (diagram.name, diagram.grammar) == ("Carrying", "carrying")
     assert first_holder(diagram) == ""
@@ -85,7 +87,7 @@ def test_the_holder_is_traced_back_from_pass_and_shot() -> None:
 
 def test_the_ball_goes_from_hand_to_hand() -> None:
     diagram = read("1 pass A1 to A2\n2 run A1 to 1 4\n3 pass A2 to A1\n4 layup A1")
-    assert [act.part for act in diagram.acts["A1"]] == ["own", "own", "catch", "own"]
+    assert [act.part for act in diagram.acts["A1"]] == [(), (), ("catch",), ()]
     assert has_ball(diagram, "A1") == (True, False, False, True)
     assert has_ball(diagram, "A2") == (False, True)
 
@@ -143,12 +145,12 @@ def test_opponents_are_who_guards_else_who_is_near() -> None:
         ("1 screen A2 on A3", "'screen A2 on A3': expected an opponent of A2, found A3, a team-ma"),
         (
             "1 run A2 to 9 0",
-            "'run A2': expected a point on the court (x -7.5 to 7.5 m, z -1.575 to 12.425 m),"
-            " found 9 0. The origin is below the rim",
+            "'run A2': expected a point on the ground (x -7.5 to 7.5 m, z -1.575 to 12.425 m),"
+            " found 9 0. x grows to the right",
         ),
         (
             "1 pass A1 to A2\n2 run A2 to 1 1",
-            "'run A2': expected A2 without the ball, found A2 with it. Who has the ball dribbles,",
+            "'run A2': expected A2 without the ball, found A2 with it. Choose an action",
         ),
         (
             "1 pass A1 to A2\n2 run A1 to 0 3\n3 dribble A1 to 0 2",
@@ -181,7 +183,7 @@ def test_opponents_are_who_guards_else_who_is_near() -> None:
         ("attack A4 at 3 3 guards A4", "x.tactics:5: 'A4 guards A4': expected an opponent of A4,"),
         ("attack A4 at 3 3 guards A1", "found a team-mate. Name a player of the other team."),
         (f"attack A{60 * 'x'} at 3 3", "x.tactics:5:8: expected a name of at most 60 characters,"),
-        ("1 shoot A1 A2", "x.tactics:5:12: expected the end of the line, found 'A2'."),
+        ("1 shoot A1 A2", "x.tactics:5:12: expected 'at', found 'A2'."),
     ],
 )
 def test_what_cannot_be_played_is_refused_by_name(text: str, message: str) -> None:
@@ -195,8 +197,8 @@ def test_all_faults_are_told_at_once() -> None:
 
 def test_players_must_be_there_and_on_court() -> None:
     assert "expected at least one player, found none" in refusal("", players="court half")
-    assert "'A1': expected a point on the court" in refusal("", players="attack A1 at 0 40")
-    assert "4. The origin is the middle of the court, z grows away from the baseline." in refusal(
+    assert "'A1': expected a point on the ground" in refusal("", players="attack A1 at 0 40")
+    assert "(x -4 to 4 m, z -3 to 3 m), found 0 4. x grows" in refusal(
         "", players="court 8 x 6\nattack A1 at 0 4"
     )
     assert "'D1 guards A1': expected one of the players D1, found 'A1'." in refusal(

@@ -12,15 +12,6 @@ import pytest
 from motiondb.body import body, retarget, rotation
 from motiondb.grammar.cfg.parse import parse
 from motiondb.records import Event, Motion
-from motiondb.scene.ball.ball_flight import (
-    MOST_YAW,
-    RADIUS,
-    REACHING,
-    RIM,
-    follow,
-    palms,
-    reach,
-)
 from motiondb.scene.clips.clip_cutting import ShownMotion
 from motiondb.scene.clips.clips import VariantSettings, make_library
 from motiondb.scene.energy.binding import bind
@@ -30,13 +21,19 @@ from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish import polish as polishing
 from motiondb.scene.polish.polish import polish
 from motiondb.scene.report.scene_report import report_scene
+from motiondb.scene.thing.thing_flight import MOST_YAW, REACHING, follow, palms, reach
 from motiondb.scene.timing.scene_schedule import schedule_scene
 
 GRAMMAR = read_motion_grammar(
     """
     grammar short
     start S_A for attack
-    place rim
+    place rim at 0 0 height 3.05 m size 45 cm
+    object ball
+    rest idle
+    rest hold with ball
+    hold: keep(ball)
+    shoot: send(ball, rim)
     S_A -> M B | B | B M
     M -> run | run M
     B -> hold pass | catch shoot | idle
@@ -55,6 +52,7 @@ DIAGRAM = read_diagram(
     'diagram "short"\ngrammar short\ncourt half\nattack A1 at 0 7\nattack A2 at 3 4\n'
     "1 pass A1 to A2\n2 shoot A2\n",
     "short.tactics",
+    GRAMMAR.activity,
 )
 INSTANTS = {"pass": "release", "catch": "catch", "shoot": "release"}
 
@@ -186,10 +184,10 @@ def test_hands_come_to_a_ball_that_they_do_not_have(made) -> None:
 
 def test_a_shot_goes_through_the_ring_and_down(made) -> None:
     ball = made[2].ball.positions[made[2].timeline.instants[1][2] :]
-    through = np.linalg.norm(ball - np.array([0.0, RIM, 0.0]), axis=1).min()
+    through = np.linalg.norm(ball - np.array([0.0, 3.05, 0.0]), axis=1).min()
     assert through < 0.3  # nearest frame
-    assert ball[:, 1].max() > RIM
-    assert ball[-1, 1] >= RADIUS
+    assert ball[:, 1].max() > 3.05
+    assert ball[-1, 1] >= 0.12
 
 
 def test_the_same_scene_polishes_to_the_same_bytes(library, made) -> None:
@@ -270,7 +268,7 @@ def each_way_anew(state, library, table):
     tried = []
     for frame_cost, *how in polishing._WAYS:
         scheduled = schedule_scene(state, library, table, frame_cost)
-        spliced = polishing._spliced(state, library, MOTIONS, scheduled, {})
+        spliced = polishing._spliced(state, library, MOTIONS, scheduled, {}, table.activity)
         maps, edited = polishing._edit(state, library, table, (scheduled, spliced), tuple(how))
         tried.append((polishing._fault(table, edited), spliced, maps, edited))
         if tried[-1][0] == 0.0:

@@ -15,6 +15,7 @@ from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.report.report_records import JumpReport, LimbReport
 from motiondb.scene.report.scene_report import _rule
+from motiondb.scene.report.seen import guard_reports, kept_reports, seen_faults
 from motiondb.scene.report.visible_motion import (
     JUMP_LIMIT,
     STANDING,
@@ -24,7 +25,6 @@ from motiondb.scene.report.visible_motion import (
     crossing_limbs,
     foot_jump,
     gait_range,
-    guard_distances,
     impossible_gait,
     impossible_jump,
     limb_distances,
@@ -33,19 +33,24 @@ from motiondb.scene.report.visible_motion import (
     segment_distances,
     travel_speeds,
 )
+from motiondb.scene.thing.thing_flight import Ball, Sent
 from motiondb.scene.timing.timeline import Timeline
 
 GRAMMAR = read_motion_grammar(
     """
     grammar short
     start S for attack
-    place rim
+    place rim at 0 0
+    object ball
+    rest hold with ball
     S -> hold guard pass | catch
     hold := "hold"
     guard := "guard"
     pass := "pass" event release
     catch := "catch" event catch
     guard: distance(rim, 0.5 m .. 2 m), direction(rim)
+    pass: give(ball)
+    catch: take(ball)
     pass: distance(rim, 0.5 m .. 2 m), synchronisation(receiver, catch, 0 s)
     """,
     "short.grammar",
@@ -54,6 +59,7 @@ DIAGRAM = read_diagram(
     'diagram "short"\ngrammar short\ncourt half\nattack A1 at 0 1\nattack A2 at 3 4\n'
     "1 pass A1 to A2\n",
     "short.tactics",
+    GRAMMAR.activity,
 )
 
 
@@ -97,7 +103,7 @@ def test_a_guards_distance_is_told_over_all_frames() -> None:
         "grammar g\nstart S\nS -> guard | walk\nguard := 'guard'\nwalk := 'walk'\n".replace(
             "'", '"'
         )
-        + "guard: distance(opponent, 0.5 m .. 2 m)\n",
+        + "rest walk\nrest guard for guard\nguard: distance(opponent, 0.5 m .. 2 m)\n",
         "g.grammar",
     )
     diagram = read_diagram(
@@ -112,7 +118,7 @@ def test_a_guards_distance_is_told_over_all_frames() -> None:
     places[1, 70, 1] = 4.5
     begins, instants, ends = [np.array([0, 100])] * 2, [np.array([20])] * 2, [np.array([40])] * 2
     timeline = Timeline(places, tuple(begins), tuple(instants), tuple(ends))
-    (guard,) = guard_distances(table, timeline)
+    (guard,) = guard_reports(table, timeline)
     assert (guard.player, guard.target, guard.near, guard.far) == ("D1", "A1", 0.5, 2.0)
     assert (guard.n_frames, guard.outside) == (40, pytest.approx(0.6))
     assert (guard.farthest, guard.frame) == (4.5, 70)
@@ -268,3 +274,60 @@ def test_limbs_that_come_near_and_limbs_that_cross() -> None:
     (actual,) = crossing_limbs([pair])
     assert (actual.kind, actual.players, actual.frame) == ("limbs", ("A1", "D1"), 5)
     assert crossing_limbs([LimbReport(("A1", "D1"), 0.02, 3, 1)]) == []
+
+
+KEEPING = """attack A1 at 0 1
+defence D1 at 0 2 guards A1
+1 walk A1 to 0 5
+D1 keeps 0.5 m .. 2 m to A1 from 1 to 1
+D1 keeps moving
+"""
+
+
+def test_what_is_kept_up_is_measured_between_its_steps_in_the_written_frames() -> None:
+    grammar = read_motion_grammar(
+        'grammar g\nstart S\nS -> guard | walk\nguard := "guard"\nwalk := "walk"\n', "g.grammar"
+    )
+    diagram = read_diagram(KEEPING, "g.tactics", grammar.activity)
+    trees = [parse(grammar.started(), [action]) for action in ("walk", "guard")]
+    table = bind(diagram, grammar, trees)
+    assert table.rows["kind"].tolist().count(3) == 2  # a distance, while either of them acts
+    places = np.zeros((2, 100, 3))
+    places[1, :, 1] = 1.0
+    places[1, 50, 1] = 2.5  # half a metre too far, in one frame
+    places[1, 80:, 1] = 9.0  # after the step
+    begins = (np.array([0, 70]), np.array([0, 40]))
+    ends = (np.array([70]), np.array([40]))
+    timeline = Timeline(places, begins, (np.array([30]), np.array([20])), ends)
+    joints = np.zeros((100, 21, 3))
+    joints[:, :, 2] = np.concatenate([np.linspace(0.0, 2.0, 20), np.full(80, 2.0)])[:, None]
+    distance, moving = kept_reports(table, timeline, [joints, joints])
+    assert (distance.start, distance.end, distance.frame) == (0, 70, 50)
+    assert distance.after == pytest.approx(0.5)
+    assert not distance.kept
+    assert (moving.start, moving.end) == (0, 70)  # until the last act ends
+    assert moving.after == pytest.approx(50 / 30, abs=0.3)  # stands from frame 20 on
+    assert not moving.kept
+    seen = {(one.kind, one.players[0]) for one in seen_faults(table, [joints] * 2, [], None)}
+    assert seen == {("held pose", "A1"), ("held pose", "D1")}
+
+
+def test_what_misses_its_target_or_goes_through_somebody_is_seen() -> None:
+    grammar = read_motion_grammar(
+        "grammar g\nstart S\nplace goal at 0 9 height 1 m size 1 m\nobject ball size 40 cm\n"
+        'S -> kick\nkick := "kick"\nkick: send(ball, goal)\n',
+        "g.grammar",
+    )
+    diagram = read_diagram("player A at 0 0\nplayer B at 0 4\n1 kick A", "g", grammar.activity)
+    table = bind(diagram, grammar, [parse(grammar.started(), ["kick"])] * 2)
+    joints = np.zeros((2, 60, 21, 3))
+    joints[1, :, :, 2] = 4.0
+    joints[1, :, :, 1] = np.linspace(0.0, 1.7, 21)
+    way = np.zeros((60, 3))
+    way[:, 1] = 1.0
+    way[:, 2] = np.linspace(0.0, 8.0, 60)  # ends a metre before the goal
+    sent = (Sent(0, 5, "goal", (0.0, 1.0, 9.0), 1.0),)
+    ball = Ball(way, np.full(60, -1), np.full(60, np.nan), 0.4, sent)
+    found = {one.kind: one for one in seen_faults(table, list(joints), [], ball)}
+    assert found["misses"].value == pytest.approx(1.0, abs=0.05)
+    assert found["object"].players == ("B",)

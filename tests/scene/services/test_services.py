@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import product
 
 import pytest
+from activities import read_diagram
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -14,7 +15,6 @@ from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Rule, read_
 from motiondb.grammar.cfg.parse import accepts, count_trees
 from motiondb.scene.language.expressions import g_user
 from motiondb.scene.language.grammar_file import read_motion_grammar
-from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.services import casting, services
 from motiondb.scene.services.lr import (
     lr1_automaton,
@@ -82,7 +82,7 @@ def test_nobody_on_court_does_nothing(basketball) -> None:
     assert (validation.allowed, validation.position) == (False, 0)
     assert validation.message == (
         "action 1, from S_A: expected one of run, walk, idle, screen, hold, catch, feint, found"
-        " the end. Every player on court needs at least one action."
+        " the end. Every player needs at least one action."
     )
     together = services.validate(basketball, [])
     assert together.start == "S_A or S_D"
@@ -200,7 +200,7 @@ def test_what_nobody_can_do_is_told_with_file_and_line(basketball) -> None:
         "x.tactics:6: expected of A1 what the grammar basketball allows, found (screen)(block)."
     )
     assert told("player C1 at 3 3\n1 shoot A1").startswith(
-        "x.tactics:3: 'player C1': basketball: expected a start symbol for the team 'player'"
+        "x.tactics:3: 'player C1': basketball: expected a start symbol for the role 'player'"
     )
     runs = "\n".join(f"{step} run A1 to {step % 5} 3" for step in range(1, 42))
     assert told(runs) == (

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.scene.clips.clips import ClipLibrary, ClipSource
 from motiondb.scene.energy.scene_arrays import PlayerState
+from motiondb.scene.language.activity import GIVE, KEEP, Activity, Rest
 from motiondb.scene.polish.splicing import Spliced
 from motiondb.scene.timing.playing import (
     Pause,
@@ -28,6 +29,11 @@ from motiondb.scene.timing.scheduling import SHORTEST_PAUSE, SLOWEST, Meeting, S
 NAMES = ("run", "hold", "pass", "idle")
 LENGTHS = (20, 10, 100, 40, 30)
 """Frames of a run in full flow, of a step into rest, of holding, of a pass, of idling."""
+
+RESTS = Activity(
+    deeds=(("hold", KEEP, ""), ("pass", GIVE, "")),
+    rests=(Rest("idle"), Rest("hold", with_object=True)),
+)
 
 
 def library() -> ClipLibrary:
@@ -102,34 +108,34 @@ def test_as_many_frames_are_kept_as_are_asked(
 
 def test_only_standing_may_be_cut_and_only_rest_may_pause() -> None:
     entries = np.array([2, 3, 0, 1, 4])
-    assert least_lengths(library(), entries).tolist() == [15, 40, 20, 10, 15]
-    assert may_pause(library(), entries).tolist() == [1, 0, 0, 1, 0]
+    assert least_lengths(library(), entries, RESTS).tolist() == [15, 40, 20, 10, 15]
+    assert may_pause(library(), entries, RESTS).tolist() == [1, 0, 0, 1, 0]
 
 
 def test_a_clip_of_standing_with_an_event_stays_whole() -> None:
     touched = replace(library(), event_frame=np.array([-1, -1, 90, 25, -1], dtype=np.int32))
-    assert least_lengths(touched, np.array([2, 4])).tolist() == [100, 15]
+    assert least_lengths(touched, np.array([2, 4]), RESTS).tolist() == [100, 15]
 
 
 def test_nobody_pauses_where_there_is_nothing_to_stand_in() -> None:
     bare = replace(library(), terminals=("run", "carry", "pass", "rest"))
-    assert pause_entry(bare, np.array([2, 3]), 0) == -1
-    assert may_pause(bare, np.array([2, 3, 0, 1, 4])).tolist() == [0] * 5
+    assert pause_entry(bare, np.array([2, 3]), 0, RESTS) == -1
+    assert may_pause(bare, np.array([2, 3, 0, 1, 4]), RESTS).tolist() == [0] * 5
 
 
 def test_who_has_the_ball_holds_it_while_waiting() -> None:
     entries = np.array([2, 3, 4])
-    assert pause_entry(library(), entries, 0) == 2
-    assert pause_entry(library(), entries, 1) == 4  # passed: idle
+    assert pause_entry(library(), entries, 0, RESTS) == 2
+    assert pause_entry(library(), entries, 1, RESTS) == 4  # passed: idle
 
 
 def test_a_run_that_ends_in_flow_comes_to_rest() -> None:
-    step, stood = lead_out(library(), np.array([0]), 50)
+    step, stood = lead_out(library(), np.array([0]), 50, RESTS)
     assert (step.source.capture, step.n_frames, step.waits, step.clip) == ("clip1", 10, False, 1)
     assert (stood.source.capture, stood.n_frames, stood.waits) == ("clip4", 50, True)
-    (only,) = lead_out(library(), np.array([1]), 50)  # is at rest already
+    (only,) = lead_out(library(), np.array([1]), 50, RESTS)  # is at rest already
     assert only.waits
-    (before,) = lead_in(library(), np.array([0]), 50)  # no step out of rest in the library
+    (before,) = lead_in(library(), np.array([0]), 50, RESTS)  # no step out of rest in the library
     assert (before.clip, before.waits, before.source.capture) == (-1, True, "clip4")
 
 

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from activities import BASKETBALL
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -13,16 +14,19 @@ from motiondb.body import body, features, retarget, rotation
 from motiondb.body.contacts import foot_slip
 from motiondb.generate.contact import lock_feet
 from motiondb.records import Motion
-from motiondb.scene.ball.ball_acts import BallActs, Bounce, Possession
-from motiondb.scene.ball.ball_flight import AIMING, BALL, MOST_YAW, clearance, held_ball, look
 from motiondb.scene.energy.binding import DISTANCE, THROUGHOUT
 from motiondb.scene.energy.energy import RADIUS
+from motiondb.scene.language.activity import GIVE, SEND, Thing
 from motiondb.scene.polish.facing import ASIDE, TURNING, ball_on_ground, turn_who_waits, turns_to
 from motiondb.scene.polish.path_editing import COMFORT, depths, edit_paths
 from motiondb.scene.polish.splicing import LIFT, SWING, footing, step_feet
+from motiondb.scene.thing.thing_acts import Aim, Bounce, Possession, ThingActs
+from motiondb.scene.thing.thing_flight import AIMING, MOST_YAW, clearance, held_thing, look
 
 from ..polish.test_polish import posed
 from .test_timeline import a_row, a_table, still
+
+HOOP = Aim("rim", (1.0, 3.05, 2.0), 0.45)
 
 
 def waiting(frames: int, heading: float = 0.0) -> np.ndarray:
@@ -66,7 +70,9 @@ def test_what_circles_is_followed_without_a_leap() -> None:
 
 def test_the_ball_is_with_its_holder_and_on_the_way_between() -> None:
     timeline = still((0.0, 0.0, 0.0), (4.0, 0.0, 0.0), frames=90)
-    acts = BallActs((Possession(0, 0, 10), Possession(1, 30, 40)), True, (1.0, 2.0))
+    acts = ThingActs(
+        (Possession(0, 0, 10, left=GIVE), Possession(1, 30, 40, left=SEND, aim=HOOP)), Thing("ball")
+    )
     actual = ball_on_ground(acts, timeline.places)
     assert actual[[5, 20, 35]].tolist() == [[0.0, 0.0], [2.0, 0.0], [4.0, 0.0]]
     assert actual[-1].tolist() == [1.0, 2.0]
@@ -80,9 +86,9 @@ def test_guards_turn_between_opponent_and_ball_and_holders_do_not_turn() -> None
     table = a_table(row, players=3)
     guards = type(table)(
         table.players, (("guard",), ("go",), ("go",)), table.rows, table.partners,
-        table.contacts, table.rules, table.items,
+        table.contacts, table.rules, table.items, activity=BASKETBALL.activity,
     )  # fmt: skip
-    acts = BallActs((Possession(2, 0, 99),), False)
+    acts = ThingActs((Possession(2, 0, 99),), Thing("ball"))
     waits = np.ones((3, 100), dtype=bool)
     turned = turn_who_waits(guards, timeline, waits, acts)[:, 50, 2]
     # opponent at +90, ball behind at 180 degrees: 135 between them, less what the head does
@@ -164,18 +170,18 @@ def test_a_ball_in_a_body_is_brought_out_level() -> None:
     joints, _ = retarget.motion_positions(posed(1))
     hip = joints[0, body.INDEX["pelvis"]]
     ball = (hip + np.array([0.02, 0.2, 0.05]))[None]
-    out = clearance(ball, joints)
+    out = clearance(ball, joints, 0.12)
     assert out[0, 1] == 0.0
     way = np.linalg.norm((ball + out - joints[:, 0])[0, [0, 2]])
-    assert way == pytest.approx(0.1 + BALL, abs=0.01)  # the trunk is 10 cm thick
-    assert not clearance(ball + 1.0, joints).any()
+    assert way == pytest.approx(0.1 + 0.12, abs=0.01)  # the trunk is 10 cm thick
+    assert not clearance(ball + 1.0, joints, 0.12).any()
 
 
 def test_hands_go_out_with_the_ball() -> None:
     motion = posed(60)
     joints, world = retarget.motion_positions(motion)
     possession = Possession(0, 0, 59, 1, ((0, 60),), (Bounce(10, 22, 1),))
-    held = held_ball(possession, joints, world)
+    held = held_thing(possession, joints, world, 0.24)
     reach = np.linalg.norm(held.palms[:, 1] - held.ball, axis=1)
     assert reach[5:55] == pytest.approx(0.11, abs=0.02)
 
@@ -192,7 +198,7 @@ def test_who_passes_looks_at_the_receiver_before() -> None:
     root[:, 0] += 6.0
     other = Motion(other.local_rotations, root, body.LEG_LENGTH)
     ball = np.tile([0.0, 1.5, 4.0], (60, 1))
-    acts = BallActs((Possession(0, 0, 40), Possession(1, 50, 59)), False)
+    acts = ThingActs((Possession(0, 0, 40, left=GIVE), Possession(1, 50, 59)), Thing("ball"))
     seen, _ = look(acts, ball, [one, other])
     _, world = retarget.motion_positions(seen)
     nose = rotation.rotate(world[:, body.INDEX["head"]], np.broadcast_to([0.0, 0.0, 1.0], (60, 3)))

@@ -15,8 +15,37 @@ import { draftKey } from "../src/views/board/draft.ts";
 import { sayReason } from "../src/views/board/reasons.ts";
 import { inOrder, ruleSentence } from "../src/views/board/rules.ts";
 import { smoothCurve, strokeOf, waved, zigzag } from "../src/views/board/strokes.ts";
-import type { MeasuredRule } from "../src/api/types.ts";
+import { useGround } from "../src/views/board/verbs.ts";
+import type { BoardVerb, MeasuredRule } from "../src/api/types.ts";
 import type { Spot } from "../src/views/board/spot.ts";
+
+const verb = (name: string, look: string, more: Partial<BoardVerb> = {}): BoardVerb => ({
+  name,
+  look,
+  holding: look,
+  link: "",
+  role: "",
+  goes: look === "way",
+  bar: false,
+  declared: true,
+  ...more,
+});
+
+useGround({
+  grammar: "basketball",
+  teams: ["attack", "defence"],
+  places: [],
+  object: "ball",
+  ground: { width: 15, length: 14, left: -7.5, back: -1.575, own: false, marks: [] },
+  verbs: [
+    verb("move", "way", { holding: "wave" }),
+    ...["walk", "run", "cut"].map((name) => verb(name, "way")),
+    verb("pass", "give", { link: "to", role: "receiver" }),
+    verb("shoot", "send", { link: "at", role: "target" }),
+    verb("guard", "link", { link: "on", role: "opponent" }),
+  ],
+});
+const RIM = { name: "rim", at: [0, 0] as Spot, given: true, height: 3.05, width: 0.45, tall: 0 };
 
 const length = (points: readonly Spot[]): number =>
   points.slice(1).reduce((sum, [x, z], i) => sum + Math.hypot(x - points[i]![0], z - points[i]![1]), 0);
@@ -126,7 +155,7 @@ test("a move of the holder is a dribble until the ball is passed", () => {
 });
 
 test("a shot leads to the ring, a pass to where its receiver will be", () => {
-  let diagram = addElement(emptyDiagram(), "shoot", "A1", {});
+  let diagram = addElement({ ...emptyDiagram(), places: [RIM] }, "shoot", "A1", {});
   const [x, z] = strokeOf(diagram, 0, "A1").points.at(-1)!;
   assert.ok(Math.abs(Math.hypot(x, z) - 0.25) < 1e-9);
   diagram = addElement(emptyDiagram(), "run", "A2", { to: [0, 4] });
@@ -209,7 +238,7 @@ test("an action after another one gets its own step, and moves what comes later"
 });
 
 test("a rule is said in a sentence with the names of the board", () => {
-  const play = addElement(emptyDiagram(), "run", "A1", { to: [1, 4] });
+  const play = addElement({ ...emptyDiagram(), places: [RIM] }, "run", "A1", { to: [1, 4] });
   const rule = { player: "A1", action: "run", unit: "m", after: 0.1, threshold: 0.3 } as MeasuredRule;
   const said = (kind: string, about: string) => ruleSentence({ ...rule, rule: kind, about }, play);
   assert.equal(said("position", "(1, 4)"), "at the end of its run in step 1");

@@ -111,8 +111,6 @@ export interface BoardFile {
 }
 
 export interface BoardKinds {
-  kinds: string[];
-  teams: string[];
   grammars: string[];
   grounds: Ground[];
 }
@@ -131,6 +129,17 @@ export interface BoardReply {
   players: PlayerVerdict[];
   clips: Record<string, number>;
   without_clips: string[];
+}
+
+export interface BoardVerb {
+  name: string;
+  link: string;
+  role: string;
+  goes: boolean;
+  look: string;
+  holding: string;
+  bar: boolean;
+  declared: boolean;
 }
 
 export interface BoardsReply {
@@ -253,13 +262,6 @@ export interface ComparedGrammar {
   mean_length: number;
 }
 
-export interface CourtShape {
-  width: number;
-  length: number;
-  behind_rim: number;
-  lines: boolean;
-}
-
 export interface DecodedAction {
   symbols: number[];
   log_probability: number;
@@ -291,9 +293,10 @@ export interface DiagramShape {
   players: PlayerShape[];
   grammar: string;
   ball: string;
-  court: CourtShape;
+  ground: GroundShape;
   places: PlaceShape[];
   elements: ElementShape[];
+  more: string[];
 }
 
 export interface DownloadBody {
@@ -334,7 +337,7 @@ export interface EditBody {
 }
 
 export interface ElementShape {
-  kind: "move" | "walk" | "run" | "cut" | "dribble" | "pass" | "shoot" | "layup" | "screen" | "feint" | "fake" | "pivot_left" | "pivot_right" | "guard" | "block";
+  kind: string;
   step: number;
   player: string;
   other: string;
@@ -342,6 +345,8 @@ export interface ElementShape {
   via: [number, number][];
   to: [number, number] | null;
   line: number | null;
+  target: string;
+  link: string;
 }
 
 export interface ElementVerdict {
@@ -496,9 +501,20 @@ export interface GrammarsReply {
 
 export interface Ground {
   grammar: string;
-  kinds: string[];
+  verbs: BoardVerb[];
   teams: string[];
   places: string[];
+  object: string;
+  ground: GroundShape;
+}
+
+export interface GroundShape {
+  width: number;
+  length: number;
+  left: number;
+  back: number;
+  own: boolean;
+  marks: [number, number, number][][];
 }
 
 export interface GuardReport {
@@ -794,6 +810,10 @@ export interface Part {
 export interface PlaceShape {
   name: string;
   at: [number, number];
+  given: boolean;
+  height: number;
+  width: number;
+  tall: number;
 }
 
 export interface PlacedSymbol {
@@ -844,7 +864,7 @@ export interface PlayableSegment {
 
 export interface PlayerShape {
   name: string;
-  team: "attack" | "defence" | "player";
+  team: string;
   at: [number, number];
   guards: string;
 }
@@ -946,6 +966,7 @@ export interface SceneAnswer {
   planted_feet: JumpReport[];
   near_limbs: LimbReport[];
   guards: GuardReport[];
+  seen: SeenFault[];
   bone_error: number;
   ball_gap: number | null;
   too_fast: string[];
@@ -1015,6 +1036,15 @@ export interface SearchReply {
   measured: string[];
   not_yet_learned: number;
   took: number | null;
+}
+
+export interface SeenFault {
+  kind: string;
+  players: string[];
+  start: number;
+  end: number;
+  value: number;
+  unit: string;
 }
 
 export interface SegmentsReply {

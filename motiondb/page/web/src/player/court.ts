@@ -1,14 +1,13 @@
-/** The ground of a scene: the lines of a court with its basket, or a field with its places. */
+/** The ground of a scene: its marks, and its places with what stands there. */
 
 import { DARK } from "../dom/wishes.ts";
 import * as THREE from "three";
-import type { CourtShape, PlaceShape } from "../api/types.ts";
-import { courtLines } from "../parts/court.ts";
+import type { GroundShape, PlaceShape } from "../api/types.ts";
 import { stageColours } from "./colours.ts";
 import type { Screen } from "./screen.ts";
 
 export interface CourtPlan {
-  court: CourtShape;
+  ground: GroundShape;
   places: readonly PlaceShape[];
 }
 
@@ -22,11 +21,8 @@ type Spot = readonly [x: number, z: number];
 
 /** Width of a line and its height above the ground, metres. FIBA's 5 cm are not seen from far away. */
 const LINE = { width: 0.08, height: 0.004 };
-/** The basket, metres (FIBA, article 2 and its equipment): ring, board, and the pole outside the court. */
-const RING = { radius: 0.225, height: 3.05, thick: 0.02 };
-const BOARD = { width: 1.8, height: 1.05, bottom: 2.9, behind: 0.375 };
-const NET = { length: 0.42, radius: 0.14, cords: 12 };
-const POLE = { thick: 0.09, outside: 0.5 };
+/** Thickness of the edge of a place with a size, metres. */
+const THICK = 0.02;
 /** Half the side of the mark of a place, metres. */
 const PLACE = 0.15;
 
@@ -49,14 +45,13 @@ function strips(lines: readonly (readonly Spot[])[]): THREE.BufferGeometry {
 }
 
 /** The edge of the ground. */
-function edge({ width, length, behind_rim }: CourtShape): Spot[] {
-  const [x, back, front] = [width / 2, -behind_rim, length - behind_rim];
+function edge({ width, length, left, back }: GroundShape): Spot[] {
   return [
-    [-x, back],
-    [x, back],
-    [x, front],
-    [-x, front],
-    [-x, back],
+    [left, back],
+    [left + width, back],
+    [left + width, back + length],
+    [left, back + length],
+    [left, back],
   ];
 }
 
@@ -68,61 +63,32 @@ const square = ([x, z]: Spot): Spot[] => [
   [x - PLACE, z - PLACE],
 ];
 
-/** The cords of the net, from the ring down. */
-function net(): THREE.BufferGeometry {
+/** The edge of a place with a size: a level ring, or an upright rectangle, at its height. */
+function outline({ at, height, width, tall }: PlaceShape, paint: THREE.Material): THREE.Object3D {
+  if (tall > 0) {
+    const drawn = new THREE.LineSegments(
+      new THREE.EdgesGeometry(new THREE.PlaneGeometry(width, tall)),
+      paint,
+    );
+    drawn.position.set(at[0], height, at[1]);
+    return drawn;
+  }
+  const ring = new THREE.Mesh(new THREE.TorusGeometry(width / 2, THICK, 8, 32), paint);
+  ring.rotation.x = Math.PI / 2;
+  ring.position.set(at[0], height, at[1]);
+  return ring;
+}
+
+/** Marks that stand above the ground, as lines. */
+function raised({ own, marks }: GroundShape): THREE.BufferGeometry {
   const ends: number[] = [];
-  for (let i = 0; i < NET.cords; i += 1) {
-    for (const turn of [1, -1]) {
-      const [a, b] = [(2 * Math.PI * i) / NET.cords, (2 * Math.PI * (i + turn)) / NET.cords];
-      ends.push(RING.radius * Math.cos(a), RING.height, RING.radius * Math.sin(a));
-      ends.push(NET.radius * Math.cos(b), RING.height - NET.length, NET.radius * Math.sin(b));
-    }
+  for (const mark of own ? [] : marks) {
+    if (mark.every(([, y]) => y === 0)) continue;
+    for (let i = 1; i < mark.length; i += 1) ends.push(...mark[i - 1]!, ...mark[i]!);
   }
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.Float32BufferAttribute(ends, 3));
   return geometry;
-}
-
-function basket(court: CourtShape, ring: THREE.Material, frame: THREE.Material): THREE.Object3D[] {
-  const hoop = new THREE.Mesh(new THREE.TorusGeometry(RING.radius, RING.thick, 8, 32), ring);
-  hoop.rotation.x = Math.PI / 2;
-  hoop.position.y = RING.height;
-  const neck = new THREE.Mesh(new THREE.BoxGeometry(0.08, 0.04, BOARD.behind - RING.radius), ring);
-  neck.position.set(0, RING.height, -(BOARD.behind + RING.radius) / 2);
-  const middle = BOARD.bottom + BOARD.height / 2;
-  const rectangle = (width: number, height: number, y: number): THREE.Object3D => {
-    const outline = new THREE.EdgesGeometry(new THREE.PlaneGeometry(width, height));
-    const drawn = new THREE.LineSegments(outline, frame);
-    drawn.position.set(0, y, -BOARD.behind);
-    return drawn;
-  };
-  const glass = new THREE.Mesh(
-    new THREE.PlaneGeometry(BOARD.width, BOARD.height),
-    new THREE.MeshBasicMaterial({
-      color: (frame as THREE.LineBasicMaterial).color,
-      transparent: true,
-      opacity: 0.28,
-      depthWrite: false,
-      side: THREE.DoubleSide,
-    }),
-  );
-  glass.position.set(0, middle, -BOARD.behind);
-  const foot = -court.behind_rim - POLE.outside;
-  const pole = new THREE.Mesh(new THREE.CylinderGeometry(POLE.thick, POLE.thick, middle, 10), frame);
-  pole.position.set(0, middle / 2, foot);
-  const reach = -BOARD.behind - foot;
-  const arm = new THREE.Mesh(new THREE.BoxGeometry(POLE.thick, POLE.thick, reach), frame);
-  arm.position.set(0, middle, foot + reach / 2);
-  return [
-    hoop,
-    neck,
-    rectangle(BOARD.width, BOARD.height, middle),
-    rectangle(0.59, 0.45, RING.height + 0.225),
-    glass,
-    pole,
-    arm,
-    new THREE.LineSegments(net(), frame),
-  ];
 }
 
 /** Draw grounds into a screen; the figures and the ball play on them. */
@@ -144,9 +110,10 @@ export function makeCourt(screen: Screen): Court {
     screen.redraw();
     if (!plan) return;
     const colours = stageColours();
-    const { court, places } = plan;
-    const named = places.filter((one) => one.name !== "rim").map((one) => square(one.at));
-    const lines = [edge(court), ...(court.lines ? courtLines(court) : []), ...named];
+    const { ground, places } = plan;
+    const named = places.filter((one) => !one.given && !one.width).map((one) => square(one.at));
+    const flat = (ground.own ? [] : ground.marks).filter((mark) => mark.every(([, y]) => y === 0));
+    const lines = [edge(ground), ...flat.map((mark) => mark.map(([x, , z]): Spot => [x, z])), ...named];
     const paint = new THREE.MeshBasicMaterial({
       color: colours.court,
       depthWrite: false,
@@ -155,10 +122,9 @@ export function makeCourt(screen: Screen): Court {
     const floor = new THREE.Mesh(strips(lines), paint);
     floor.renderOrder = -1; // with the lines of the ground, below bodies
     group.add(floor);
-    if (court.lines) {
-      const ring = new THREE.MeshBasicMaterial({ color: colours.contact });
-      group.add(...basket(court, ring, new THREE.MeshBasicMaterial({ color: colours.court })));
-    }
+    const ring = new THREE.MeshBasicMaterial({ color: colours.contact });
+    group.add(...places.filter((one) => one.width > 0).map((one) => outline(one, ring)));
+    group.add(new THREE.LineSegments(raised(ground), new THREE.LineBasicMaterial({ color: colours.court })));
     for (const child of group.children) child.frustumCulled = false;
   }
 

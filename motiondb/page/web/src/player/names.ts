@@ -5,6 +5,10 @@ import { fill, h } from "../dom/element.ts";
 import { pictureOf } from "./flat.ts";
 import { poseAt } from "./motion.ts";
 import type { Screen } from "./screen.ts";
+import { rolesOf } from "./cast_colours.ts";
+
+/** Styles of the names of the first two roles. */
+const STYLES = ["first", "second"];
 
 export interface Names {
   readonly element: HTMLElement;
@@ -47,7 +51,11 @@ export function makeNames(screen: Screen): Names {
     show(tracks, shifts) {
       const bodies = tracks.filter((track): track is BodyTrack => track.kind === "body");
       named = (bodies.length > 1 ? bodies : []).map((track, i) => ({
-        label: h("span", { class: `player-name ${track.team ?? ""}` }, track.name),
+        label: h(
+          "span",
+          { class: `player-name ${STYLES[rolesOf(bodies).indexOf(track.team ?? "")] ?? ""}` },
+          track.name,
+        ),
         track,
         point: Math.max(track.motion.points.indexOf("head_end"), 0),
         pose: new Float32Array(track.motion.points.length * 3),

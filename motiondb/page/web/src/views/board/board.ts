@@ -17,7 +17,6 @@ import {
   changeElement,
   changePlayer,
   emptyDiagram,
-  endsAtPlace,
   moveTo,
   placeBefore,
   removeElement,
@@ -29,6 +28,7 @@ import { makeMaking } from "./making.ts";
 import { panelOf } from "./panel.ts";
 import { sayReason } from "./reasons.ts";
 import { makeTools } from "./tools.ts";
+import { endsAtPlace, useGround } from "./verbs.ts";
 import type { BoardReply, BoardKinds, DiagramShape } from "../../api/types.ts";
 import type { Spot, Team } from "./spot.ts";
 
@@ -38,7 +38,7 @@ const PAUSE = 150;
  * that the scene comes first. Chosen by hand: the reason is still there within half a second. */
 const CHECK_AFTER = 250;
 const MOST_UNDONE = 200;
-/** Where the end of an action that was added by the keyboard lies from its player: towards the rim. */
+/** Where the end of an action that was added by the keyboard lies from its player: up the board. */
 const AHEAD: Spot = [0, -1.5];
 
 /** A board that was read, with its reasons for somebody who draws. */
@@ -64,7 +64,7 @@ function open(host: HTMLElement, context: Context): OpenView {
   let fileText = "";
   let diagram: DiagramShape = emptyDiagram();
   let board: BoardReply | null = null;
-  let kinds: BoardKinds = { kinds: [], teams: [], grammars: [], grounds: [] };
+  let kinds: BoardKinds = { grammars: [], grounds: [] };
   let selection: Selection = null;
   let undone: DiagramShape[] = [];
   let dragFrom: DiagramShape | null = null;
@@ -282,12 +282,13 @@ function open(host: HTMLElement, context: Context): OpenView {
 
   function show(): void {
     const ground = kinds.grounds.find((one) => one.grammar === diagram.grammar);
+    useGround(ground ?? null);
     if (ground) tools.setGround(ground);
-    making.setGround({ court: diagram.court, places: diagram.places });
+    making.setGround({ ground: diagram.ground, places: diagram.places });
     drawing.show(diagram, board, selection, tools.tool);
     fill(
       side,
-      panelOf(diagram, board, selection, ground?.kinds ?? [], {
+      panelOf(diagram, board, selection, ground?.verbs.map((one) => one.name) ?? [], {
         changeElement: (index, change) => edit(changeElement(diagram, index, change)),
         changePlayer: (player, change) => edit(changePlayer(diagram, player, change)),
         changeBall: (ball) => edit({ ...diagram, ball }),
@@ -359,7 +360,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     fileText = "";
     board = null;
     try {
-      if (kinds.kinds.length === 0) kinds = await get<BoardKinds>("/api/board/kinds");
+      if (kinds.grammars.length === 0) kinds = await get<BoardKinds>("/api/board/kinds");
       void files.list(wanted, kinds.grammars).catch(context.fail);
       const first = !opened;
       opened = true;
@@ -372,7 +373,7 @@ function open(host: HTMLElement, context: Context): OpenView {
         learn(saved, true);
       }
       const draft = readDraft(edited());
-      if (!draft && !wanted) await check({ diagram: emptyDiagram() }, true);
+      if (!draft && !wanted) await check({ diagram: emptyDiagram(kinds.grounds[0]) }, true);
       if (draft) {
         if (wanted) undone = [diagram];
         board = null;
@@ -452,7 +453,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     draftNote.replaceChildren();
     void files.list("", kinds.grammars).catch(context.fail);
     const ground = kinds.grounds.find((one) => one.grammar === grammar) ?? null;
-    const next = emptyDiagram(ground);
+    const next = emptyDiagram(ground ?? undefined);
     keepDraft(edited(), next);
     await check({ diagram: next }, true);
   }
@@ -460,7 +461,7 @@ function open(host: HTMLElement, context: Context): OpenView {
   return {
     update(parameters) {
       const wanted = parameters.get("board") ?? "";
-      const first = kinds.kinds.length === 0;
+      const first = kinds.grammars.length === 0;
       route = { board: wanted, scene: parameters.get("scene") ?? "", job: parameters.get("job") ?? "" };
       if (first || wanted !== name) void load(wanted);
       making.open(route.scene || null, route.job || null);

@@ -1,8 +1,9 @@
-/** The board: the court, players and lines as SVG, moved with the pointer or the keyboard. */
+/** The board: the ground, players and lines as SVG, moved with the pointer or the keyboard. */
 
 import { fill, h, svg } from "../../dom/element.ts";
-import { endsAtPlace, needsOther, placeBefore, placeOf, type Selection } from "./edits.ts";
-import { courtLines } from "../../parts/court.ts";
+import { placeBefore, placeOf, type Selection } from "./edits.ts";
+import { groundLines } from "../../parts/court.ts";
+import { endsAtPlace, linkOf, needsOther, styleOf } from "./verbs.ts";
 import { RADIUS, strokeOf, type Stroke } from "./strokes.ts";
 import type { BoardReply, DiagramShape, PlaceShape, PlayerShape } from "../../api/types.ts";
 import { makeTokens, type Token } from "./tokens.ts";
@@ -15,7 +16,7 @@ export interface DrawingActions {
   /** A line was drawn from a player to a place, perhaps onto another player; `after` is the action at
    * whose end it began. */
   draw(player: string, to: Spot, other: string | null, after: number | null): void;
-  /** A click on the empty court. */
+  /** A click on the empty ground. */
   place(at: Spot): void;
   remove(): void;
   /** Add a point to the path of an element. */
@@ -44,9 +45,9 @@ const text = (points: readonly Spot[]): string =>
 
 /** The description of an element, in words. */
 export function nameOf({ elements }: DiagramShape, index: number): string {
-  const { kind, step, player, other } = elements[index]!;
-  const link = kind === "pass" ? "to" : "on";
-  return `step ${step}: ${player} ${kind.replace("_", " ")}${other ? ` ${link} ${other}` : ""}`;
+  const { kind, step, player, other, target, link } = elements[index]!;
+  const about = other || target ? ` ${link || linkOf(kind)} ${other || target}` : "";
+  return `step ${step}: ${player} ${kind.replace("_", " ")}${about}`;
 }
 
 export function makeDrawing(actions: DrawingActions): Drawing {
@@ -121,7 +122,7 @@ export function makeDrawing(actions: DrawingActions): Drawing {
     return svg(
       "g",
       {
-        class: `board-player ${player.team}${fault ? " infeasible" : ""}${chosen ? " chosen" : ""}`,
+        class: `board-player ${styleOf(player.team)}${fault ? " infeasible" : ""}${chosen ? " chosen" : ""}`,
         transform: `translate(${player.at[0]} ${player.at[1]})`,
         tabindex: 0,
         role: "button",
@@ -132,10 +133,10 @@ export function makeDrawing(actions: DrawingActions): Drawing {
       },
       svg("title", {}, fault ? `${player.name}: ${fault}` : player.name),
       svg("circle", { r: RADIUS, class: "board-disc" }),
-      player.team === "defence" ? svg("path", { d: cross, class: "board-cross" }) : null,
+      styleOf(player.team) === "second" ? svg("path", { d: cross, class: "board-cross" }) : null,
       svg(
         "text",
-        player.team === "defence" ? { x: 0.52, y: -0.3 } : { y: 0.13, class: "inside" },
+        styleOf(player.team) === "second" ? { x: 0.52, y: -0.3 } : { y: 0.13, class: "inside" },
         player.name,
       ),
     );
@@ -149,7 +150,7 @@ export function makeDrawing(actions: DrawingActions): Drawing {
     return svg(
       "g",
       {
-        class: `board-ghost ${team}`,
+        class: `board-ghost ${styleOf(team)}`,
         transform: `translate(${to[0]} ${to[1]})`,
         "aria-hidden": "true", // the path itself and its panel do the same for the keyboard
         "data-ghost": index,
@@ -218,7 +219,7 @@ export function makeDrawing(actions: DrawingActions): Drawing {
   function elementMark(index: number, stroke: Stroke): SVGElement {
     const one = diagram!.elements[index]!;
     const reason = reasonOf(index);
-    const team = diagram!.players.find(({ name }) => name === one.player)?.team ?? "player";
+    const team = styleOf(diagram!.players.find(({ name }) => name === one.player)?.team ?? "player");
     const middle = stroke.points[Math.floor(stroke.points.length / 2)] ?? [0, 0];
     const straight = stroke.points.length === 2;
     const at: Spot = straight
@@ -278,23 +279,23 @@ export function makeDrawing(actions: DrawingActions): Drawing {
   }
 
   function ground(): SVGElement[] {
-    const { court, places } = diagram!;
+    const { ground, places } = diagram!;
     const marks: SVGElement[] = [
       svg("rect", {
         class: "board-ground",
-        x: -court.width / 2,
-        y: -court.behind_rim,
-        width: court.width,
-        height: court.length,
+        x: ground.left,
+        y: ground.back,
+        width: ground.width,
+        height: ground.length,
       }),
     ];
-    if (court.lines) {
-      for (const line of courtLines(court)) {
-        marks.push(svg("polyline", { class: "board-court-line", points: text(line) }));
-      }
-      marks.push(svg("circle", { class: "board-rim", r: 0.225 }));
+    for (const line of groundLines(ground)) {
+      marks.push(svg("polyline", { class: "board-court-line", points: text(line) }));
     }
-    marks.push(...places.filter((one) => one.name !== "rim").map(placeMark));
+    for (const { at, width } of places.filter((one) => one.width > 0 && !one.tall)) {
+      marks.push(svg("circle", { class: "board-rim", cx: at[0], cy: at[1], r: width / 2 }));
+    }
+    marks.push(...places.filter((one) => !one.given).map(placeMark));
     return marks;
   }
 
@@ -310,8 +311,8 @@ export function makeDrawing(actions: DrawingActions): Drawing {
 
   function draw(): void {
     if (!diagram) return;
-    const { court } = diagram;
-    const [width, length] = [court.width + 2 * MARGIN, court.length + 2 * MARGIN];
+    const { ground: field } = diagram;
+    const [width, length] = [field.width + 2 * MARGIN, field.length + 2 * MARGIN];
     const kept = focused();
     const strokes = diagram.elements.map((_, i) => strokeOf(diagram!, i, board?.holder ?? null));
     const handles: SVGElement[] = [];
@@ -324,11 +325,11 @@ export function makeDrawing(actions: DrawingActions): Drawing {
     const from = drawn && drawn.after !== null ? diagram.elements[drawn.after]?.to : null;
     const rubber = drawn ? (from ?? placeBefore(diagram, drawn.player, Infinity)) : null;
     picture ??= makePicture();
-    picture.setAttribute("viewBox", `${-width / 2} ${-court.behind_rim - MARGIN} ${width} ${length}`);
+    picture.setAttribute("viewBox", `${field.left - MARGIN} ${field.back - MARGIN} ${width} ${length}`);
     picture.classList.toggle("drawing", tool !== "");
     fill(
       picture,
-      svg("defs", {}, ["attack", "defence", "player", "bad"].map(arrowHead)),
+      svg("defs", {}, ["first", "second", "other", "bad"].map(arrowHead)),
       ground(),
       strokes.map((stroke, i) => elementMark(i, stroke)),
       diagram.elements.map((_, i) => ghost(i)),
@@ -341,7 +342,7 @@ export function makeDrawing(actions: DrawingActions): Drawing {
   }
 
   function makePicture(): SVGSVGElement {
-    const made = svg("svg", { role: "group", "aria-label": "Court seen from above, the rim at the top" });
+    const made = svg("svg", { role: "group", "aria-label": "Ground seen from above" });
     made.addEventListener("pointerdown", (event) => {
       if (event.button !== 0) return;
       actions.place(groundOf(event));

@@ -2,19 +2,7 @@
 
 import type { DiagramShape, ElementShape, Ground, PlayerShape } from "../../api/types.ts";
 import type { Spot, Team } from "./spot.ts";
-
-export const MOVES: readonly string[] = ["move", "walk", "run", "cut", "dribble"];
-export const SHOTS: readonly string[] = ["shoot", "layup"];
-export const FEINTS: readonly string[] = ["feint", "fake", "pivot_left", "pivot_right"];
-export const STANDS: readonly string[] = ["guard", "block"];
-
-/** Kinds that end at a place of the ground. */
-export const endsAtPlace = (kind: string): boolean =>
-  MOVES.includes(kind) || kind === "screen" || kind === "feint";
-
-/** Kinds that need another player. */
-export const needsOther = (kind: string): boolean =>
-  kind === "pass" || kind === "screen" || STANDS.includes(kind);
+import { endsAtPlace, groundNow, linkOf, lookOf, needsOther, verbOf } from "./verbs.ts";
 
 /** The selection on the board: a player, a place, or an element with one of its points. */
 export type Selection =
@@ -23,52 +11,50 @@ export type Selection =
   | { what: "element"; index: number; point: "end" | number | null }
   | null;
 
-/** A place rounded to centimetres and kept on the court. */
-export function onCourt([x, z]: Spot, { court }: DiagramShape): Spot {
+/** A place rounded to centimetres and kept on the ground. */
+export function onCourt([x, z]: Spot, { ground }: DiagramShape): Spot {
   const keep = (value: number, least: number, most: number): number =>
     Math.round(Math.min(Math.max(value, least), most) * 100) / 100;
   return [
-    keep(x, -court.width / 2, court.width / 2),
-    keep(z, -court.behind_rim, court.length - court.behind_rim),
+    keep(x, ground.left, ground.left + ground.width),
+    keep(z, ground.back, ground.back + ground.length),
   ];
 }
 
-/** Size of a new ground without the lines of a court, metres. */
-const FIELD = { width: 8, length: 6 };
+/** Where the first players of a new diagram stand, as shares of the ground. */
+const FIRST: readonly Spot[] = [
+  [0.5, 0.684],
+  [0.18, 0.5125],
+];
 
-/** A new diagram: two attackers on a half court, or one person on the ground of another activity. */
-export function emptyDiagram(ground: Ground | null = null): DiagramShape {
-  const court = { width: 15, length: 14, behind_rim: 1.575, lines: true };
-  if (ground && !ground.teams.includes("attack")) return emptyField(ground);
+/** A new diagram: two players of the first role or one person, and the places that the grammar names. */
+export function emptyDiagram(ground: Ground = groundNow()): DiagramShape {
+  const { left, back, width, length } = ground.ground;
+  const at = ([x, z]: Spot): Spot =>
+    [left + x * width, back + z * length].map((one) => Math.round(one * 10) / 10) as Spot;
+  const team = ground.teams[0] ?? "player";
+  const apart = 1 / (ground.places.length + 1);
   return {
-    title: "New play",
-    grammar: ground?.grammar ?? "basketball",
+    title: `New ${ground.grammar || "play"}`,
+    grammar: ground.grammar || "basketball",
     ball: "",
-    court,
-    places: [{ name: "rim", at: [0, 0] }],
-    players: [
-      { name: "A1", team: "attack", at: [0, 8], guards: "" },
-      { name: "A2", team: "attack", at: [-4.8, 5.6], guards: "" },
-    ],
+    ground: ground.ground,
+    places: ground.places.map((name, i) => ({
+      name,
+      at: at([apart * (i + 1), 0.5]),
+      given: false,
+      height: 0,
+      width: 0,
+      tall: 0,
+    })),
+    players: FIRST.slice(0, team === "player" ? 1 : 2).map((spot, i) => ({
+      name: `${prefix(team)}${i + 1}`,
+      team,
+      at: at(spot),
+      guards: "",
+    })),
     elements: [],
-  };
-}
-
-/** A ground with the places that its grammar names, from the left to the right. */
-function emptyField(ground: Ground): DiagramShape {
-  const { width, length } = FIELD;
-  const apart = width / (ground.places.length + 1);
-  const at = (i: number): Spot => [Math.round((apart * (i + 1) - width / 2) * 10) / 10, 0];
-  const names = ground.places.length ? ground.places : [];
-  const first: Spot = names.length ? at(0) : [0, 0];
-  return {
-    title: `New ${ground.grammar}`,
-    grammar: ground.grammar,
-    ball: "",
-    court: { width, length, behind_rim: length / 2, lines: false },
-    places: [{ name: "rim", at: [0, 0] as Spot }, ...names.map((name, i) => ({ name, at: at(i) }))],
-    players: [{ name: "P1", team: "player", at: first, guards: "" }],
-    elements: [],
+    more: [],
   };
 }
 
@@ -77,22 +63,23 @@ export function blankDiagram(): DiagramShape {
   return { ...emptyDiagram(), title: "", players: [] };
 }
 
-const PREFIXES: Record<Team, string> = { attack: "A", defence: "D", player: "P" };
+const prefix = (team: Team): string => team.slice(0, 1).toUpperCase();
 
 export function addPlayer(diagram: DiagramShape, team: Team, at: Spot): [DiagramShape, string] {
   const taken = new Set(diagram.players.map((one) => one.name));
   let number = 1;
-  while (taken.has(`${PREFIXES[team]}${number}`)) number += 1;
-  const name = `${PREFIXES[team]}${number}`;
+  while (taken.has(`${prefix(team)}${number}`)) number += 1;
+  const name = `${prefix(team)}${number}`;
   const player: PlayerShape = { name, team, at: onCourt(at, diagram), guards: "" };
-  if (team === "defence") player.guards = nearest(diagram, at, "attack") ?? "";
+  const [first, second] = groundNow().teams;
+  if (team === second && team !== "player") player.guards = nearest(diagram, at, first!) ?? "";
   return [{ ...diagram, players: [...diagram.players, player] }, name];
 }
 
-/** The name of the player of a team who stands nearest to a place at the beginning. */
-export function nearest(diagram: DiagramShape, [x, z]: Spot, team: Team): string | null {
+/** The name of the player, perhaps of a role, who stands nearest to a place at the beginning. */
+export function nearest(diagram: DiagramShape, [x, z]: Spot, team?: Team): string | null {
   const apart = (one: PlayerShape): number => Math.hypot(one.at[0] - x, one.at[1] - z);
-  const members = diagram.players.filter((one) => one.team === team);
+  const members = diagram.players.filter((one) => !team || one.team === team);
   return members.sort((a, b) => apart(a) - apart(b))[0]?.name ?? null;
 }
 
@@ -133,7 +120,7 @@ export function removeElement(diagram: DiagramShape, index: number): DiagramShap
 /** The step after the last element of a player, including passes to the player. */
 export function nextStep(diagram: DiagramShape, player: string): number {
   const steps = diagram.elements
-    .filter((one) => one.player === player || (one.kind === "pass" && one.other === player))
+    .filter((one) => one.player === player || (lookOf(one.kind) === "give" && one.other === player))
     .map((one) => Math.max(one.step, one.caught));
   return Math.max(0, ...steps) + 1;
 }
@@ -155,7 +142,7 @@ function stepAfter(diagram: DiagramShape, after: number): [DiagramShape, number]
   const next = Math.max(step, caught) + 1;
   const busy = diagram.elements.some((one) => {
     if (one.player === player) return one.step === next;
-    return one.kind === "pass" && one.other === player && (one.caught || one.step) === next;
+    return lookOf(one.kind) === "give" && one.other === player && (one.caught || one.step) === next;
   });
   return [busy ? makeRoom(diagram, next) : diagram, next];
 }
@@ -190,13 +177,17 @@ function addAt(
     const then = diagram.players
       .filter((one) => one.name !== player)
       .map((one) => ({ ...one, at: placeBefore(diagram, one.name, step) }));
-    const wanted: Team = kind === "pass" ? team : team === "attack" ? "defence" : "attack";
     const from = target.to ?? placeBefore(diagram, player, step);
-    other = nearest({ ...diagram, players: then }, from, wanted) ?? "";
+    const { role } = verbOf(kind)!;
+    const fits = then.filter((one) => {
+      if (role === "receiver") return one.team === team;
+      return role !== "opponent" || one.team !== team || team === "player";
+    });
+    other = nearest({ ...diagram, players: fits }, from) ?? "";
   }
   const to = endsAtPlace(kind) && target.to ? onCourt(target.to, diagram) : null;
   const element: ElementShape = {
-    kind: kind as ElementShape["kind"],
+    kind,
     step,
     caught: 0,
     player,
@@ -204,6 +195,8 @@ function addAt(
     via: [],
     to,
     line: null,
+    target: "",
+    link: other ? linkOf(kind) : "",
   };
   return { ...diagram, elements: [...diagram.elements, element] };
 }
@@ -225,7 +218,9 @@ export function moveTo(diagram: DiagramShape, selection: Selection, place: Spot)
   const at = onCourt(place, diagram);
   if (selection?.what === "player") return changePlayer(diagram, selection.name, { at });
   if (selection?.what === "place") {
-    const places = diagram.places.map((one) => (one.name === selection.name ? { ...one, at } : one));
+    const places = diagram.places.map((one) =>
+      one.name === selection.name ? { ...one, at, given: false } : one,
+    );
     return { ...diagram, places };
   }
   if (selection?.what !== "element" || selection.point === null) return diagram;

@@ -3,7 +3,8 @@
 import { button } from "../../dom/button.ts";
 import { h } from "../../dom/element.ts";
 import { nameOf } from "./drawing.ts";
-import { needsOther, type Selection } from "./edits.ts";
+import type { Selection } from "./edits.ts";
+import { groundNow, linkOf, lookOf, needsOther, styleOf } from "./verbs.ts";
 import type { BoardReply, DiagramShape, ElementShape, PlayerShape } from "../../api/types.ts";
 
 export interface PanelActions {
@@ -83,7 +84,7 @@ function elementPanel(
       "div",
       { class: "form-grid" },
       wholeNumber("element-step", "Step", element.step, 1, (step) => change({ step })),
-      element.kind === "pass"
+      lookOf(element.kind) === "give"
         ? wholeNumber("element-caught", "Caught at", Math.max(element.caught, element.step), 1, (caught) =>
             change({ caught: caught > element.step ? caught : 0 }),
           )
@@ -91,7 +92,7 @@ function elementPanel(
       needsOther(element.kind)
         ? choice({
             id: "element-other",
-            label: element.kind === "pass" ? "To" : "On",
+            label: linkOf(element.kind),
             value: element.other,
             options: others,
             choose: (other) => change({ other }),
@@ -136,7 +137,7 @@ function playerPanel(
         options: [ADD, ...kinds],
         choose: (kind) => kind !== ADD && actions.addElement(name, kind, null),
       }),
-      player.team === "defence"
+      styleOf(player.team) === "second"
         ? choice({
             id: "player-guards",
             label: "Guards",
@@ -146,19 +147,21 @@ function playerPanel(
           })
         : null,
     ),
-    h(
-      "label",
-      { class: "check" },
-      h("input", {
-        type: "checkbox",
-        checked: board?.holder === name,
-        on: {
-          change: (event: Event) =>
-            actions.changeBall((event.currentTarget as HTMLInputElement).checked ? name : ""),
-        },
-      }),
-      "has the ball at the start",
-    ),
+    groundNow().object
+      ? h(
+          "label",
+          { class: "check" },
+          h("input", {
+            type: "checkbox",
+            checked: board?.holder === name,
+            on: {
+              change: (event: Event) =>
+                actions.changeBall((event.currentTarget as HTMLInputElement).checked ? name : ""),
+            },
+          }),
+          `has the ${groundNow().object} at the start`,
+        )
+      : null,
     removeButton(name, actions.remove),
   );
 }

@@ -35,7 +35,7 @@ export function targetName(about: string, board: DiagramShape, player = ""): str
   const [x, z] = [Number(place[1]), Number(place[2])];
   const here = (at: readonly number[] | null | undefined): boolean =>
     !!at && Math.hypot(at[0]! - x, at[1]! - z) < SAME;
-  const named = board.places.find((one) => here(one.at) && (one.name !== "rim" || board.court.lines));
+  const named = board.places.find((one) => here(one.at));
   if (named) return `the ${named.name}`;
   const whose = (name: string): string => (name === player ? "its" : `${name}'s`);
   const start = board.players.find((one) => here(one.at) && (!player || one.name === player));
@@ -155,6 +155,33 @@ function impossibleList({ report }: SceneReply, jump: (time: number) => void): H
   );
 }
 
+const SEEN: Record<string, string> = {
+  guard: "is too far from whom it guards",
+  stands: "stands for most of the scene",
+  "held pose": "holds a pose without moving",
+  misses: "misses the target",
+  object: "is in the way of the object",
+};
+
+/** What a viewer sees at once although no rule is about it. */
+function seenList({ report }: SceneReply, jump: (time: number) => void): HTMLElement | null {
+  const seen = report.seen ?? [];
+  if (seen.length === 0) return null;
+  return h(
+    "ul",
+    { class: "plain", "aria-label": "Seen at once" },
+    seen.map((one) =>
+      h(
+        "li",
+        {},
+        h("b", {}, one.players[0]!),
+        ` ${SEEN[one.kind] ?? one.kind}, `,
+        frameButton(one.start, jump),
+      ),
+    ),
+  );
+}
+
 /** The report beside the player; `jump` shows a time of the scene. */
 export function sceneReport(scene: SceneReply, jump: (time: number) => void): HTMLElement {
   const { report, board } = scene;
@@ -167,6 +194,7 @@ export function sceneReport(scene: SceneReply, jump: (time: number) => void): HT
     "section",
     { class: "board-report", "aria-label": "Report of the scene", tabindex: 0 },
     impossibleList(scene, jump),
+    seenList(scene, jump),
     h(
       "details",
       { class: "why", open: true },

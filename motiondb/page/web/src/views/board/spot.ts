@@ -2,6 +2,6 @@
 
 import type { PlayerShape } from "../../api/types.ts";
 
-/** A place: [x, z] in metres, the rim at [0, 0]. */
+/** A place: [x, z] in metres. */
 export type Spot = [x: number, z: number];
 export type Team = PlayerShape["team"];

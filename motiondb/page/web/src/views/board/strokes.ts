@@ -1,13 +1,14 @@
 /** The lines of a tactics diagram in metres, as coaches draw them: curves, waves, zigzags, links. */
 
-import { endsAtPlace, FEINTS, placeBefore, SHOTS, STANDS } from "./edits.ts";
+import { placeBefore } from "./edits.ts";
+import { lookOf, verbOf } from "./verbs.ts";
 import type { DiagramShape } from "../../api/types.ts";
 import type { Spot } from "./spot.ts";
 
 /** Radius of the circle of a player, metres. */
 export const RADIUS = 0.36;
 
-/** Height and length of the waves of a dribble and of the teeth of a feint, metres. */
+/** Height and length of the waves of a way with the object, and of the teeth of an act, metres. */
 const WAVE = { height: 0.14, length: 0.7 };
 const TEETH = { height: 0.2, length: 0.45 };
 /** Samples between two points of a curve; with so many no corners are visible. */
@@ -18,7 +19,7 @@ export interface Stroke {
   arrow: boolean;
   /** A bar across the end: a screen. */
   bar: boolean;
-  look: "move" | "pass" | "shot" | "link";
+  look: "move" | "give" | "send" | "link";
 }
 
 const apart = (a: Spot, b: Spot): number => Math.hypot(a[0] - b[0], a[1] - b[1]);
@@ -107,18 +108,18 @@ function fromCircle(points: Spot[]): Spot[] {
   return out > 0 ? points.slice(out) : points;
 }
 
-/** A straight link from circle to circle, or to the ring. */
+/** A straight link from circle to circle, or to the target. */
 function shortened(from: Spot, to: Spot, gap: number): Spot[] {
   const length = apart(from, to);
   if (length < RADIUS + gap + 0.1) return [from, to];
   return [mix(from, to, RADIUS / length), mix(from, to, 1 - gap / length)];
 }
 
-/** Whether a player has the ball before an element, by following the passes from the first holder. */
+/** Whether a player has the object before an element, by following what is given from the first holder. */
 function hasBall(diagram: DiagramShape, holder: string | null, player: string, step: number): boolean {
   let has = holder === player;
   for (const one of [...diagram.elements].sort((a, b) => a.step - b.step)) {
-    if (one.kind !== "pass") continue;
+    if (lookOf(one.kind) !== "give") continue;
     if (one.player === player && one.step < step) has = false;
     if (one.other === player && Math.max(one.step, one.caught) < step) has = true;
   }
@@ -130,17 +131,20 @@ export function strokeOf(diagram: DiagramShape, index: number, holder: string | 
   const element = diagram.elements[index]!;
   const { kind, step, player } = element;
   const from = placeBefore(diagram, player, step, index);
-  if (SHOTS.includes(kind)) {
-    const rim = diagram.places.find((one) => one.name === "rim")?.at ?? [0, 0];
-    return { points: shortened(from, rim, 0.25), arrow: true, bar: false, look: "shot" };
+  let look = lookOf(kind, hasBall(diagram, holder, player, step));
+  if (look === "act" && element.other && !element.to) look = "link";
+  const placed = diagram.places.find((one) => one.name === element.target);
+  if (look === "send") {
+    const target = placed ?? diagram.places.find((one) => one.width > 0);
+    const to = element.other ? placeBefore(diagram, element.other, step, index) : target?.at;
+    return { points: to ? shortened(from, to, 0.25) : [from], arrow: true, bar: false, look: "send" };
   }
-  if (kind === "pass" || STANDS.includes(kind)) {
-    const until = kind === "pass" ? Math.max(element.caught, step) : step;
-    const to = placeBefore(diagram, element.other, until, index);
-    const pass = kind === "pass";
-    return { points: shortened(from, to, RADIUS), arrow: pass, bar: false, look: pass ? "pass" : "link" };
+  if ((look === "give" || look === "link") && (element.other || placed)) {
+    const until = look === "give" ? Math.max(element.caught, step) : step;
+    const to = element.other ? placeBefore(diagram, element.other, until, index) : placed!.at;
+    return { points: shortened(from, to, RADIUS), arrow: look === "give", bar: false, look };
   }
-  if (FEINTS.includes(kind)) {
+  if (look === "act") {
     const way = element.to
       ? fromCircle(smoothCurve([from, ...element.via, element.to]))
       : ([
@@ -151,12 +155,11 @@ export function strokeOf(diagram: DiagramShape, index: number, holder: string | 
   }
   const way = smoothCurve([from, ...element.via, ...(element.to ? [element.to] : [])]);
   const points = fromCircle(way);
-  const ball = kind === "dribble" || (kind === "move" && hasBall(diagram, holder, player, step));
-  const screen = kind === "screen";
+  const bar = verbOf(kind)?.bar ?? false;
   return {
-    points: ball && points.length > 1 ? waved(points) : points,
-    arrow: !screen && endsAtPlace(kind),
-    bar: screen,
+    points: look === "wave" && points.length > 1 ? waved(points) : points,
+    arrow: !bar && element.to !== null,
+    bar,
     look: "move",
   };
 }

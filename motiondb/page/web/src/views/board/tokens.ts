@@ -4,11 +4,12 @@ import type { Track } from "../../api/container.ts";
 import { fill, svg } from "../../dom/element.ts";
 import { poseAt } from "../../player/motion.ts";
 import { RADIUS } from "./strokes.ts";
+import { styleOf } from "./verbs.ts";
 import type { Spot } from "./spot.ts";
 
 export interface Token {
   name: string;
-  /** The team of a player; "ball" for the ball. */
+  /** The role of a player; "ball" for the object. */
   team: string;
   at: Spot;
 }
@@ -46,7 +47,7 @@ export function makeTokens(): Tokens {
             ? svg("g", { class: "board-token ball" }, svg("circle", { r: 0.18 }))
             : svg(
                 "g",
-                { class: `board-token ${team}`, "data-token": name },
+                { class: `board-token ${styleOf(team)}`, "data-token": name },
                 svg("circle", { r: RADIUS }),
                 svg("text", { y: 0.13 }, name),
               );

@@ -4,6 +4,7 @@ import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import type { Ground } from "../../api/types.ts";
 import type { Team } from "./spot.ts";
+import { groundNow } from "./verbs.ts";
 
 export interface Tools {
   readonly element: HTMLElement;
@@ -17,21 +18,15 @@ export interface Tools {
 }
 
 const GROUPS: readonly [string, readonly string[]][] = [
-  ["Move", ["move", "walk", "run", "cut", "dribble"]],
-  ["Ball", ["pass", "shoot", "layup"]],
-  ["Trick", ["feint", "fake", "pivot_left", "pivot_right"]],
-  ["Block", ["screen", "guard", "block"]],
+  ["Go", ["way", "wave"]],
+  ["Give", ["give", "send"]],
+  ["Together", ["link"]],
+  ["Do", ["act"]],
 ];
-
-const PEOPLE: Record<string, string> = {
-  attack: "player of the attack",
-  defence: "defender",
-  player: "person",
-};
 
 export function makeTools(change: () => void): Tools {
   let chosen = "";
-  let ground: Ground = { grammar: "", kinds: [], teams: [], places: [] };
+  let ground: Ground = groundNow();
   const element = h("div", { class: "board-tools", role: "toolbar", "aria-label": "Tools of the board" });
 
   function tool(value: string, label: string, title: string): HTMLElement {
@@ -55,11 +50,12 @@ export function makeTools(change: () => void): Tools {
         "div",
         { class: "row", role: "group", "aria-label": "Players" },
         ground.teams.map((team) =>
-          tool(`team:${team}`, `+ ${team}`, `Click on the ground to place a ${PEOPLE[team] ?? team}`),
+          tool(`team:${team}`, `+ ${team}`, `Click on the ground to place one: ${team}`),
         ),
       ),
-      GROUPS.map(([title, members]) => {
-        const known = members.filter((kind) => ground.kinds.includes(kind));
+      GROUPS.map(([title, looks]) => {
+        const offered = ground.verbs.filter((one) => one.declared || ground.verbs.every((v) => !v.declared));
+        const known = offered.filter((one) => looks.includes(one.look)).map((one) => one.name);
         if (known.length === 0) return null;
         return h(
           "div",

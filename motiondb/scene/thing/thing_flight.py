@@ -1,17 +1,19 @@
-"""The path of the ball: in hands, from hand to floor and back, from player to player, to the ring.
+"""The path of the object: in hands, bounced, from player to player, to its target, lying.
 
-Captures have no ball. The actions determine the holder: at first the first player who passes or
-shoots, from a catch on the receiver of the pass, and no player after a shot. It moves
+Captures have no objects. The actions determine the holder. It moves
 
 * in the hands: between the palms; if these are far apart, in front of the chest, and the hands are
-  moved to it;
-* dribbled: under the palm of the clip's hand, and between its release and its catch down to the
+  moved to it; a small object in the palm of one hand;
+* bounced: under the palm of the clip's hand, and between its release and its catch down to the
   floor and up again, each way a fall under gravity in the given time;
-* passed: at constant horizontal speed, with gravity, in the time from release to catch;
-* shot: so that it enters the ring from above at 45 degrees; then it falls and bounces.
+* given: at constant horizontal speed, with gravity, in the time from release to catch;
+* sent: into a level target (a ring) from above at 45 degrees; to an upright one (a goal) or a head
+at
+  the speed of a throw; then it falls and bounces;
+* put down: on its target, or to the floor.
 
-Hands are moved to the ball where the capture's hands are not: during a few frames before the catch,
-and while the ball is held in both hands.
+Hands are moved to the object where the capture's hands are not: during a few frames before it is
+taken or put down, and while it is held in both hands.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 6: trajectories of the ball are added when a scene is done.
@@ -28,7 +30,8 @@ from numpy.typing import NDArray
 
 from motiondb.body import body, features, kinematics, pose_vectors, retarget, rotation
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
-from motiondb.scene.ball.ball_acts import BallActs, Possession
+from motiondb.scene.language.activity import GIVE, PUT, SEND
+from motiondb.scene.thing.thing_acts import Aim, Possession, ThingActs
 
 # Hands: where they are, and how arms move them somewhere else.
 
@@ -84,19 +87,15 @@ def reach(motion: Motion, targets: FloatArray, weights: FloatArray) -> Motion:
 
 # Where a held or dribbled ball is, and which hands are on it.
 
-HALF_WIDTH = 0.11
-"""Distance from the centre of the ball to a palm at its side, m: a little less than its radius."""
-UNDER = 0.11
-"""Distance from a palm to the centre of the ball that it dribbles, m: a little less than its
-radius."""
+GRIP = 0.01  # How far a palm is inside the surface of a held object, m
+ONE_HAND = 0.15  # Size below which one hand holds an object, m
 CARRIED = np.array([0.0, -0.06, 0.34])
-"""Where a ball is carried relative to the chest, m, in the frame of the heading: left, up,
+"""Where an object is carried relative to the chest, m, in the frame of the heading: left, up,
 ahead."""
-CLOSE, FAR = 0.34, 0.55
-"""Distances between palms, m: up to the first both are on the ball, from the second on they are
-not."""
-LEAST_AHEAD = 0.24  # Least distance of a ball below the neck in front of the chest, m
-BALL = 0.12  # Radius of the ball, m: size 7
+CLOSE, FAR = 0.1, 0.31
+"""Distances between palms beyond the size of a ball, m: up to the first both are on the object,
+from the second on they are not."""
+LEAST_AHEAD = 0.12  # Least distance of an object below the neck before the chest, m, and its radius
 _TURN = 8  # Frames in which a ball passes from both hands to one
 _OUT = 2.0  # Standard deviation of the smoothing of :func:`clearance`, frames
 _LIMBS = (
@@ -112,8 +111,8 @@ limbs, so that a held ball may touch clothes."""
 
 
 @dataclass(frozen=True, eq=False)
-class HeldBall:
-    """Per frame, whether held or not: where the ball would be."""
+class HeldThing:
+    """Per frame, whether held or not: where the object would be."""
 
     ball: FloatArray  # (frames, 3), m: its centre
     # (frames, 2): weight with which the left and the right palm are to be at ``palms``
@@ -121,8 +120,10 @@ class HeldBall:
     palms: FloatArray  # (frames, 2, 3), m: targets of the palms
 
 
-def held_ball(possession: Possession, joints: FloatArray, rotations: FloatArray) -> HeldBall:
-    """Return where the ball is while a player has it.
+def held_thing(
+    possession: Possession, joints: FloatArray, rotations: FloatArray, size: float
+) -> HeldThing:
+    """Return where the object of a size, m, is while a player has it.
 
     If it would be inside the player's body, it is moved out, and the hands with it.
 
@@ -134,22 +135,23 @@ def held_ball(possession: Possession, joints: FloatArray, rotations: FloatArray)
     heading = pose_vectors.yaw(features.headings(rotations))
     left = rotation.rotate(heading, np.broadcast_to(np.array([1.0, 0.0, 0.0]), (n_frames, 3)))
     both = palms(joints)
-    two = _between(both, joints, heading)
+    two, radius = _between(both, joints, heading, size), size / 2.0
     hand = possession.hand_at(n_frames)
     one = both[np.arange(n_frames), hand]
     single = _smooth(possession.one_handed(n_frames, _gap(both)))
+    single = np.ones(n_frames) if size < ONE_HAND else single
     dribbled = _smooth(possession.dribbled(n_frames))
-    under = one - np.array([0.0, UNDER, 0.0]) * dribbled[:, None]
+    under = one - np.array([0.0, radius - GRIP, 0.0]) * dribbled[:, None]
     ball = (1.0 - single)[:, None] * two + single[:, None] * under
-    out = gaussian_filter1d(clearance(ball, joints), _OUT, axis=0, mode="nearest")
+    out = gaussian_filter1d(clearance(ball, joints, radius), _OUT, axis=0, mode="nearest")
     ball = ball + out
-    aside = np.stack([left, -left], axis=1) * HALF_WIDTH
+    aside = np.stack([left, -left], axis=1) * (radius - GRIP)
     led = _smooth(np.stack([hand == 0, hand == 1], axis=1).astype(float))
     beside = both + led[:, :, None] * out[:, None]
     share = single[:, None, None]
     wanted = (1.0 - share) * (ball[:, None] + aside) + share * beside
     other = (1.0 - single)[:, None]
-    return HeldBall(ball, np.maximum(led * np.sign(single)[:, None], other), wanted)
+    return HeldThing(ball, np.maximum(led * np.sign(single)[:, None], other), wanted)
 
 
 def _smooth(values: FloatArray) -> FloatArray:
@@ -158,8 +160,11 @@ def _smooth(values: FloatArray) -> FloatArray:
     return np.asarray(gaussian_filter1d(values, _TURN / 3.0, axis=0, mode="nearest"))
 
 
-def clearance(ball: FloatArray, joints: FloatArray) -> FloatArray:
+def clearance(ball: FloatArray, joints: FloatArray, size: float) -> FloatArray:
     """Return the least horizontal displacement (frames, 3) of balls (frames, 3) out of a body.
+
+    `size`: Radius of the balls, m.
+
 
     It is 0 outside. Trunk, head, thighs and shins are capsules; joints (frames, 21, 3), m.
     """
@@ -171,7 +176,7 @@ def clearance(ball: FloatArray, joints: FloatArray) -> FloatArray:
         away = ball + out - (a + np.clip(share, 0.0, 1.0)[:, None] * along)
         level = away * np.array([1.0, 0.0, 1.0])
         flat = np.linalg.norm(level, axis=1)
-        wide = np.sqrt(np.maximum((radius + BALL) ** 2 - away[:, 1] ** 2, 0.0))
+        wide = np.sqrt(np.maximum((radius + size) ** 2 - away[:, 1] ** 2, 0.0))
         out += level * (np.maximum(wide - flat, 0.0) / np.maximum(flat, 1e-6))[:, None]
     return out
 
@@ -180,31 +185,46 @@ def _gap(both: FloatArray) -> FloatArray:
     return np.linalg.norm(both[:, 0] - both[:, 1], axis=1)
 
 
-def _between(both: FloatArray, joints: FloatArray, heading: FloatArray) -> FloatArray:
-    """Return the ball in both hands: between the palms, or in front of the chest if far apart."""
+def _between(both: FloatArray, joints: FloatArray, heading: FloatArray, size: float) -> FloatArray:
+    """Return the object in both hands: between the palms, or in front of the chest if far apart."""
     chest = joints[:, _I["chest"]]
     middle = rotation.rotate(rotation.conjugate(heading), both.mean(axis=1) - chest)
-    share = np.clip((_gap(both) - CLOSE) / (FAR - CLOSE), 0.0, 1.0)[:, None]
+    share = np.clip((_gap(both) - size - CLOSE) / (FAR - CLOSE), 0.0, 1.0)[:, None]
     share = share * share * (3.0 - 2.0 * share)
     middle = (1.0 - share) * middle + share * CARRIED
     below = np.clip(1.0 - (middle[:, 1] - 0.2) / 0.2, 0.0, 1.0)
-    middle[:, 2] += below * np.maximum(LEAST_AHEAD - middle[:, 2], 0.0)
+    middle[:, 2] += below * np.maximum(LEAST_AHEAD + size / 2.0 - middle[:, 2], 0.0)
     return chest + rotation.rotate(heading, middle)
 
 
-RADIUS, RIM, GRAVITY = BALL, 3.05, 9.81
-"""Radius of the ball, m; height of the ring, m; gravity, m/s^2."""
+GRAVITY = 9.81  # m/s^2
+THROW = 14.0  # Speed of what is sent at an upright target or a head, m/s. Chosen by hand
 ENTRY = math.radians(45.0)
-"""Angle at which a shot comes down into the ring, rad; 43 to 47 degrees are usual."""
+"""Angle at which something comes down into a level target, rad; 43 to 47 degrees are usual for a
+ring."""
 BOUNCE = 0.7
 """Fraction of the speed after the floor. Chosen by hand: the rules of basketball ask for 0.82 to
 0.87 for a new ball dropped from 1.8 m; the net takes more."""
-REACHING = 8  # Frames over which hands move to the ball and away from it
+REACHING = 8  # Frames over which hands move to the object and away from it
+_LIFT = 12  # Frames in which an object goes from where it lies to where it is held
+
+
+@dataclass(frozen=True)
+class Sent:
+    """Something that was sent to a target."""
+
+    player: int
+    frame: int  # The frame of the release
+    target: str
+    at: tuple[
+        float, float, float
+    ]  # x, height and z of the target's middle when it should arrive, m
+    width: float  # m
 
 
 @dataclass(frozen=True, eq=False)
 class Ball:
-    """The path of the ball."""
+    """The path of the object."""
 
     positions: FloatArray  # (frames, 3), m: its centre
     # (frames,), int: the player who has it in the hands or dribbles it; -1 in flight
@@ -212,41 +232,78 @@ class Ball:
     # (frames,), m: distance from the centre to the nearest palm of the holder; NaN in flight and
     # while it bounces
     gap: FloatArray
+    size: float = 0.24  # Diameter, m
+    sent: tuple[Sent, ...] = ()  # What was sent where
 
 
-def fly(acts: BallActs, motions: Sequence[Motion]) -> tuple[Ball, list[Motion]]:
-    """Return the path of the ball, and the motions with hands moved to it."""
-    n_frames = motions[0].n_frames
+def fly(acts: ThingActs, motions: Sequence[Motion]) -> tuple[Ball, list[Motion]]:
+    """Return the path of the object, and the motions with hands moved to it."""
+    n_frames, size = motions[0].n_frames, acts.thing.size
     positions, holder = np.zeros((n_frames, 3)), np.full(n_frames, -1)
     moved = list(motions)
     joints = [retarget.motion_positions(motion) for motion in motions]
     free = np.zeros(n_frames, dtype=bool)
+    sent: list[Sent] = []
+    lies = None if acts.lies is None else np.array(acts.lies.at)
+    if lies is not None:
+        positions[:] = lies
     for number, possession in enumerate(acts.possessions):
-        held = held_ball(possession, *joints[possession.player])
-        frames = np.arange(possession.since, possession.until + 1)
+        since, until = possession.since, possession.until
+        held = held_thing(possession, *joints[possession.player], size)
+        before = None if number == 0 else acts.possessions[number - 1]
+        if lies is not None:
+            held = _taken(held, since, lies)
+        if possession.left == PUT:
+            lies = _put_at(possession, held, size)
+            held = _taken(held, until, lies, ahead=False)
+        frames = np.arange(since, until + 1)
         positions[frames], holder[frames] = held.ball[frames], possession.player
         for bounce in possession.bounces:
             inner = np.arange(bounce.release, bounce.catch + 1)
             ends = held.ball[bounce.release], held.ball[bounce.catch]
-            way = bounced(*ends, len(inner))
-            positions[inner] = way + _around(way, joints[possession.player][0][inner])
+            way = bounced(*ends, len(inner), size / 2.0)
+            body_there = joints[possession.player][0][inner]
+            positions[inner] = way + _around(way, body_there, size / 2.0)
             free[inner[1:-1]] = True
-        if number > 0:
-            _pass(positions, acts.possessions[number - 1].until, possession.since)
+        if before is not None and before.left == GIVE:
+            _pass(positions, before.until, since)
         moved[possession.player] = _brought(moved[possession.player], possession, held)
-    if acts.shot:
-        _shoot(positions, acts.possessions[-1].until, acts.rim)
-        holder[acts.possessions[-1].until + 1 :] = -1
-    return Ball(positions, holder, _gaps(positions, holder, free, moved)), moved
+        if possession.left == GIVE:
+            lies = None
+            continue
+        if possession.left == SEND:
+            sent += _send(positions, possession, joints, size)
+        elif possession.left == PUT and lies is not None:
+            positions[until:] = lies
+        lies = positions[-1].copy() if possession.left else None
+    return Ball(positions, holder, _gaps(positions, holder, free, moved), size, tuple(sent)), moved
 
 
-def bounced(start: FloatArray, end: FloatArray, n_frames: int) -> FloatArray:
+def _put_at(possession: Possession, held: HeldThing, size: float) -> FloatArray:
+    """Return where an object is put: on its target, else on the floor below the hands."""
+    if possession.aim is not None:
+        x, height, z = possession.aim.at
+        return np.array([x, height + size / 2.0, z])
+    x, _, z = held.ball[possession.until]
+    return np.array([x, size / 2.0, z])
+
+
+def _taken(held: HeldThing, frame: int, lies: FloatArray, ahead: bool = True) -> HeldThing:
+    """Return a held object that is where it lies at a frame; ``ahead``: it is taken, else put."""
+    frames = np.arange(len(held.ball))
+    away = np.clip((frames - frame if ahead else frame - frames) / _LIFT, 0.0, 1.0)
+    share = (1.0 - away * away * (3.0 - 2.0 * away))[:, None]
+    by = share * (lies - held.ball)
+    return HeldThing(held.ball + by, held.hands, held.palms + by[:, None])
+
+
+def bounced(start: FloatArray, end: FloatArray, n_frames: int, radius: float) -> FloatArray:
     """Return the path from a hand to the floor and up to a hand: array (n_frames, 3).
 
     The ends are included. The floor is touched in the middle frame or the one before; at least 3
     frames.
 
-    >>> bounced(np.array([0.0, 1.0, 0.0]), np.array([1.0, 1.0, 0.0]), 3)[1].round(3).tolist()
+    >>> bounced(np.array([0.0, 1.0, 0.0]), np.array([1.0, 1.0, 0.0]), 3, 0.12)[1].round(3).tolist()
     [0.5, 0.12, 0.0]
     """
     share = np.linspace(0.0, 1.0, n_frames)[:, None]
@@ -255,10 +312,10 @@ def bounced(start: FloatArray, end: FloatArray, n_frames: int) -> FloatArray:
     half = (n_frames - 1) // 2 / MOTION_FPS
     time = share[:, 0] * seconds
     down, up = (
-        thrown(start[1], RADIUS, half, time),
-        thrown(RADIUS, end[1], seconds - half, time - half),
+        thrown(start[1], radius, half, time),
+        thrown(radius, end[1], seconds - half, time - half),
     )
-    way[:, 1] = np.maximum(np.where(time <= half + 1e-9, down, up), RADIUS)
+    way[:, 1] = np.maximum(np.where(time <= half + 1e-9, down, up), radius)
     return np.asarray(way)
 
 
@@ -286,43 +343,59 @@ def _pass(positions: FloatArray, release: int, catch: int) -> None:
     positions[release : catch + 1, 1] = thrown(start[1], end[1], seconds, share * seconds)
 
 
-def _shoot(positions: FloatArray, release: int, rim: tuple[float, float]) -> None:
-    """Fill the frames after a shot: to the ring, down, and bouncing."""
-    start, end = positions[release].copy(), np.array([rim[0], RIM, rim[1]])
+def _send(
+    positions: FloatArray,
+    possession: Possession,
+    joints: Sequence[tuple[FloatArray, FloatArray]],
+    size: float,
+) -> list[Sent]:
+    """Fill the frames after a release: to the target, down, and bouncing."""
+    release, aim, start = possession.until, possession.aim, positions[possession.until].copy()
+    if aim is None:  # nobody says where to: it drops
+        aim = Aim("", (float(start[0]), float(start[1]), float(start[2])))
+    end = np.array(aim.at)
+    if aim.player >= 0:
+        head = joints[aim.player][0][:, _I["head"]]
+        arrives = release + int(np.linalg.norm(head[release] - start) / THROW * MOTION_FPS)
+        end = head[min(arrives, len(head) - 1)]
     distance = float(np.hypot(end[0] - start[0], end[2] - start[2]))
-    seconds = shot_seconds(distance, RIM - float(start[1]))
+    straight = aim.upright or aim.player >= 0
+    rise = float(end[1] - start[1])
+    seconds = max(distance / THROW, 0.1) if straight else shot_seconds(distance, rise)
     time = np.arange(len(positions) - release) / MOTION_FPS
     share = np.clip(time / seconds, 0.0, 1.0)
     way = start + share[:, None] * (end - start)
-    way[:, 1] = thrown(start[1], RIM, seconds, time)
+    way[:, 1] = thrown(start[1], end[1], seconds, time)
     after = time > seconds
-    way[after, 1] = _falling(time[after] - seconds)
+    way[after, 1] = _falling(time[after] - seconds, float(end[1]), size / 2.0)
     positions[release:] = way
+    at = (float(end[0]), float(end[1]), float(end[2]))
+    return [Sent(possession.player, release, aim.name, at, aim.width)] if aim.name else []
 
 
-def _falling(time: FloatArray) -> FloatArray:
-    """Return heights of a ball that the net has stopped: down to the floor and up again."""
-    heights, speed = np.full(len(time), RADIUS), 0.0
-    start, begin = RIM, 0.0
+def _falling(time: FloatArray, start: float, radius: float) -> FloatArray:
+    """Return heights of an object that was stopped at a height: down to the floor and up again."""
+    heights, speed, begin = np.full(len(time), radius), 0.0, 0.0
     for _ in range(12):
-        lasts = (speed + math.sqrt(speed * speed + 2.0 * GRAVITY * (start - RADIUS))) / GRAVITY
+        fall = max(start - radius, 0.0)
+        lasts = (speed + math.sqrt(speed * speed + 2.0 * GRAVITY * fall)) / GRAVITY
         inside = (time >= begin) & (time <= begin + lasts)
         fall_time = time[inside] - begin
         heights[inside] = start + speed * fall_time - GRAVITY * fall_time * fall_time / 2.0
         begin, speed = begin + lasts, BOUNCE * (GRAVITY * lasts - speed)
-        start = RADIUS
-    return np.maximum(heights, RADIUS)
+        start = radius
+    return np.maximum(heights, radius)
 
 
-def _around(way: FloatArray, joints: FloatArray) -> FloatArray:
+def _around(way: FloatArray, joints: FloatArray, radius: float) -> FloatArray:
     """Return how far a bounce has to avoid the legs: array (frames, 3), 0 at its ends."""
     from scipy.ndimage import gaussian_filter1d
 
-    out = gaussian_filter1d(clearance(way, joints), 2.0, axis=0, mode="constant")
+    out = gaussian_filter1d(clearance(way, joints, radius), 2.0, axis=0, mode="constant")
     return np.asarray(out * np.minimum(1.0, 3.0 * np.sin(np.linspace(0, np.pi, len(way))))[:, None])
 
 
-def _brought(motion: Motion, possession: Possession, held: HeldBall) -> Motion:
+def _brought(motion: Motion, possession: Possession, held: HeldThing) -> Motion:
     """Return a motion with its palms at the ball while it is held, and moving to it before."""
     n_frames = motion.n_frames
     frames = np.arange(n_frames)
@@ -347,7 +420,7 @@ def _gaps(
     return gaps
 
 
-# Heads that follow the ball, as far as necks turn.
+# Heads that follow the object, as far as necks turn.
 
 MOST_YAW, MOST_PITCH = math.radians(60.0), math.radians(30.0)
 """Largest turns of neck and head together, rad: within what people turn without effort."""
@@ -355,12 +428,12 @@ AIMING = 20  # Frames before a release in which the player looks at the target o
 _SMOOTH = 5.0  # Standard deviation of the smoothing, frames
 
 
-def look(acts: BallActs, ball: FloatArray, motions: Sequence[Motion]) -> list[Motion]:
+def look(acts: ThingActs, ball: FloatArray, motions: Sequence[Motion]) -> list[Motion]:
     """Return every player's motion with the head turned to what they look at.
 
     Shapes: `ball` (frames, 3), m.
 
-    Before a release the player looks at the target of the ball: the receiver or the ring. Neck and
+    Before a release the player looks at the receiver or the target. Neck and
     head share the turn: yaw and pitch from the forward direction of the chest to the ball, clamped
     and smoothed over a third of a second. Captures on the canonical body hold the head still, so
     nothing is lost.
@@ -371,12 +444,15 @@ def look(acts: BallActs, ball: FloatArray, motions: Sequence[Motion]) -> list[Mo
     heads = [retarget.motion_positions(motion)[0][:, _I["head"]] for motion in motions]
     seen = [ball.copy() for _ in motions]
     for number, possession in enumerate(acts.possessions):
-        aim = np.tile(np.array([acts.rim[0], RIM, acts.rim[1]]), (len(ball), 1))
-        last = number + 1 == len(acts.possessions)
-        if last and not acts.shot:
+        if not possession.left:
             continue
-        if not last:
+        aim, thrown_at = ball, possession.aim
+        if possession.left == GIVE and number + 1 < len(acts.possessions):
             aim = heads[acts.possessions[number + 1].player]
+        elif thrown_at is not None and thrown_at.player >= 0:
+            aim = heads[thrown_at.player]
+        elif thrown_at is not None:
+            aim = np.tile(np.array(thrown_at.at), (len(ball), 1))
         frames = np.arange(max(possession.until - AIMING, possession.since), possession.until + 1)
         seen[possession.player][frames] = aim[frames]
     return [follow(motion, spot) for motion, spot in zip(motions, seen, strict=True)]

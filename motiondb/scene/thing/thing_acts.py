@@ -1,8 +1,9 @@
-"""Possession of the ball over time, and by which hand, from a scene's actions and their events."""
+"""Who has the object over time, and in which hand, from a scene's actions and their events."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -12,12 +13,23 @@ from motiondb.scene.clips.clips import APART, ClipLibrary
 from motiondb.scene.energy import binding as kinds
 from motiondb.scene.energy.binding import RuleTable
 from motiondb.scene.energy.scene_arrays import SceneState
-from motiondb.scene.language.tactics import SHOTS
+from motiondb.scene.language.activity import (
+    BOUNCE,
+    GIVE,
+    KEEPING,
+    LOSING,
+    PUT,
+    SEND,
+    TAKE,
+    Place,
+    Thing,
+)
 from motiondb.scene.timing.timeline import Timeline, measure
 
 _SHORTEST, _PERIOD, _RAMP = 6, 20, 8
 """Frames: of the shortest dribble and bounce, from bounce to bounce if no events are known, and of
 the transition between hands."""
+_HEAD = 0.25  # Width of a head as a target, m
 _HANDS = {"l_wrist": 0, "r_wrist": 1}  # Number of the hand at each wrist
 
 
@@ -31,8 +43,25 @@ class Bounce:
 
 
 @dataclass(frozen=True)
+class Aim:
+    """Where something is sent or put, or where it lies."""
+
+    name: str
+    # x, height and z, m, of the middle of a place; of a player's head ``player`` says whose
+    at: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    width: float = 0.0  # m
+    upright: bool = False
+    player: int = -1
+
+    @property
+    def on_the_ground(self) -> tuple[float, float]:
+        """Its x and z, m."""
+        return self.at[0], self.at[2]
+
+
+@dataclass(frozen=True)
 class Possession:
-    """A player has the ball from frame ``since`` to ``until``, both included."""
+    """A player has the object from frame ``since`` to ``until``, both included."""
 
     player: int  # Index of the player
     since: int
@@ -40,6 +69,8 @@ class Possession:
     hand: int = 1  # The hand that releases it (0 left, 1 right), if the hands are apart
     dribbles: tuple[tuple[int, int], ...] = ()  # Intervals [start, end) of dribbling
     bounces: tuple[Bounce, ...] = ()
+    left: str = ""  # How it leaves the hands: give, send or put; "" if it does not
+    aim: Aim | None = None  # Where it is sent or put
 
     def dribbled(self, n_frames: int) -> FloatArray:
         """Return 1 at frames of dribbling, else 0: array (frames,)."""
@@ -49,14 +80,14 @@ class Possession:
         return shares
 
     def one_handed(self, n_frames: int, gap: FloatArray) -> FloatArray:
-        """Return 1 at frames when one hand has the ball: dribbling, or releasing hands apart."""
+        """Return 1 at frames when one hand has the object: dribbling, or releasing hands apart."""
         shares = self.dribbled(n_frames)
         if self.until < n_frames - 1 and gap[self.until] > APART:
             shares[max(self.until - _RAMP, self.since) :] = 1.0
         return shares
 
     def hand_at(self, n_frames: int) -> IntArray:
-        """Return which hand has the ball: array (frames,); it changes hands while it bounces."""
+        """Return which hand has the object: array (frames,); it changes hands while it bounces."""
         hands = np.full(n_frames, self.hand)
         if self.bounces:
             hands[: self.bounces[-1].catch + _RAMP] = self.bounces[-1].hand
@@ -66,74 +97,109 @@ class Possession:
 
 
 @dataclass(frozen=True)
-class BallActs:
-    """The course of the ball."""
+class ThingActs:
+    """The course of the object."""
 
     possessions: tuple[Possession, ...]
-    shot: bool  # Whether the last ends with a shot
-    rim: tuple[float, float] = (0.0, 0.0)  # x and z of the ring
+    thing: Thing
+    lies: Aim | None = None  # Where it lies at first; None if somebody has it
 
 
-def ball_acts(
+@dataclass(frozen=True)
+class _Deed:
+    """Something that is done with the object at a frame."""
+
+    frame: int
+    player: int
+    clip: int
+    deed: str
+    partner: int = -1  # To whom it is given
+    caught: int = -1  # When it arrives there
+
+
+def thing_acts(
     state: SceneState,
     library: ClipLibrary,
     table: RuleTable,
     timeline: Timeline,
-) -> BallActs | None:
-    """Return the holder of the ball over time; None if nobody passes, shoots or dribbles."""
-    releases = sorted(_releases(table, timeline))
-    holder, since = _first(table, releases), 0
-    if holder < 0:
+) -> ThingActs | None:
+    """Return the holder of the object over time; None if nobody does anything with it."""
+    thing = table.activity.thing
+    if thing is None:
+        return None
+    deeds = sorted(_deeds(table, timeline), key=lambda deed: deed.frame)
+    place = table.places.get(thing.at)
+    holder, since = -1 if place else _first(table, deeds), 0
+    if holder < 0 and not place and not any(deed.deed == TAKE for deed in deeds):
         return None
     possessions: list[Possession] = []
-    for release, player, catch, partner, clip in releases:
-        if player != holder or release <= since:
+
+    def had(until: int, hand: int, left: str = "", aim: Aim | None = None) -> None:
+        of = _possession(state, library, table, timeline, (holder, since, until, hand))
+        possessions.append(replace(of, left=left, aim=aim))
+
+    for deed in deeds:
+        if deed.deed == TAKE:
+            if holder < 0 and deed.frame > since:
+                holder, since = deed.player, deed.frame
             continue
-        hand = _hand(state, library, player, clip)
-        possessions.append(
-            _possession(state, library, table, timeline, (player, since, release, hand))
-        )
-        if partner < 0:
-            return BallActs(tuple(possessions), True, _rim(table))
-        holder, since = partner, max(catch, release + 1)
-    last = (holder, since, timeline.n_frames - 1, 1)
-    possessions.append(_possession(state, library, table, timeline, last))
-    return BallActs(tuple(possessions), False)
+        if deed.player != holder or deed.frame <= since:
+            continue
+        aim = None if deed.deed == GIVE else aim_of(table, deed.player, deed.clip)
+        had(deed.frame, _hand(state, library, deed.player, deed.clip), deed.deed, aim)
+        holder, since = deed.partner, max(deed.caught, deed.frame + 1)
+    if holder >= 0:
+        had(timeline.n_frames - 1, 1)
+    return ThingActs(tuple(possessions), thing, _lying(place, thing) if place else None)
 
 
-def _releases(table: RuleTable, timeline: Timeline) -> list[tuple[int, int, int, int, int]]:
-    """Return release frame, player, catch frame, partner (-1: a shot) and clip of each throw."""
-    releases = []
+def _lying(place: Place, thing: Thing) -> Aim:
+    spot = place.at
+    assert spot is not None
+    return Aim(place.name, (spot.x, place.height + thing.size / 2.0, spot.z), place.width)
+
+
+def aim_of(table: RuleTable, player: int, clip: int) -> Aim | None:
+    """Return where a clip sends or puts the object; None if nothing says so."""
+    name = table.aims.get((player, clip), "")
+    if name in table.players:
+        return Aim(name, width=_HEAD, player=table.players.index(name))
+    place = table.places.get(name)
+    if place is None or place.at is None:
+        return None
+    at = place.at.x, place.height, place.at.z
+    return Aim(name, at, place.width, place.is_upright)
+
+
+def _deeds(table: RuleTable, timeline: Timeline) -> Iterator[_Deed]:
+    """Yield what is done with the object, in no order."""
+    given: dict[tuple[int, int], tuple[int, int]] = {}
     for number, row in enumerate(table.rows):
-        if row["kind"] == kinds.SYNCHRONISATION and np.isnan(row["lag"]):
-            clip = measure(table, number, timeline).partner_clip
-            thrown = int(timeline.instants[row["player"]][row["first"]])
-            caught = int(timeline.instants[row["partner"]][clip])
-            releases.append(
-                (thrown, int(row["player"]), caught, int(row["partner"]), int(row["first"]))
-            )
+        player, clip = int(row["player"]), int(row["first"])
+        if row["kind"] != kinds.SYNCHRONISATION:
+            continue
+        if table.activity.deed(table.actions[player][clip]) == GIVE:
+            given[player, clip] = int(row["partner"]), measure(table, number, timeline).partner_clip
+    caught = set(given.values())
     for player, actions in enumerate(table.actions):
         for clip, action in enumerate(actions):
-            if action in SHOTS:
-                releases.append((int(timeline.instants[player][clip]), player, -1, -1, clip))
-    return releases
+            deed, frame = table.activity.deed(action), int(timeline.instants[player][clip])
+            if (player, clip) in given:
+                partner, theirs = given[player, clip]
+                arrives = int(timeline.instants[partner][theirs])
+                yield _Deed(frame, player, clip, deed, partner, arrives)
+            elif deed in (SEND, PUT) or (deed == TAKE and (player, clip) not in caught):
+                yield _Deed(frame, player, clip, deed)
 
 
-def _first(table: RuleTable, releases: list[tuple[int, int, int, int, int]]) -> int:
-    """Return the first player with the ball: who releases it first, else who dribbles; or -1."""
-    if releases:
-        return releases[0][1]
-    dribblers = [p for p, actions in enumerate(table.actions) if "dribble" in actions]
-    return dribblers[0] if dribblers else -1
-
-
-def _rim(table: RuleTable) -> tuple[float, float]:
-    """Return the place that shots face."""
-    for row in table.rows:
-        shoots = table.actions[row["player"]][row["first"]] in SHOTS
-        if shoots and row["kind"] == kinds.DIRECTION and row["target"] == kinds.POINT:
-            return float(row["x"]), float(row["z"])
-    return 0.0, 0.0
+def _first(table: RuleTable, deeds: list[_Deed]) -> int:
+    """Return the first player with the object: who loses it first, else who keeps it; or -1."""
+    for deed in deeds:
+        if deed.deed in LOSING:
+            return deed.player
+    keep = table.activity.doing(*KEEPING)
+    kept = [p for p, actions in enumerate(table.actions) if set(keep) & set(actions)]
+    return kept[0] if kept else -1
 
 
 def _hand(state: SceneState, library: ClipLibrary, player: int, clip: int) -> int:
@@ -158,7 +224,7 @@ def _possession(
     for clip, action in enumerate(table.actions[player]):
         begins, ends = int(timeline.begins[player][clip]), timeline.end_of(player, clip)
         start, end = max(begins, since), min(ends, until)
-        if action != "dribble" or end - start < _SHORTEST:
+        if table.activity.deed(action) != BOUNCE or end - start < _SHORTEST:
             continue
         dribbles.append((start, end))
         for name, frame, side in _touches(state, library, player, clip, (begins, ends)):
@@ -171,7 +237,7 @@ def _possession(
 
 def _goes_on(table: RuleTable, player: int, clip: int) -> bool:
     actions = table.actions[player]
-    return clip + 1 < len(actions) and actions[clip + 1] == "dribble"
+    return clip + 1 < len(actions) and table.activity.deed(actions[clip + 1]) == BOUNCE
 
 
 def _touch(bounces: list[Bounce], name: str, frame: int, side: int) -> None:

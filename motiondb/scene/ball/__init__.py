@@ -1,1 +1,0 @@
-"""The ball: its holder, its position, and the hands and heads that follow it."""

@@ -1,0 +1,199 @@
+"""What a viewer sees at once, measured in the written frames: nothing here looks at the sampling.
+
+Declared guards over the whole scene; what the diagram asks players to keep up, from one step to
+another; people who stand; poses that are held without moving; things that miss their target or pass
+through somebody.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from motiondb.body import body
+from motiondb.body.features import runs
+from motiondb.records import MOTION_FPS, FloatArray
+from motiondb.scene.energy.binding import RuleTable
+from motiondb.scene.language.semantic_rules import DistanceRule
+from motiondb.scene.language.tactics import Stretch
+from motiondb.scene.report.report_records import GuardReport, RuleReport, SeenFault
+from motiondb.scene.report.visible_motion import travel_speeds
+from motiondb.scene.thing.thing_flight import Ball
+from motiondb.scene.timing.timeline import Timeline
+
+TOO_FAR = 1.0 / 3.0
+"""Share of the scene in which a declared guard may be out of the bounds of the grammar before it is
+a fault. Chosen by hand."""
+STANDS = 0.15  # Mean speed of the pelvis over half a second, m/s, below which somebody stands
+LONG, MOSTLY = 4.0, 0.5
+"""Seconds of standing, and its share of the scene, from which on it is a fault."""
+HELD, HELD_FOR = 0.02, 1.0
+"""Speed of the fastest joint, m/s, below which a pose is held, and seconds from which it counts."""
+MOVING_GAP = 1.0  # Seconds that somebody who keeps moving may stand
+_THICK = 0.05  # Radius of limbs that things must not pass through, m
+_FINE = 4  # Times within a frame at which things that fly are looked at
+
+
+def guard_reports(table: RuleTable, timeline: Timeline) -> list[GuardReport]:
+    """Return how far declared guards are from whom they guard, over all frames of the scene.
+
+    The bounds are those of the grammar's distance for guarding, if it has one.
+    """
+    reports = []
+    bounds = _guard_bounds(table)
+    for player in table.diagram.players:
+        if not player.guards or table.activity.leader_of(player.team):
+            continue
+        one, other = table.players.index(player.name), table.players.index(player.guards)
+        near, far = bounds
+        apart = _apart(timeline, one, other)
+        frame = int(np.argmax(apart))
+        looked = [
+            timeline.end_of(one, clip) - int(timeline.begins[one][clip])
+            for clip, action in enumerate(table.actions[one])
+            if table.activity.follows(action)
+        ]
+        reports.append(
+            GuardReport(
+                player.name,
+                player.guards,
+                near,
+                far if np.isfinite(far) else None,
+                sum(looked),
+                float(((apart < near) | (apart > far)).mean()),
+                float(apart[frame]),
+                frame,
+            )
+        )
+    return reports
+
+
+def _guard_bounds(table: RuleTable) -> tuple[float, float]:
+    for said in table.annotations:
+        if table.activity.follows(said.symbol) and isinstance(said.rule, DistanceRule):
+            return said.rule.near, said.rule.far
+    return 0.0, np.inf
+
+
+def _apart(timeline: Timeline, one: int, other: int) -> FloatArray:
+    places = timeline.places[:, :, :2]
+    return np.asarray(np.linalg.norm(places[one] - places[other], axis=1))
+
+
+def kept_reports(
+    table: RuleTable, timeline: Timeline, joints: Sequence[FloatArray]
+) -> Iterator[RuleReport]:
+    """Yield what the diagram asks players to keep up, measured in all frames between its steps."""
+    for kept in table.diagram.stretches:
+        start, end = _frames_of(kept, table, timeline)
+        player = table.players.index(kept.player)
+        if kept.other:
+            apart = _apart(timeline, player, table.players.index(kept.other))[start:end]
+            beyond = np.maximum(np.maximum(kept.near - apart, apart - kept.far), 0.0)
+            worst = int(np.argmax(beyond))
+            value, frame, limit = float(beyond[worst]), start + worst, 0.0
+            about = f"{kept.other}, {kept.near:g} to {kept.far:g} m"
+            unit = "m"
+        else:
+            stands = travel_speeds(joints[player])[start:end] < STANDS
+            longest = max(runs(stands), key=lambda run: run[1] - run[0], default=(0, 0))
+            value, frame = (longest[1] - longest[0]) / MOTION_FPS, start + longest[0]
+            about, unit, limit = "moving", "s", MOVING_GAP
+        yield RuleReport(
+            kept.player, "", 0, 0, "keeps", about, unit, limit, frame, start, end, value, value,
+            value <= limit + 1e-6,
+        )  # fmt: skip
+
+
+def _frames_of(kept: Stretch, table: RuleTable, timeline: Timeline) -> tuple[int, int]:
+    """Return the frames [start, end) from the first to the last step of a stretch."""
+    start, end = 0, timeline.n_frames
+    if not kept.last and not kept.other:  # nobody runs on while a ball rolls away
+        end = max(timeline.end_of(p, len(row) - 1) for p, row in enumerate(table.actions))
+    of = [row for row in table.steps if kept.first <= row[0] <= (kept.last or row[0])]
+    if kept.last and of:
+        start = min(int(timeline.begins[player][first]) for _, player, first, _ in of)
+        end = max(timeline.end_of(player, last - 1) for _, player, _, last in of)
+    return start, max(end, start + 1)
+
+
+def seen_faults(
+    table: RuleTable,
+    joints: Sequence[FloatArray],
+    guards: Sequence[GuardReport],
+    ball: Ball | None,
+) -> Iterator[SeenFault]:
+    """Yield what a viewer sees at once although no rule is about it."""
+    n_frames = len(joints[0])
+    for guard in guards:
+        if guard.outside > TOO_FAR:
+            share = guard.outside
+            yield SeenFault("guard", (guard.player, guard.target), 0, n_frames, share, "of frames")
+    for name, positions in zip(table.players, joints, strict=True):
+        yield from _standing(name, positions)
+    if ball is not None:
+        yield from _misses(table, ball)
+        yield from _passes_through(table, joints, ball)
+
+
+def _standing(name: str, joints: FloatArray) -> Iterator[SeenFault]:
+    """Yield the longest time in which somebody stands, and every pose that is held."""
+    n_frames = len(joints)
+    stands = travel_speeds(joints) < STANDS
+    start, end = max(runs(stands), key=lambda run: run[1] - run[0], default=(0, 0))
+    if end - start > max(LONG * MOTION_FPS, MOSTLY * n_frames):
+        yield SeenFault("stands", (name,), start, end, (end - start) / MOTION_FPS, "s")
+    speeds = np.linalg.norm(np.diff(joints, axis=0), axis=2).max(axis=1) * MOTION_FPS
+    for start, end in runs(speeds < HELD):
+        if end - start > HELD_FOR * MOTION_FPS:
+            yield SeenFault("held pose", (name,), start, end, (end - start) / MOTION_FPS, "s")
+
+
+def _misses(table: RuleTable, ball: Ball) -> Iterator[SeenFault]:
+    """Yield what was sent and does not come within its target."""
+    for sent in ball.sent:
+        way = ball.positions[sent.frame :]
+        steps = np.linspace(0.0, 1.0, 8, endpoint=False)[:, None, None]
+        fine = (way[:-1] + steps * np.diff(way, axis=0)).reshape(-1, 3)
+        apart = float(np.linalg.norm(fine - np.array(sent.at), axis=1).min())
+        if apart > sent.width / 2.0 + 0.05:
+            who = table.players[sent.player]
+            yield SeenFault(
+                "misses", (who, sent.target), sent.frame, len(ball.positions), apart, "m"
+            )
+
+
+def _passes_through(
+    table: RuleTable, joints: Sequence[FloatArray], ball: Ball
+) -> Iterator[SeenFault]:
+    """Yield the players through whom the object passes, but for those who hold it then."""
+    for player, name in enumerate(table.players):
+        near = _bone_distance(_finely(ball.positions), _finely(joints[player]))
+        near = near.reshape(-1, _FINE).min(axis=1)
+        inside = near < ball.size / 2.0 - _THICK
+        held = np.flatnonzero(ball.holder == player)
+        for frame in held:  # hands come to it before, and leave it afterwards
+            inside[max(frame - 12, 0) : frame + 13] = False
+        for start, end in runs(inside):
+            depth = float(ball.size / 2.0 - near[start:end].min())
+            yield SeenFault("object", (name,), start, end, depth, "m")
+
+
+def _finely(values: FloatArray) -> FloatArray:
+    """Return values (frames, ...) with the values between frames, for what flies fast."""
+    after = np.concatenate([values[1:], values[-1:]])
+    shares = np.arange(_FINE).reshape(-1, *[1] * (values.ndim - 1)) / _FINE
+    fine = values[:, None] + shares * (after - values)[:, None]
+    return np.asarray(fine.reshape(-1, *values.shape[1:]))
+
+
+def _bone_distance(points: FloatArray, joints: FloatArray) -> FloatArray:
+    """Return distances, m, of points (frames, 3) to the nearest bone of joints (frames, 21, 3)."""
+    child = np.arange(1, len(body.JOINTS))
+    a, b = joints[:, body.PARENTS[child]], joints[:, child]
+    along = b - a
+    length = np.maximum(np.sum(along * along, axis=2), 1e-9)
+    share = np.clip(np.sum((points[:, None] - a) * along, axis=2) / length, 0.0, 1.0)
+    nearest = a + share[:, :, None] * along
+    return np.asarray(np.linalg.norm(points[:, None] - nearest, axis=2).min(axis=1))

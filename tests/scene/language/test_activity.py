@@ -1,0 +1,286 @@
+"""Activities that no program knows: what a grammar says of verbs, roles, objects and places."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from motiondb.body import body
+from motiondb.errors import SceneError
+from motiondb.grammar.cfg.parse import parse
+from motiondb.scene.clips.clip_cutting import found_instant
+from motiondb.scene.energy.answering import aligned
+from motiondb.scene.energy.binding import DISTANCE, SYNCHRONISATION, UNMET, bind
+from motiondb.scene.language.expressions import exact_actions, expressions
+from motiondb.scene.language.grammar_file import read_motion_grammar
+from motiondb.scene.language.motion_grammar import MotionGrammar
+from motiondb.scene.language.possession import first_holder, has_ball
+from motiondb.scene.language.semantic_rules import Spot
+from motiondb.scene.language.tactics_file import format_diagram, parse_diagram, read_diagram
+from motiondb.scene.services.casting import cast
+from motiondb.scene.services.times import check_times
+
+DANCE = read_motion_grammar(
+    """
+    grammar dance
+    start S_L for leader
+    start S_F for follower
+    role leader, follower of leader
+    ground hall 10 x 8 from -2 -1
+    mark arc 0 0 1 0 180
+    S_L -> step | turn | bow | step S_L | turn S_L | bow S_L
+    S_F -> step | bow | step S_F | bow S_F
+    step := "step"
+    turn := "turn"
+    bow := "bow" event lowest(head)
+    verb travel = step | turn to X Z
+    step in S_F: distance(leader, <= 2 m)
+    bow: direction(partner, 180 deg) at start, synchronisation(partner, bow, 0 s)
+    """,
+    "dance",
+)
+PAIR = "leader Lea at 0 0\nfollower Finn at 1 0\n"
+
+CUP = read_motion_grammar(
+    """
+    start S
+    object cup size 8 cm at table
+    place table height 70 cm size 60 cm
+    place goal at 0 4 height 1 m size 3 x 2 m
+    S -> take | walk | drink | give_it | toss | bear | put_it
+    S -> take S | walk S | drink S | give_it S | toss S | bear S | put_it S
+    take := "take"
+    walk := "walk"
+    bear := "bear"
+    drink := "drink"
+    give_it := "give" event release
+    toss := "toss" event release
+    put_it := "put" event release
+    take: take(cup)
+    bear, drink: keep(cup)
+    give_it: give(cup)
+    toss: send(cup, goal)
+    put_it: put(cup)
+    verb go = walk to X Z
+    verb go = bear to X Z with cup
+    rest walk
+    """,
+    "cup",
+)
+TABLE = "place table at 2 0\nplayer Ana at 0 0\nplayer Bo at 3 3\n"
+
+
+def texts(grammar: MotionGrammar, text: str) -> dict[str, str]:
+    diagram = read_diagram(text, "x", grammar.activity)
+    return {name: "".join(map(str, items)) for name, items in expressions(diagram).items()}
+
+
+def refusal(grammar: MotionGrammar, text: str) -> str:
+    with pytest.raises(SceneError) as caught:
+        cast(read_diagram(text, "x", grammar.activity), grammar, "x")
+    return str(caught.value)
+
+
+def test_any_action_and_every_declared_class_is_a_verb() -> None:
+    assert texts(DANCE, PAIR + "1 step Lea to 1 2\n2 bow Lea with Finn\n2 turn Lea") == {
+        "Lea": "(step)*(bow)(turn)",
+        "Finn": "(bow)",  # the grammar's rule asks for it
+    }
+    assert texts(DANCE, PAIR + "1 travel Lea to 1 2")["Lea"] == "(step|turn)*"
+    told = refusal(DANCE, PAIR + "1 waltz Lea")
+    assert told.startswith("x:3:3: expected what is done (travel, step, turn, bow, does),")
+
+
+def test_roles_are_those_of_the_grammar() -> None:
+    diagram = read_diagram(PAIR + "1 bow Lea", "x", DANCE.activity)
+    assert DANCE.start_of("leader") == "S_L"
+    assert (diagram.partner_of("Lea"), diagram.partner_of("Finn")) == ("Finn", "Lea")
+    assert "one of diagram, grammar, court, ground, place, step, leader, follower, player" in (
+        refusal(DANCE, "attack A1 at 0 0")
+    )
+
+
+def test_a_rule_about_nobody_is_refused_before_sampling() -> None:
+    told = refusal(DANCE, "follower Finn at 1 0\n1 step Finn")
+    assert told == (
+        "x:2: 'step Finn': expected a leader of Finn, whom the rule distance of step is about,"
+        " found none. Add a player who is the leader, or take the element out."
+    )
+    assert "a partner of Lea, whom the rule direction of bow is about" in (
+        refusal(DANCE, "leader Lea at 1 0\n1 step Lea")  # a bow may be derived
+    )
+
+
+def test_the_ground_and_its_marks_are_the_grammars() -> None:
+    diagram = read_diagram(PAIR, "x", DANCE.activity)
+    assert diagram.court.corners == (-2.0, 8.0, -1.0, 7.0)
+    (mark,) = diagram.court.marks
+    np.testing.assert_allclose([mark[0], mark[-1]], [(1, 0, 0), (-1, 0, 0)], atol=1e-12)
+    assert "a point on the ground (x -2 to 8 m" in refusal(DANCE, "leader Lea at -3 0")
+    assert parse_diagram("ground 4 x 4\n" + PAIR, "x", DANCE.activity).court.marks == ()
+    assert "expected the ground of the grammar (hall)" in refusal(DANCE, "court half\n" + PAIR)
+
+
+def test_who_has_the_object_follows_from_what_actions_do_with_it() -> None:
+    text = TABLE + "1 take Ana\n2 go Ana to 1 1\n3 give_it Ana to Bo\n4 toss Bo at goal"
+    diagram = read_diagram(text, "x", CUP.activity)
+    assert first_holder(diagram) == ""
+    assert has_ball(diagram, "Ana") == (False, True, True)
+    assert has_ball(diagram, "Bo") == (False, True)
+    assert texts(CUP, text) == {"Ana": "(take)(bear)*(give_it)", "Bo": "(take)(toss)"}
+    assert "expected Ana without the cup, found Ana with it" in (
+        refusal(CUP, TABLE + "1 take Ana\n2 walk Ana to 1 1")
+    )
+    assert "'drink Ana': expected Ana to have the cup, found Ana without the cup." in (
+        refusal(CUP, TABLE + "1 drink Ana")
+    )
+    assert read_diagram(format_diagram(diagram), "x", CUP.activity).elements[3].target == "goal"
+
+
+def test_a_string_of_actions_is_spelt_out_exactly() -> None:
+    diagram = read_diagram(PAIR + "1 does Lea bow then step* then turn | bow", "x", DANCE.activity)
+    (asked, _) = expressions(diagram).values()
+    assert "".join(map(str, asked)) == "(bow)(step)*(turn|bow)"
+    assert cast(diagram, DANCE)["Lea"].leaves() == ("bow", "step", "turn")
+    assert set(exact_actions(diagram, DANCE, "Lea")) == {"step", "turn", "bow"}
+    assert exact_actions(diagram, DANCE, "Finn") == ()
+    assert "1 does Lea bow then step* then turn | bow" in format_diagram(diagram)
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("verb glide = slide", "expected an action declared with ':=', found 'slide'."),
+        ("verb glide step", "expected '=', found 'step'. Write 'verb move = walk | run to X Z'"),
+        ("role partner", "expected another name, found 'partner'. 'partner' has its own meaning"),
+        ("object cup\nobject box", "expected one object, found 'box'. The grammar has 'cup'"),
+        ("a: keep(cup)", "expected the object, found 'cup'. Declare cup in a line of its own."),
+        ("place goal size 900 m", "expected 0.01 to 20 m, found '900'. Correct the size."),
+        ("ground 1 x 4", "expected 2 to 100 metres, found '1'."),
+        ("rest sleep", "expected an action declared with ':=', found 'sleep'."),
+        ("a answers b", "expected an action declared with ':=', found 'b'."),
+        ("b := 'x' event deepest(head)", "expected one of lowest, highest, nearest before '('"),
+        ("b := 'x' event lowest(nose)", "expected a joint (pelvis, l_hip,"),
+    ],
+)
+def test_slips_in_a_grammar_are_told_with_line_and_column(line: str, told: str) -> None:
+    text = f'start S\nS -> a\na := "a"\n{line}\n'.replace("'x'", '"x"')
+    with pytest.raises(SceneError) as caught:
+        read_motion_grammar(text, "x.grammar")
+    assert told in str(caught.value)
+    assert str(caught.value).startswith("x.grammar:")
+
+
+def test_instants_are_found_in_the_motion() -> None:
+    joints = np.zeros((5, 21, 3))
+    joints[:, body.INDEX["head"], 1] = 1.6, 1.5, 1.0, 1.2, 1.6
+    joints[:, body.INDEX["r_wrist"], 1] = 1.0, 1.0, 1.5, 1.6, 1.0
+    joints[:, body.INDEX["r_wrist"], 2] = 0.2, 0.3, 0.5, 0.7, 0.2
+    assert found_instant("lowest(head)", joints) == 2
+    assert found_instant("highest(r_wrist)", joints) == 3
+    assert found_instant("nearest(r_wrist, partner.head)", joints) == 3
+    assert found_instant("nearest(r_wrist, head)", joints) == 1
+
+
+FIGHT = read_motion_grammar(
+    """
+    start S
+    S -> punch | kick | parry | duck | punch S | kick S | parry S | duck S
+    punch := "punch" event contact
+    kick := "kick" event contact
+    parry := "parry" event contact
+    duck := "duck" event lowest(head)
+    parry, duck answers punch | kick after 0.1 s
+    """,
+    "fight",
+)
+
+
+def answered(red: str, blue: str, drawn: str = "") -> list[tuple[int, str, list[int]]]:
+    """Of every act and every unasked answer: its kind, whose rule, and the actions meant."""
+    text = f"red R at 0 0\nblue B at 1 0\n{drawn}"
+    diagram = read_diagram(text, "x", FIGHT.activity)
+    trees = [parse(FIGHT.started(), actions.split()) for actions in (red, blue)]
+    table = bind(diagram, FIGHT, trees)
+    rows = [row for row in table.rows if row["kind"] in (SYNCHRONISATION, UNMET)]
+    return [
+        (
+            int(row["kind"]),
+            f"{table.players[row['player']]}{row['first']}",
+            table.partners[row["partner_first"] : row["partner_last"]].tolist(),
+        )
+        for row in rows
+    ]
+
+
+def test_answers_are_one_to_one_and_in_order() -> None:
+    assert answered("punch kick", "parry duck") == [
+        (SYNCHRONISATION, "R0", [0]),
+        (SYNCHRONISATION, "R1", [1]),
+    ]
+    two = answered("punch", "duck duck")  # for one punch: the second answers nothing
+    assert two == [(SYNCHRONISATION, "R0", [0]), (UNMET, "B1", [])]
+    assert (UNMET, "R1", []) in answered("punch kick", "parry")
+
+
+def test_a_drawn_answer_is_that_of_its_step() -> None:
+    drawn = "1 punch R on B\n2 kick R on B\n2 duck B\n"
+    assert answered("punch kick", "duck", drawn) == [
+        (UNMET, "R0", []),
+        (SYNCHRONISATION, "R1", [0]),
+    ]
+
+
+def test_pairs_are_as_many_as_possible() -> None:
+    assert aligned([(0, 1), (1, 2)], [(5, 1)]) == [(0, 5), (1, -1)]
+    assert aligned([], [(3, -1)]) == [(-1, 3)]
+    assert [pair for pair in aligned([(0, -1)] * 3, [(7, -1)] * 3) if -1 not in pair] == [
+        (0, 7)
+    ] * 3
+
+
+WAYS = read_motion_grammar(
+    'start S\nS -> run | wait | run S | wait S\nrun := "run"\nwait := "wait"\n', "ways"
+)
+
+
+def times(text: str) -> str:
+    diagram = read_diagram("player A at 0 0\nplayer B at 5 0\n" + text, "x", WAYS.activity)
+    try:
+        check_times(diagram, "x")
+    except SceneError as error:
+        return str(error)
+    return ""
+
+
+def test_a_circle_of_times_that_cannot_be_closed_is_told() -> None:
+    run = "2 wait A\n3 run A to 0 8\n4 wait A\n"
+    assert times(run + "step 4 comes 2 s after 2") == ""
+    assert times(run + "step 4 comes 0.6 s after 2") == (
+        "x: expected times that people can keep, found that A would have to run 8.0 m in 0.6 s"
+        " between steps 2 and 4. Give them longer, or draw a shorter way."
+    )
+
+
+def test_a_place_that_is_too_far_for_what_is_kept_is_told() -> None:
+    kept = "A keeps 0 m .. 2 m to B from 1 to 2"
+    assert times(f"1 run B to 0 2\n2 run A to 0 3\n{kept}") == ""
+    told = times(f"1 run B to 5 3\n2 run A to -4 0\n{kept}")
+    assert told.startswith("x:5: 'A keeps 0 m .. 2 m to B from 1 to 2': expected places that are")
+    assert "A at 0 0 in 'run A' (line 4), 5.0 m from wherever B is drawn then" in told
+
+
+def test_steps_that_come_at_a_time_are_synchronised() -> None:
+    diagram = read_diagram(
+        "player A at 0 0\nplayer B at 5 0\n1 wait A\n2 run B to 5 3\nstep 2 comes 1.5 s after 1\n"
+        "B keeps 1 m .. 9 m to A",
+        "x",
+        WAYS.activity,
+    )
+    trees = [parse(WAYS.started(), [action]) for action in ("wait", "run")]
+    rows = bind(diagram, WAYS, trees).rows
+    (timed,) = rows[rows["kind"] == SYNCHRONISATION]
+    assert (timed["player"], timed["partner"], timed["lag"]) == (0, 1, 1.5)
+    kept = rows[rows["kind"] == DISTANCE]
+    assert kept["player"].tolist() == [1, 0]
+    assert diagram.elements[1].to == Spot(5.0, 3.0)
