@@ -35,7 +35,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.ndimage import median_filter, uniform_filter1d
 
 from motiondb.body import body
 from motiondb.language.question.tree import LIMBS, SIDES
@@ -270,6 +269,8 @@ def progress(track: FloatArray, measured: str) -> FloatArray:
 
 def _way(track: FloatArray, measured: str) -> FloatArray:
     """What a word of ``FULL`` measures up to each frame, in its units: array (frames,)."""
+    from scipy.ndimage import uniform_filter1d  # most questions do without
+
     if measured in VERTICAL:
         height = _lasting(track[:, 0])
         return height - height[0]
@@ -295,6 +296,8 @@ def _way(track: FloatArray, measured: str) -> FloatArray:
 
 
 def _lasting(heights: FloatArray) -> FloatArray:
+    from scipy.ndimage import median_filter
+
     return np.asarray(median_filter(heights, size=LASTING, mode="nearest"))
 
 

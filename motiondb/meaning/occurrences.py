@@ -41,7 +41,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 
 from motiondb.body import body, retarget, rotation
 from motiondb.body.contacts import FEET, MAX_HEIGHT, foot_heights
@@ -276,6 +275,8 @@ def _until_rest(unrest: FloatArray) -> int:
 
 def _unrest(track: FloatArray, word: str) -> FloatArray:
     """How far from rest a body is: array (frames,), up to 1 at rest."""
+    from scipy.ndimage import median_filter
+
     heights = track[:, 0]
     feet = track[:, 4:6].max(axis=1) if word == "kick" else track[:, 4:6].min(axis=1)
     parts = [np.abs(np.gradient(heights)) * MOTION_FPS / SINKING, feet / MAX_HEIGHT]
@@ -291,6 +292,8 @@ def _unrest(track: FloatArray, word: str) -> FloatArray:
 
 def aloft(track: FloatArray) -> NDArray[np.bool_]:
     """Frames of the times in which the pelvis is aloft, and once both feet are: array (frames,)."""
+    from scipy.ndimage import median_filter  # most questions do without
+
     rise = track[:, 0] - median_filter(track[:, 0], size=LASTING, mode="nearest")
     off = np.asarray((track[:, 4:6] > MAX_HEIGHT).all(axis=1))
     kept = np.zeros(len(track), dtype=bool)
