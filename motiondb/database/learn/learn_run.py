@@ -49,7 +49,8 @@ def learn(
             pool, taught, names = _load_taught(opened, where, workers)
             let_go()
             rng = seeded(settings.seed)
-            if start is knowledge is settings.n_symbols is None and is_hardly_described(taught):
+            as_usual = replace(settings, seed=0) == LearnSettings()  # symbols of one's own, else
+            if start is knowledge is None and as_usual and is_hardly_described(taught):
                 knowledge = load_knowledge(SHIPPED)
             started = None if knowledge is None else begin(knowledge, taught.synonyms)
             numbers = fitting.numbers_by_name(names)
