@@ -35,6 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
+from motiondb.errors import StoreError
 from motiondb.language.question.readings import Exclusion, Part, say_count, say_duration
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, as_said
 from motiondb.meaning.direction import gone_anywhere, vertical_ways
@@ -179,6 +180,14 @@ def _goes(
     return now, against, unclear
 
 
+def _events(seen: SeenFrames, event: str, part: Part) -> list[tuple[int, int]]:
+    """Where an event occurs in a take; jumps for a single hop that is not seen to be one."""
+    events = find_occurrences(seen.track, event)
+    if event == "hop" and not events and not is_repeated(part):
+        return find_occurrences(seen.track, "jump")  # on which foot is not always seen
+    return events
+
+
 def _at_events(
     question: AskedQuestion, seen: SeenFrames, part: Part, place: PartPlace, room: slice
 ) -> tuple[PartPlace, list[str], bool]:
@@ -191,9 +200,12 @@ def _at_events(
     if not event or part.seconds > 0.0:
         return place, [], True
     low, high = FEATURE_STEP * room.start, FEATURE_STEP * room.stop
-    events = find_occurrences(seen.track, event)
-    if event == "hop" and not events and not is_repeated(part):
-        events = find_occurrences(seen.track, "jump")  # on which foot is not always seen
+    try:
+        events = _events(seen, event, part)
+    except StoreError:
+        if is_repeated(part):
+            raise
+        return place, [], True  # where the motions are away, words alone say where it is
     found = [f for f in events if low <= sum(f) / 2 < high]
     found = _of_side(seen, actions[0], found)
     groups = _groups(found)

@@ -131,7 +131,7 @@ def test_nothing_is_left_of_a_folder_that_failed(
 
     monkeypatch.setattr(curating, "_write_manifest", fail)
     before = set(tmp_path.iterdir())
-    with pytest.raises(motiondb.MotionDBError, match=r"found: no space\. Nothing was written"):
+    with pytest.raises(motiondb.MotionDBError, match=r"found: no space\. Check its permissions"):
         base.curate(CurateSettings(share=0.5, shortest=1.0), folder=tmp_path / "train")
     assert set(tmp_path.iterdir()) == before
 
