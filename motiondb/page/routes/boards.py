@@ -27,7 +27,6 @@ from motiondb.database.scenes.scene_texts import (
     BoardFault,
     element_faults,
     read_board,
-    read_grammar,
     shipped,
     shipped_text,
 )
@@ -46,6 +45,7 @@ from motiondb.page.replies import SceneReply, kept_scene_reply
 from motiondb.page.routes.parameters import Body, Name, RefText, Seed, Text
 from motiondb.page.state import Page, Ref, find_kept, read_ref
 from motiondb.scene.language.activity import Activity
+from motiondb.scene.language.grammar_file import MotionGrammar, read_motion_grammar
 
 NAME = r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}"
 """Names of diagrams: file names that are valid on every system."""
@@ -141,9 +141,14 @@ class BoardKinds:
     grounds: list[Ground]
 
 
+def _shipped_grammar(name: str) -> MotionGrammar:
+    """The shipped grammar of a name, whatever files the working folder holds."""
+    return read_motion_grammar(shipped_text(name, GRAMMAR), name)
+
+
 def ground_of(name: str) -> Ground:
     """Return what a diagram of a shipped grammar may hold."""
-    grammar = read_grammar(name)
+    grammar = _shipped_grammar(name)
     activity = grammar.activity
     asked = {start.team for start in grammar.starts}
     teams = activity.teams if "" in asked else activity.teams[:-1]
@@ -246,7 +251,7 @@ class BoardBody(Body):
             raise PageError("board: expected either text or diagram, found neither or both.")
         if self.diagram is not None:
             name = self.diagram.grammar
-            known = read_grammar(name).activity if name in shipped(GRAMMAR) else None
+            known = _shipped_grammar(name).activity if name in shipped(GRAMMAR) else None
             return text_of(self.diagram, known)
         return self.text or ""
 
