@@ -195,7 +195,11 @@ def read_board(text: str) -> Board:
         )
     try:
         name = grammar_name(text, WHERE)
-        grammar = read_grammar(name) if name in shipped(GRAMMAR) else None
+        grammar = (
+            read_motion_grammar(shipped_text(name, GRAMMAR), name)
+            if name in shipped(GRAMMAR)
+            else None
+        )
         diagram = parse_diagram(text, WHERE, grammar.activity if grammar else None)
     except SceneError as error:
         return Board(text, faults=_faults(str(error)))
