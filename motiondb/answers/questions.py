@@ -270,7 +270,7 @@ def search_answer(answer: WordAnswer, explain: bool = True) -> SearchAnswer:
             *answer.remarks,
             *(taking.sentence() for taking in answer.taken.values()),
             *(
-                f"{as_said(word)!r} is in no caption; it is measured in the motion"
+                f"{as_said(word)!r} is measured in the motion, not searched in captions"
                 for word in answer.measured
             ),
             *(

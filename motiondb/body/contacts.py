@@ -19,7 +19,7 @@ FEET = tuple(_I[f"{side}_{joint}"] for side in "lr" for joint in ("ankle", "toe"
 
 def find_contacts(positions: FloatArray) -> NDArray[np.bool_]:
     """Which foot, left or right, is on the ground: array (frames, 2); positions (frames, 21, 3)."""
-    return steady((foot_heights(positions) < MAX_HEIGHT) & (foot_speeds(positions) < MAX_SPEED))
+    return steady((foot_heights(positions) < MAX_HEIGHT) & (_foot_speeds(positions) < MAX_SPEED))
 
 
 def foot_heights(positions: FloatArray) -> FloatArray:
@@ -43,22 +43,22 @@ def foot_slip(motion: Motion) -> float:
 def contact_speeds(motion: Motion) -> FloatArray:
     """Ground speed of feet in contact: array (frames, 2), metres a second; NaN without contact."""
     positions, _ = retarget.motion_positions(motion, FEET)
-    return np.where(find_contacts(positions), foot_speeds(positions), np.nan)
+    return np.where(find_contacts(positions), _foot_speeds(positions), np.nan)
 
 
 def _without_flicker(contact: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Close gaps of up to 2 frames and drop contacts of fewer than 4 frames."""
-    steady = contact.copy()
+    kept = contact.copy()
     for start, end in runs(~contact):
         if end - start <= 2 and start > 0 and end < len(contact):
-            steady[start:end] = True
-    for start, end in runs(steady):
+            kept[start:end] = True
+    for start, end in runs(kept):
         if end - start < 4:
-            steady[start:end] = False
-    return steady
+            kept[start:end] = False
+    return kept
 
 
-def foot_speeds(positions: FloatArray) -> FloatArray:
+def _foot_speeds(positions: FloatArray) -> FloatArray:
     """Ground speed of the slower of ankle and toe: array (frames, 2), metres a second."""
     if len(positions) < 2:
         return np.zeros((len(positions), 2))

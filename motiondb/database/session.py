@@ -159,7 +159,7 @@ class Session:
         opened = self.store
 
         def track(capture: int) -> FloatArray:
-            return measured_track(dict(store.readable_motions(opened, [capture]))[capture])
+            return measured_track(store.load_motion(opened, capture))
 
         tracks = self.kept("tracks", lambda: lru_cache(MOST_TRACKS)(track))
         return Frames(lambda capture: self.features.of_capture(capture), tracks)

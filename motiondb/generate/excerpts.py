@@ -479,7 +479,7 @@ def _times(
     return Layout(tuple(parts), said, times)
 
 
-def _times_measured(times: int, span: tuple[int, int], movement: Movement, each: int = 1) -> Layout:
+def _times_measured(times: int, span: tuple[int, int], movement: Movement, each: int) -> Layout:
     """A number of measured occurrences: some of those of the excerpt, or all of them repeatedly.
 
     The excerpt is cut in the middle between two occurrences, or where its end and its beginning are

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import permutations, product
 
 import numpy as np
@@ -54,7 +55,14 @@ from motiondb.language.question.tree import (
 )
 from motiondb.language.vocabulary import IN_PLACE
 from motiondb.learn.learned import Learned
-from motiondb.meaning.direction import REACHED, VERTICAL, directions_of, gone, progress
+from motiondb.meaning.direction import (
+    REACHED,
+    VERTICAL,
+    directions_of,
+    gone,
+    gone_anywhere,
+    progress,
+)
 from motiondb.meaning.edge_map import averaged, frame_cues, lay_in_order, refine_interval
 from motiondb.meaning.motion_judge import WINDOW
 from motiondb.meaning.occurrences import COUNTED, find_occurrences, measured_track
@@ -147,17 +155,19 @@ class _Seen:
     takes: Takes
     motion: Motion
     sources: Sequence[int]
-    track: FloatArray  # (frames, 20): ``measured_track``
-    poses: FloatArray  # (frames, 63): joints relative to the pelvis, m
+    track: FloatArray  # (frames, 22): ``measured_track``
     cues: FloatArray  # (feature frames, cues): of the evidence of frames
 
     @classmethod
     def of(cls, learned: Learned, takes: Takes, motion: Motion, sources: Sequence[int]) -> _Seen:
         frames = learned.feature_space.project(recognition_features(motion))
-        positions = motion_positions(motion)[0]
-        poses = (positions - positions[:, :1]).reshape(len(positions), -1)
-        track = measured_track(motion)
-        return cls(learned, takes, motion, sources, track, poses, frame_cues(frames))
+        return cls(learned, takes, motion, sources, measured_track(motion), frame_cues(frames))
+
+    @cached_property
+    def poses(self) -> FloatArray:
+        """Joints relative to the pelvis: array (frames, 63), m."""
+        positions = motion_positions(self.motion)[0]
+        return np.asarray((positions - positions[:, :1]).reshape(len(positions), -1))
 
     def judge(self, asked: Iterable[Asked]) -> tuple[JudgedAction, ...]:
         return judge_motion(self.learned, self.motion, list(asked), self.sources)
@@ -332,8 +342,7 @@ def _is_taken_back(track: FloatArray, measured: str) -> bool:
     """
     if measured not in (*VERTICAL, "stop", "start") or gone(track, measured) >= REACHED:
         return False
-    way = progress(track, measured)
-    return bool((way - np.minimum.accumulate(way)).max() >= REACHED)
+    return gone_anywhere(track, measured) >= REACHED
 
 
 def _speeds(seen: _Seen, action: PlannedAction, span: Span) -> tuple[float, float, float] | None:

@@ -20,12 +20,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.language.question.amounts import SPEEDS
-from motiondb.meaning.occurrences import ALOFT, find_occurrences
+from motiondb.meaning.occurrences import FLIGHTS, find_occurrences
 from motiondb.meaning.travelled import STEADY, TRAVELS
 from motiondb.records import MOTION_FPS, FloatArray
 
 _SLOW, _FAST = SPEEDS
-_JUMPS = frozenset((*ALOFT, "hop"))
+_JUMPS = frozenset(FLIGHTS)
 _OF_TRAVEL = dict.fromkeys(_FAST, ("speed", 1.0)) | dict.fromkeys(_SLOW, ("speed", -1.0))
 _OF_JUMPS = {
     "high": ("height", 1.0),

@@ -47,7 +47,16 @@ from motiondb.meaning.limb_sides import (
     say_other_limb,
     side_amount,
 )
-from motiondb.meaning.occurrences import ALOFT, LASTING, aloft, find_occurrences
+from motiondb.meaning.occurrences import (
+    ALOFT,
+    FLIGHTS,
+    INVERTED,
+    LASTING,
+    LEANS,
+    LOW,
+    aloft,
+    find_occurrences,
+)
 from motiondb.meaning.travelled import (
     CLEARLY,
     TRAVELS,
@@ -62,6 +71,7 @@ from motiondb.meaning.travelled import (
 )
 from motiondb.records import MOTION_FPS, FloatArray
 
+_OVER = ("cartwheel", "flip", "backflip", "somersault")
 FULL = {
     "up": 0.15,
     "down": 0.15,
@@ -77,15 +87,10 @@ FULL = {
     "hop": 1.0,
     "kick": 1.0,
     "punch": 1.0,
-    "bend": 0.7,
-    "bow": 0.5,
-    "cartwheel": 2.0,
-    "flip": 2.0,
-    "backflip": 2.0,
-    "somersault": 2.0,
-    "squat": 0.3,
-    "crouch": 0.2,
-    "duck": 0.3,
+    **LEANS,
+    **dict.fromkeys(_OVER, INVERTED),
+    **LOW,
+    "duck": 0.3,  # of the head
     "climb": 0.4,
 }
 """Word -> full amount, in the units of the table."""
@@ -94,10 +99,10 @@ TURNS = ("turn", "veer", "spin", "pirouette")
 PLAIN_TURNS = ("turn", "spin", "veer", "swerve")  # Of which nothing but the turning has to be seen
 OCCURRING = ("hop", "kick", "punch")
 OUT = " out"  # After the limb of a punch, of which only the way from the shoulder counts
-LEANING = ("bend", "bow", "cartwheel", "flip", "backflip", "somersault")
+LEANING = (*LEANS, *_OVER)
 LOWERING = {"squat": 0, "crouch": 0, "duck": 15}  # Word -> column of the track
 POSTURES = (*LEANING, *LOWERING)
-_SAID_BY = {"down": ("bend", "bow", *LOWERING), "up": (*ALOFT, "hop")}
+_SAID_BY = {"down": (*LEANS, *LOWERING), "up": FLIGHTS}
 """Direction -> actions that are measured to go there, and of which nothing lasts: "jump up"."""
 OF_TRAVEL = (*TURNS, "stop", "start")  # Measured only where the action has no direction
 ACTIONS = (*OF_TRAVEL, *ALOFT, *OCCURRING, *POSTURES, "climb")
@@ -153,13 +158,13 @@ def vertical_ways(words: Sequence[str]) -> tuple[str, ...]:
     >>> vertical_ways(("walk", "up", "step")), vertical_ways(("stand", "up"))
     (('up',), ())
     """
-    if TRAVELS.isdisjoint(words) or not {*ALOFT, "hop"}.isdisjoint(words):
+    if TRAVELS.isdisjoint(words) or not {*FLIGHTS}.isdisjoint(words):
         return ()
     return tuple(word for word in words if word in VERTICAL)
 
 
 def gone_anywhere(track: FloatArray, way: str) -> float:
-    """How much some part of a motion goes up or down, in full amounts."""
+    """How much some part of a motion does of what is measured, in full amounts."""
     climbed = progress(track, way)
     return float((climbed - np.minimum.accumulate(climbed)).max())
 
@@ -325,7 +330,7 @@ def gone(track: FloatArray, measured: str) -> float:
     if measured in LEANING:
         return float(way.max())
     if measured == "climb":
-        return float((way - np.minimum.accumulate(way)).max())
+        return gone_anywhere(track, measured)
     if measured in (*TURNS, *LOWERING):
         return float(way.max() - way.min())
     return float(way[-1])

@@ -73,7 +73,7 @@ EXTENDED, LOWEST_HAND, PUNCH_SPEED = 0.8, -0.25, 2.0
 shoulder, m, and speed of the wrist relative to the pelvis, m/s, of a punch."""
 BEGINNING = 8
 """Frames before the arm is extended or the foot is up in which a punch or kick may be quickest."""
-ALOFT = ("jump", "leap", "jete")
+ALOFT = tuple(word for word in FLIGHTS if word != "hop")
 OVER = frozenset(("cartwheel", "flip", "backflip", "somersault", "roll", "handstand"))
 LEANS = {"bend": 0.7, "bow": 0.5}  # Angle of the trunk from upright, rad
 LOW = {"squat": 0.3, "crouch": 0.2, "duck": 0.2}  # How much the pelvis is lower than standing, m
@@ -209,8 +209,9 @@ def sitting(track: FloatArray) -> NDArray[np.bool_]:
 
 def _over(track: FloatArray, word: str) -> list[tuple[int, int]]:
     """The times in which the trunk is upside down, and in which it leans before and after."""
-    leans, flies, found = track[:, 14], aloft(track), list[tuple[int, int]]()
+    leans, found = track[:, 14], list[tuple[int, int]]()
     rolls, flips = word in ("roll", "somersault"), word in ("flip", "backflip")
+    flies = aloft(track) if flips else np.zeros(len(track), dtype=bool)
     for start, end in _runs(np.asarray(leans > (LEVEL if rolls else LEANT))):
         n_over = int((leans[start:end] > (LEVEL if rolls else INVERTED)).sum())
         if flips and (n_over > LONGEST_FLIP or not flies[start:end].any()):

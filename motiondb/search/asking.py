@@ -16,7 +16,7 @@ from itertools import chain, product
 
 from motiondb.language.nearby.table import NearbyTable
 from motiondb.language.question.readings import (
-    UNCHECKED,
+    Exclusion,
     KnownQuestion,
     Part,
     Reading,
@@ -25,6 +25,8 @@ from motiondb.language.question.readings import (
     is_order,
     plain_actions,
     readings,
+    say_count,
+    say_duration,
     with_hints,
 )
 from motiondb.language.question.tree import (
@@ -85,7 +87,7 @@ class AskedQuestion:
     # The rest is empty for a search by symbols
     readings: tuple[Reading, ...] = ()
     only: tuple[str, ...] = ()  # Words, known or not, of the only action; () if there are more
-    measured: tuple[str, ...] = ()  # Unknown words that are measured in the motion
+    measured: tuple[str, ...] = ()  # Words that are measured in the motion, not searched
     unmeasured: tuple[str, ...] = ()  # Words that other questions measure and this one does not
     apart: tuple[str, ...] = ()  # Words that are asked for as one, and no caption says so
     left: tuple[str, ...] = ()  # Words that are neither searched nor measured
@@ -179,8 +181,8 @@ def understand(
         read, apart, left = searched.readings, searched.apart, (*left, *searched.left)
     if is_single:
         read = (counted(read[0], is_counted),)
-        if all(is_limited(part) for part in read[0].parts):
-            not_searched = tuple(n for n in not_searched if not n.reason.startswith(UNCHECKED))
+        limits = set().union(*map(_measured_limits, read[0].parts))
+        not_searched = tuple(n for n in not_searched if n.text not in limits)
     return AskedQuestion(
         sentence.text,
         sentence,
@@ -243,11 +245,14 @@ def is_counted(part: Part) -> bool:
     return len(part.actions) == 1 and event_of(part.actions[0]) in COUNTED_EVENTS
 
 
-def is_limited(part: Part) -> bool:
-    """Whether every upper limit of a part, if it has one, is measured."""
-    said = part.said or part.actions
-    lasts = part.longest is None or (bool(said) and lasts_going(part, said[0]))
-    return lasts and (part.most is None or is_counted(part))
+def _measured_limits(part: Part) -> set[str]:
+    """The upper limits of a part that are measured, as a question says them."""
+    limits, said = set[str](), part.said or part.actions
+    if part.most is not None and is_counted(part):
+        limits.add(say_count(0, part.most))
+    if part.longest is not None and said and lasts_going(part, said[0]):
+        limits.add(say_duration(0.0, part.longest))
+    return limits
 
 
 def only_action(sentence: Sentence) -> tuple[str, ...]:
@@ -302,13 +307,20 @@ def is_measured(asked: AskedWords, reading: Reading, only: tuple[str, ...]) -> b
     """Whether a reading, or the only action of a question, names what is measured."""
     if any(map(measured_words, _compared(asked, reading, only))):
         return True
-    excluded = [action for each in reading.exclusions for action in each.actions]
-    return any(map(event_of, excluded)) or any(
+    return any(map(excluded_event, reading.exclusions)) or any(
         is_repeated(part)
+        or part.leaves
         or any(lasts_going(part, action) for action in actions_of_part(asked, part, only))
-        or any({*action} <= POSTURES or not part.actions for action in part.said)
+        or any({*action} <= POSTURES for action in part.said)
         for part in reading.parts
     )
+
+
+def excluded_event(exclusion: Exclusion) -> str:
+    """The event that must not be seen; "" where directions say more, or it is not one action."""
+    if len(exclusion.actions) != 1 or directions_to_measure(exclusion.actions[0]):
+        return ""
+    return event_of(exclusion.actions[0])
 
 
 def is_repeated(part: Part) -> bool:
@@ -317,7 +329,7 @@ def is_repeated(part: Part) -> bool:
 
 
 def lasts_going(part: Part, action: Sequence[str]) -> bool:
-    """Whether a part asks how long one action goes on travelling, which is measured."""
+    """Whether a part asks how long one action goes on travelling, or resting: it is measured."""
     travels = not GOES.isdisjoint(action) and IN_PLACE not in action
     asks = part.seconds > 0.0 or part.longest is not None
     return asks and len(part.actions) == 1 and (travels or bool(REST.intersection(action)))

@@ -105,7 +105,7 @@ class WordAnswer(Tabled):
         Whether each of the first answers is more likely wrong than right, or some action, the
         order or what is measured is shown by none of them.
     measured : tuple of str
-        Words that no caption holds and that are measured in the motion ("backward").
+        Words that are measured in the motion in place of searched ("backward", "fast").
     unmeasured : tuple of str
         Words that were not measured because the question has alternatives or, of words that no
         caption holds, several actions. Its answers carry no probabilities, and whether any matches
@@ -118,7 +118,7 @@ class WordAnswer(Tabled):
     left : tuple of str
         Words that are neither searched nor measured; the answers carry no probabilities.
     partial : bool
-        Whether every action is shown by some answer, and probably all of them by none.
+        Whether each of the first answers is more likely wrong than right.
     """
 
     matches: tuple[Match, ...]
@@ -194,14 +194,10 @@ class WordAnswer(Tabled):
         told = {
             f"no caption says {' and '.join(said)} of one action; ranked by each": said,
             f"neither said with its action nor measured: {', '.join(left)}": left,
-            "probably no capture shows all of it; these show parts of it": self.is_partial,
+            "probably no capture shows all of it; these show parts of it": self.partial
+            and not self.nothing,
         }
         return tuple(sentence for sentence, is_so in told.items() if is_so)
-
-    @property
-    def is_partial(self) -> bool:
-        """Whether parts of the question are shown, and probably not all of it; "" if not."""
-        return self.partial and not self.nothing
 
     @property
     def matches_anything(self) -> bool | None:

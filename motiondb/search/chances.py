@@ -16,9 +16,8 @@ action: how often such answers are right was never measured.
 
 Every action of a question has a *strength*: nats by which it is more probable than usual for its
 words. Below a threshold, which was learned from questions without a right answer
-(:mod:`motiondb.meaning.regression`), nothing matches. Above it, but with a probability below one
-half by each of the first answers, as a whole or for some part, it is doubtful whether anything
-does.
+(:mod:`motiondb.meaning.regression`), nothing matches. Above it, it is doubtful whether anything
+does if some action has a probability below one half by each of the first answers, or the only one.
 """
 
 from __future__ import annotations

@@ -27,6 +27,7 @@ not measured have no probability (:func:`motiondb.search.asking.unmeasured_words
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from itertools import product
@@ -72,6 +73,7 @@ from motiondb.search.asked_words import AskedWords
 from motiondb.search.asking import (
     AskedQuestion,
     actions_of_part,
+    excluded_event,
     excluded_words,
     is_repeated,
     lasts_going,
@@ -116,7 +118,8 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
                 unclear = unclear or is_unclear
     for exclusion in reading.exclusions:
         for k in range(exclusion.first, exclusion.last):
-            done = _done_though_excluded(seen, reading.parts[k], exclusion, places[k])
+            actions = actions_of_part(question.asked, reading.parts[k], question.only)
+            done = _done_though_excluded(seen, actions, exclusion, places[k])
             places[k] = _unsure(places[k]) if done else places[k]
             contradicted += done
     amount = None
@@ -143,7 +146,7 @@ def _meanwhile(
     """The place of a part that goes on, leaves, or has a posture, and what speaks against it."""
     if lasts_going(part, action):
         return _gone_on(seen, part, action, place, room)
-    if part.said and not part.actions:
+    if part.leaves:
         return _leaves(seen, action, place, room)
     if len(part.said) > 1 and {*action} <= POSTURES:
         return place, _other_posture(seen, action, place)
@@ -199,6 +202,8 @@ def _at_events(
     event = event_of(actions[0]) if len(actions) == len(part.actions) == 1 else ""
     if not event or part.seconds > 0.0:
         return place, [], True
+    if not is_repeated(part) and is_labelled(question.asked, seen.capture, part):
+        return place, [], True  # captions say where it is
     low, high = FEATURE_STEP * room.start, FEATURE_STEP * room.stop
     try:
         events = _events(seen, event, part)
@@ -218,8 +223,6 @@ def _at_events(
                 [f"{as_said(event)} {say_count(n, n)}, not {_say_times(part)}"],
                 True,
             )
-    elif is_labelled(question.asked, seen.capture, part):
-        return place, [], True
     if not found:
         return place, [], True
     inside = [g for g in groups if g[-1][1] > place.start and g[0][0] < place.end]
@@ -294,13 +297,18 @@ def _other_posture(seen: SeenFrames, action: Sequence[str], place: PartPlace) ->
     return [] if len(inside) and holds.mean() >= HOLDS else [f"does not {action[0]} meanwhile"]
 
 
+def _longest(seen: SeenFrames, action: Sequence[str], room: slice) -> tuple[float, int, int]:
+    """How long an action goes on, and where, in a part of a take; see ``longest_going``."""
+    inside = np.zeros(len(seen.features), dtype=bool)
+    inside[room] = True
+    return longest_going(seen.speeds, action, inside)
+
+
 def _leaves(
     seen: SeenFrames, action: Sequence[str], place: PartPlace, room: slice
 ) -> tuple[PartPlace, list[str]]:
     """Where somebody leaves, after another action and before the next."""
-    inside = np.zeros(len(seen.features), dtype=bool)
-    inside[room] = True
-    lasting, first, behind = longest_going(seen.speeds, action, inside)
+    lasting, first, behind = _longest(seen, action, room)
     if lasting < LEAVES:
         return _unsure(place), [f"does not {action[0]} away"]
     return _moved(place, first, behind), []
@@ -310,9 +318,7 @@ def _gone_on(
     seen: SeenFrames, part: Part, action: Sequence[str], place: PartPlace, room: slice
 ) -> tuple[PartPlace, list[str]]:
     """Where a motion goes on as long as it is asked for, and what speaks against it."""
-    inside = np.zeros(len(seen.features), dtype=bool)
-    inside[room] = True
-    lasting, first, behind = longest_going(seen.speeds, action, inside)
+    lasting, first, behind = _longest(seen, action, room)
     is_long = part.longest is not None and lasting >= part.longest + STEADY / 2.0
     if lasting < part.seconds or is_long:
         asked = say_duration(part.seconds, part.longest).removeprefix("for ")
@@ -392,19 +398,23 @@ def _unsure(place: PartPlace) -> PartPlace:
 
 
 def _done_though_excluded(
-    seen: SeenFrames, part: Part, exclusion: Exclusion, place: PartPlace
+    seen: SeenFrames,
+    actions: Sequence[Sequence[str]],
+    exclusion: Exclusion,
+    place: PartPlace,
 ) -> list[str]:
     """What of "walk, but not backward" or "sit, without standing up" a place clearly shows."""
     inside, done = seen.features[_inside(place)], list[str]()
-    end = len(seen.track) if exclusion.later else place.end
-    for action, excluded in product(part.actions or ((),), exclusion.actions):
-        event = event_of(excluded) if len(exclusion.actions) == 1 else ""
-        if MODIFIERS.issuperset(excluded):
-            done += [] if place.unknown else _goes_though_excluded(inside, action, excluded)
-        elif event and not directions_to_measure(excluded) and action:
-            found = find_occurrences(seen.track, event)
-            if any(place.start < (a + b) / 2 < end for a, b in found):
-                done.append(f"{' '.join(map(as_said, excluded))} is seen, which is excluded")
+    end = math.inf if exclusion.later else place.end
+    for action, excluded in product(actions or ((),), exclusion.actions):
+        if MODIFIERS.issuperset(excluded) and not place.unknown:
+            done += _goes_though_excluded(inside, action, excluded)
+    event = excluded_event(exclusion)
+    if event and actions and not MODIFIERS.issuperset(exclusion.actions[0]):
+        found = find_occurrences(seen.track, event)
+        if any(place.start < (a + b) / 2 < end for a, b in found):
+            words = " ".join(map(as_said, exclusion.actions[0]))
+            done.append(f"{words} is seen, which is excluded")
     return done
 
 

@@ -146,7 +146,7 @@ def together(left: Node, right: Node) -> Node:
         return attach(left, right)
     for part, other in ((right, left), (left, right)):
         if isinstance(part, Without) and isinstance(part.part, Anything):
-            return without(other, part.excluded)
+            return without(other, part.excluded, part.later)
     return at_once([left, right])
 
 

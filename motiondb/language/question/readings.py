@@ -9,8 +9,8 @@ that must not occur from one part to another. A tree has several readings where 
 The manner of an action is treated as a simultaneous action: a capture must show both. A part at
 once with an order holds for every part of the order. A part that is requested three times becomes
 three parts in order, which together make one statement. Parts that a search cannot use are removed
-and listed: upper limits of counts and durations, durations of whole orders, and the order, count
-and duration of exclusions.
+and listed: durations of whole orders, and the order, count and duration of exclusions. Upper limits
+of counts and durations are listed, too: a search that measures them says so.
 
 A question is also reduced to the words that captions have (:func:`hold_to_known`), and said in one
 line, which is itself a question with the same tree (:func:`say`).
@@ -63,6 +63,11 @@ class Part:
     # The actions with the words that are measured in place of searched; () where there are none
     said: tuple[tuple[str, ...], ...] = ()
 
+    @property
+    def leaves(self) -> bool:
+        """Whether it is measured alone that somebody leaves ("walk away")."""
+        return bool(self.said) and not self.actions
+
 
 @dataclass(frozen=True)
 class Exclusion:
@@ -90,7 +95,7 @@ def readings(tree: Node) -> tuple[tuple[Reading, ...], tuple[NotUsed, ...]]:
     >>> [[part.actions for part in reading.parts] for reading in found]
     [[(('walk',),), (('run',),)], [(('walk',),), (('sit',),)]]
     >>> found[0].exclusions
-    (Exclusion(actions=(('jump',),), first=0, last=2),)
+    (Exclusion(actions=(('jump',),), first=0, last=2, later=False),)
     """
     not_used: list[NotUsed] = []
     read = _read(tree, not_used)
@@ -112,7 +117,7 @@ def _read(node: Node, not_used: list[NotUsed]) -> list[Reading]:
             parts = [_without(reading, excluded, node.later) for reading in read]
         case Repeated():
             if node.most is not None:
-                reason = f"{UNCHECKED}; captures with at least {max(node.least, 1)} are shown"
+                reason = f"{_UNCHECKED}; captures with at least {max(node.least, 1)} are shown"
                 not_used.append(NotUsed(say_count(0, node.most), reason))
             parts = [_repeat(r, max(node.least, 1), node.most) for r in _read(node.part, not_used)]
         case Lasting():
@@ -219,8 +224,7 @@ def _excluded(node: Node, not_used: list[NotUsed]) -> list[tuple[tuple[str, ...]
 
 
 _NOT_EXCLUDED = "exclusions apply in any order, number and duration"
-UNCHECKED = "it cannot be checked"
-"""How the reason begins why an upper limit is not used."""
+_UNCHECKED = "it cannot be checked"
 
 
 def counted(reading: Reading, is_counted: Callable[[Part], bool]) -> Reading:
@@ -230,18 +234,24 @@ def counted(reading: Reading, is_counted: Callable[[Part], bool]) -> Reading:
     >>> found = counted(Reading((Part(walk), Part(jump, 0.0, 1), Part(jump, 0.0, 1))), bool)
     >>> [(part.actions, part.repeat_of, part.least) for part in found.parts]
     [((('walk',),), 0, 1), ((('jump',),), 1, 2)]
+    >>> twice = Reading((Part(jump), Part(walk, 0.0, 1), Part(jump), Part(walk, 0.0, 1)))
+    >>> counted(twice, bool) == twice  # what is repeated is the order
+    True
     """
-    merged = [k for k, part in enumerate(reading.parts) if is_counted(part)]
-    dropped = {k for k in merged if reading.parts[k].repeat_of != k}
+    dropped = {
+        k
+        for k, part in enumerate(reading.parts)
+        if k and part.repeat_of == reading.parts[k - 1].repeat_of and is_counted(part)
+    }
     kept = [k for k in range(len(reading.parts)) if k not in dropped]
     number = {k: sum(one <= k for one in kept) - 1 for k in range(len(reading.parts))}
     parts = tuple(
         replace(
             reading.parts[k],
             repeat_of=number[reading.parts[k].repeat_of],
-            least=1 + sum(reading.parts[one].repeat_of == k for one in dropped),
+            least=after - k,
         )
-        for k in kept
+        for k, after in zip(kept, [*kept[1:], len(reading.parts)])
     )
     exclusions = tuple(
         replace(e, first=number[e.first], last=number[e.last - 1] + 1) for e in reading.exclusions
@@ -273,7 +283,7 @@ def _lasting(reading: Reading, node: Lasting, not_used: list[NotUsed]) -> Readin
     if node.most is not None:
         is_exact = node.least == node.most  # part of a longer one lasts as long
         reason = "longer ones are shown, too"
-        reason = reason if is_exact else f"{UNCHECKED}; {reason}"
+        reason = reason if is_exact else f"{_UNCHECKED}; {reason}"
         not_used.append(NotUsed(say_duration(0.0, node.most), reason))
     part, longest = reading.parts[0], None if node.least == node.most else node.most
     lasting = replace(part, seconds=max(part.seconds, node.least), longest=longest)
@@ -332,7 +342,7 @@ def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestio
     >>> from motiondb.language.question.parse import parse
     >>> known = hold_to_known(parse("wlak slowly, not moonwalk, sit"), {"sit": 3, "walk": 4})
     >>> known.understood, known.unknown
-    ('sit', {'wlak': ('walk',), 'moonwalk': ('walk',)})
+    ('sit', {'wlak': ('walk',), 'slowly': (), 'moonwalk': ('walk',)})
     """
     unknown: dict[str, tuple[str, ...]] = {}
     not_used = list(question.not_used)
@@ -369,14 +379,14 @@ def without_amounts(reading: Reading) -> Reading:
     """A reading without repeats and durations; one with exclusions stays as it is.
 
     >>> jump = (("jump",),)
-    >>> without_amounts(Reading((Part(jump), Part(jump), Part((("sit",),), 2.0, 2)))).parts
-    (Part(actions=(('jump',),), seconds=0.0, repeat_of=0), Part(actions=(('sit',),), seconds=0.0, \
-repeat_of=1))
+    >>> plain = without_amounts(Reading((Part(jump), Part(jump), Part((("sit",),), 2.0, 2))))
+    >>> [(part.actions, part.seconds, part.repeat_of) for part in plain.parts]
+    [((('jump',),), 0.0, 0), ((('sit',),), 0.0, 1)]
     """
     if reading.exclusions:
         return reading
     once = [part for k, part in enumerate(reading.parts) if part.repeat_of == k]
-    return Reading(tuple(Part(part.actions, 0.0, n) for n, part in enumerate(once)))
+    return Reading(tuple(replace(p, seconds=0.0, repeat_of=n) for n, p in enumerate(once)))
 
 
 def with_hints(question: KnownQuestion, hints: Mapping[str, tuple[str, ...]]) -> KnownQuestion:
@@ -410,8 +420,7 @@ def _hold(node: Node, known: Callable[[Action], Action | None]) -> Node | None:
             kept = [e for one in node.excluded if (e := _hold(one, known)) is not None]
             if not kept:
                 return part
-            found = without(Anything() if part is None else part, kept)
-            return replace(found, later=node.later) if isinstance(found, Without) else found
+            return without(Anything() if part is None else part, kept, node.later)
         case Repeated() | Lasting():
             part = _hold(node.part, known)
             return None if part is None else replace(node, part=part)

@@ -175,14 +175,18 @@ def at_once(parts: Sequence[Node]) -> Node:
     return join(AtOnce, opened)
 
 
-def without(part: Node, excluded: Sequence[Node]) -> Node:
-    """A part without its exclusions; exclusions of the same part become one list."""
+def without(part: Node, excluded: Sequence[Node], later: bool = False) -> Node:
+    """A part without its exclusions; exclusions of the same part become one list.
+
+    `later`: Whether nothing of it comes afterwards, either.
+    """
     listed: list[Node] = []
     for node in excluded:
         listed.extend(node.parts if isinstance(node, AnyOf) else (node,))
     if isinstance(part, Without):
-        return replace(part, excluded=(*part.excluded, *listed))
-    return Without(part, tuple(listed)) if listed else part
+        later = later or part.later
+        return replace(part, excluded=(*part.excluded, *listed), later=later)
+    return Without(part, tuple(listed), later) if listed else part
 
 
 def parts_of(node: Node) -> tuple[Node, ...]:
@@ -310,7 +314,8 @@ def drop_empty(node: Node) -> tuple[Node | None, list[Node]]:
             return (join(type(node), parts) if parts else None), dropped
         case Without():
             part = kept([node.part])
-            return without(part[0] if part else Anything(), kept(node.excluded)), dropped
+            rest = part[0] if part else Anything()
+            return without(rest, kept(node.excluded), node.later), dropped
         case Repeated() | Lasting():
             part = kept([node.part])
             return (replace(node, part=part[0]) if part else None), dropped
