@@ -37,7 +37,7 @@ def looping_rules(draw, symbols=(0, 1, 2, A, B)):
         rights = st.lists(part, min_size=int(left == S), max_size=3).map(tuple)
         rights = rights.filter(lambda right, left=left: right != (left,))
         rules[left] = draw(st.dictionaries(rights, st.integers(1, 4), min_size=1, max_size=3))
-    constants = draw(st.dictionaries(st.integers(0, 2), st.integers(0, 2), max_size=1))
+    constants = draw(st.dictionaries(st.integers(0, 2), st.integers(0, 2), max_size=3))
     singles = draw(st.frozensets(st.integers(0, 2), max_size=2))
     return RuleSet(T, rules, constants, draw(st.booleans()), singles, loops=True)
 

@@ -6,7 +6,8 @@ class have the same weights of strings that lead from the state to itself.
 
     sentence a b c        0 -a-> 1 -b-> 2 -c-> 3
     strings of length n   0 -any-> 1 (-any-> 2 ..., which need not be filled: see ``shift``)
-    pattern a ... b       0 -a-> 1 -b-> 2, state 1 stays on any but b; 2 leads back to 1 (a block)
+    pattern a ... b       0 -a-> 1 -b-> 2, state 1 stays on anything
+    pattern ... a b ...   states 0 and 1 lead to each other (a block) until a is followed by b
     diagram               a state an item; other actions stay
     plan                  a state a symbol of the prefix, then a state a goal
 """

@@ -49,7 +49,6 @@ MOST_PRODUCTS = 500_000_000
 """Largest number of products of two cells' entries in a chart. They take 3 to 5 s, and a
 sentence that is refused needs two charts, so the answer comes within 10 s. Learned grammars need
 far fewer: a passage of 900 symbols takes 0.1 s."""
-_SPLIT = 1  # Number of products that one split of a span counts as
 MOST_ENTRIES = 12_000_000
 """Largest number of entries of a chart: 192 MB, and twice that while the arrays grow."""
 
@@ -62,9 +61,10 @@ needs 30,000."""
 class Inside(NamedTuple):
     """The weights between the Q states of an automaton."""
 
-    begin: IntArray  # (Q, Q): index of the first entry of each cell
-    end: IntArray  # (Q, Q): index after the last entry of each cell
-    exponents: IntArray  # (Q, Q): the power of two of each cell
+    # Three arrays (Q, Q), of one row with ``shift``:
+    begin: IntArray  # Index of the first entry of each cell
+    end: IntArray  # Index after the last entry of each cell
+    exponents: IntArray  # The power of two of each cell
     symbols: IntArray  # (entries,): symbol of each entry, ascending within a cell
     values: FloatArray  # (entries,): value of each entry, before the power of two of its cell
     staying: FloatArray  # (classes, S): weight of leading from a state to itself, by loop class
@@ -142,9 +142,9 @@ def inside(
     if not is_whole:
         raise GrammarError(
             f"sentence: expected a chart of at most {MOST_PRODUCTS:,} products and"
-            f" {MOST_ENTRIES:,} entries, found more for {len(loops) - 1:,} symbols: too many"
-            " symbols of the grammar derive the same spans. Give the sentence in parts, or use a"
-            " grammar with fewer alternatives."
+            f" {MOST_ENTRIES:,} entries, found more for {automaton.n_states - 1:,} symbols: too"
+            " many symbols of the grammar derive the same spans. Give the sentence in parts, or use"
+            " a grammar with fewer alternatives."
         )
     return made
 
@@ -180,7 +180,7 @@ def _closures(
     return _Closures(
         staying,
         numbers,
-        np.array([one.starts + used for one, used in zip(made, offsets)]).reshape(
+        np.array([one.starts + used for one, used in zip(made, offsets)], dtype=np.int64).reshape(
             len(made), compiled.n_symbols + 1
         ),
         np.concatenate([one.columns for one in made] + none),
@@ -213,8 +213,10 @@ def _fill(
 ) -> tuple[Inside, bool]:
     """Fill all cells; also return whether they are complete, or grew too large."""
     n, n_symbols, loops = len(auto.loops), len(rules.left), auto.loops
-    begin, end = np.zeros((n, n), np.int64), np.zeros((n, n), np.int64)
-    exponents, symbols, values = np.zeros((n, n), np.int64), np.zeros(256, np.int64), np.zeros(256)
+    rows = 1 if shift else n
+    begin, end = np.zeros((rows, n), np.int64), np.zeros((rows, n), np.int64)
+    exponents = np.zeros((rows, n), np.int64)
+    symbols, values = np.zeros(256, np.int64), np.zeros(256)
     made = Inside(begin, end, exponents, symbols, values, closures.staying, loops, shift)
     work = _Work(
         np.zeros((n, n_symbols)),
@@ -224,15 +226,16 @@ def _fill(
         np.zeros(n_symbols, np.int64),
         np.zeros(n_symbols, np.int64),
     )
-    used = n_products = 0
+    # not literals, for which all is compiled again
+    used, n_products = int(np.int64(0)), int(np.int64(0))
     for b in range(0 if shift else len(auto.bounds) - 2, -1, -1):
         if loops[auto.bounds[b]] < 0:
             for c in range(b, len(auto.bounds) - 1):
                 made, used = _fill_pair(kind == BEST, (b, c), auto, rules, made, used, work)
             work.row[:] = 0.0
-            continue
-        made, used, more = _fill_row(kind == BEST, b, auto, rules, closures, made, used, work)
-        n_products += more
+        else:
+            made, used, more = _fill_row(kind == BEST, b, auto, rules, closures, made, used, work)
+            n_products += more
         if n_products > MOST_PRODUCTS or used > MOST_ENTRIES:
             return made, False
     return made, True
@@ -275,8 +278,7 @@ def _fill_row(
             n_products += more
             if n_products > MOST_PRODUCTS or used + n_reached > MOST_ENTRIES:
                 return made, used, MOST_PRODUCTS + 1
-            if used + n_reached > len(made.symbols):
-                made = _grown(made, used + n_reached)
+            made = _grown(made, used + n_reached)
             used = _store(made, (i, j), used, work, n_reached, top)
         for t in range(j, bounds[c + 1]):
             if made.begin[i, t] < made.end[i, t]:
@@ -321,7 +323,9 @@ def _fill_pair(
 @njit(cache=True)
 def _grown(made: Inside, needed: int) -> Inside:
     """Return the weights with room for more entries, if more are needed."""
-    more = max(needed - len(made.symbols), len(made.symbols)) if needed > len(made.symbols) else 0
+    if needed <= len(made.symbols):
+        return made
+    more = max(needed - len(made.symbols), len(made.symbols))
     return Inside(
         made.begin,
         made.end,
@@ -377,13 +381,13 @@ def _combine(
 ) -> tuple[int, int]:
     """Add the tails between two states, split at every state, to ``base``.
 
-    Returns the number of symbols with a value, and the number of products that were evaluated; a
-    split counts as :data:`_SPLIT` of them.
+    Returns the number of symbols with a value, and the number of products that were evaluated, of
+    which a split is one.
     """
     i, j, top, n_touched = span
     starts, tails, row = by_right.starts, by_right.tails, work.row
     base, touched, symbols, values = work.base, work.touched, made.symbols, made.values
-    n_products = _SPLIT * n_splits
+    n_products = n_splits
     for place in range(n_splits):
         k = work.splits[place]
         one, other = (0, j - k) if made.shift else (k, j)

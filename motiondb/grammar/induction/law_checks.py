@@ -29,7 +29,7 @@ WEIGHT_BITS = 48
 """Number of bits of the random weight of a constant terminal: different numbers have equal sums
 with probability 2^-48, and sums over sentences fit into 64 bits."""
 
-_ODD = 0x9E3779B97F4A7C15  # Multiples of it look random in their lowest bits
+_ODD = 0x9E3779B97F4A7C15  # Powers of it look random in their lowest bits
 
 _WAITS, _FITS, _BREAKS = range(3)  # The state of a rule while the laws are checked bottom-up
 
@@ -76,7 +76,7 @@ def is_lawful(rule_set: RuleSet) -> bool:
     n_rules, n_lefts = sum(map(len, rule_set.rules.values())), len(rule_set.rules)
     table = table_of(rule_set, n_rules, sum(len(right) for _, right in rule_set.uses()) + 1)
     alternatives = np.array([len(rule_set.rules[left]) for left in sorted(rule_set.rules)])
-    weights = [(k + 1) * _ODD % (1 << WEIGHT_BITS) for k in range(len(rule_set.constants))]
+    weights = [pow(_ODD, k + 1, 1 << WEIGHT_BITS) for k in range(len(rule_set.constants))]
     laws = laws_of(rule_set, np.full(n_lefts, rule_set.loops), weights)
     return bool(keeps_laws(table, alternatives, laws))
 

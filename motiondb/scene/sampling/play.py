@@ -134,19 +134,14 @@ def make_play(
     library: ClipLibrary,
     most_actions: int = MOST_ACTIONS,
     prices: Prices = FREE,
-    only_asked: Sequence[str] | None = None,
 ) -> Play:
-    """Return the target of sampling for a diagram.
-
-    `only_asked`: Actions that are played only where the diagram asks; by default those that the
-    grammar names.
-    """
+    """Return the target of sampling for a diagram."""
     binder = Binder(diagram, grammar)
     derivations = tuple(
         _derivations(
             grammar.started(grammar.start_of(player.team)),
             items,
-            exact_actions(diagram, grammar, player.name) if only_asked is None else (*only_asked,),
+            exact_actions(diagram, grammar, player.name),
         )
         for player, items in zip(diagram.players, binder.items, strict=True)
     )

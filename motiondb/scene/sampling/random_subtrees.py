@@ -2,8 +2,8 @@
 
 A player's expression c_1 .. c_g is an automaton that reads the action string. In state i the first
 i classes have been passed; an action of class c_(i + 1) leads to i + 1, another one stays. Actions
-that only a diagram may ask for (:data:`motiondb.scene.language.expressions.ONLY_ASKED`: a pass has
-a receiver, a catch a passer) lead nowhere else, unless they continue a repeated class.
+that only a diagram may ask for (:func:`motiondb.scene.language.expressions.exact_actions`: a pass
+has a receiver, a catch a passer) lead nowhere else, unless they continue a repeated class.
 
 Subtrees are drawn by the sums over this automaton (:mod:`motiondb.grammar.cfg.trees`): one has
 exactly the probability of the grammar given that it leads from i to one of the states that are

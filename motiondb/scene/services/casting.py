@@ -121,17 +121,22 @@ def _check_roles(
 ) -> None:
     """Refuse an action that a player may do, if nobody fills a role of its rules."""
     above = reachable_symbols(grammar.started(start))
-    asked = {action: item for item in items for action in item.actions if item.element >= 0}
+    asked: dict[str, list[Item | None]] = {}
+    for item in items:
+        for action in item.actions if item.element >= 0 else ():
+            asked.setdefault(action, []).append(item)
     closed = set(exact_actions(diagram, grammar, name)) - set(asked)
     roles = {*ROLES, *(role for role, _ in grammar.activity.roles)}
-    for action in grammar.terminal:
-        item = asked.get(action)
-        if action not in above or action in closed or (item and item.other):
+    acts = [(a, i) for a in grammar.terminal for i in asked.get(a, [None])]
+    for action, one in acts:
+        if action not in above or action in closed or (one and one.other):
             continue
-        element = diagram.elements[item.element] if item else None
+        element = diagram.elements[one.element] if one else None
         for rule in grammar.rules_of(action, above):
             about = [getattr(rule, part, "") for part in ("target", "partner", "first", "second")]
-            for role in {one for one in about if isinstance(one, str)} & roles:
+            for role in dict.fromkeys(each for each in about if isinstance(each, str)):
+                if role not in roles:
+                    continue
                 filled = diagram.filled(role, name, element)
                 if role == TARGET:
                     filled = filled or grammar.activity.aim(action)
