@@ -24,7 +24,7 @@ def unwritable(folder: Path, error: OSError) -> MotionDBError:
 def _mend(folder: Path) -> None:
     """Repair the state that killed processes left while they wrote this folder.
 
-    An earlier scene that had been moved away is restored; partial folders are removed.
+    An earlier folder that had been moved away is restored; partial folders are removed.
     """
     for left in folder.parent.glob(f".{glob.escape(folder.name)}.*.*"):
         owner, _, kind = left.name.removeprefix(f".{folder.name}.").rpartition(".")

@@ -6,7 +6,7 @@ import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property
 from importlib import resources
 from pathlib import Path
 
@@ -42,6 +42,12 @@ def shipped(ending: str) -> tuple[str, ...]:
 def read_grammar(name: str | Path) -> MotionGrammar:
     """Read a motion grammar from a file, or the shipped one of this name."""
     return read_motion_grammar(*text_of(name, GRAMMAR))
+
+
+@cache
+def shipped_grammar(name: str) -> MotionGrammar:
+    """Return the shipped grammar of a name, whatever files the working folder holds."""
+    return read_motion_grammar(shipped_text(name, GRAMMAR), name)
 
 
 def grammar_file(grammar: str, beside: str | Path = "") -> str | Path:
@@ -131,19 +137,18 @@ def read_scene_text(diagram: str | os.PathLike[str]) -> SceneText:
 def stored_text(diagram: str, grammar: str, name: str) -> SceneText:
     """Read the texts of a scene that was made earlier.
 
-    Grammars of earlier versions did not say what a diagram draws. Where such a diagram cannot be
-    read, the shipped grammar of this name says it.
+    Grammars of earlier versions did not say what a diagram draws. For one that is shipped with the
+    same actions, the shipped one says it.
     """
     known = read_motion_grammar(grammar, f"{name}: grammar")
-    where = f"{name}: diagram"
-    try:
-        return SceneText(read_diagram(diagram, where, known.activity), known, diagram, grammar)
-    except SceneError:
-        if known.name not in shipped(GRAMMAR):
-            raise
-    newer = read_grammar(known.name).activity
-    whole = replace(known, activity=newer)
-    return SceneText(read_diagram(diagram, where, newer), whole, diagram, grammar)
+    if known.name in shipped(GRAMMAR) and not known.activity.declared:
+        newer = shipped_grammar(known.name)
+        if newer.terminal.keys() == known.terminal.keys():
+            asked = newer.only_asked
+            terminals = [replace(one, asked=one.name in asked) for one in known.terminals]
+            known = replace(known, activity=newer.activity, terminals=tuple(terminals))
+    read = read_diagram(diagram, f"{name}: diagram", known.activity)
+    return SceneText(read, known, diagram, grammar)
 
 
 # Facts of a tactics diagram before a scene is made: faults, first holder, strings, clips.
@@ -193,22 +198,18 @@ def read_board(text: str) -> Board:
         raise SceneError(
             f"{WHERE}: expected at most {LONGEST_TEXT} characters, found {len(text)}. Shorten it."
         )
+    grammar, unknown = None, ""
     try:
         name = grammar_name(text, WHERE)
-        grammar = (
-            read_motion_grammar(shipped_text(name, GRAMMAR), name)
-            if name in shipped(GRAMMAR)
-            else None
-        )
+        try:
+            grammar = shipped_grammar(name)
+        except SceneError as error:
+            unknown = str(error)
         diagram = parse_diagram(text, WHERE, grammar.activity if grammar else None)
     except SceneError as error:
         return Board(text, faults=_faults(str(error)))
     if grammar is None:
-        try:
-            shipped_text(name, GRAMMAR)
-        except SceneError as error:
-            return Board(text, diagram, faults=(BoardFault(0, str(error)),))
-    assert grammar is not None
+        return Board(text, diagram, faults=(BoardFault(0, unknown),))
     try:
         check_diagram(diagram, WHERE)
         trees, unable = casting.try_cast(diagram, grammar, WHERE)

@@ -293,7 +293,7 @@ class Scenes(Topic):
         """The words of captions that are nearest to those of every terminal without clips."""
         with self.session.reading():
             found = find_actions(self.session, self.read_grammar(grammar))
-            return {name: near for name, near in found.nearest.items() if not found.parts[name]}
+            return {n: near for n, near in found.nearest().items() if not found.parts[n]}
 
     def taken_words(self, grammar: str | Path | MotionGrammar) -> dict[str, Taking]:
         """What words of a grammar's phrases are taken as that no caption holds."""

@@ -78,20 +78,19 @@ class Inside(NamedTuple):
 
     def log_weight(self, symbol: int, s: int = 0, t: int = -1) -> float:
         """Return log W of a symbol; -inf for 0."""
-        value, exponent = find(self, symbol, s, t % len(self.loops))
-        return log(value) + exponent * log(2.0) if value > 0.0 else -inf
+        return float(log_of(self, symbol, s, t % len(self.loops)))
 
 
-class _Rules(NamedTuple):
+class Rules(NamedTuple):
     """The rules of a compiled grammar."""
 
-    by_right: Tails
-    left: IntArray
-    right: IntArray
-    rule_of: IntArray
-    rule_right: IntArray
-    weights: FloatArray  # (R,)
-    parts: Parts
+    by_right: Tails  # The tails of each right child
+    left: IntArray  # (S,): left child of each symbol that is a tail, else -1
+    right: IntArray  # (S,): right child of each symbol that is a tail, else -1
+    rule_of: IntArray  # (S + 1,): index of the first rule of each symbol
+    rule_right: IntArray  # (R,): right side of a rule, -1 for the empty string
+    weights: FloatArray  # (R,): weight of a rule, or its logarithm
+    parts: Parts  # Groups of symbols that derive one another
     first: int  # The first terminal
 
 
@@ -129,15 +128,13 @@ def inside(
     0.140625
     """
     loops = automaton.loops
-    pairs: tuple[tuple[int, int], ...]
+    pairs: tuple[tuple[int, int], ...] = ((0, 0),) if len(loops) > 1 else ()
     if len(automaton.stays) > 1:
         later = [loops[s + 1 :] for s in range(len(loops))]
         met = {(c, d) for c, row in zip(loops.tolist(), later) if c >= 0 for d in set(row.tolist())}
         pairs = tuple(sorted(pair for pair in met if pair[1] >= 0))
-    else:
-        pairs = ((0, 0),) if len(loops) > 1 else ()
     closures = _closures(compiled, kind, automaton.stays.tobytes(), len(automaton.stays), pairs)
-    rules = _rules(compiled, kind)
+    rules = rules_of(compiled, kind)
     made, is_whole = _fill(kind, automaton, rules, closures, shift)
     if not is_whole:
         raise GrammarError(
@@ -150,8 +147,9 @@ def inside(
 
 
 @lru_cache(maxsize=64)
-def _rules(compiled: CompiledGrammar, kind: int) -> _Rules:
-    return _Rules(
+def rules_of(compiled: CompiledGrammar, kind: int) -> Rules:
+    """Return the rules of a compiled grammar with the weights of a semiring."""
+    return Rules(
         compiled.by_right,
         compiled.left,
         compiled.right,
@@ -207,17 +205,23 @@ def find(made: Inside, symbol: int, s: int, t: int) -> tuple[float, int]:
     return 0.0, 0
 
 
+@kernel
+def log_of(made: Inside, symbol: int, s: int, t: int) -> float:
+    """Return log W of a symbol between two states, -inf for 0."""
+    value, exponent = find(made, symbol, s, t)
+    return log(value) + exponent * log(2.0) if value > 0.0 else -inf
+
+
 @njit(cache=True)
 def _fill(
-    kind: int, auto: Automaton, rules: _Rules, closures: _Closures, shift: bool
+    kind: int, auto: Automaton, rules: Rules, closures: _Closures, shift: bool
 ) -> tuple[Inside, bool]:
     """Fill all cells; also return whether they are complete, or grew too large."""
     n, n_symbols, loops = len(auto.loops), len(rules.left), auto.loops
     rows = 1 if shift else n
-    begin, end = np.zeros((rows, n), np.int64), np.zeros((rows, n), np.int64)
-    exponents = np.zeros((rows, n), np.int64)
-    symbols, values = np.zeros(256, np.int64), np.zeros(256)
-    made = Inside(begin, end, exponents, symbols, values, closures.staying, loops, shift)
+    cells, none = np.zeros((3, rows, n), np.int64), np.zeros(256, np.int64)
+    staying = closures.staying
+    made = Inside(cells[0], cells[1], cells[2], none, np.zeros(256), staying, loops, shift)
     work = _Work(
         np.zeros((n, n_symbols)),
         np.zeros(n, np.int64),
@@ -246,7 +250,7 @@ def _fill_row(
     best: bool,
     b: int,
     auto: Automaton,
-    rules: _Rules,
+    rules: Rules,
     closures: _Closures,
     made: Inside,
     used: int,
@@ -259,14 +263,13 @@ def _fill_row(
     """
     i, bounds, loops, row, splits = auto.bounds[b], auto.bounds, auto.loops, work.row, work.splits
     edge, n_splits, n_products = auto.starts[i], 0, 0
-    spans = made.begin, made.end, made.exponents
     for c in range(b + 1, len(bounds) - 1):
         j = bounds[c]
         if loops[j] < 0:
             made, used = _fill_pair(best, (b, c), auto, rules, made, used, work)
         else:
             first, edge = _edges(auto.starts, auto.targets, i, j, edge)
-            top = _top_exponent(spans, made.shift, splits, n_splits, (i, j), edge > first)
+            top = _top_exponent(made, splits, n_splits, (i, j), edge > first)
             for e in range(first, edge):
                 symbol = rules.first + auto.terminals[e]
                 work.touched[e - first] = symbol
@@ -305,7 +308,7 @@ def _fill_pair(
     best: bool,
     blocks: tuple[int, int],
     auto: Automaton,
-    rules: _Rules,
+    rules: Rules,
     made: Inside,
     used: int,
     work: _Work,
@@ -450,19 +453,14 @@ def _sort(numbers: IntArray, n: int) -> None:
 
 @kernel
 def _top_exponent(
-    spans: tuple[IntArray, IntArray, IntArray],
-    shift: bool,
-    splits: IntArray,
-    n_splits: int,
-    cell: tuple[int, int],
-    is_known: bool,
+    made: Inside, splits: IntArray, n_splits: int, cell: tuple[int, int], is_known: bool
 ) -> int:
     """Return the greatest power of two among the products; that of an edge is 0."""
-    (begin, end, exponents), (i, j), top = spans, cell, 0
+    (i, j), exponents, top = cell, made.exponents, 0
     for place in range(n_splits):
         k = splits[place]
-        one, other = (0, j - k) if shift else (k, j)
-        if begin[one, other] < end[one, other]:
+        one, other = (0, j - k) if made.shift else (k, j)
+        if made.begin[one, other] < made.end[one, other]:
             exponent = exponents[i, k] + exponents[one, other]
             if not is_known or exponent > top:
                 top, is_known = exponent, True
@@ -482,7 +480,7 @@ def _shift(full: FloatArray, reached: IntArray, n_reached: int) -> int:
 
 @njit(cache=True)
 def _solve_pair(
-    best: bool, blocks: tuple[int, int], auto: Automaton, rules: _Rules, made: Inside
+    best: bool, blocks: tuple[int, int], auto: Automaton, rules: Rules, made: Inside
 ) -> FloatArray:
     """Return the weights (S, s, t) between two blocks, by iteration from 0, parts first."""
     (b, c), bounds, parts, n_symbols = blocks, auto.bounds, rules.parts, len(rules.left)
@@ -555,7 +553,7 @@ def _add_between(
     best: bool,
     tail: int,
     span: tuple[int, int, int, int],
-    rules: _Rules,
+    rules: Rules,
     made: Inside,
     new: FloatArray,
 ) -> None:
@@ -586,7 +584,7 @@ def _add_product(best: bool, new: FloatArray, first: FloatArray, second: FloatAr
 
 @kernel
 def _add_rules(
-    best: bool, new: FloatArray, symbol: int, rules: _Rules, weights: FloatArray, same: bool
+    best: bool, new: FloatArray, symbol: int, rules: Rules, weights: FloatArray, same: bool
 ) -> None:
     """Fill ``new`` (s, t) with what the rules of a nonterminal derive."""
     new[:] = 0.0

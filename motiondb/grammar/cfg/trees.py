@@ -25,9 +25,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from motiondb.grammar.cfg.closure import kernel
+from motiondb.grammar.cfg.closure import BEST, kernel
 from motiondb.grammar.cfg.compiled import CompiledGrammar
-from motiondb.grammar.cfg.inside import Inside, find
+from motiondb.grammar.cfg.inside import Inside, Rules, find, log_of, rules_of
 from motiondb.records import FloatArray, IntArray
 
 Item = tuple[int, int, int]
@@ -201,16 +201,6 @@ def _splits(
     return states[:used], shares[:used]
 
 
-class _Forms(NamedTuple):
-    """The rules of a compiled grammar, as :func:`_best_rules` needs them."""
-
-    left: IntArray  # (S,): left child of each symbol that is a tail, else -1
-    right: IntArray  # (S,): right child of each symbol that is a tail, else -1
-    rule_of: IntArray  # (S + 1,): index of the first rule of each symbol
-    rule_right: IntArray  # (R,): right side of a rule, -1 for the empty string
-    log_weights: FloatArray  # (R,): log-weight of a rule
-
-
 def best_rules(
     compiled: CompiledGrammar, made: Inside, weights: FloatArray, s: int = 0, t: int = -1
 ) -> IntArray | None:
@@ -224,15 +214,14 @@ def best_rules(
     t = t % len(made.loops)
     if find(made, compiled.start, s, t)[0] == 0.0:
         return None
-    logs = np.log(weights)
-    forms = _Forms(compiled.left, compiled.right, compiled.rule_of, compiled.rule_right, logs)
-    return _best_rules(made, forms, (compiled.start, s, t))
+    rules = rules_of(compiled, BEST)._replace(weights=np.log(weights))
+    return _best_rules(made, rules, (compiled.start, s, t))
 
 
 @njit(cache=True)
-def _best_rules(made: Inside, forms: _Forms, item: tuple[int, int, int]) -> IntArray:
+def _best_rules(made: Inside, rules: Rules, item: tuple[int, int, int]) -> IntArray:
     """Return the rules of the best tree of an item in preorder."""
-    left, right, rule_of, rule_right, _ = forms
+    left, right, rule_of, rule_right = rules.left, rules.right, rules.rule_of, rules.rule_right
     choices, used = np.zeros(64, np.int64), 0
     waiting, depth = np.zeros((64, 3), np.int64), 1
     waiting[0, 0], waiting[0, 1], waiting[0, 2] = item
@@ -243,12 +232,12 @@ def _best_rules(made: Inside, forms: _Forms, item: tuple[int, int, int]) -> IntA
             waiting = np.concatenate((waiting, np.zeros_like(waiting)))
         if used == len(choices):
             choices = np.append(choices, np.zeros_like(choices))
-        goal = _log(made, symbol, i, j) - TOLERANCE
+        goal = log_of(made, symbol, i, j) - TOLERANCE
         if left[symbol] >= 0:
             k = i
             while k < j:
-                first = _log(made, left[symbol], i, k)
-                if first > -inf and first + _log(made, right[symbol], k, j) >= goal:
+                first = log_of(made, left[symbol], i, k)
+                if first > -inf and first + log_of(made, right[symbol], k, j) >= goal:
                     break
                 k += 1
             waiting[depth, 0], waiting[depth, 1], waiting[depth, 2] = right[symbol], k, j
@@ -256,7 +245,7 @@ def _best_rules(made: Inside, forms: _Forms, item: tuple[int, int, int]) -> IntA
             waiting[depth, 0], waiting[depth, 1], waiting[depth, 2] = left[symbol], i, k
             depth += 1
         elif rule_of[symbol] < rule_of[symbol + 1]:
-            choices[used] = _first_rule(made, forms, symbol, (i, j), goal)
+            choices[used] = _first_rule(made, rules, symbol, (i, j), goal)
             below = rule_right[choices[used]]
             if below >= 0:
                 waiting[depth, 0], waiting[depth, 1], waiting[depth, 2] = below, i, j
@@ -266,25 +255,15 @@ def _best_rules(made: Inside, forms: _Forms, item: tuple[int, int, int]) -> IntA
 
 
 @kernel
-def _first_rule(
-    made: Inside, forms: _Forms, symbol: int, span: tuple[int, int], goal: float
-) -> int:
+def _first_rule(made: Inside, rules: Rules, symbol: int, span: tuple[int, int], goal: float) -> int:
     """Return the first rule of a symbol that reaches the goal between two states."""
-    _, _, rule_of, rule_right, log_weights = forms
-    i, j = span
+    (i, j), rule_of = span, rules.rule_of
     for rule in range(rule_of[symbol], rule_of[symbol + 1] - 1):
-        below, value = rule_right[rule], log_weights[rule]
+        below, value = rules.rule_right[rule], rules.weights[rule]
         if below >= 0:
-            value += _log(made, below, i, j)
+            value += log_of(made, below, i, j)
         elif i < j:
             continue
         if value >= goal:
             return rule
     return rule_of[symbol + 1] - 1
-
-
-@kernel
-def _log(made: Inside, symbol: int, i: int, j: int) -> float:
-    """Return the log of the best weight of a symbol between two states, -inf for 0."""
-    value, exponent = find(made, symbol, i, j)
-    return log(value) + exponent * log(2.0) if value > 0.0 else -inf

@@ -28,6 +28,7 @@ from motiondb.database.scenes.scene_texts import (
     element_faults,
     read_board,
     shipped,
+    shipped_grammar,
     shipped_text,
 )
 from motiondb.files.safe_files import read_bounded
@@ -45,7 +46,6 @@ from motiondb.page.replies import SceneReply, kept_scene_reply
 from motiondb.page.routes.parameters import Body, Name, RefText, Seed, Text
 from motiondb.page.state import Page, Ref, find_kept, read_ref
 from motiondb.scene.language.activity import Activity
-from motiondb.scene.language.grammar_file import MotionGrammar, read_motion_grammar
 
 NAME = r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}"
 """Names of diagrams: file names that are valid on every system."""
@@ -141,14 +141,9 @@ class BoardKinds:
     grounds: list[Ground]
 
 
-def _shipped_grammar(name: str) -> MotionGrammar:
-    """The shipped grammar of a name, whatever files the working folder holds."""
-    return read_motion_grammar(shipped_text(name, GRAMMAR), name)
-
-
 def ground_of(name: str) -> Ground:
     """Return what a diagram of a shipped grammar may hold."""
-    grammar = _shipped_grammar(name)
+    grammar = shipped_grammar(name)
     activity = grammar.activity
     asked = {start.team for start in grammar.starts}
     teams = activity.teams if "" in asked else activity.teams[:-1]
@@ -161,9 +156,8 @@ def ground_of(name: str) -> Ground:
 def _board_verb(activity: Activity, name: str) -> BoardVerb:
     verb = activity.verb(name)
     look, holding = activity.look(name, False), activity.look(name, True)
-    goes = verb.goes or look == "way"
     rest = len(verb.steps) > 1, verb.declared
-    return BoardVerb(name, verb.link, verb.role, goes, look, holding, *rest)
+    return BoardVerb(name, verb.link, verb.role, verb.goes, look, holding, *rest)
 
 
 def list_boards(folder: Path) -> list[BoardFile]:
@@ -251,7 +245,7 @@ class BoardBody(Body):
             raise PageError("board: expected either text or diagram, found neither or both.")
         if self.diagram is not None:
             name = self.diagram.grammar
-            known = _shipped_grammar(name).activity if name in shipped(GRAMMAR) else None
+            known = shipped_grammar(name).activity if name in shipped(GRAMMAR) else None
             return text_of(self.diagram, known)
         return self.text or ""
 

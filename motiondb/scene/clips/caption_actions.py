@@ -15,8 +15,9 @@ Words of phrases that no caption holds may be replaced by known ones (:func:`tak
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -132,8 +133,8 @@ class FoundActions:
     parts: Mapping[str, tuple[ShownAction, ...]]
     # Word of a phrase that no caption holds -> what it is taken as
     takings: Mapping[str, Taking]
-    # Name of a terminal without clips -> the words of captions that are nearest to its phrases
-    nearest: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    # Gives the words of captions that are nearest to each terminal without clips
+    nearest: Callable[[], Mapping[str, tuple[str, ...]]] = dict
 
 
 def find_actions(
@@ -158,19 +159,23 @@ def find_actions(
         return FoundActions(parts, {})
     known = frozenset(word for one in captions for words in one.named for word in words)
     phrases = {name: yes for name, (yes, _) in asked.items()}
-    missing = [name for name, of_one in parts.items() if not of_one]
+    missing = [name for name, of_one in parts.items() if not of_one and phrases[name]]
     taken = take_phrases(phrases, missing, known, table)
-    nearest = {
-        name: nearest_words(phrases[name], known, table)
-        for name in missing
-        if name not in taken.phrases
-    }
+    unknown = {name: phrases[name] for name in missing if name not in taken.phrases}
+    nearest = partial(_nearest_words, unknown, known, table)
     if not taken.phrases:
         return FoundActions(parts, {}, nearest)
     again = {name: (taken.phrases.get(name, yes), no) for name, (yes, no) in asked.items()}
     more = _shown(captions, again, thrown)
     found = {**parts, **{name: more[name] for name in taken.phrases}}
     return FoundActions(found, taken.takings, nearest)
+
+
+def _nearest_words(
+    unknown: Mapping[str, Phrases], known: frozenset[str], table: NearbyTable
+) -> dict[str, tuple[str, ...]]:
+    """Return the nearest words of captions of some terminals."""
+    return {name: nearest_words(phrases, known, table) for name, phrases in unknown.items()}
 
 
 def nearest_words(phrases: Phrases, known: frozenset[str], table: NearbyTable) -> tuple[str, ...]:

@@ -117,9 +117,9 @@ class RuleTable:
                 ON_THE_WAY (the frame at which ``fraction`` of the distance has been covered)
       target    a player, or POINT (x, z), or HEADING (theta in ``x``); other, other_x, other_z: the
                 second end of a line
-      near, far of a distance, metres; of a direction ``near`` is the angle to it; lag of a
-      synchronisation, seconds, NaN for a ball's flight partner   of a synchronisation; its actions
-      are ``partners[partner_first:partner_last]``; the
+      near, far of a distance, metres; of a direction ``near`` is the angle to it
+      lag       of a synchronisation, seconds; NaN for a ball's flight
+      partner   of a synchronisation; its actions are ``partners[partner_first:partner_last]``; the
                 action that fulfils the rule best counts
       weight    c_k: f_k / c_k is the row's part of -log P(Y)
 

@@ -12,7 +12,7 @@ Forum 35 (2016), section 4, where all of this is basketball's.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -204,18 +204,20 @@ class Activity:
         """Return the actions that do one of these with the object."""
         return tuple(action for action, deed, _ in self.deeds if deed in deeds)
 
-    def needs(self, verb: str, *deeds: str) -> bool:
-        """Return whether every form of a verb ends in actions that all do one of these."""
-        forms = self.verbs.get(verb, (self.verb(verb),))
-        return all(self.deed(action) in deeds for form in forms for action in form.last)
+    def begins(self, verb: Verb, *deeds: str) -> bool:
+        """Return whether the first step of a verb that does something with the object does this."""
+        for step in verb.steps:
+            done = {self.deed(action) for action in step.actions}
+            if done != {""}:
+                return done <= set(deeds)
+        return False
 
-    def free(self, verb: str) -> bool:
+    def free(self, verb: Verb) -> bool:
         """Return whether a verb can only be done without the object.
 
         The grammar must say which actions keep it; then all others are done with empty hands.
         """
-        forms = self.verbs.get(verb, (self.verb(verb),))
-        actions = [action for form in forms for step in form.steps for action in step.actions]
+        actions = [action for step in verb.steps for action in step.actions]
         return bool(self.doing(*KEEPING)) and not any(self.deed(action) for action in actions)
 
     def look(self, verb: str, holds: bool) -> str:
@@ -271,7 +273,3 @@ class Activity:
         if not classes and any(self.deed(action) == GIVE for action in actions):
             return (self.doing(TAKE),) if self.doing(TAKE) else ()
         return tuple(classes)
-
-    def answered(self, action: str) -> Iterator[Answers]:
-        """Yield what may answer an action."""
-        return (one for one in self.answers if action in one.acts)

@@ -277,9 +277,7 @@ def finished(
         if verb.link == "with" and verb.role == name:  # not with somebody, but with the object
             verb = replace(verb, link="", role="", with_object=True)
         verbs.append(verb)
-    ground = draft.ground
-    marks = tuple(draft.marks)
-    ground = Ground(ground.name, *(ground.width, ground.length, ground.left, ground.back), marks)
+    ground = replace(draft.ground, marks=tuple(draft.marks))
     return Activity(
         actions,
         tuple(verbs),

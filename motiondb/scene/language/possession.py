@@ -28,7 +28,7 @@ from motiondb.scene.language.activity import (
     TAKE,
 )
 from motiondb.scene.language.semantic_rules import Spot
-from motiondb.scene.language.tactics import BODY_WIDTH, DOES, Act, Diagram, Element, Player
+from motiondb.scene.language.tactics import BODY_WIDTH, Act, Diagram, Element, Player
 
 
 def check_diagram(diagram: Diagram, where: str = "") -> None:
@@ -83,11 +83,12 @@ def _after(diagram: Diagram, act: Act, held: bool) -> bool:
 
 def _needs(diagram: Diagram, element: Element) -> bool:
     """Return whether an element can only be done by who has the object."""
-    deeds = (*KEEPING, *LOSING)
-    if element.kind == DOES:
-        first = element.steps[0].actions
-        return all(diagram.activity.deed(action) in deeds for action in first)
-    return diagram.activity.needs(element.kind, *deeds)
+    return _begins(diagram, element, *KEEPING, *LOSING)
+
+
+def _begins(diagram: Diagram, element: Element, *deeds: str) -> bool:
+    """Return whether an element does one of these with the object before anything else."""
+    return all(diagram.activity.begins(form, *deeds) for form in diagram.forms(element))
 
 
 def _holders(diagram: Diagram) -> Iterator[tuple[str, Element | None]]:
@@ -182,7 +183,7 @@ def _team_faults(diagram: Diagram, element: Element, where: str) -> Iterator[str
     elif role == RECEIVER and one.team != other.team:
         what = f"a receiver of the team of {one.name}"
         actual = f"{other.name}, who plays against {one.name}"
-        yield _fault(where, element, what, actual, "Pass to a team-mate.")
+        yield _fault(where, element, what, actual, "Choose a team-mate.")
     elif role == OPPONENT and one.team == other.team != PLAYER:
         what, actual = f"an opponent of {one.name}", f"{other.name}, a team-mate"
         yield _fault(where, element, what, actual, "Name a player of the other team.")
@@ -247,7 +248,7 @@ def _two_holders(holders: list[tuple[str, Element | None]], where: str, thing: s
     line = f":{element.line}" if element else ""
     return (
         f"{where}{line}: '{element}': expected one player with the {thing} at the beginning, found"
-        f" {len(holders)}: {' and '.join(because)}. Add a pass to {holders[-1][0]} before."
+        f" {len(holders)}: {' and '.join(because)}. Let it be given to {holders[-1][0]} before."
     )
 
 
@@ -258,22 +259,27 @@ def _act_faults(
     name, ball, given = who
     element, thing = diagram.elements[act.element], thing_of(diagram)
     what = f"{name} to have the {thing}"
-    takes = not act.part and diagram.activity.needs(element.kind, TAKE)
+    takes = not act.part and _begins(diagram, element, TAKE)
+    free = not act.part and all(diagram.activity.free(form) for form in diagram.forms(element))
     if ((act.part and _after(diagram, act, False)) or takes) and ball:
         actual = f"{name} with the {thing} already"
         yield _fault(
-            where, element, f"a receiver without the {thing}", actual, "Pass it on before."
+            where,
+            element,
+            f"a receiver without the {thing}",
+            actual,
+            "Let it be given away before.",
         )
     elif not act.part and _needs(diagram, element) and not ball:
         gone = f"{name} without the {thing}"
         if given is not None:
             gone += f" since '{given}' (line {given.line})"
-        yield _fault(where, element, what, gone, "Let it be passed back.")
+        yield _fault(where, element, what, gone, "Let it be given back.")
     elif takes and not (diagram.activity.thing and diagram.activity.thing.at):
         advice = f"Give it to {name} instead, or say where it lies: 'object {thing} at PLACE'."
         yield _fault(where, element, f"a {thing} to take", "none that lies anywhere", advice)
-    elif not act.part and diagram.activity.free(element.kind) and ball:
-        advice = f"Choose an action that keeps the {thing}, or let it be passed on before."
+    elif free and ball:
+        advice = f"Choose an action that keeps the {thing}, or let it be given away before."
         actual = f"{name} with it"
         yield _fault(where, element, f"{name} without the {thing}", actual, advice)
 

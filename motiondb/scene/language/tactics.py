@@ -138,6 +138,10 @@ class Diagram:
             return Verb(DOES, element.steps)
         return self.activity.verb(element.kind, holds)
 
+    def forms(self, element: Element) -> tuple[Verb, ...]:
+        """Return all that an element may ask for, with the object and without it."""
+        return self.activity.verbs.get(element.kind, (self.verb(element),))
+
     @cached_property
     def acts(self) -> dict[str, tuple[Act, ...]]:
         """Acts of each player in the order of time; players are in the order of the file.

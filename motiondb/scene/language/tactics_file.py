@@ -75,7 +75,7 @@ def format_diagram(diagram: Diagram) -> str:
 def other_statements(diagram: Diagram) -> list[str]:
     """Return the lines of a diagram that nothing is drawn for."""
     lines = [_element(one, diagram) for one in diagram.elements if one.kind == DOES]
-    lines += [_stretch(one) for one in diagram.stretches]
+    lines += [str(one) for one in diagram.stretches]
     within = diagram.times
     return lines + [f"step {step} comes {lag:g} s after {since}" for step, lag, since in within]
 
@@ -111,11 +111,6 @@ def _element(element: Element, diagram: Diagram) -> str:
 
 def _step(step: Step) -> str:
     return " | ".join(step.actions) + "*" * bool(step.repeated)
-
-
-def _stretch(one: Stretch) -> str:
-    far = f"{one.near:g} m .. {one.far:g} m to {one.other}" if one.other else "moving"
-    return f"{one.player} keeps {far}" + (f" from {one.first} to {one.last}" if one.last else "")
 
 
 _KEYWORDS = ("diagram", "grammar", "court", "ground", "place", "step")

@@ -18,7 +18,7 @@ from motiondb.scene.energy.binding import RuleTable
 from motiondb.scene.language.semantic_rules import DistanceRule
 from motiondb.scene.language.tactics import Stretch
 from motiondb.scene.report.report_records import GuardReport, RuleReport, SeenFault
-from motiondb.scene.report.visible_motion import travel_speeds
+from motiondb.scene.report.visible_motion import segment_distances, travel_speeds
 from motiondb.scene.thing.thing_flight import Ball
 from motiondb.scene.timing.timeline import Timeline
 
@@ -190,10 +190,5 @@ def _finely(values: FloatArray) -> FloatArray:
 
 def _bone_distance(points: FloatArray, joints: FloatArray) -> FloatArray:
     """Return distances, m, of points (frames, 3) to the nearest bone of joints (frames, 21, 3)."""
-    child = np.arange(1, len(body.JOINTS))
-    a, b = joints[:, body.PARENTS[child]], joints[:, child]
-    along = b - a
-    length = np.maximum(np.sum(along * along, axis=2), 1e-9)
-    share = np.clip(np.sum((points[:, None] - a) * along, axis=2) / length, 0.0, 1.0)
-    nearest = a + share[:, :, None] * along
-    return np.asarray(np.linalg.norm(points[:, None] - nearest, axis=2).min(axis=1))
+    above, at = joints[:, body.PARENTS[1:]], points[:, None]
+    return np.asarray(segment_distances(at, at, above, joints[:, 1:]).min(axis=1))

@@ -179,7 +179,10 @@ def _deeds(table: RuleTable, timeline: Timeline) -> Iterator[_Deed]:
         if row["kind"] != kinds.SYNCHRONISATION:
             continue
         if table.activity.deed(table.actions[player][clip]) == GIVE:
-            given[player, clip] = int(row["partner"]), measure(table, number, timeline).partner_clip
+            # other actions may be linked with one that gives, such as an answer to it
+            partner, theirs = int(row["partner"]), measure(table, number, timeline).partner_clip
+            if table.activity.deed(table.actions[partner][theirs]) == TAKE:
+                given[player, clip] = partner, theirs
     caught = set(given.values())
     for player, actions in enumerate(table.actions):
         for clip, action in enumerate(actions):

@@ -8,8 +8,7 @@ Captures have no objects. The actions determine the holder. It moves
   floor and up again, each way a fall under gravity in the given time;
 * given: at constant horizontal speed, with gravity, in the time from release to catch;
 * sent: into a level target (a ring) from above at 45 degrees; to an upright one (a goal) or a head
-at
-  the speed of a throw; then it falls and bounces;
+  at the speed of a throw; then it falls and bounces;
 * put down: on its target, or to the floor.
 
 Hands are moved to the object where the capture's hands are not: during a few frames before it is
@@ -165,7 +164,6 @@ def clearance(ball: FloatArray, joints: FloatArray, size: float) -> FloatArray:
 
     `size`: Radius of the balls, m.
 
-
     It is 0 outside. Trunk, head, thighs and shins are capsules; joints (frames, 21, 3), m.
     """
     out = np.zeros_like(ball)
@@ -206,6 +204,7 @@ BOUNCE = 0.7
 """Fraction of the speed after the floor. Chosen by hand: the rules of basketball ask for 0.82 to
 0.87 for a new ball dropped from 1.8 m; the net takes more."""
 REACHING = 8  # Frames over which hands move to the object and away from it
+_BEFORE_FEET = 0.4  # How far from a player something is put that is put down for them, m
 _LIFT = 12  # Frames in which an object goes from where it lies to where it is held
 
 
@@ -216,9 +215,7 @@ class Sent:
     player: int
     frame: int  # The frame of the release
     target: str
-    at: tuple[
-        float, float, float
-    ]  # x, height and z of the target's middle when it should arrive, m
+    at: tuple[float, float, float]  # x, height, z, m, of the target's middle at the arrival
     width: float  # m
 
 
@@ -254,7 +251,7 @@ def fly(acts: ThingActs, motions: Sequence[Motion]) -> tuple[Ball, list[Motion]]
         if lies is not None:
             held = _taken(held, since, lies)
         if possession.left == PUT:
-            lies = _put_at(possession, held, size)
+            lies = _put_at(possession, held, joints, size)
             held = _taken(held, until, lies, ahead=False)
         frames = np.arange(since, until + 1)
         positions[frames], holder[frames] = held.ball[frames], possession.player
@@ -268,19 +265,27 @@ def fly(acts: ThingActs, motions: Sequence[Motion]) -> tuple[Ball, list[Motion]]
         if before is not None and before.left == GIVE:
             _pass(positions, before.until, since)
         moved[possession.player] = _brought(moved[possession.player], possession, held)
-        if possession.left == GIVE:
-            lies = None
-            continue
         if possession.left == SEND:
             sent += _send(positions, possession, joints, size)
         elif possession.left == PUT and lies is not None:
             positions[until:] = lies
-        lies = positions[-1].copy() if possession.left else None
+        lies = positions[-1].copy() if possession.left in (SEND, PUT) else None
     return Ball(positions, holder, _gaps(positions, holder, free, moved), size, tuple(sent)), moved
 
 
-def _put_at(possession: Possession, held: HeldThing, size: float) -> FloatArray:
-    """Return where an object is put: on its target, else on the floor below the hands."""
+def _put_at(
+    possession: Possession,
+    held: HeldThing,
+    joints: Sequence[tuple[FloatArray, FloatArray]],
+    size: float,
+) -> FloatArray:
+    """Return where an object is put: on its target, before a player, or below the hands."""
+    if possession.aim is not None and possession.aim.player >= 0:
+        x, _, z = held.ball[possession.until]
+        theirs = joints[possession.aim.player][0][possession.until, _I["pelvis"]]
+        away = np.array([x - theirs[0], 0.0, z - theirs[2]])
+        at = theirs + away * (_BEFORE_FEET / max(float(np.linalg.norm(away)), _BEFORE_FEET))
+        return np.array([at[0], size / 2.0, at[2]])
     if possession.aim is not None:
         x, height, z = possession.aim.at
         return np.array([x, height + size / 2.0, z])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -29,6 +30,14 @@ from motiondb.database.scenes.scene_records import (
     record_text,
     to_json,
 )
+from motiondb.database.scenes.scene_texts import (
+    GRAMMAR,
+    TACTICS,
+    read_scene_text,
+    shipped,
+    shipped_text,
+    stored_text,
+)
 from motiondb.database.scenes.scenes import Scene, SceneSettings
 from motiondb.errors import MotionDBError, QueryError, SceneError
 from motiondb.files.formats import read_capture
@@ -45,6 +54,7 @@ attack A2 at -3.5 5
 2 shoot A2
 """
 PIPED: dict[str, Any] = {"capture_output": True, "text": True, "check": True}
+DEEDS = "keep|bounce|take|give|send|put"
 QUICK = SceneSettings(seed=2, rounds=2, chains=1, tries=1)
 
 
@@ -478,3 +488,20 @@ def test_an_entry_that_is_there_is_found_itself():
 def test_an_action_that_lost_its_clips_is_named():
     with pytest.raises(SceneError, match="run: expected clips of this action, found none"):
         scene_records._entry(library_of([]), kept_at(("a", 0, 30, False, 0.0, 1.0)))
+
+
+def test_scenes_of_earlier_grammars_are_read_as_before() -> None:
+    said = r"role|place|ground|mark|verb|object|rest"
+    lines = shipped_text("basketball", GRAMMAR).replace(" when asked", "").splitlines()
+    lines = [line for line in lines if not re.match(rf"({said}) |[a-z_, ]+: ({DEEDS})\(", line)]
+    earlier = "\n".join([*lines, "place rim"])
+    assert "verb" not in earlier
+    for name in shipped(TACTICS):
+        text = shipped_text(name, TACTICS)
+        if "grammar basketball" in text:
+            read, now = stored_text(text, earlier, name), read_scene_text(name)
+            assert read.expressions == now.expressions
+            assert set(read.grammar.only_asked) == set(now.grammar.only_asked)
+    named = earlier.replace("grammar basketball", "grammar mine")
+    with pytest.raises(SceneError, match="expected what is done"):
+        stored_text(shipped_text("give-and-go", TACTICS), named, "mine")

@@ -11,6 +11,7 @@ from motiondb.grammar.cfg.parse import parse
 from motiondb.scene.clips.clip_cutting import found_instant
 from motiondb.scene.energy.answering import aligned
 from motiondb.scene.energy.binding import DISTANCE, SYNCHRONISATION, UNMET, bind
+from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
 from motiondb.scene.language.expressions import exact_actions, expressions
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.motion_grammar import MotionGrammar
@@ -19,6 +20,8 @@ from motiondb.scene.language.semantic_rules import Spot
 from motiondb.scene.language.tactics_file import format_diagram, parse_diagram, read_diagram
 from motiondb.scene.services.casting import cast
 from motiondb.scene.services.times import check_times
+from motiondb.scene.thing.thing_acts import thing_acts
+from motiondb.scene.timing.timeline import sampled_timeline
 
 DANCE = read_motion_grammar(
     """
@@ -135,6 +138,41 @@ def test_who_has_the_object_follows_from_what_actions_do_with_it() -> None:
         refusal(CUP, TABLE + "1 drink Ana")
     )
     assert read_diagram(format_diagram(diagram), "x", CUP.activity).elements[3].target == "goal"
+
+
+@pytest.mark.parametrize(
+    ("done", "told"),
+    [
+        ("1 take Ana\n2 does Ana bear* then drink", ""),
+        ("1 does Ana walk* then take then put_it", ""),  # the object is taken on the way
+        ("1 does Ana walk then drink", "expected Ana to have the cup"),
+        ("1 take Ana\n2 does Ana take", "expected a receiver without the cup"),
+        ("1 take Ana\n2 does Ana walk*", "expected Ana without the cup, found Ana with it"),
+    ],
+)
+def test_a_string_of_actions_is_done_with_the_object_or_without(done: str, told: str) -> None:
+    if told:
+        assert told in refusal(CUP, TABLE + done)
+    else:
+        cast(read_diagram(TABLE + done, "x", CUP.activity), CUP, "x")
+
+
+def test_a_time_that_is_asked_for_does_not_change_the_receiver(wandering) -> None:
+    text = "player Cid at -2 0\n1 take Ana\n2 give_it Ana to Bo\n3 walk Cid\n4 drink Bo\n"
+    for timed in ("", "step 3 comes 1 s after 2"):
+        diagram = read_diagram(TABLE + text + timed, "x", CUP.activity)
+        trees = cast(diagram, CUP, "x")
+        table = bind(diagram, CUP, trees)
+        library = wandering(CUP.terminal)
+        players = [
+            PlayerState(trees[player.name], entries, (player.at.x, player.at.z, 0.0), 0)
+            for player, actions in zip(diagram.players, table.actions, strict=True)
+            for entries in [np.array([library.of(action)[0] for action in actions])]
+        ]
+        state = SceneState(tuple(players))
+        acts = thing_acts(state, library, table, sampled_timeline(state, library))
+        assert acts is not None
+        assert [table.players[one.player] for one in acts.possessions] == ["Ana", "Bo"]
 
 
 def test_a_string_of_actions_is_spelt_out_exactly() -> None:

@@ -109,18 +109,18 @@ def test_opponents_are_who_guards_else_who_is_near() -> None:
             "1 pass A1 to A2\n2 shoot A3",
             "x.tactics:6: 'shoot A3': expected one player with the ball at the beginning, found "
             "2: A1"
-            " ('pass A1 to A2', line 5) and A3 ('shoot A3', line 6). Add a pass to A3 before.",
+            " ('pass A1 to A2', line 5) and A3 ('shoot A3', line 6). Let it be given to A3 before.",
         ),
         (
             "ball A2\n1 shoot A1",
             "x.tactics:6: 'shoot A1': expected one player with the ball at the beginning, found "
             "2: A2"
-            " ('ball A2') and A1 ('shoot A1', line 6). Add a pass to A1 before.",
+            " ('ball A2') and A1 ('shoot A1', line 6). Let it be given to A1 before.",
         ),
         (
             "1 pass A1 to A2\n2 shoot A1",
             "x.tactics:6: 'shoot A1': expected A1 to have the ball, found A1 without the ball since"
-            " 'pass A1 to A2' (line 5). Let it be passed back.",
+            " 'pass A1 to A2' (line 5). Let it be given back.",
         ),
         (
             "3 pass A1 to A2 caught 2",

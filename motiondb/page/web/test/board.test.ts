@@ -260,9 +260,9 @@ test("a draft belongs to one database, one board, and one text of its file", () 
 test("reasons are said to somebody who draws", () => {
   assert.equal(
     sayReason(
-      "'dribble A1': expected A1 to have the ball, found A1 without the ball since 'shoot A1' (line 6). Let it be passed back.",
+      "'dribble A1': expected A1 to have the ball, found A1 without the ball since 'shoot A1' (line 6). Let it be given back.",
     ),
-    "A1 does not have the ball since 'shoot A1'. Let it be passed back.",
+    "A1 does not have the ball since 'shoot A1'. Let it be given back.",
   );
   assert.equal(
     sayReason(
