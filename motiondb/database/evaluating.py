@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
@@ -48,6 +49,11 @@ class _Held:
     captions: dict[int, tuple[Caption, ...]]
     said: dict[int, frozenset[str]]  # Capture -> words of its captions
     motions: dict[int, Motion]
+
+    @cached_property
+    def frames(self) -> Frames:
+        """What questions look at in the captures."""
+        return Frames(self.pool.of_capture, lambda number: measured_track(self.motions[number]))
 
     @property
     def numbers(self) -> list[int]:
@@ -291,10 +297,9 @@ def _intervals(asking: _Asking) -> list[Score]:
 def _overlap_of(timed: tuple[CaptureInfo, Caption], held: _Held) -> float | None:
     """Overlap of a caption's interval with the one found; None if no word of it is known."""
     info, caption = timed
-    frames = Frames(held.pool.of_capture, lambda number: measured_track(held.motions[number]))
     try:
         question = understand_learned(held.learned, caption.words, looks_at_motion=True)
-        answer = search_words(question, [info.capture_id], 1, written=False, frames=frames)
+        answer = search_words(question, [info.capture_id], 1, written=False, frames=held.frames)
     except QueryError:
         return None
     if not answer.matches:

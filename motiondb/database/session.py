@@ -11,7 +11,6 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
@@ -36,10 +35,6 @@ def damage_sentence(path: Path, names: Iterable[str]) -> str:
         f"{', '.join(sorted(names))}, which answers leave out. Restore a copy, save what is "
         f"readable: motiondb rescue {path} -o NEW.duckdb, or remove them and run motiondb learn."
     )
-
-
-MOST_TRACKS = 256
-"""Captures whose measured track is kept: 176 bytes a frame, some 150 kB for half a minute."""
 
 
 class Session:
@@ -152,7 +147,7 @@ class Session:
 
     @property
     def frames(self) -> Frames:
-        """What questions look at in the captures; tracks are kept for the last that were asked."""
+        """What questions look at in the captures."""
         from motiondb.meaning.occurrences import measured_track
         from motiondb.search.seen_frames import Frames
 
@@ -161,8 +156,9 @@ class Session:
         def track(capture: int) -> FloatArray:
             return measured_track(store.load_motion(opened, capture))
 
-        tracks = self.kept("tracks", lambda: lru_cache(MOST_TRACKS)(track))
-        return Frames(lambda capture: self.features.of_capture(capture), tracks)
+        return self.kept(
+            "frames", lambda: Frames(lambda capture: self.features.of_capture(capture), track)
+        )
 
     def lacking_features(self) -> dict[int, Motion]:
         """Motions of the captures whose features are not in the cache of the database."""

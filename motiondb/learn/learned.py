@@ -19,7 +19,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from hashlib import sha256
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,7 +98,8 @@ def family_of(name: str) -> str:
     return stem if stem and not stem.endswith("/") else name
 
 
-KEPT_FRAMES = 256  # Captures whose whitened features are kept: some 5 MB
+Value = TypeVar("Value")
+MOST_KEPT = 256  # Captures of which whitened features and words are kept: some 5 MB
 LEAST_ALIKE = 0.5  # Smallest cosine of a caption and what motion suggests, to be named
 
 
@@ -174,23 +175,25 @@ class Learned(LearnedModel):
         return self.prepared if all(mine[name] is theirs[name] for name in FOLLOWED) else None
 
     @cached_property
-    def _projected(self) -> dict[int, Float32Array]:
-        """Whitened features by capture, those asked for last."""
+    def _kept(self) -> dict[str, dict[int, Any]]:
+        """What was computed of captures, by its name; those asked for last at the end."""
         return {}
 
+    def kept(self, name: str, capture: int, make: Callable[[], Value]) -> Value:
+        """A value of a capture that is computed once while it is one of the last asked for."""
+        kept = self._kept.setdefault(name, {})
+        value = kept.pop(capture) if capture in kept else make()
+        kept[capture] = value
+        for old in list(kept)[:-MOST_KEPT]:
+            kept.pop(old, None)
+        return cast(Value, value)
+
     def frames_of(self, capture: int, features: Callable[[int], Float32Array]) -> Float32Array:
-        """Whitened features of a capture (frames, D); those asked for last are kept.
+        """Whitened features of a capture (frames, D).
 
         `features`: Recognition features of a capture by its number.
         """
-        kept = self._projected
-        frames = kept.pop(capture, None)
-        if frames is None:
-            frames = self.feature_space.project(features(capture))
-        kept[capture] = frames  # at the end, as the one asked for last
-        for old in list(kept)[:-KEPT_FRAMES]:
-            kept.pop(old, None)
-        return frames
+        return self.kept("frames", capture, lambda: self.feature_space.project(features(capture)))
 
     @cached_property
     def n_posture_and_travel(self) -> int:

@@ -39,12 +39,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from motiondb.meaning.counting import Described, known_only, training_rows
 from motiondb.meaning.regression import calibrate, fit_ridge, probability, shared_words
 from motiondb.meaning.score_vectors import ScoreSpace, unit
 from motiondb.records import FloatArray, IntArray, SegmentTable
+from motiondb.symbols.hmm_jobs import one_blas_thread
 
 RIDGE = 0.2
 """Ridge of the regression. Chosen from 36 settings, with BETA, TAU and ALPHA, by leaving performers
@@ -70,7 +70,7 @@ class DescriptionMap:
 
     def scores(self, vectors: FloatArray) -> FloatArray:
         """Scores s of all words in intervals: array (n, words), from `vectors` (n, columns)."""
-        with threadpool_limits(1):  # sums of several threads differ in their last bits
+        with one_blas_thread():  # sums of several threads differ in their last bits
             return np.asarray(kernel(vectors, self.centres) @ self.weights + self.offsets)
 
 
@@ -114,7 +114,7 @@ def fit_description_map(
     omega /= omega.mean()
     target = unit(presence.astype(np.float64))
     centres = vectors[_centre_rows(numbers)]
-    with threadpool_limits(1):  # sums of several threads differ in their last bits
+    with one_blas_thread():  # sums of several threads differ in their last bits
         between = kernel(centres, centres) + JITTER * np.eye(len(centres))
         factor = np.linalg.cholesky(between)
         columns = np.linalg.solve(factor, kernel(centres, vectors)).T

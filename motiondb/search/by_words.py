@@ -46,7 +46,7 @@ from motiondb.search.matches import match_rows
 from motiondb.search.measured_answers import compare_with_motion
 from motiondb.search.ranking import Judged, likeliest_takes
 from motiondb.search.reasons import Explanation, explain, explain_hit
-from motiondb.search.seen_frames import Frames, SeenFrames
+from motiondb.search.seen_frames import Frames
 from motiondb.search.takings import Taking, say_not_understood, with_notation
 from motiondb.search.word_matches import to_match
 from motiondb.tabled import Tabled
@@ -298,7 +298,7 @@ def _place(question: AskedQuestion, answer: Found, frames: Frames | None) -> pla
     places = placing.place_answer(asked, capture, answer.hit, reading, answer.sure.parts)
     placed = placing.Placed(places)
     if frames is not None:
-        seen = SeenFrames(asked.learned, capture, frames)
+        seen = frames.of(asked.learned, capture)
         placed = placing.refine_places(asked, seen, reading, places)
         if len(question.readings) == 1:
             placed = compare_with_motion(question, seen, placed)

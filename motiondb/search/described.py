@@ -96,9 +96,13 @@ def segment_words(asked: AskedWords, capture: int) -> SegmentWords:
     """The words of every segment of a capture."""
     learned = asked.learned
     rows = learned.rows[capture]
-    vectors = window_vectors(learned.segments, learned.segment_rows, [rows])
+
+    def seen() -> FloatArray:
+        vectors = window_vectors(learned.segments, learned.segment_rows, [rows])
+        return word_probabilities(learned, vectors)
+
     is_known = asked.is_known()
-    probabilities = asked.widened(word_probabilities(learned, vectors)) * is_known
+    probabilities = asked.widened(learned.kept("words", capture, seen)) * is_known
     aligned = np.zeros(probabilities.shape, dtype=bool)
     if learned.places is not None and capture in learned.places.words:
         listed = np.array(learned.places.words[capture])

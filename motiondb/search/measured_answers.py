@@ -30,13 +30,12 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import replace
-from itertools import product
+from itertools import chain, product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
-from motiondb.errors import StoreError
 from motiondb.language.question.readings import Exclusion, Part, say_count, say_duration
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, as_said
 from motiondb.meaning.direction import gone_anywhere, vertical_ways
@@ -55,7 +54,6 @@ from motiondb.meaning.occurrences import (
     MOST_LEAN,
     STANDING,
     event_of,
-    find_occurrences,
     sitting,
 )
 from motiondb.meaning.travelled import (
@@ -97,7 +95,9 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
     """Places with what the motion contradicts; parts go where it shows what they ask for."""
     (reading,) = question.readings
     places, contradicted, unclear = list(placed.parts), list[str](), False
-    believed = _believed(question.asked, seen.capture)
+    actions_of = [actions_of_part(question.asked, p, question.only) for p in reading.parts]
+    is_measured = any(map(measured_words, chain.from_iterable(actions_of)))
+    believed = _believed(question.asked, seen.capture) if is_measured else set[str]()
     for k, part in enumerate(reading.parts):
         is_next = k + 1 < len(places) and bool(reading.parts[k + 1].actions)
         room = slice(
@@ -107,7 +107,7 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
         places[k], against, is_whole = _at_events(question, seen, part, places[k], room)
         contradicted += against
         unclear = unclear or not is_whole
-        for action in actions_of_part(question.asked, part, question.only):
+        for action in actions_of[k]:
             places[k], against = _meanwhile(seen, part, action, places[k], room)
             contradicted += against
             if measured_words(action):
@@ -118,8 +118,7 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
                 unclear = unclear or is_unclear
     for exclusion in reading.exclusions:
         for k in range(exclusion.first, exclusion.last):
-            actions = actions_of_part(question.asked, reading.parts[k], question.only)
-            done = _done_though_excluded(seen, actions, exclusion, places[k])
+            done = _done_though_excluded(seen, actions_of[k], exclusion, places[k])
             places[k] = _unsure(places[k]) if done else places[k]
             contradicted += done
     amount = None
@@ -185,9 +184,9 @@ def _goes(
 
 def _events(seen: SeenFrames, event: str, part: Part) -> list[tuple[int, int]]:
     """Where an event occurs in a take; jumps for a single hop that is not seen to be one."""
-    events = find_occurrences(seen.track, event)
+    events = seen.events(event)
     if event == "hop" and not events and not is_repeated(part):
-        return find_occurrences(seen.track, "jump")  # on which foot is not always seen
+        return seen.events("jump")  # on which foot is not always seen
     return events
 
 
@@ -204,14 +203,10 @@ def _at_events(
         return place, [], True
     if not is_repeated(part) and is_labelled(question.asked, seen.capture, part):
         return place, [], True  # captions say where it is
+    if not is_repeated(part) and seen.is_away:
+        return place, [], True  # words alone say where it is
     low, high = FEATURE_STEP * room.start, FEATURE_STEP * room.stop
-    try:
-        events = _events(seen, event, part)
-    except StoreError:
-        if is_repeated(part):
-            raise
-        return place, [], True  # where the motions are away, words alone say where it is
-    found = [f for f in events if low <= sum(f) / 2 < high]
+    found = [f for f in _events(seen, event, part) if low <= sum(f) / 2 < high]
     found = _of_side(seen, actions[0], found)
     groups = _groups(found)
     if is_repeated(part):
@@ -370,7 +365,7 @@ def _on_other_foot(seen: SeenFrames, action: Sequence[str], place: PartPlace) ->
     inside[place.start : place.end] = True
     if "hop" in action:
         beside = np.zeros_like(inside)
-        for start, end in find_occurrences(seen.track, "jump"):
+        for start, end in seen.events("jump"):
             beside[max(start - BESIDE, 0) : start] = beside[end : end + BESIDE] = True
         inside &= beside
     feet = seen.track[inside, 4:6]
@@ -384,8 +379,10 @@ def _not_vertical(
 ) -> list[str]:
     """That somebody does not sit down, stand up, or walk up where this is asked for."""
     event = event_of(action)
+    if seen.is_away:  # words alone say what is done
+        return []
     if event in ("seat", "rise") and {"up", "down"}.isdisjoint(believed):
-        found = find_occurrences(seen.track, event)
+        found = seen.events(event)
         if not any(a < place.end + AT_ONCE and b > place.start - AT_ONCE for a, b in found):
             return [f"does not {'sit down' if event == 'seat' else 'stand up'}"]
     lasting = [w for w in vertical_ways(action) if w not in believed]
@@ -410,11 +407,10 @@ def _done_though_excluded(
         if MODIFIERS.issuperset(excluded) and not place.unknown:
             done += _goes_though_excluded(inside, action, excluded)
     event = excluded_event(exclusion)
-    if event and actions and not MODIFIERS.issuperset(exclusion.actions[0]):
-        found = find_occurrences(seen.track, event)
-        if any(place.start < (a + b) / 2 < end for a, b in found):
-            words = " ".join(map(as_said, exclusion.actions[0]))
-            done.append(f"{words} is seen, which is excluded")
+    is_event = event and actions and not MODIFIERS.issuperset(exclusion.actions[0])
+    if is_event and any(place.start < (a + b) / 2 < end for a, b in seen.events(event)):
+        words = " ".join(map(as_said, exclusion.actions[0]))
+        done.append(f"{words} is seen, which is excluded")
     return done
 
 

@@ -1,23 +1,56 @@
-"""The frames of a capture as a question looks at them: what it needs of them is computed once."""
+"""The frames of captures as questions look at them; what is computed of them is kept."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from threading import Lock
 
+from motiondb.errors import StoreError
 from motiondb.learn.learned import Learned
 from motiondb.meaning.edge_map import frame_cues
+from motiondb.meaning.occurrences import find_occurrences
 from motiondb.meaning.travelled import speeds_of
 from motiondb.records import Float32Array, FloatArray
 
+MOST_FRAMES = 200_000
+"""Feature frames, 15 a second, of the captures that are kept: some 200 MB. Chosen by hand."""
+_MOST_ACTIONS = 32  # Actions whose evidence is kept for a capture
 
-@dataclass(frozen=True)
+
 class Frames:
-    """What questions look at in a capture, by its number."""
+    """What questions look at in captures, by their numbers.
 
-    features: Callable[[int], Float32Array]  # Recognition features (frames, 130), 15 a second
-    track: Callable[[int], FloatArray]  # ``measured_track`` (frames, columns), 30 a second
+    Parameters
+    ----------
+    features : callable
+        Recognition features of a capture: array (frames, 130), 15 a second.
+    track : callable
+        What measured words look at (``measured_track``): array (frames, columns), 30 a second. It
+        raises StoreError where the motion is away.
+    """
+
+    def __init__(
+        self, features: Callable[[int], Float32Array], track: Callable[[int], FloatArray]
+    ) -> None:
+        self.features, self.track = features, track
+        self._lock = Lock()
+        self._kept: dict[int, SeenFrames] = {}  # those asked for last at the end
+        self._n_frames = 0
+
+    def of(self, learned: Learned, capture: int) -> SeenFrames:
+        """The frames of a capture, with what was computed of them before."""
+        with self._lock:
+            seen = self._kept.pop(capture, None)
+            if seen is None or seen.learned is not learned:
+                self._n_frames -= 0 if seen is None else len(seen.features)
+                seen = SeenFrames(learned, capture, self)
+                self._n_frames += len(seen.features)
+            self._kept[capture] = seen
+            while self._n_frames > MOST_FRAMES and len(self._kept) > 1:
+                self._n_frames -= len(self._kept.pop(next(iter(self._kept))).features)
+            return seen
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +61,7 @@ class SeenFrames:
     capture: int
     frames: Frames
     _evidence: dict[tuple[int, ...], FloatArray] = field(default_factory=dict, repr=False)
+    _events: dict[str, list[tuple[int, int]]] = field(default_factory=dict, repr=False)
 
     @cached_property
     def features(self) -> Float32Array:
@@ -45,6 +79,20 @@ class SeenFrames:
         return self.frames.track(self.capture)
 
     @cached_property
+    def is_away(self) -> bool:
+        """Whether its motion is kept elsewhere and cannot be read, so that it has no track."""
+        try:
+            return self.track is None
+        except StoreError:
+            return True
+
+    def events(self, word: str) -> list[tuple[int, int]]:
+        """Where an event occurs, see ``find_occurrences``."""
+        if word not in self._events:
+            self._events[word] = find_occurrences(self.track, word)
+        return self._events[word]
+
+    @cached_property
     def _cues(self) -> FloatArray:
         return frame_cues(self.learned.frames_of(self.capture, self.frames.features))
 
@@ -57,6 +105,9 @@ class SeenFrames:
         if not words or edges is None or placed is None or not placed.words.issuperset(words):
             return None
         key = tuple(words)
-        if key not in self._evidence:
-            self._evidence[key] = edges.of_cues(self._cues, words)
-        return self._evidence[key]
+        found = self._evidence.get(key)
+        if found is None:
+            if len(self._evidence) >= _MOST_ACTIONS:
+                self._evidence.clear()
+            found = self._evidence[key] = edges.of_cues(self._cues, words)
+        return found
