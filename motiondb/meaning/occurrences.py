@@ -81,6 +81,9 @@ INVERTED, LEVEL, LEANT = 2.0, 1.3, 0.7
 """Angle of the trunk from upright, rad, of somebody upside down, level, and on the way there."""
 SEATED = 0.95  # Angle of the thighs from hanging down, rad, of somebody who sits
 SHORTEST_SEAT, SHORTEST_LEAN, LONGEST_FLIP = 30, 9, 18  # Frames
+GOING, MOVING = 0.2, 0.4
+"""Speed of the pelvis over the ground, and of a hand or foot relative to the pelvis, m/s, above
+which somebody moves: who stands sways more slowly."""
 TURN_SPEED, SPIN_SPEED, TURNED = 0.8, 2.0, 0.7  # rad/s, rad/s, rad
 COUNTED = (*FLIGHTS, "kick", "punch", *sorted(OVER), *LEANS, *LOW)
 """Words whose occurrences are counted in a motion that is made or judged."""
@@ -194,6 +197,10 @@ def find_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:
         ends = [b for a, b in _runs(low, SHORTEST_SEAT) if b - a >= SHORTEST_LEAN]
         around = [(max(e - 10, 0), min(e + 20, len(track))) for e in ends]
         return [time for time, e in zip(around, ends) if e < len(track) - PAUSE]
+    if word == "move":
+        limbs = track[:, [7, 9, 10, 11]].max(axis=1) > MOVING
+        going = np.hypot(track[:, 1], track[:, 2]) > GOING
+        return [(a, b) for a, b in _runs(np.asarray(limbs | going)) if b - a >= SHORTEST_LEAN]
     if word in ("turn", "spin"):
         return _turns(
             track[:, 3], *((SPIN_SPEED, SPUN) if word == "spin" else (TURN_SPEED, TURNED))

@@ -320,7 +320,8 @@ def excluded_event(exclusion: Exclusion) -> str:
     """The event that must not be seen; "" where directions say more, or it is not one action."""
     if len(exclusion.actions) != 1 or directions_to_measure(exclusion.actions[0]):
         return ""
-    return event_of(exclusion.actions[0])
+    (action,) = exclusion.actions
+    return "move" if action == ("move",) else event_of(action)
 
 
 def is_repeated(part: Part) -> bool:

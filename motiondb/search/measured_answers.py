@@ -30,7 +30,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import replace
-from itertools import chain, product
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,8 +96,6 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
     (reading,) = question.readings
     places, contradicted, unclear = list(placed.parts), list[str](), False
     actions_of = [actions_of_part(question.asked, p, question.only) for p in reading.parts]
-    is_measured = any(map(measured_words, chain.from_iterable(actions_of)))
-    believed = _believed(question.asked, seen.capture) if is_measured else set[str]()
     for k, part in enumerate(reading.parts):
         is_next = k + 1 < len(places) and bool(reading.parts[k + 1].actions)
         room = slice(
@@ -112,7 +110,7 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
             contradicted += against
             if measured_words(action):
                 places[k], against, is_unclear = _goes(
-                    question.asked, seen, part, action, places[k], room, believed
+                    question.asked, seen, part, action, places[k], room
                 )
                 contradicted += against
                 unclear = unclear or is_unclear
@@ -130,13 +128,16 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
     )
 
 
-def _believed(asked: AskedWords, capture: int) -> set[str]:
-    """The directions, limbs and sizes that captions of a capture say of the asked actions."""
-    said = asked.evidence.written.get(capture)
-    if said is None:
+def _believed(asked: AskedWords, capture: int, action: Sequence[str]) -> set[str]:
+    """The directions, limbs and sizes that captions of a capture say of an action.
+
+    "Dribble, turn left" says nothing of the hand that dribbles.
+    """
+    if asked.evidence.written.get(capture) is None:
         return set()
-    words = MODIFIERS.intersection(asked.numbers)
-    return {word for word in words if said[:, asked.numbers[word]].max() > 0.0}
+    done, said = set(action) - MODIFIERS, asked.learned.said_actions(capture)
+    of_it = [words for words in said if not done or not done.isdisjoint(words)]
+    return set().union(*of_it) & MODIFIERS
 
 
 def _meanwhile(
@@ -159,12 +160,12 @@ def _goes(
     action: Sequence[str],
     place: PartPlace,
     room: slice,
-    believed: Collection[str],
 ) -> tuple[PartPlace, list[str], bool]:
     """The place of an action that names directions or limbs, and what speaks against it.
 
     And whether the motion leaves it open which limb moves.
     """
+    believed = _believed(asked, seen.capture, action)
     shown = np.zeros((2, len(seen.features)), dtype=bool)
     shown[0, room] = _frames_that_show(asked, seen, action, place)[room]
     shown[1, room] = True
@@ -179,6 +180,9 @@ def _goes(
     if not alone and (now.start, now.end) != (place.start, place.end):
         now = replace(now, start=place.start, end=place.end, right=None)
     unclear = any(side_amount(speeds[_inside(now)], side) < CLEAR_SIDE for side, _, speeds in sides)
+    if "sideways" in directions_to_measure(action) and "sideways" not in believed:
+        aside, ahead, _ = np.abs(seen.speeds[_inside(now)]).sum(axis=0)
+        unclear = unclear or bool(aside < ahead)
     return now, against, unclear
 
 
@@ -407,8 +411,13 @@ def _done_though_excluded(
         if MODIFIERS.issuperset(excluded) and not place.unknown:
             done += _goes_though_excluded(inside, action, excluded)
     event = excluded_event(exclusion)
-    is_event = event and actions and not MODIFIERS.issuperset(exclusion.actions[0])
-    if is_event and any(place.start < (a + b) / 2 < end for a, b in seen.events(event)):
+    is_event = event == "move" or bool(event and actions)
+    is_direction = bool(exclusion.actions) and MODIFIERS.issuperset(exclusion.actions[0])
+    if (
+        is_event
+        and not is_direction
+        and any(place.start < (a + b) / 2 < end for a, b in seen.events(event))
+    ):
         words = " ".join(map(as_said, exclusion.actions[0]))
         done.append(f"{words} is seen, which is excluded")
     return done

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import motiondb
 from motiondb.language.question.parse import parse
-from motiondb.language.question.readings import say
+from motiondb.language.question.readings import readings, say
 from motiondb.meaning.occurrences import find_occurrences, sitting
 from motiondb.records import FloatArray
+from motiondb.search.asking import excluded_event
 
 
 @pytest.fixture(scope="module")
@@ -108,3 +110,34 @@ def test_the_place_of_an_event_is_where_it_is(db: motiondb.MotionDB) -> None:
     flights = find_occurrences(track, "jump")
     assert round(30 * first.start) in [start for start, _ in flights]
     assert round(30 * first.end) in [end for _, end in flights]
+
+
+def test_a_side_is_believed_of_its_own_action_alone(learned_copy: Path) -> None:
+    with motiondb.open(learned_copy) as db:
+        name = db.search("punch with the right hand", limit=1).matches[0].capture
+
+        def against(caption: str) -> tuple[str, ...]:
+            db.words.set(name, caption)
+            found = db.search("punch with the left hand", limit=200).matches
+            (match,) = (m for m in found if m.capture == name)
+            return match.contradicted
+
+        assert against("punch with the left hand") == ()
+        assert against("punch") != ()
+        assert against("punch, turn left") == against("punch")
+
+
+def test_who_must_not_move_is_looked_for_in_the_motion() -> None:
+    asked = parse("stand without moving")
+    (reading,), _ = readings(asked.tree)
+    assert [excluded_event(one) for one in reading.exclusions] == ["move"]
+    track = np.zeros((120, 22))
+    track[30:60, 9], track[90:120, 2] = 0.5, 0.3  # the right hand moves, then somebody goes ahead
+    assert find_occurrences(track, "move") == [(30, 60), (90, 120)]
+
+
+def test_what_is_named_as_not_used_leaves_no_probability(db: motiondb.MotionDB) -> None:
+    assert db.search("turn left", limit=1).matches[0].probability is not None
+    answer = db.search("turn left 180 degrees", limit=3)
+    assert [left.text for left in answer.not_used] == ["180 degrees"]
+    assert {match.probability for match in answer.matches} == {None}

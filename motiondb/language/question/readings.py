@@ -44,7 +44,13 @@ from motiondb.language.question.tree import (
     walk,
     without,
 )
-from motiondb.language.vocabulary import as_said, nearest_words, nothing_known, say_perhaps
+from motiondb.language.vocabulary import (
+    MODIFIERS,
+    as_said,
+    nearest_words,
+    nothing_known,
+    say_perhaps,
+)
 
 MOST_READINGS = 64  # Largest number of readings of a question: each is searched in every capture
 MOST_PARTS = 128  # Largest number of parts of a reading, counting repeats
@@ -339,6 +345,8 @@ def is_order(reading: Reading) -> bool:
 def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestion:
     """Remove the words that no caption has from a question, and list them.
 
+    Of one action among others, a direction alone is not left: of "then puts it back", not "back".
+
     >>> from motiondb.language.question.parse import parse
     >>> known = hold_to_known(parse("wlak slowly, not moonwalk, sit"), {"sit": 3, "walk": 4})
     >>> known.understood, known.unknown
@@ -353,6 +361,10 @@ def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestio
         for word in action.words:
             if word not in counts and word not in unknown:
                 unknown[word] = nearest_words(word, counts)
+        is_lost = not MODIFIERS.issuperset(action.words) and MODIFIERS.issuperset(words)
+        if is_lost and action is not question.tree:
+            not_used.extend(NotUsed(word, "its action is not known") for word in words)
+            words = ()
         for manner in action.manner:
             said = known_manner(manner, counts)
             if said is None:

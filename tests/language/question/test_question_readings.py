@@ -147,6 +147,7 @@ def test_plain_actions(text: str, actions: str, left: list[str]) -> None:
         ("(moonwalk twice), walk for 5 s", "walk for 5 s", ["moonwalk"]),
         ("walk left arm", "walk left", ["arm"]),
         ("only walk", "walk", ["only"]),
+        ("walk, moonwalk left", "walk", ["left", "moonwalk"]),
     ],
 )
 def test_questions_are_held_to_known_words(text: str, said: str, left: list[str]) -> None:
