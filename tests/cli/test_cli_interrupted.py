@@ -77,11 +77,11 @@ def test_an_interrupt_inside_a_callback_is_not_lost() -> None:
 
 READER = """
 import signal
-from motiondb.database.catalogue.file_reading import _interrupts_wait, pool_of
+from motiondb.database.catalogue.processes import interrupts_wait, pool_of
 
 if __name__ == "__main__":
     with pool_of(1) as pool:
-        with _interrupts_wait():
+        with interrupts_wait():
             blocked = pool.schedule(signal.pthread_sigmask, args=(signal.SIG_BLOCK, ()))
         print(signal.SIGINT in blocked.result())
 """

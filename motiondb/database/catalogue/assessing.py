@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
@@ -15,7 +14,8 @@ from motiondb import answers, pictures, store
 from motiondb.body.joint_names import joint_map
 from motiondb.body.retarget import keypoints_of, up_axis
 from motiondb.database.catalogue.exporting import added_joint_map, joint_map_of, load_clip
-from motiondb.database.catalogue.file_reading import pool_of, read_source, stored_options
+from motiondb.database.catalogue.file_reading import read_source, stored_options
+from motiondb.database.catalogue.processes import in_processes
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.own_files import WRITER
 from motiondb.files.safe_files import output_file
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Future
 
     from matplotlib.figure import Figure
+    from pebble import ProcessPool
 
     from motiondb.database.session import Session
     from motiondb.files.formats import ReadOptions
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
 
 Progress = Callable[[str, float, float], None]
 _FEW = 20  # Captures that are measured in this process: starting others takes as long
-_AHEAD = 3  # Captures for each process that are loaded ahead
 _AT_ONCE = 100  # Captures that are saved together: what was measured is kept if it is interrupted
 
 
@@ -113,22 +113,19 @@ def _measured(session: Session, infos: Sequence[CaptureInfo]) -> Iterator[Qualit
     if len(infos) < _FEW:
         yield from map(_assessed, stored)
         return
-    running: deque[Future[Quality | str]] = deque()
-    n_jobs = os.cpu_count() or 1
-    with pool_of(n_jobs) as pool:
-        for each in stored:
-            running.append(pool.schedule(_assessed, args=(each,)))
-            if len(running) > _AHEAD * n_jobs:
-                yield _result(running.popleft())
-        yield from map(_result, running)
+    yield from in_processes(stored, os.cpu_count() or 1, _submit, _result)
 
 
-def _result(future: Future[Quality | str]) -> Quality | str:
+def _submit(pool: ProcessPool, stored: _Stored | str) -> Future[Quality | str]:
+    return pool.schedule(_assessed, args=(stored,))
+
+
+def _result(stored: _Stored | str, future: Future[Quality | str] | None) -> Quality | str:
     """What was measured; a sentence where the process ended."""
     from pebble import ProcessExpired
 
     try:
-        return future.result()
+        return _assessed(stored) if future is None else future.result()
     except (ProcessExpired, BrokenProcessPool):
         return "its process ended. Measure it alone, or see how much memory is free"
 

@@ -11,16 +11,12 @@ import hashlib
 import math
 import os
 import pickle
-import signal
 import threading
-from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
-from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,6 +25,7 @@ import numpy as np
 from motiondb.answers.plain import extended
 from motiondb.body import body, retarget
 from motiondb.body.world import UPS, Found
+from motiondb.database.catalogue.processes import in_processes, interrupts_wait, pool_of
 from motiondb.errors import CaptureError, MotionDBError, NoBodyError
 from motiondb.files.folder import WITH_SKELETON, named_skeleton, skeleton_path
 from motiondb.files.formats import (
@@ -49,7 +46,6 @@ from motiondb.files.limits import (
     guarded,
 )
 from motiondb.files.packed_files import Source, leave_out, pack_source
-from motiondb.files.parent_process import end_with_parent, is_main_thread
 from motiondb.files.readers.child_process import how_ended, too_slow
 from motiondb.files.safe_files import read_bounded_text
 from motiondb.files.sheets import SheetEntry
@@ -58,18 +54,11 @@ from motiondb.records import MOTION_FPS, CaptureInfo, Clip, Event, Motion, Skele
 from motiondb.workers import is_array, trusted
 
 if TYPE_CHECKING:
-    from joblib.externals.loky.backend.context import LokyContext
     from pebble import ProcessPool
 
     from motiondb.database.cluster import Cluster
 
 _FEW = 4  # Files that are read faster than other processes start
-_AHEAD = 4
-"""Files that are handed out for each process before the first of them is saved: the others go on
-beside a slow file, and few readings wait in memory."""
-_ONE_THREAD = dict.fromkeys(
-    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
-)  # Environment of the processes: there is one for each core already
 _GRACE = 2.0
 """A process that reads for this multiple of a file's time limit is ended: then the limit could not
 interrupt it, because it was inside a library."""
@@ -199,56 +188,17 @@ def read_all(
     if len(jobs) <= _FEW or n_jobs == 1:
         yield from map(_read, jobs)
         return
-    n_jobs = min(n_jobs, len(jobs), os.cpu_count() or 1)
-    folder, running = _working_folder(), deque[tuple[FileToRead, Future[Readings] | None]]()
-    with pool_of(n_jobs) as pool:
-        for job in jobs:
-            try:
-                future = _submit(pool, folder, job)
-            except (OSError, RuntimeError):  # it cannot start, or it is broken
-                future = None
-            running.append((job, future))
-            if len(running) == _AHEAD * n_jobs:
-                yield _result(folder, *running.popleft())
-        while running:
-            yield _result(folder, *running.popleft())
+    folder = _working_folder()
+    n_jobs = min(n_jobs, len(jobs))
+    yield from in_processes(jobs, n_jobs, partial(_submit, folder), partial(_result, folder))
 
 
-@contextmanager
-def pool_of(n_jobs: int) -> Iterator[ProcessPool]:
-    """Processes that read, which end with the block."""
-    from pebble import ProcessPool
-
-    parent = (os.getpid(), is_main_thread())
-    pool = ProcessPool(n_jobs, initializer=end_with_parent, initargs=parent, context=_context())
-    try:
-        yield pool
-    finally:
-        with suppress(Exception):  # a pool that could not start has nothing to end
-            pool.stop()  # files that are left belong to an error
-            pool.join()
-
-
-def _context() -> LokyContext:
-    """How processes are started: without importing again the program that adds captures."""
-    from joblib.externals.loky.backend.context import LokyContext
-    from joblib.externals.loky.backend.process import LokyProcess
-
-    # Now, since its start ends the block of Ctrl-C that processes after it should inherit
-    with suppress(ImportError):  # Windows, which has none
-        resource_tracker.ensure_running()
-    context = LokyContext()
-    context.Process = partial(LokyProcess, env=_ONE_THREAD)
-    return context
-
-
-def _submit(pool: ProcessPool, folder: str, job: FileToRead) -> Future[Readings]:
+def _submit(folder: str, pool: ProcessPool, job: FileToRead) -> Future[Readings]:
     """Hand out a file; the first starts the processes."""
     n_bytes = _size(job.path)
     seconds = min(_GRACE * job.seconds(n_bytes), threading.TIMEOUT_MAX)
     packed = pickle.dumps(job)  # a process that dies from it has then said that it has begun
-    with _interrupts_wait():
-        return pool.schedule(_read_beside, args=(folder, packed, n_bytes), timeout=seconds)
+    return pool.schedule(_read_beside, args=(folder, packed, n_bytes), timeout=seconds)
 
 
 def _result(folder: str, job: FileToRead, future: Future[Readings] | None) -> Readings:
@@ -273,7 +223,8 @@ def _read_alone(folder: str, job: FileToRead) -> Readings:
 
     with pool_of(1) as pool:
         try:
-            future = _submit(pool, folder, job)
+            with interrupts_wait():
+                future = _submit(folder, pool, job)
         except (OSError, RuntimeError):
             return _read(job)
         try:
@@ -302,19 +253,6 @@ def _working_folder() -> str:
         return str(Path.cwd())
     except FileNotFoundError:
         return os.sep
-
-
-@contextmanager
-def _interrupts_wait() -> Iterator[None]:
-    """Block Ctrl-C while processes start: they inherit this, so that only this process gets it."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _read_beside(folder: str, packed: bytes, n_bytes: int) -> Readings:
