@@ -44,7 +44,7 @@ def add(
     keep_implausible: Annotated[bool, "Also add motion too fast for people."] = False,
     skeleton: Annotated[
         Path | None,
-        "The robot's model (MJCF or URDF), an ASF, or a text file of joint names, for captures "
+        "A model (MJCF, URDF or .osim), an ASF, or a text file of joint names, for captures "
         "whose sheet names none.",
     ] = None,
     outside_skeletons: Annotated[bool, "Let sheets name ASF files outside FOLDER."] = False,

@@ -16,8 +16,8 @@ _FRAME = re.compile(r"^(frame|index|frame_?(id|number|index)|)$")
 
 
 def is_model(data: bytes) -> bool:
-    """Say whether the start of a file is that of MJCF or URDF."""
-    return re.search(rb"<(mujoco|robot)[\s>/]", data[:65536]) is not None
+    """Say whether the start of a file is that of MJCF, URDF or a model of OpenSim."""
+    return re.search(rb"<(mujoco|robot|OpenSimDocument)[\s>/]", data[:65536]) is not None
 
 
 def is_points_shape(shape: tuple[int, ...]) -> bool:

@@ -71,13 +71,19 @@ class MarkerFile:
 
 @dataclass(frozen=True, eq=False)
 class MarkerTracks:
-    """Markers as a file has them, without a body."""
+    """Markers as a file has them, without a body; or series of numbers, as of joint angles."""
 
     labels: tuple[str, ...]
-    places: FloatArray  # (frames, markers, 3): metres, y up, NaN where a marker was not seen
+    # (frames, markers, 3): metres, y up, NaN where a marker was not seen; (frames, series, 1)
+    places: FloatArray
     fps: float
     format: str
     notes: tuple[str, ...] = ()
+
+    @property
+    def what(self) -> str:
+        """What the tracks are."""
+        return "markers" if self.places.shape[2] == 3 else "series"
 
 
 _SIDED = {
