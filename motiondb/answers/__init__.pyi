@@ -10,6 +10,9 @@ from .catalogue import (
     CaptureQuality as CaptureQuality,
 )
 from .catalogue import (
+    DataSet as DataSet,
+)
+from .catalogue import (
     Duplicates as Duplicates,
 )
 from .catalogue import (

@@ -120,6 +120,19 @@ class Exported:
 
 
 @dataclass(frozen=True)
+class DataSet:
+    """Captures that were written as a data set in the form of another program."""
+
+    folder: Path
+    form: str
+    captures: int
+    frames: int
+    captions: int
+    without_captions: int  # Captures
+    left_out: tuple[str, ...]  # Sentences
+
+
+@dataclass(frozen=True)
 class CaptureQuality:
     """What a capture lacks; its findings stand beside any number."""
 
