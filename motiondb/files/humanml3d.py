@@ -175,8 +175,8 @@ def write_set(folder: Path, motions: Sequence[tuple[str, FloatArray, str]]) -> N
         "up": "y; the first frame looks along z",
         "units": "metres, radians, a frame",
         "columns": {name: list(ends) for name, ends in PARTS.items()},
-        "body": "SMPL's 22 joints with the proportions of the standard body of motiondb, not those "
-        "of HumanML3D's example 000021",
+        "body": "SMPL's 22 joints with the bones of SMPL's mean body, not those of HumanML3D's "
+        "example 000021",
         "texts": "caption#word/CLASS ...#start#end; 0.0#0.0 is the whole motion; words of open "
         "classes have the class OTHER",
         "Mean.npy, Std.npy": "of these motions",

@@ -11,6 +11,7 @@ import pytest
 
 import motiondb
 from motiondb.body import kinematics, rotation
+from motiondb.body.body import LEG_LENGTH
 from motiondb.files import humanml3d
 from motiondb.files.own_rigs import own_rig
 from motiondb.files.readers.point_motion import humanml3d_positions
@@ -123,10 +124,11 @@ def test_a_folder_that_others_read(tmp_path: Path) -> None:
     assert (said["fps"], said["columns"]["ways"]) == (20.0, [193, 259])
     rows = (folder / "captures.csv").read_text().splitlines()
     assert [row.split(",")[1] for row in rows[1:]] == names
-    # the way of the capture is that of the numbers, in the size of the standard body
+    # the way of the capture is that of the numbers, in the size of the legs
     with motiondb.open(tmp_path / "a.duckdb") as db:
         motion = db.motion("walk_1")
     way = np.linalg.norm(motion.root_positions[-1, [0, 2]] - motion.root_positions[0, [0, 2]])
+    leg = np.linalg.norm(np.diff(STANDING[[1, 4, 7]], axis=0), axis=1).sum()
     assert np.linalg.norm(joints[-1, 0, [0, 2]] - joints[0, 0, [0, 2]]) == pytest.approx(
-        way, rel=0.05
+        way * leg / LEG_LENGTH, rel=0.03
     )
