@@ -9,7 +9,7 @@ MODEL_ENDINGS = (".xml", ".mjcf", ".urdf")
 HUMANML3D_WIDTH = 263  # Numbers a frame
 _ROOT_COLUMN = re.compile(
     r"^(root|base|pelvis|torso|floating_?base)?[_ .]?(joint)?[_ .]?(pos|position|translate|trans|"
-    r"quat|quaternion|rot|rotation|rotate|orientation)?[_ .]?(q?[xyzw])$"
+    r"quat|quaternion|rot|rotation|rotate|orientation)?[_ .]?([qt]?[xyzw])$"
 )
 _TIME = re.compile(r"^(time|timestamp|t|seconds)( ?\[?\(?s\)?\]?)?$")
 _FRAME = re.compile(r"^(frame|index|frame_?(id|number|index)|)$")
@@ -50,7 +50,8 @@ def is_robot_csv(start: bytes) -> bool:
 def cells(line: str) -> list[str]:
     """Return the cells of a line of a table."""
     mark = max(",;\t", key=line.count)
-    return [cell.strip().strip('"') for cell in line.split(mark)]
+    parts = line.split(mark) if mark in line else line.split()
+    return [cell.strip().strip('"') for cell in parts]
 
 
 def is_number(cell: str) -> bool:
