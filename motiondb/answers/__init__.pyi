@@ -25,6 +25,9 @@ from .catalogue import (
     FaultyFile as FaultyFile,
 )
 from .catalogue import (
+    Ghost as Ghost,
+)
+from .catalogue import (
     ListedCapture as ListedCapture,
 )
 from .catalogue import (

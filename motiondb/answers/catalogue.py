@@ -133,6 +133,17 @@ class DataSet:
 
 
 @dataclass(frozen=True)
+class Ghost:
+    """A box for something that was not captured, in the world of the motion that is played."""
+
+    sentence: str
+    start: float  # Seconds
+    end: float
+    centre: tuple[float, float, float]  # Metres of the standard body, y up, the ground at 0
+    size: tuple[float, float, float]  # Whole lengths
+
+
+@dataclass(frozen=True)
 class CaptureQuality:
     """What a capture lacks; its findings stand beside any number."""
 

@@ -534,6 +534,13 @@ class Captures(Topic):
         known = store.load_quality(self.store, [number])
         return known[number].findings if known else ()
 
+    def ghosts(self, name: str) -> tuple[answers.Ghost, ...]:
+        """Boxes for what a capture needs, in the world of its motion on the standard body."""
+        from motiondb.database.catalogue import assessing
+
+        with self.session.reading():
+            return assessing.ghosts(self.session, name)
+
     def write_boxes(self, where: Where, path: str | Path) -> Path:
         """Write what captures need as boxes: .json, or .xml (MJCF) of one capture.
 

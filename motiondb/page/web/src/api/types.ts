@@ -193,6 +193,7 @@ export interface CaptureDetails {
   segments: WordedSegment[];
   activities: ShownActivity[];
   lacks: Finding[];
+  ghosts: Ghost[];
   recognised: WordsOverTime[];
   sources: Source[];
   stretches: Stretch[];
@@ -459,6 +460,14 @@ export interface GenerateReply {
   missing: string[];
   sentences: string[];
   variants: MadeReply[];
+}
+
+export interface Ghost {
+  sentence: string;
+  start: number;
+  end: number;
+  centre: [number, number, number];
+  size: [number, number, number];
 }
 
 export interface GrammarEdited {
