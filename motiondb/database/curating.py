@@ -315,7 +315,15 @@ class _Made:
         vectors, seconds = self.vectors[which], self.windows.seconds[which]
         mine = {self.performers[self.intervals[n].capture] for n in numbers}
         library = sum(i.duration for c, i in self.infos.items() if self.performers[c] in mine)
-        found = covering.choose(vectors, owner, costs, self._weights(which), share * library)
+        whose = [self.performers[self.intervals[n].capture] for n in numbers]
+        found = covering.choose(
+            vectors,
+            owner,
+            costs,
+            self._weights(which),
+            share * library,
+            groups=covering.who_covers([whose[n] for n in owner.tolist()]),
+        )
         stands = np.bincount(found.nearest, seconds, len(numbers))
         apart = covering.between(vectors, owner, found.intervals)
         place = {int(n): k for k, n in enumerate(found.intervals)}

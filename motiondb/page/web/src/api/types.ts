@@ -240,6 +240,12 @@ export interface CapturesChanged {
   undo: number;
 }
 
+export interface ChoiceReply {
+  choice: SplitChoice;
+  symbols: number[];
+  left_out: Record<string, number>;
+}
+
 export interface Collision {
   players: [string, string];
   start: number;
@@ -1175,6 +1181,16 @@ export interface SpaceReply {
   stress: number[];
   symbols: PlacedSymbol[];
   clusters: SymbolCluster[];
+}
+
+export interface SplitChoice {
+  split: string;
+  performers: string[];
+  seconds: number;
+  chosen: number;
+  intervals: number;
+  distance: number;
+  bound: number;
 }
 
 export interface StartAnswer {
