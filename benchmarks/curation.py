@@ -160,8 +160,9 @@ def choices(
     numbers, owner = np.unique(data.owner[train], return_inverse=True)
     costs, budget = data.costs[numbers], share * n
     alone = np.arange(n)
-    made.setdefault("seconds", covering.reach_of(vectors, alone))
-    made.setdefault("intervals", covering.reach_of(vectors, owner))
+    who = covering.who_covers(data.performer[train].tolist())
+    made.setdefault("seconds", covering.reach_of(vectors, alone, groups=who))
+    made.setdefault("intervals", covering.reach_of(vectors, owner, groups=who))
     ones = np.ones(n)
 
     def stands(chosen: IntArray) -> FloatArray:
@@ -181,13 +182,13 @@ def choices(
     out["farthest, poses"] = farthest(vectors.astype(float), count), None
     some = medoids(vectors, count, rng)
     out["k-medoids, poses"] = some, stands(some)
-    found = covering.choose(vectors, alone, ones, ones, budget, made["seconds"])
+    found = covering.choose(vectors, alone, ones, ones, budget, made["seconds"], who)
     out["facility, seconds"] = found.intervals, None
     out["facility, seconds, weights"] = found.intervals, stands(found.intervals)
     lots = filled(rng.permutation(len(numbers)), costs, budget)
     some = np.flatnonzero(np.isin(owner, lots))
     out["random intervals"] = some, None
-    found = covering.choose(vectors, owner, costs, ones, budget, made["intervals"])
+    found = covering.choose(vectors, owner, costs, ones, budget, made["intervals"], who)
     some = np.flatnonzero(np.isin(owner, found.intervals))
     weight = np.bincount(found.nearest, minlength=len(numbers)) / np.bincount(owner)
     out["facility, intervals (curate)"] = some, None
@@ -420,8 +421,8 @@ body, on performers that were left out. These predictors are weak, so difference
 {table(["trained on", "share", *PREDICTORS], predicted)}
 ## The bound
 
-All performers together: mean distance of all seconds to the choice, and what no choice of as many
-seconds can be under.
+All performers together: mean distance of all seconds to the nearest chosen one of another
+performer, and what no choice of as many seconds can be under.
 
 {table(["share", "chosen", "distance", "bound"], bounds)}
 ## Broken seconds

@@ -44,7 +44,7 @@ def add(
     keep_implausible: Annotated[bool, "Also add motion too fast for people."] = False,
     skeleton: Annotated[
         Path | None,
-        "The robot's model (MJCF or URDF), an ASF, or a text file of joint names, for captures "
+        "A model (MJCF, URDF or .osim), an ASF, or a text file of joint names, for captures "
         "whose sheet names none.",
     ] = None,
     outside_skeletons: Annotated[bool, "Let sheets name ASF files outside FOLDER."] = False,
@@ -243,12 +243,18 @@ def export(
     start: options.From = None,
     end: options.To = None,
     canonical: Annotated[bool, "Write the canonical body at 30 frames a second."] = False,
+    form: Annotated[
+        str, options.option("humanml3d: a folder; CAPTURE may be a filter.", "--as")
+    ] = "",
 ) -> None:
     """Write a capture to a file; in its original format, the file is the added one.
 
     With an option that changes the motion, or a part of it, a new file is written.
     """
     asked = changes.read()
+    if form:
+        _export_set(shared, name, output, form, (start, end, canonical or None, asked))
+        return
     with shared.database() as base:
         exported = base.export(name, output, start, end, canonical, asked)
     if printing.as_json(shared, exported):
@@ -267,6 +273,32 @@ def export(
             "centimetres."
         )
     for line in exported.changes:
+        printing.say(f"  {line}")
+
+
+def _export_set(
+    shared: options.Shared, where: str, folder: Path, form: str, others: tuple[object, ...]
+) -> None:
+    """Write captures as a data set."""
+    if form.lower() != "humanml3d":
+        raise motiondb.QueryError(f"--as: expected humanml3d, found {form!r}.")
+    if others != (None, None, None, motiondb.MotionChanges()):
+        raise motiondb.QueryError(
+            "--as: expected a capture or a filter alone, found an option that changes the motion. "
+            "Leave it out."
+        )
+    with shared.database() as base:
+        written = base.captures.to_humanml3d(where, folder)
+    if printing.as_json(shared, written):
+        return
+    printing.say(
+        f"{printing.number(written.captures, 'capture')} written to {written.folder}: "
+        f"{printing.number(written.frames, 'frame')} at 20 a second, "
+        f"{printing.number(written.captions, 'caption')}"
+    )
+    if written.without_captions:
+        printing.say(f"  {written.without_captions} have no captions, and are not in all.txt")
+    for line in written.left_out:
         printing.say(f"  {line}")
 
 

@@ -14,6 +14,7 @@ motiondb quality ana/walk_1 --png lacks.png --boxes needs.json
 motiondb list --where 'quality > .8 and not needs'
 motiondb export ana/walk_1 -o walk.bvh
 motiondb export ana/walk_1 -o walk.npz
+motiondb export performer=ana --as humanml3d -o set
 motiondb export ana/walk_1 --from 1 --to 2.5 -o step.glb
 motiondb export ana/walk_1 --loop --in-place --fps 60 --unit m -o cycle.bvh
 motiondb export ana/walk_1 --onto rig.fbx -o walk_on_rig.bvh

@@ -109,8 +109,8 @@ class Clip(Sliced):
     of each joint in its parent's frame, metres, in place of ``offsets`` (the root's row repeats
     ``root_positions``)."""
     format: str = "bvh"
-    """One of "bvh", "amc", "deepmimic", "amass", "c3d", "trc", "fbx", "movement", "robot" or
-    "positions"."""
+    """One of "bvh", "amc", "deepmimic", "amass", "c3d", "trc", "fbx", "movement", "robot",
+    "opensim" or "positions"."""
     unit: float = 1.0
     """Metres per length unit of the file."""
     up: str = ""
@@ -270,7 +270,7 @@ class CaptureInfo:
 
     @property
     def has_body(self) -> bool:
-        """Whether it is the motion of a body; else it is kept as markers."""
+        """Whether it is the motion of a body; else it is kept as markers, or as series."""
         return self.leg_length > 0.0
 
     @property

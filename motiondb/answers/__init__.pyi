@@ -10,6 +10,9 @@ from .catalogue import (
     CaptureQuality as CaptureQuality,
 )
 from .catalogue import (
+    DataSet as DataSet,
+)
+from .catalogue import (
     Duplicates as Duplicates,
 )
 from .catalogue import (
@@ -20,6 +23,9 @@ from .catalogue import (
 )
 from .catalogue import (
     FaultyFile as FaultyFile,
+)
+from .catalogue import (
+    Ghost as Ghost,
 )
 from .catalogue import (
     ListedCapture as ListedCapture,

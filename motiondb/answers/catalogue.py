@@ -120,6 +120,30 @@ class Exported:
 
 
 @dataclass(frozen=True)
+class DataSet:
+    """Captures that were written as a data set in the form of another program."""
+
+    folder: Path
+    form: str
+    captures: int
+    frames: int
+    captions: int
+    without_captions: int  # Captures
+    left_out: tuple[str, ...]  # Sentences
+
+
+@dataclass(frozen=True)
+class Ghost:
+    """A box for something that was not captured, in the world of the motion that is played."""
+
+    sentence: str
+    start: float  # Seconds
+    end: float
+    centre: tuple[float, float, float]  # Metres of the standard body, y up, the ground at 0
+    size: tuple[float, float, float]  # Whole lengths
+
+
+@dataclass(frozen=True)
 class CaptureQuality:
     """What a capture lacks; its findings stand beside any number."""
 

@@ -50,7 +50,9 @@ class SplitChoice:
     seconds: float  # That could have been chosen
     chosen: float  # Seconds
     intervals: int
-    distance: float  # Mean distance of all of these seconds to the nearest chosen one
+    # Mean distance of all of these seconds to the nearest chosen one; of another performer, where
+    # there are five or more
+    distance: float
     bound: float  # No choice of as many seconds has a smaller mean
 
 

@@ -189,7 +189,7 @@ def of_frames(
         )
         local = np.concatenate([local, _frames_of(rotation.IDENTITY, len(local))], axis=1)
         offsets = np.concatenate([offsets, _frames_of(neck[1], len(local))], axis=1)
-        notes = ("The robot has no neck; one is taken over the middle of its shoulders.",)
+        notes = ("The model has no neck; one is taken over the middle of its shoulders.",)
     return Clip(
         skeleton=skeleton,
         fps=fps,

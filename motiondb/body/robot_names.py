@@ -22,10 +22,10 @@ _PARTS = MappingProxyType(
     {
         "hip": ("hip", "hpx", "hpy", "hpz", "thigh", "upleg", "upperleg", "femur"),
         "knee": ("knee", "kny", "shank", "shin", "calf", "tibia", "lowerleg"),
-        "ankle": ("ankle", "akx", "aky", "foot", "toe"),
+        "ankle": ("ankle", "akx", "aky", "talus", "foot", "toe"),
         "toe": ("toe", "toes", "toebase"),
         "shoulder": ("shoulder", "shx", "shy", "shz", "upperarm", "humerus"),
-        "elbow": ("elbow", "elx", "ely", "elz", "forearm", "lowerarm"),
+        "elbow": ("elbow", "elx", "ely", "elz", "forearm", "lowerarm", "ulna"),
         "wrist": ("wrist", "wrx", "wry", "wrz", "hand", "palm"),
     }
 )  # Part -> words for it, the surest first

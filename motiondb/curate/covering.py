@@ -26,6 +26,7 @@ outbreak detection in networks, 2007 (costs, and the bound).
 from __future__ import annotations
 
 import heapq
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,6 +35,7 @@ from motiondb.records import Float32Array, FloatArray, IntArray
 
 NEIGHBOURS = 400
 """Nearest windows that a window can be covered by. All distances of 10 hours would take 5 GB."""
+MIN_PERFORMERS = 5  # From which on motion is covered by that of others
 _BLOCK = 256  # Windows at a time; bounds memory
 
 
@@ -67,8 +69,16 @@ def squared(a: Float32Array, b: Float32Array) -> Float32Array:
     return np.maximum(found, 0.0, out=found)
 
 
-def reach_of(vectors: Float32Array, owner: IntArray, neighbours: int = NEIGHBOURS) -> Reach:
-    """What every interval covers; `vectors` (windows, axes), `owner` (windows,), its interval."""
+def reach_of(
+    vectors: Float32Array,
+    owner: IntArray,
+    neighbours: int = NEIGHBOURS,
+    groups: IntArray | None = None,
+) -> Reach:
+    """What every interval covers; `vectors` (windows, axes), `owner` (windows,), its interval.
+
+    `groups` (windows,): who moves; a window is then covered by windows of others alone.
+    """
     n, k = len(vectors), min(neighbours, len(vectors))
     near = np.empty((n, k), dtype=np.int32)
     apart = np.empty((n, k), dtype=np.float32)
@@ -76,10 +86,12 @@ def reach_of(vectors: Float32Array, owner: IntArray, neighbours: int = NEIGHBOUR
         block = squared(vectors[low : low + _BLOCK], vectors)
         own = np.arange(len(block))
         block[own, low + own] = 0.0  # not what rounding leaves
+        if groups is not None:
+            block[groups[low : low + len(block), None] == groups] = np.inf
         found = np.argpartition(block, k - 1, axis=1)[:, :k]
         near[low : low + _BLOCK] = found
         apart[low : low + _BLOCK] = np.sqrt(np.take_along_axis(block, found, axis=1))
-    far = apart.max(axis=1)
+    far = np.where(np.isfinite(apart), apart, 0.0).max(axis=1)
     key = owner[near].ravel() * n + np.repeat(np.arange(n), k)
     order = np.argsort(key, kind="stable")
     key, values = key[order], apart.ravel()[order]
@@ -97,12 +109,15 @@ def choose(
     weights: FloatArray,
     budget: float,
     reach: Reach | None = None,
+    groups: IntArray | None = None,
 ) -> Chosen:
     """The intervals that cover all windows best for at most so many seconds; at least one.
 
     Shapes: `vectors` (windows, axes); `owner`, `weights` (windows,); `costs` (intervals,), seconds.
+    `groups` (windows,): who moves, where windows are to be covered by others alone; then the mean
+    and the bound are of these distances.
     """
-    reach = reach or reach_of(vectors, owner)
+    reach = reach or reach_of(vectors, owner, groups=groups)
     left, taken, spent = reach.far.astype(np.float64), list[int](), 0.0
     gains = np.array([_gain(reach, n, left, weights) for n in range(len(costs))])
     heap = [(-float(g / c), n) for n, (g, c) in enumerate(zip(gains, costs))]
@@ -130,7 +145,36 @@ def choose(
     chosen = np.array(taken, dtype=np.int64)
     nearest, distances = nearest_of(vectors, owner, chosen)
     least = max(0.0, start - bound) / total
-    return Chosen(chosen, nearest, distances, float(weights @ distances) / total, least)
+    apart = distances if groups is None else _from_others(vectors, owner, chosen, groups, reach.far)
+    return Chosen(chosen, nearest, distances, float(weights @ apart) / total, least)
+
+
+def _from_others(
+    vectors: Float32Array, owner: IntArray, chosen: IntArray, groups: IntArray, far: Float32Array
+) -> FloatArray:
+    """Distances of windows to the nearest chosen one of another group; else `far`."""
+    inside = np.flatnonzero(np.isin(owner, chosen))
+    out = np.empty(len(vectors))
+    for low in range(0, len(vectors), _BLOCK):
+        block = squared(vectors[low : low + _BLOCK], vectors[inside])
+        block[groups[low : low + len(block), None] == groups[inside]] = np.inf
+        out[low : low + _BLOCK] = np.sqrt(block.min(axis=1))
+    return np.where(np.isfinite(out), out, far)
+
+
+def who_covers(performers: Sequence[str]) -> IntArray | None:
+    """Numbers of performers (windows,), if windows are to be covered by others: enough, none alone.
+
+    A choice is for motion of people who are not in the library. So each is taken as unseen in
+    turn: that of others covers it. With fewer than ``MIN_PERFORMERS``, or one who has half of the
+    windows, the others would be too few.
+
+    >>> who_covers(["a"] * 3 + ["b"]) is None, who_covers(list("abcdef")).tolist()
+    (True, [0, 1, 2, 3, 4, 5])
+    """
+    _, numbers, counts = np.unique(performers, return_inverse=True, return_counts=True)
+    enough = len(counts) >= MIN_PERFORMERS and 2 * counts.max() < len(numbers)
+    return numbers.astype(np.int64) if enough else None
 
 
 def _gain(reach: Reach, n: int, left: FloatArray, weights: FloatArray) -> float:

@@ -374,6 +374,17 @@ class Captures(Topic):
             clip = parts.cut_clip(exporting.load_clip(self.session, info.name), start, end)
         return to_dataset(clip, info.tags.get("performer", "id_0"), info.path)
 
+    def to_humanml3d(self, where: Where, folder: str | Path) -> answers.DataSet:
+        """Write captures in the form of HumanML3D into a new folder.
+
+        263 numbers a frame at 20 a second for SMPL's joints (``new_joint_vecs``), the places that
+        these give (``new_joints``), captions (``texts``), ``Mean.npy`` and ``Std.npy``; see
+        :mod:`motiondb.files.humanml3d`. ``where``: a filter, the name of a capture, or names.
+        """
+        from motiondb.database.catalogue import data_sets
+
+        return data_sets.write_humanml3d(self.session, self._of(where), Path(folder))
+
     def gait(
         self,
         example: Example,
@@ -522,6 +533,13 @@ class Captures(Topic):
         number = store.load_capture(self.store, name).capture_id
         known = store.load_quality(self.store, [number])
         return known[number].findings if known else ()
+
+    def ghosts(self, name: str) -> tuple[answers.Ghost, ...]:
+        """Boxes for what a capture needs, in the world of its motion on the standard body."""
+        from motiondb.database.catalogue import assessing
+
+        with self.session.reading():
+            return assessing.ghosts(self.session, name)
 
     def write_boxes(self, where: Where, path: str | Path) -> Path:
         """Write what captures need as boxes: .json, or .xml (MJCF) of one capture.

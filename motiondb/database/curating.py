@@ -23,11 +23,10 @@ from motiondb import answers, store
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
 from motiondb.curate import covering, pieces
 from motiondb.database.catalogue import assessing, exporting
-from motiondb.database.catalogue.parts import write_bytes
+from motiondb.database.catalogue.parts import check_new_folder, write_bytes
 from motiondb.database.values import seeded
 from motiondb.errors import NotLearnedError, QueryError
 from motiondb.files.own_files import WRITER
-from motiondb.files.safe_files import check_output
 from motiondb.files.sheet_writer import plain_cell
 from motiondb.files.whole_folders import whole_folder
 from motiondb.language.vocabulary import words_of
@@ -105,7 +104,7 @@ def curate(
     asked.check()
     tell = progress or (lambda _what, _done, _total: None)
     if folder is not None:
-        _check_folder(folder)
+        check_new_folder(folder)
         exporting.check_changes(asked.changes, Path(f"motion.{asked.ending}"))
     reasons, lacks = _left_out(session, infos, asked, tell)
     with session.reading():
@@ -316,7 +315,15 @@ class _Made:
         vectors, seconds = self.vectors[which], self.windows.seconds[which]
         mine = {self.performers[self.intervals[n].capture] for n in numbers}
         library = sum(i.duration for c, i in self.infos.items() if self.performers[c] in mine)
-        found = covering.choose(vectors, owner, costs, self._weights(which), share * library)
+        whose = [self.performers[self.intervals[n].capture] for n in numbers]
+        found = covering.choose(
+            vectors,
+            owner,
+            costs,
+            self._weights(which),
+            share * library,
+            groups=covering.who_covers([whose[n] for n in owner.tolist()]),
+        )
         stands = np.bincount(found.nearest, seconds, len(numbers))
         apart = covering.between(vectors, owner, found.intervals)
         place = {int(n): k for k, n in enumerate(found.intervals)}
@@ -412,19 +419,6 @@ def _with_reasons(told: list[answers.ChosenInterval]) -> list[answers.ChosenInte
     return out
 
 
-def _check_folder(folder: Path) -> None:
-    """Refuse a folder that holds something, or cannot be made."""
-    try:
-        check_output(folder, is_folder=True)
-        held = sum(1 for _ in folder.iterdir()) if folder.exists() else 0
-        if held:
-            raise QueryError(f"{folder}: expected a new or an empty folder, found {held} in it.")
-        if not folder.absolute().parent.is_dir():
-            raise QueryError(f"{folder}: expected a folder in one that exists, found none there.")
-    except OSError as error:
-        raise QueryError(f"{folder}: expected a folder, found: {error.strerror}.") from None
-
-
 def _write(
     session: Session,
     answer: answers.CurateAnswer,
@@ -433,7 +427,7 @@ def _write(
     tell: Progress,
 ) -> answers.CurateAnswer:
     """Write intervals and manifest into a draft that becomes the folder when it is complete."""
-    with whole_folder(folder, _check_folder) as draft:
+    with whole_folder(folder, check_new_folder) as draft:
         done, order = {}, sorted(answer.intervals, key=lambda each: each.capture)
         for count, each in enumerate(order):
             tell("writing", count, len(order))

@@ -33,19 +33,21 @@ FORMATS = MappingProxyType(
         ".npy": "positions",
         ".csv": "robot",
         ".pkl": "robot",
+        ".mot": "opensim",
+        ".sto": "opensim",
     }
 )  # Ending, lower case -> format
 WITH_TAKES = frozenset({"fbx", "c3d", "trc"})
 """Formats of which one file may hold several captures, takes or performers."""
 CAPTURE_ENDINGS: tuple[str, ...] = tuple(FORMATS)
 """Endings of captures, lower case; ".txt" and ".json" count where they hold DeepMimic's JSON,
-".csv", ".npy" and ".pkl" where they hold motion."""
+".csv", ".npy", ".pkl", ".mot" and ".sto" where they hold motion."""
 WITH_SKELETON: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {".amc": (".asf",), ".csv": _MODELS, ".pkl": (*_MODELS, ".txt")}
-    | {".npz": (*_MODELS, ".txt"), ".npy": (".txt",)}
+    | {".npz": (*_MODELS, ".txt"), ".npy": (".txt",), ".mot": (".osim",), ".sto": (".osim",)}
 )
 """Ending of a capture -> endings of the skeleton file that may belong to it: an ASF, the model of a
-robot, names of joints."""
+robot or of OpenSim, names of joints."""
 NAME_FILES = ("joint_names.txt", "joints.txt")
 """Text files of joint names for all arrays of their folder; ``NAME.joints.txt`` is for one."""
 OTHER_FORMATS = MappingProxyType(
@@ -53,9 +55,8 @@ OTHER_FORMATS = MappingProxyType(
         ".trb": "marker tracks of Motion Analysis",
         ".htr": "Motion Analysis HTR",
         ".gtr": "Motion Analysis GTR",
-        ".mot": "OpenSim motion: joint angles of a model that is not read",
-        ".sto": "OpenSim storage: joint angles or forces of a model that is not read",
-        ".osim": "OpenSim model, a skeleton without motion",
+        ".mot": "OpenSim table of forces or other values than joint angles",
+        ".sto": "OpenSim table of forces, muscles or other values than joint angles",
         ".v": "Vicon V-file",
         ".vsk": "Vicon skeleton",
         ".vst": "Vicon skeleton template",
@@ -113,7 +114,7 @@ def find_captures(folder: Path | str, within: Path | None = None) -> list[Path]:
 def holds_capture(path: Path) -> bool:
     """Whether a file with the ending of a capture may hold one; those of tables often do not."""
     ending = path.suffix.lower()
-    if ending in (".csv", ".npy", ".pkl"):
+    if ending in (".csv", ".npy", ".pkl", ".mot", ".sto"):
         return _is_motion(path, ending)
     return ending not in (".txt", ".json") or _is_deepmimic(path)
 
@@ -141,10 +142,9 @@ def not_read(folder: Path | str) -> tuple[str, ...]:
             others.setdefault(path.suffix.lower(), []).append(path)
     for ending, paths in others.items():
         more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
-        sentences.append(
-            f"{printable(paths[0])}{more}: {ending} ({OTHER_FORMATS[ending]}) is not read; "
-            "export as BVH"
-        )
+        mend = "" if FORMATS.get(ending) == "opensim" else "; export as BVH"
+        what = OTHER_FORMATS[ending]
+        sentences.append(f"{printable(paths[0])}{more}: {ending} ({what}) is not read{mend}")
     return tuple(sentences)
 
 
@@ -235,11 +235,19 @@ def named_skeleton(path: Path, name: str, folder: Path, allow_outside: bool = Fa
 
 
 def _model_beside(path: Path) -> Path | None:
-    """Return the model, or the names of joints, beside an array; None where it is not clear."""
-    try:
-        beside = _beside(path.parent, path.parent.stat().st_mtime_ns)
-    except OSError:
-        return None
+    """Return the model, or the names of joints, beside an array; None where it is not clear.
+
+    OpenCap has models in a folder beside that of the motions.
+    """
+    folders = [path.parent]
+    if path.suffix.lower() in (".mot", ".sto"):
+        folders += [path.parent.parent / name for name in ("Model", "Models")]
+    beside = list[Path]()
+    for folder in folders:
+        try:
+            beside += _beside(folder, folder.stat().st_mtime_ns)
+        except OSError:
+            continue
     endings = WITH_SKELETON[path.suffix.lower()]
     models = [p for p in beside if p.suffix.lower() in endings and p.suffix.lower() != ".txt"]
     named = [model for model in models if _begins_with(path.stem, model.stem)]
@@ -258,7 +266,7 @@ def _beside(folder: Path, _changed: int) -> tuple[Path, ...]:
     found = []
     for path in sorted(_children(folder)):
         name = path.name.lower()
-        is_robot = path.suffix.lower() in _MODELS and is_model(_start(path))
+        is_robot = path.suffix.lower() in (*_MODELS, ".osim") and is_model(_start(path))
         if is_robot or name in NAME_FILES or name.endswith(".joints.txt"):
             found.append(path)
     return tuple(found)
@@ -275,13 +283,15 @@ def _start(path: Path) -> bytes:
 
 def _is_motion(path: Path, ending: str) -> bool:
     """Say whether a table or an array may hold motion, or may not be read, which is told later."""
-    from motiondb.files.readers import array_files, first_bytes
+    from motiondb.files.readers import array_files, first_bytes, opensim_motion
 
     start = _start(path)
     if not start:
         return path.is_file() and not os.access(path, os.R_OK)
     if ending == ".npy":
         return first_bytes.is_points_shape(array_files.npy_shape(start))
+    if ending in (".mot", ".sto"):
+        return opensim_motion.is_angles(start)
     if ending == ".csv":
         return first_bytes.is_robot_csv(start)
     return any(key.encode() in start for key in ("root_pos", "root_rot", "root_trans", "dof_pos"))

@@ -90,8 +90,8 @@ def read_capture(
     path : Path or str
         The file; its ending names the format. ``FILE.fbx#TAKE`` is one of several takes.
     skeleton : Path or str or None
-        The ASF file of an AMC, the model (MJCF or URDF) of a robot's motion, or a text file with
-        the names of the joints of an array; None: the one that :func:`skeleton_path` finds.
+        The ASF file of an AMC, the model of a motion (MJCF, URDF, .osim), or a text file with the
+        names of the joints of an array; None: the one that :func:`skeleton_path` finds.
     fps : float or None
         Frames per second, instead of the rate in the file.
     unit : float or None
@@ -175,9 +175,17 @@ def read_takes_bytes(
 
 
 def read_marker_bytes(
-    data: bytes, kind: str, *, path: Path | str = "capture", options: ReadOptions = AS_USUAL
+    data: bytes,
+    kind: str,
+    *,
+    path: Path | str = "capture",
+    skeleton: SkeletonFile | None = None,
+    options: ReadOptions = AS_USUAL,
 ) -> MarkerTracks:
-    """Read the markers in the bytes of a C3D or TRC file, without a body, gaps left as gaps."""
+    """Read the markers in the bytes of a file, without a body, gaps left as gaps.
+
+    Of a motion of OpenSim: the bodies of its model, or series of its columns.
+    """
     from motiondb.files.readers.c3d import c3d_markers
     from motiondb.files.readers.markers import read_tracks
     from motiondb.files.readers.trc import trc_markers
@@ -185,8 +193,13 @@ def read_marker_bytes(
     check_options(options, path)
     check_file_size(len(data), path, options.limits)
     with guarded(path):
-        file = (c3d_markers if kind == "c3d" else trc_markers)(data, path, options)
-        tracks = read_tracks(file, len(data), path, options)
+        if kind == "opensim":
+            from motiondb.files.readers.opensim_motion import opensim_tracks
+
+            tracks = opensim_tracks(data, path, skeleton, options)
+        else:
+            file = (c3d_markers if kind == "c3d" else trc_markers)(data, path, options)
+            tracks = read_tracks(file, len(data), path, options)
         check_duration(len(tracks.places), tracks.fps, path)
     return tracks
 
@@ -231,7 +244,8 @@ def _as_asked(clip: Clip, path: object, options: ReadOptions) -> Clip:
             "expected names of left and right joints to exchange, found none. Name the joints "
             "with --joint-map in place of --swap-sides.",
         )
-    return as_asked(clip, options.up, options.mirror_world, names)
+    up = "" if clip.format in ("robot", "opensim") else options.up  # their readers turn
+    return as_asked(clip, up, options.mirror_world, names)
 
 
 def _check(clip: Clip, n_bytes: int, path: object, options: ReadOptions) -> None:
@@ -304,6 +318,10 @@ def _read(
         from motiondb.files.readers.trc import read_trc
 
         return read_trc(data, path, options)
+    if kind == "opensim":
+        from motiondb.files.readers.opensim_motion import read_opensim
+
+        return read_opensim(data, path, skeleton, options)
     if kind == "fbx":
         from motiondb.files.readers.fbx import read_fbx
 

@@ -1,9 +1,10 @@
-"""Markers without a body as files: .trc, and arrays (.npz) or tables (.csv, .parquet).
+"""Markers or series without a body as files: .trc, and arrays (.npz) or tables (.csv, .parquet).
 
 Places are metres with y up, at the rate of the file; a marker that was not seen is an empty cell,
 or NaN in arrays. The npz has ``fps``, ``units``, ``up``, ``time``, ``markers`` (names) and
 ``positions`` (frames, markers, 3). A table has a row a frame: ``time``, ``MARKER.x``, ``MARKER.y``,
-``MARKER.z``. TRC is in millimetres, as OpenSim reads it.
+``MARKER.z``. TRC is in millimetres, as OpenSim reads it. Series have ``series`` (names) and
+``values`` (frames, series) in an npz, and a column each in tables; they are no TRC.
 """
 
 from __future__ import annotations
@@ -30,11 +31,16 @@ def write_markers(tracks: MarkerTracks, path: Path) -> None:
     if ending not in MARKER_ENDINGS:
         raise QueryError(
             f"{path}: expected {', '.join(MARKER_ENDINGS[:-1])} or {MARKER_ENDINGS[-1]} for "
-            f"markers without a body, found {ending or 'no ending'}."
+            f"{tracks.what} without a body, found {ending or 'no ending'}."
         )
+    if tracks.what == "series" and ending == ".trc":
+        raise QueryError(f"{path}: expected .npz, .csv or .parquet for series, found .trc.")
     data = io.BytesIO()
     times = np.arange(len(tracks.places)) / tracks.fps
-    if ending == ".npz":
+    if ending == ".npz" and tracks.what == "series":
+        said: dict[str, Any] = {"fps": tracks.fps, "time": times, "series": np.array(tracks.labels)}
+        np.savez_compressed(data, values=tracks.places[..., 0], **said)
+    elif ending == ".npz":
         np.savez_compressed(
             data,
             fps=tracks.fps,
@@ -49,8 +55,8 @@ def write_markers(tracks: MarkerTracks, path: Path) -> None:
     else:
         columns: dict[str, Any] = {"time": times}
         for number, label in enumerate(tracks.labels):
-            for axis, letter in enumerate("xyz"):
-                columns[f"{label}.{letter}"] = tracks.places[:, number, axis]
+            for axis, letter in enumerate(("",) if tracks.what == "series" else (".x", ".y", ".z")):
+                columns[label + letter] = tracks.places[:, number, axis]
         if ending == ".parquet":
             write_parquet(columns, data)
         else:

@@ -176,6 +176,7 @@ class CaptureDetails(answers.ListedCapture):
     segments: tuple[WordedSegment, ...]
     activities: tuple[answers.ShownActivity, ...]
     lacks: tuple[Finding, ...]
+    ghosts: tuple[answers.Ghost, ...]
     recognised: tuple[answers.WordsOverTime, ...]
     sources: tuple[answers.Source, ...] = ()
     stretches: tuple[Stretch, ...] = ()
@@ -220,6 +221,7 @@ def capture_details(db: MotionDB, row: BrowsedCapture, described: bool = True) -
         segments=worded_segments(db, name),
         activities=tuple(db.captures.activities(name)) if described else (),
         lacks=db.captures.findings(name),
+        ghosts=db.session.kept(("ghosts", name), lambda: db.captures.ghosts(name)),
         recognised=described_words(db, name) if described else (),
         **made,
     )

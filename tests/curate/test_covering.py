@@ -94,3 +94,31 @@ def test_nobody_is_in_both_splits_and_the_share_is_near() -> None:
         assert abs(sum(seconds[name] for name in aside) - 0.2 * 145.0) <= 10.0
     assert len({tuple(sorted(aside)) for aside in found}) > 1
     assert covering.split({"a": 1.0, "b": 99.0}, 0.2, np.random.default_rng(0)) == {"a"}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_motion_is_covered_by_that_of_others(seed: int) -> None:
+    """By the slow twin, and under no choice's distance, with the bound."""
+    rng = np.random.default_rng(seed)
+    vectors = rng.normal(size=(60, 3)).astype(np.float32)
+    owner, costs = np.arange(60) // 2, np.full(30, 2.0)
+    groups = rng.integers(5, size=30)[owner]
+    apart = np.linalg.norm(vectors[:, None] - vectors, axis=2)
+    apart[groups[:, None] == groups] = np.inf
+    weights = np.ones(60)
+    found = covering.choose(vectors, owner, costs, weights, 10.0, groups=groups)
+
+    def mean(intervals: list[int]) -> float:
+        near = apart[:, np.isin(owner, intervals)].min(axis=1)
+        return float(np.where(np.isfinite(near), near, far).mean())
+
+    far = np.where(np.isfinite(apart), apart, 0.0).max(axis=1)
+    taken: list[int] = []
+    for _ in range(5):
+        left = [n for n in range(30) if n not in taken]
+        taken.append(min(left, key=lambda n: mean([*taken, n])))
+    assert found.intervals.tolist() == taken
+    assert found.mean == pytest.approx(mean(taken), abs=1e-6)
+    for _ in range(200):
+        other = rng.choice(30, 5, replace=False).tolist()
+        assert mean(other) >= found.bound - 1e-6

@@ -5,6 +5,9 @@ from __future__ import annotations
 import pytest
 from page_tools import drag_on, settled, wait_for, wait_for_figure
 
+import motiondb
+from tests.sample_motions import SAMPLES
+
 CAPTURE = "#/catalogue?capture=ana/long_1"
 
 
@@ -87,3 +90,26 @@ def test_figures_are_drawn_flat_where_there_is_no_webgl(asked_server, new_page):
             return data.some((value, i) => i % 4 === 0 && Math.abs(value - first) > 30);
         }""",
     )
+
+
+def test_what_was_not_captured_stands_as_a_box_while_it_is_needed(serve_copy, new_page, tmp_path):
+    """A seat under who sits down, at the height that its sentence says."""
+    path = tmp_path / "seats.duckdb"
+    with motiondb.open(path) as db:
+        db.add(SAMPLES / "captures" / "ana" / "sit_down_1.bvh")
+        db.captures.quality()
+        (seat,) = db.captures.ghosts("sit_down_1")
+    assert seat.start > 0.6
+    page = new_page(f"{serve_copy(database=path)}#/catalogue?capture=sit_down_1")
+    page.locator(".details .timeline-cursor").wait_for()
+    wait_for_figure(page)
+    canvas = page.locator(".player-canvas[data-ghosts]")
+    canvas.wait_for()
+    canvas.focus()
+    if page.get_by_role("button", name="Pause (Space)").count():
+        page.keyboard.press(" ")
+    _press(page, "Home")
+    wait_for(page, "() => document.querySelector('.player-canvas').dataset.ghosts === '0'")
+    for _ in range(round(30 * seat.start) + 5):
+        page.keyboard.press("ArrowRight")
+    wait_for(page, "() => document.querySelector('.player-canvas').dataset.ghosts === '1'")

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import shutil
+from pathlib import Path
+
 from page_tools import wait_for, wait_for_figure
+
+import motiondb
 
 
 def test_the_map_has_every_symbol_and_a_click_plays_one(asked_server, new_page):
@@ -86,3 +91,32 @@ def test_a_movement_leads_to_the_map_with_figures_search_and_named_colours(asked
     assert 0 < page.locator(".dot:not(.other)").count() < page.locator(".dot").count() / 2
     page.keyboard.press("Enter")
     page.locator(".symbol-panel .chip", has_text="kick").wait_for()
+
+
+def test_what_to_train_on_is_marked_on_the_map(serve_copy, new_page, learned_database, tmp_path):
+    """A larger share covers more symbols; a library that was not measured says so."""
+    path = shutil.copy(learned_database, tmp_path / "measured.duckdb")
+    page = new_page(f"{serve_copy()}#/symbols")
+    page.locator(".dot").first.wait_for()
+    slider = page.get_by_role("slider", name="To train on")
+    slider.fill("5")
+    said = page.locator("[aria-label='What to train on'] output")
+    wait_for(page, "() => document.body.innerText.includes('motiondb quality')")
+    with motiondb.open(path) as db:
+        db.captures.quality()
+        wanted = db.curate(motiondb.CurateSettings(share=0.2)).splits[0]
+    page.goto(f"{serve_copy(database=Path(path))}#/symbols")
+    page.locator(".dot").first.wait_for()
+    counts = []
+    for share in ("2", "20"):
+        slider.fill(share)
+        wait_for(page, "() => document.body.innerText.includes('mean distance to the choice')")
+        reply = page.request.get(f"{page.url.split('#')[0]}api/choice?share={int(share) / 100}")
+        symbols = reply.json()["symbols"]
+        counts.append(len(symbols))
+        page.locator(f"text=of {len(symbols)} symbol").wait_for()
+        found = page.locator(".dot:not(.other)")
+        assert sorted(int(one) for one in found.evaluate_all(
+            "(all) => all.map((one) => one.dataset.symbol)")) == symbols  # fmt: skip
+    assert counts[0] < counts[1]
+    assert f"{wanted.intervals} interval" in said.inner_text()

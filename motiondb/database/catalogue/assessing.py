@@ -10,7 +10,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from motiondb import answers, pictures, store
+from motiondb.body import body
 from motiondb.body.joint_names import joint_map
 from motiondb.body.retarget import keypoints_of, up_axis
 from motiondb.database.catalogue.exporting import added_joint_map, joint_map_of, load_clip
@@ -23,7 +26,7 @@ from motiondb.quality import boxes
 from motiondb.quality.assess import assess
 from motiondb.quality.measured import MOST_FPS
 from motiondb.quality.rates import performer_rate
-from motiondb.records import CaptureInfo, Clip, FloatArray, Quality
+from motiondb.records import MOTION_FPS, CaptureInfo, Clip, FloatArray, Quality
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
@@ -172,6 +175,31 @@ def _assessed(stored: _Stored | str) -> Quality | str:
 def load_points(session: Session, info: CaptureInfo) -> tuple[Clip, FloatArray, bool]:
     """A stored clip and its joints, as :func:`points_of` has them."""
     return points_of(load_clip(session, info.name), added_joint_map(session, info))
+
+
+def ghosts(session: Session, name: str) -> tuple[answers.Ghost, ...]:
+    """Boxes for what a capture needs, as far as it was measured, where its motion is played.
+
+    The motion has the size and the ground of the standard body: a box stands to the pelvis as it
+    does in the capture, in the middle of its time.
+    """
+    info = store.load_capture(session.store, name)
+    known = store.load_quality(session.store, [info.capture_id])
+    found = [f for each in known.values() for f in each.findings if f.boxes]
+    if not found or not info.has_body:
+        return ()
+    clip, points, _ = load_points(session, info)
+    root = store.load_motion(session.store, info.capture_id).root_positions
+    scale, out = body.LEG_LENGTH / info.leg_length, list[answers.Ghost]()
+    for each in found:
+        middle = (each.start + each.end) / 2.0
+        there = points[min(round(middle * clip.fps), len(points) - 1), body.INDEX["pelvis"]]
+        here = root[min(round(middle * MOTION_FPS), len(root) - 1)]
+        for box in each.boxes if np.isfinite(there).all() else ():
+            x, y, z = (here + scale * (np.array(box.centre) - there)).round(4).tolist()
+            a, b, c = (scale * np.array(box.size)).round(4).tolist()
+            out.append(answers.Ghost(each.sentence, each.start, each.end, (x, y, z), (a, b, c)))
+    return tuple(out)
 
 
 def points_of(clip: Clip, user_map: Mapping[str, str]) -> tuple[Clip, FloatArray, bool]:

@@ -425,7 +425,7 @@ def _solve_takes(job: FileToRead, loaded: _Loaded) -> Readings:
     try:
         clips = read_takes_bytes(data, kind, path=path, skeleton=skeleton, options=options)
     except NoBodyError as error:
-        return (_with_events(_as_markers(job.name, loaded, path, error), loaded, ""),)
+        return (_with_events(_as_markers(job.name, loaded, path, skeleton, error), loaded, ""),)
     readings = []
     for take, clip in clips.items():
         of = f"{job.name}#{take}" if take else job.name
@@ -452,12 +452,16 @@ def _with_events(reading: ReadFile, loaded: _Loaded, take: str) -> ReadFile:
     return replace(reading, events=tuple(sorted(events)))
 
 
-def _as_markers(name: str, loaded: _Loaded, path: Path, error: NoBodyError) -> ReadFile:
+def _as_markers(
+    name: str, loaded: _Loaded, path: Path, skeleton: SkeletonFile | None, error: NoBodyError
+) -> ReadFile:
     """Keep markers without a body."""
     # other files are read without the store
     from motiondb.database.catalogue.marker_captures import kept_markers
 
-    tracks, motion, told = kept_markers(loaded.data, loaded.kind, path, loaded.options, error)
+    tracks, motion, told = kept_markers(
+        loaded.data, loaded.kind, path, skeleton, loaded.options, error
+    )
     notes = (told, *tracks.notes)
     return ReadFile(name, str(path), None, motion, tracks.fps, len(tracks.places), notes)
 

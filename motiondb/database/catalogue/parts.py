@@ -14,7 +14,7 @@ from motiondb.database.session import Session
 from motiondb.errors import QueryError
 from motiondb.files.bvh_writer import write_bvh
 from motiondb.files.gltf_writer import write_gltf
-from motiondb.files.safe_files import output_file
+from motiondb.files.safe_files import check_output, output_file
 from motiondb.records import MOTION_FPS, Clip, Motion
 
 if TYPE_CHECKING:
@@ -152,3 +152,16 @@ def load_example(
             info = store.load_capture(session.store, str(example), or_file=True)
             motion = store.load_motion(session.store, info.capture_id)
     return cut_motion(motion, start, end, FEATURE_STEP)
+
+
+def check_new_folder(folder: Path) -> None:
+    """Refuse a folder that holds something, or cannot be made."""
+    try:
+        check_output(folder, is_folder=True)
+        held = sum(1 for _ in folder.iterdir()) if folder.exists() else 0
+        if held:
+            raise QueryError(f"{folder}: expected a new or an empty folder, found {held} in it.")
+        if not folder.absolute().parent.is_dir():
+            raise QueryError(f"{folder}: expected a folder in one that exists, found none there.")
+    except OSError as error:
+        raise QueryError(f"{folder}: expected a folder, found: {error.strerror}.") from None

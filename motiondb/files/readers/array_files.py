@@ -288,6 +288,8 @@ def load_pickle(data: bytes, path: object) -> Arrays:
         raise CaptureError(
             path, f"expected a pickle of plain arrays, found {what}. Save the arrays as npz."
         ) from None
+    if isinstance(found, list) and len(found) == 1:
+        found = found[0]
     if isinstance(found, dict) and len(found) == 1 and isinstance(next(iter(found.values())), dict):
         found = next(iter(found.values()))
     if not isinstance(found, dict):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from motiondb.errors import CaptureError
 from motiondb.files.limits import ReadOptions, SkeletonFile
-from motiondb.files.readers import point_motion, robot_motion
+from motiondb.files.readers import point_motion, robot_motion, robot_table
 from motiondb.files.readers.amass import is_amass, read_amass
 from motiondb.files.readers.array_files import (
     RATES,
@@ -52,8 +52,14 @@ def read_array_motion(
         arrays = load_npz(data, path, _KEYS)[0]
     elif start[:1] == b"\x80":
         arrays = load_pickle(data, path)
+    elif Path(path).suffix.lower() == ".pkl":
+        raise CaptureError(
+            path,
+            "expected a pickle of plain arrays, found a compressed or another file (joblib?). Save "
+            "the arrays as npz.",
+        )
     else:
-        return _robot(robot_motion.from_csv(data, path), path, skeleton, options, len(data))
+        return _robot(robot_table.from_csv(data, path), path, skeleton, options, len(data))
     if robot_motion.is_robot(tuple(arrays)):
         said = robot_motion.from_arrays(arrays, path)
         arrays.clear()

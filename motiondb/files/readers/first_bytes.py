@@ -9,15 +9,15 @@ MODEL_ENDINGS = (".xml", ".mjcf", ".urdf")
 HUMANML3D_WIDTH = 263  # Numbers a frame
 _ROOT_COLUMN = re.compile(
     r"^(root|base|pelvis|torso|floating_?base)?[_ .]?(joint)?[_ .]?(pos|position|translate|trans|"
-    r"quat|quaternion|rot|rotation|rotate|orientation)?[_ .]?(q?[xyzw])$"
+    r"quat|quaternion|rot|rotation|rotate|orientation)?[_ .]?([qt]?[xyzw])$"
 )
 _TIME = re.compile(r"^(time|timestamp|t|seconds)( ?\[?\(?s\)?\]?)?$")
 _FRAME = re.compile(r"^(frame|index|frame_?(id|number|index)|)$")
 
 
 def is_model(data: bytes) -> bool:
-    """Say whether the start of a file is that of MJCF or URDF."""
-    return re.search(rb"<(mujoco|robot)[\s>/]", data[:65536]) is not None
+    """Say whether the start of a file is that of MJCF, URDF or a model of OpenSim."""
+    return re.search(rb"<(mujoco|robot|OpenSimDocument)[\s>/]", data[:65536]) is not None
 
 
 def is_points_shape(shape: tuple[int, ...]) -> bool:
@@ -50,7 +50,8 @@ def is_robot_csv(start: bytes) -> bool:
 def cells(line: str) -> list[str]:
     """Return the cells of a line of a table."""
     mark = max(",;\t", key=line.count)
-    return [cell.strip().strip('"') for cell in line.split(mark)]
+    parts = line.split(mark) if mark in line else line.split()
+    return [cell.strip().strip('"') for cell in parts]
 
 
 def is_number(cell: str) -> bool:

@@ -17,7 +17,8 @@ of the pelvis (left: RASI to LASI; ahead: from the middle of the back markers, o
   the outer towards the middle, along the pelvis's left axis made orthogonal to the bone;
 - shoulder: 5 cm below the marker along the trunk; elbow: between its markers, or its marker;
   wrist: between its markers;
-- neck: between C7 and CLAV; chest: between T10 and STRN; head: middle of the head's markers.
+- neck: between C7 and CLAV, or between the shoulders; chest: between T10 and STRN; head: middle
+  of the head's markers.
 
 A file of centres has them as they are; its neck, if it has none, lies between the shoulders. These
 are plain regressions: good to 1 to 4 cm, enough to recognise a motion, not for clinical use.
@@ -71,13 +72,19 @@ class MarkerFile:
 
 @dataclass(frozen=True, eq=False)
 class MarkerTracks:
-    """Markers as a file has them, without a body."""
+    """Markers as a file has them, without a body; or series of numbers, as of joint angles."""
 
     labels: tuple[str, ...]
-    places: FloatArray  # (frames, markers, 3): metres, y up, NaN where a marker was not seen
+    # (frames, markers, 3): metres, y up, NaN where a marker was not seen; (frames, series, 1)
+    places: FloatArray
     fps: float
     format: str
     notes: tuple[str, ...] = ()
+
+    @property
+    def what(self) -> str:
+        """What the tracks are."""
+        return "markers" if self.places.shape[2] == 3 else "series"
 
 
 _SIDED = {
@@ -249,7 +256,7 @@ def missing_markers(names: frozenset[str] | set[str]) -> list[str]:
     >>> missing_markers(set(_PLUG_IN_GAIT) - {"LKNE", "C7", "SACR"})
     ['LKNE']
     >>> missing_markers({side + names[0] for names in _SIDED.values() for side in "LR"})
-    ['LPSI and RPSI, or SACR', 'C7 or CLAV']
+    ['LPSI and RPSI, or SACR']
     """
     missing = [
         side + markers[0]
@@ -261,8 +268,6 @@ def missing_markers(names: frozenset[str] | set[str]) -> list[str]:
         missing += {"LASI", "RASI"} - front
     if {"LASI", "RASI"} <= names and "SACR" not in names and not {"LPSI", "RPSI"} <= names:
         missing.append("LPSI and RPSI, or SACR")
-    if not {"C7", "CLAV", "NECK"} & names and not {"LSJC", "RSJC"} <= names:
-        missing.append("C7 or CLAV")
     return missing
 
 
@@ -316,7 +321,10 @@ def _neck(markers: Markers) -> FloatArray:
     """Return the base of the neck (frames, 3)."""
     if {"C7", "CLAV"} & set(markers):
         return _mean(markers, "C7", "CLAV")
-    return markers["NECK"] if "NECK" in markers else _mean(markers, "LSJC", "RSJC")
+    if "NECK" in markers:
+        return markers["NECK"]
+    end = "SJC" if "LSJC" in markers else "SHO"
+    return (markers[f"L{end}"] + markers[f"R{end}"]) / 2.0
 
 
 def _centre(markers: Markers, side: str, joint: str, outer: str, inner: str) -> FloatArray | None:
@@ -418,6 +426,8 @@ def _solve(file: MarkerFile, named: Named, path: object, options: ReadOptions) -
     if {"SACR", "C7", "CLAV", "STRN", "T10"} & tracks.keys() and "LASI" not in tracks:
         joints = "hips, knees and ankles" if "LKJC" in tracks else "hips"
         notes += (f"Markers named hip are taken for the centres of the {joints}.",)
+    if "LSHO" in tracks and not {"C7", "CLAV", "NECK"} & tracks.keys():
+        notes += ("There is no marker of the neck (C7, CLAV); it is taken between the shoulders.",)
     if options.swap_sides:
         other = {"L": "R", "R": "L"}
         tracks = {other.get(name[0], name[0]) + name[1:]: t for name, t in tracks.items()}
@@ -493,6 +503,8 @@ def _good_frames(
     necks = [name for name in ("C7", "CLAV") if name in tracks]
     if necks:
         needed["C7 and CLAV"] = _neck(tracks)
+    elif "NECK" not in tracks:
+        needed["the shoulders, as there is no C7 or CLAV"] = _neck(tracks)
     lost = {name: longest_gap(track) / fps for name, track in needed.items()}
     lost = {name: seconds for name, seconds in lost.items() if seconds > 0}
     if not lost:

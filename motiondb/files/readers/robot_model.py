@@ -66,7 +66,7 @@ def whole_model(data: bytes, path: Path, read: Callable[[Path], bytes]) -> bytes
 
 def read_robot(data: bytes, path: object) -> Robot:
     """Read the robot in the bytes of an MJCF or URDF file (CaptureError)."""
-    root = _root(_text(data, path), path)
+    root = xml_root(data, path)
     if root.tag == "mujoco":
         robot = _Mjcf(root, path).robot()
     elif root.tag == "robot":
@@ -80,6 +80,11 @@ def read_robot(data: bytes, path: object) -> Robot:
     if not all(np.isfinite(array).all() for array in arrays) or not np.isfinite(values).all():
         raise CaptureError(path, "expected finite numbers in the model, found others. Mend it.")
     return robot
+
+
+def xml_root(data: bytes, path: object) -> Element:
+    """Return the outermost element of a model (CaptureError)."""
+    return _root(_text(data, path), path)
 
 
 def _text(data: bytes, path: object) -> str:

@@ -28,26 +28,42 @@ from numpy.typing import NDArray
 from motiondb.body import hinges, rotation
 from motiondb.body.hinges import Robot
 from motiondb.body.robot_names import part_of
-from motiondb.body.world import find_rate
 from motiondb.errors import CaptureError, suggestion
 from motiondb.files.limits import ReadOptions, check_clip_size, check_rate
 from motiondb.files.readers.array_files import RATES, Arrays, frames_left_out, texts_of
-from motiondb.files.readers.first_bytes import cells, column, is_number
-from motiondb.files.text import clean_bytes, decode, quoted
+from motiondb.files.text import quoted
 from motiondb.records import Clip, FloatArray
 
-_JOINTS = ("joint_pos", "dof_pos", "dof_positions", "dof", "joint_angles", "joint_positions")
-_ROOTS = ("root_pos", "root_trans", "root_trans_offset", "root_positions", "base_pos", "root_pos_w")
+_JOINTS = (
+    *("joint_pos", "dof_pos", "dof_positions", "dof", "joint_angles", "joint_positions"),
+    *("joint_position", "joint_pos_rad"),
+)
+_ROOTS = (
+    *("root_pos", "root_trans", "root_trans_offset", "root_positions", "base_pos", "root_pos_w"),
+    *("base_position", "root_position", "root_translation", "base_trans"),
+)
 _TURNS: Mapping[str, str] = MappingProxyType(
     {"root_rot": "xyzw", "root_quat": "", "root_rotation": "", "base_quat": ""}
-    | {"root_quat_w": "wxyz", "root_orientation": "", "base_rot": ""}
+    | {"root_quat_w": "wxyz", "root_orientation": "", "base_rot": "", "base_orientation": ""}
+    | {"root_rotations": "", "root_ori": "", "base_quat_w": "wxyz"}
+    | {f"{of}_quat_{order}": order for of in ("root", "base") for order in ("wxyz", "xyzw")}
 )  # Name -> order of the quaternion by its format; "" where none says it
 _PLACES = ("body_pos_w", "body_positions", "xpos")
 _BODY_TURNS = ("body_quat_w", "body_rotations", "xquat")
 _JOINT_NAMES = ("joint_names", "dof_names")
 _BODY_NAMES = ("body_names", "link_names", "link_body_list")
-_WHOLE = "qpos"
-KEYS = (*_JOINTS, *_ROOTS, *_TURNS, *_PLACES, *_BODY_TURNS, *_JOINT_NAMES, *_BODY_NAMES, _WHOLE)
+_WHOLES = ("qpos", "q")
+KEYS = (
+    *_JOINTS,
+    *_ROOTS,
+    *_TURNS,
+    *_PLACES,
+    *_BODY_TURNS,
+    *_JOINT_NAMES,
+    *_BODY_NAMES,
+    *_WHOLES,
+    "dt",
+)
 _KNOWN: Mapping[int, str] = MappingProxyType(
     {29: "Unitree's G1 (29)", 23: "Unitree's G1 (23) and Booster's T1", 19: "Unitree's H1"}
     | {27: "Unitree's H1-2", 12: "the legs of many robots", 43: "Unitree's G1 with hands"}
@@ -56,7 +72,7 @@ DEFAULT_FPS = 30.0  # Of CSV files: that of retargeted LAFAN1
 _FITS, _UPRIGHT, _LYING = 0.03, 0.7, 0.4
 """Metres within which bodies are where the model has them; cosines with the vertical of a base that
 is upright, and of one that is not."""
-_SUFFIX = re.compile(r"(_?(joint|dof|link|pos|skel))+$")
+_SUFFIX = re.compile(r"(_?(joint|dof|link|pos|position|skel|angle|rad|deg|q))+$")
 
 
 @dataclass(frozen=True)
@@ -74,13 +90,14 @@ class RobotFile:
     body_names: tuple[str, ...] = ()
     fps: float | None = None
     is_table: bool = False  # Whether it is CSV
+    notes: tuple[str, ...] = ()
 
 
 def is_robot(names: Sequence[str]) -> bool:
     """Whether arrays of these names are a motion of a robot."""
     given = {*names}
-    has_joints = bool({*_JOINTS, _WHOLE} & given)
-    return (has_joints and bool({*_ROOTS, *_PLACES, _WHOLE, *_TURNS} & given)) or (
+    has_joints = bool({*_JOINTS, *_WHOLES} & given)
+    return (has_joints and bool({*_ROOTS, *_PLACES, *_WHOLES, *_TURNS} & given)) or (
         bool({*_PLACES} & given) and bool({*_BODY_TURNS} & given)
     )
 
@@ -104,7 +121,7 @@ def from_arrays(arrays: Arrays, path: object) -> RobotFile:
     values, root = first(_JOINTS), first(_ROOTS, 3)
     turn_name = next((n for n in _TURNS if n in arrays), "")
     turns, order = first((turn_name,), 4), _TURNS.get(turn_name, "")
-    whole = first((_WHOLE,))
+    whole = first(_WHOLES)
     if values is None and whole is not None:
         if whole.shape[1] < 8:
             raise CaptureError(
@@ -119,7 +136,6 @@ def from_arrays(arrays: Arrays, path: object) -> RobotFile:
     said = str(arrays["quaternion_order"]) if "quaternion_order" in arrays else ""
     letters = "".join(re.findall("[wxyz]", said.split(";")[0]))
     is_said = letters in ("wxyz", "xyzw")
-    rate = first(RATES)
     return RobotFile(
         values=values,
         names=names,
@@ -130,8 +146,17 @@ def from_arrays(arrays: Arrays, path: object) -> RobotFile:
         bodies=bodies,
         body_turns=body_turns,
         body_names=texts(_BODY_NAMES),
-        fps=None if rate is None or rate.size == 0 else float(rate.reshape(-1)[0]),
+        fps=_rate_in(arrays),
     )
+
+
+def _rate_in(arrays: Arrays) -> float | None:
+    """Return the frames per second that arrays say, or the seconds of a frame (dt)."""
+    for name in (*RATES, "dt"):
+        if name in arrays and arrays[name].size and arrays[name].dtype.kind in "iuf":
+            number = float(arrays[name].reshape(-1)[0])
+            return number if name != "dt" else 1.0 / number if number > 0 else None
+    return None
 
 
 def _numbers(
@@ -155,66 +180,6 @@ def _numbers(
     return values
 
 
-def from_csv(data: bytes, path: object) -> RobotFile:
-    """Return what a CSV file says of a motion of a robot (CaptureError)."""
-    lines = decode(clean_bytes(data, path)).splitlines()
-    rows = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
-    if not rows:
-        raise CaptureError(path, "expected at least 1 frame, found 0. Export the motion again.")
-    head = cells(rows[0][1])
-    names = () if all(map(is_number, head)) else tuple(head)
-    body = rows[1:] if names else rows
-    table = np.full((len(body), len(head)), np.nan)
-    faults: list[tuple[int | None, str]] = []
-    for at, (number, line) in enumerate(body):
-        row = cells(line)
-        if len(row) != len(head) or not all(map(is_number, row)):
-            count = f"{len(row)} cells" if len(row) != len(head) else "other text"
-            faults.append((number, f"expected {len(head)} numbers, found {count}. Mend the row."))
-        else:
-            table[at] = [float(cell) for cell in row]
-    if faults:
-        raise CaptureError(path, faults[:20])
-    if not len(table):
-        raise CaptureError(path, "expected at least 1 frame, found 0. Export the motion again.")
-    if not names:
-        if table.shape[1] < 8:
-            raise CaptureError(
-                path,
-                "expected root x y z, quaternion x y z w and joints, found "
-                f"{table.shape[1]} columns. Export the motion again.",
-            )
-        return RobotFile(table[:, 7:], (), table[:, :3], table[:, 3:7], "xyzw", is_table=True)
-    return _named_columns(table, names, path)
-
-
-def _named_columns(table: FloatArray, names: tuple[str, ...], path: object) -> RobotFile:
-    """Return what named columns hold."""
-    kinds = [column(name) for name in names]
-    root = {axis: n for n, (kind, axis) in enumerate(kinds) if kind == "root"}
-    turn = {axis: n for n, (kind, axis) in enumerate(kinds) if kind == "turn"}
-    joints = [n for n, (kind, _) in enumerate(kinds) if kind == "joint"]
-    if {*root} != {*"xyz"} or {*turn} != {*"wxyz"}:
-        raise CaptureError(
-            path,
-            "expected columns for x, y and z of the root and w, x, y and z of its quaternion, "
-            f"found {', '.join(quoted(n, 30) for n in names[:12])}. Name them root_x and root_qx.",
-        )
-    times = [table[:, n] for n, (kind, _) in enumerate(kinds) if kind == "time"]
-    steps = np.diff(times[0]) if times and len(table) > 1 else np.zeros(0)
-    step = float(np.median(steps)) if len(steps) else 0.0
-    return RobotFile(
-        table[:, joints],
-        tuple(names[n] for n in joints),
-        table[:, [root[axis] for axis in "xyz"]],
-        table[:, [turn[axis] for axis in "wxyz"]],
-        "wxyz",
-        is_said=True,
-        is_table=True,
-        fps=find_rate(step)[0] if 1e-4 < step < 1.0 else None,
-    )
-
-
 # The clip
 
 
@@ -231,7 +196,7 @@ def to_clip(
         clip = _of_bodies(said, path, fps, options)
     else:
         clip = _of_robot(said, robot, path, fps, options)
-    return replace(clip, notes=rate_notes + notes + clip.notes)
+    return replace(clip, notes=said.notes + rate_notes + notes + clip.notes)
 
 
 def _count(said: RobotFile, path: object) -> int:
@@ -291,6 +256,8 @@ def _of_robot(
                 path, "expected places and turns of the root, found none. Export them, too."
             )
         values, notes = _values(said, robot, path)
+        values, unit_notes = _radians(values, robot)
+        notes += unit_notes
         root = said.root
         turns, order_notes = _root_turns(said)
         notes += order_notes
@@ -299,6 +266,26 @@ def _of_robot(
     clip = hinges.to_clip(robot, posed, fps, options.up)
     notes = robot.notes + notes + limit_notes(robot, values)
     return replace(clip, notes=notes + clip.notes)
+
+
+def _radians(values: FloatArray, robot: Robot) -> tuple[FloatArray, tuple[str, ...]]:
+    """Return values in radians; those that no hinge reaches are taken as degrees, with a note."""
+    limited = [n for n, joint in enumerate(robot.joints) if joint.limits and not joint.slides]
+    if not limited:
+        return values, ()
+    ends = np.array([robot.joints[n].limits or (0.0, 0.0) for n in limited])
+    low, high = ends[:, 0], ends[:, 1]
+    given = values[:, limited]
+    beyond = float(np.maximum(low - given, given - high).max())
+    fits = ((np.deg2rad(given) > low - 0.1) & (np.deg2rad(given) < high + 0.1)).mean()
+    if beyond < 2.0 * np.pi or fits < 0.99:
+        return values, ()
+    slides = np.array([joint.slides for joint in robot.joints])
+    most = float(np.abs(given).max())
+    return np.where(slides, values, np.deg2rad(values)), (
+        f"Values of hinges reach {most:.4g}, far beyond their limits in radians; they are taken as "
+        "degrees.",
+    )
 
 
 def _root_turns(said: RobotFile) -> tuple[FloatArray, tuple[str, ...]]:
@@ -426,7 +413,7 @@ def _by_bodies(
         known = {name: n for n, name in enumerate(robot.links)}
         named = [known.get(name, -1) for name in said.body_names]
         bodies = {"model": [named], "depth": [named]}
-    best: tuple[float, FloatArray, FloatArray, FloatArray, str] | None = None
+    fits: list[_Fit] = []
     faults = []
     for order, lists in bodies.items():
         try:
@@ -437,34 +424,63 @@ def _by_bodies(
         for links in lists:
             if len(links) != said.bodies.shape[1] or 0 not in links:
                 continue
-            at = links.index(0)
-            root, turns = said.bodies[:, at], rotation.normalize(said.body_turns[:, at])
-            posed = hinges.pose(robot, root, turns, hinges.with_mimics(robot, values))
-            there = [n for n, link in enumerate(links) if link >= 0]
-            apart = posed.places[:, [links[n] for n in there]] - said.bodies[:, there]
-            size = float(np.median(np.linalg.norm(apart, axis=-1)))
-            if best is None or size < best[0] - 1e-9:
-                best = (size, root, turns, values, order)
-    if best is None and faults:
+            fits += [_apart(said, given, robot, links, values, order) for given in ("wxyz", "xyzw")]
+    if not fits and faults:
         raise faults[0]
-    if best is None or best[0] > _FITS:
+    best = min(fits, key=lambda fit: round(fit.apart, 9), default=None)
+    if best is None or best.apart > _FITS:
         what = (
             f"{said.bodies.shape[1]} bodies"
             if best is None
-            else f"bodies {best[0]:.3f} m from where the model has them"
+            else f"bodies {best.apart:.3f} m from where the model has them"
         )
         raise CaptureError(
             path,
             f"expected the bodies of the model {quoted(robot.name, 40)} ({len(robot.links)} links),"
             f" found {what}. Give the model with which the file was made (--skeleton).",
         )
-    size, root, turns, values, order = best
-    how = "the model" if order == "model" else "their depth, as Isaac Lab has them"
+    how = "the model" if best.order == "model" else "their depth, as Isaac Lab has them"
     note = (
         f"The file names no joints; they are taken in the order of {how}: then bodies are within "
-        f"{1000 * size:.1f} mm of the file's."
+        f"{1000 * best.apart:.1f} mm of the file's."
     )
-    return root, turns, values, () if said.names else (note,)
+    told = [] if said.names else [note]
+    if best.quaternions == "xyzw":
+        told.append("The quaternions of the bodies are taken as x y z w: then the bodies fit.")
+    return best.root, best.turns, best.values, tuple(told)
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """One way to take the arrays of bodies, and how far they are from where the model has them."""
+
+    apart: float
+    root: FloatArray
+    turns: FloatArray
+    values: FloatArray
+    order: str
+    quaternions: str
+
+
+def _apart(
+    said: RobotFile,
+    quaternions: str,
+    robot: Robot,
+    links: Sequence[int],
+    values: FloatArray,
+    order: str,
+) -> _Fit:
+    """Return how the bodies fit the model, with quaternions in an order."""
+    assert said.bodies is not None
+    assert said.body_turns is not None
+    at, bodies = links.index(0), said.bodies
+    columns = [0, 1, 2, 3] if quaternions == "wxyz" else [3, 0, 1, 2]
+    root, turn = bodies[:, at], rotation.normalize(said.body_turns[:, at][:, columns])
+    posed = hinges.pose(robot, root, turn, hinges.with_mimics(robot, values))
+    there = [n for n, link in enumerate(links) if link >= 0]
+    apart = posed.places[:, [links[n] for n in there]] - bodies[:, there]
+    size = float(np.median(np.linalg.norm(apart, axis=-1)))
+    return _Fit(size, root, turn, values, order, quaternions)
 
 
 def _in_order(said: RobotFile, robot: Robot, links: Sequence[int], path: object) -> FloatArray:

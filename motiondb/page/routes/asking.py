@@ -14,6 +14,7 @@ from pydantic import Field
 
 from motiondb import answers
 from motiondb.database import MotionDB
+from motiondb.database.curating import CurateSettings
 from motiondb.database.generating import ActionPlace
 from motiondb.errors import QueryError
 from motiondb.language.question.heads import verbs_in
@@ -113,6 +114,15 @@ class SpaceReply:
 
 
 @dataclass(frozen=True)
+class ChoiceReply:
+    """The part of the library that is worth training on, and where it is in the symbol space."""
+
+    choice: answers.SplitChoice
+    symbols: list[int]
+    left_out: dict[str, float]  # Seconds for each reason
+
+
+@dataclass(frozen=True)
 class SegmentsReply:
     """Segments of a symbol, most typical first."""
 
@@ -193,6 +203,12 @@ def router(page: Page) -> APIRouter:
         stress = [float(value) for value in space.stress]
         return SpaceReply(space.coordinates.shape[1], stress, placed, clusters)
 
+    @routes.get("/api/choice")
+    def choice(share: Annotated[float, Query(gt=0.0, le=1.0)]) -> ChoiceReply:
+        """The choice of `curate`, in a library of which all captures were measured."""
+        with page.held.use() as db:
+            return db.session.kept(("choice", share), lambda: _choice(db, share))
+
     @routes.get("/api/symbol")
     def symbol(
         symbol: Annotated[int, Query(ge=0, le=10**6)],
@@ -205,6 +221,13 @@ def router(page: Page) -> APIRouter:
         return SegmentsReply(symbol, len(rows), _playable(rows[offset : offset + limit]))
 
     return routes
+
+
+def _choice(db: MotionDB, share: float) -> ChoiceReply:
+    db.captures("quality >= 0")  # says so where they were not measured
+    made = db.curate(CurateSettings(share=share))
+    symbols = sorted({symbol for each in made.intervals for symbol in each.symbols})
+    return ChoiceReply(made.splits[0], symbols, made.reasons)
 
 
 def _playable(segments: Sequence[answers.SymbolSegment]) -> list[PlayableSegment]:

@@ -39,8 +39,9 @@ from motiondb.store.connection.transactions import read_meta, touch, transaction
 from motiondb.store.poses import pack_poses, unpack_poses
 
 MARKERS_ONLY = (
-    "expected the motion of a body, found markers without one. They are found by words and tags "
-    "(motiondb list --where) and exported (.trc, .npz, .csv, .parquet), not searched by motion."
+    "expected the motion of a body, found markers without one, or series. They are found by words "
+    "and tags (motiondb list --where) and exported (.trc, .npz, .csv, .parquet), not searched by "
+    "motion."
 )
 N_JOINTS = 21  # Of the canonical body (:data:`motiondb.body.body.JOINTS`)
 

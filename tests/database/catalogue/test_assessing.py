@@ -10,8 +10,10 @@ import pytest
 
 import motiondb
 from motiondb import MotionDB, QueryError, store
+from motiondb.body.body import LEG_LENGTH
 from motiondb.files.own_files import is_own
 from motiondb.records import Box, Finding, Quality
+from tests.sample_motions import SAMPLES
 
 SEAT = Finding(
     "sits",
@@ -140,3 +142,22 @@ def test_a_database_that_is_only_read_answers_too(base: MotionDB, tmp_path: Path
         assert len(answer.captures) == 1
         assert store.load_quality(db.store) == {}
         assert db.captures.draw_quality("ana/jump_1", tmp_path / "jump.png").exists()
+
+
+def test_ghosts_stand_where_the_motion_is_played(tmp_path: Path) -> None:
+    """In the size of the standard body: the seat under the pelvis, as high as its sentence says."""
+    with motiondb.open(tmp_path / "seat.duckdb") as db:
+        db.add([SAMPLES / "captures" / "ana" / f"{name}.bvh" for name in ("sit_down_1", "walk_1")])
+        assert db.captures.ghosts("sit_down_1") == ()  # not measured yet
+        db.captures.quality()
+        (finding,) = db.captures.findings("sit_down_1")
+        (ghost,) = db.captures.ghosts("sit_down_1")
+        motion = db.motion("sit_down_1")
+        assert db.captures.ghosts("walk_1") == ()
+    scale = LEG_LENGTH / motion.leg_length
+    top = ghost.centre[1] + ghost.size[1] / 2.0
+    assert top == pytest.approx(scale * finding.measure, abs=0.03)
+    assert ghost.centre[1] - ghost.size[1] / 2.0 == pytest.approx(0.0, abs=0.03)
+    pelvis = motion.root_positions[round(15 * (ghost.start + ghost.end))]
+    assert np.hypot(pelvis[0] - ghost.centre[0], pelvis[2] - ghost.centre[2]) < 0.25
+    assert pelvis[1] > top

@@ -1,13 +1,14 @@
 """Motions of robots: one walk in every form is the same clip; faults are named."""
 
 import pickle
+import zlib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from motiondb.body import hinges, retarget
+from motiondb.body import hinges, retarget, rotation
 from motiondb.errors import CaptureError
 from motiondb.files.folder import find_captures, not_read
 from motiondb.files.formats import read_capture
@@ -229,3 +230,94 @@ def test_only_tables_and_arrays_of_motion_are_captures_of_a_folder(folder: Path)
         "heights.npy",
         "weights.pkl",
     ]
+
+
+def _columns(*before: str, names: str = "{}") -> str:
+    return ",".join([*before, *(names.format(joint) for joint in ROBOT.joint_names)])
+
+
+_TIMES = np.arange(len(TABLE)) / 50.0
+_ROOT_WXYZ = np.concatenate([ROOT, TURNS, VALUES], axis=1)
+_SEED = np.concatenate(
+    [100 * ROOT, rotation.to_euler(TURNS, "ZYX")[:, ::-1], np.rad2deg(VALUES)], axis=1
+)
+
+
+@pytest.mark.parametrize(
+    ("head", "table"),
+    [
+        (_columns("root_tx", "root_ty", "root_tz", "qw", "qx", "qy", "qz"), _ROOT_WXYZ),
+        (_columns("x", "y", "z", "qx", "qy", "qz", "qw", names="{}_q"), TABLE),
+        ("", np.column_stack([_TIMES, TABLE])),
+        ("", np.column_stack([np.arange(len(TABLE)), TABLE])),
+        ("", np.concatenate([TABLE[:, :7], np.rad2deg(VALUES)], axis=1)),
+        (
+            _columns(
+                *(f"root_translate{axis}" for axis in "XYZ"),
+                *(f"root_rotate{axis}" for axis in "XYZ"),
+                names="{}_dof",
+            ),
+            _SEED,
+        ),
+    ],
+    ids=["t", "q", "time", "number", "degrees", "seed"],
+)
+def test_tables_as_other_programs_have_them(
+    folder: Path, head: str, table: np.ndarray[Any, Any]
+) -> None:
+    path = _csv(folder, table, head)
+    assert find_captures(folder) == [path]
+    clip = read_capture(path, fps=30.0)
+    _is_walk(clip)
+    told = " ".join(clip.notes)
+    assert ("taken as degrees" in told) == (not head and np.abs(table[:, 7:]).max() > 10.0
+                                            and table.shape[1] == TABLE.shape[1])  # fmt: skip
+    assert ("BONES-SEED" in told) == ("rotateX" in head)
+
+
+def test_a_table_between_spaces_and_the_rate_of_its_times(folder: Path) -> None:
+    np.savetxt(folder / "w.csv", np.column_stack([_TIMES, TABLE]))
+    assert read_capture(folder / "w.csv").fps == 50.0
+
+
+@pytest.mark.parametrize(
+    ("turn_name", "turns"),
+    [("base_orientation", XYZW), ("root_quat_wxyz", TURNS), ("root_rotations", TURNS)],
+)
+def test_arrays_under_other_names(folder: Path, turn_name: str, turns: Any) -> None:
+    path = _save(
+        folder,
+        "w.npz",
+        dt=1.0 / 30.0,
+        base_position=ROOT,
+        joint_position=VALUES,
+        **{turn_name: turns},
+    )
+    _is_walk(read_capture(path))
+
+
+def test_bodies_whose_quaternions_end_with_w_are_told(folder: Path) -> None:
+    path = _save(
+        folder,
+        "w.npz",
+        fps=30,
+        joint_pos=VALUES,
+        body_pos_w=POSED.places,
+        body_quat_w=POSED.turns[..., [1, 2, 3, 0]],
+        body_names=list(ROBOT.links),
+    )
+    clip = read_capture(path)
+    _is_walk(clip)
+    assert "taken as x y z w" in " ".join(clip.notes)
+
+
+def test_compressed_pickles_are_refused_with_their_reason(folder: Path) -> None:
+    (folder / "w.pkl").write_bytes(zlib.compress(pickle.dumps({"root_pos": ROOT})))
+    with pytest.raises(CaptureError, match="found a compressed or another file"):
+        read_capture(folder / "w.pkl")
+
+
+def test_the_axis_up_that_is_asked_for_is_turned_once(folder: Path) -> None:
+    clip = read_capture(_csv(folder, TABLE), up="z")
+    _is_walk(clip)
+    assert clip.up == "y"

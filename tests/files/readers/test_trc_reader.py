@@ -204,3 +204,39 @@ def test_times_that_are_none_say_nothing(time: bytes) -> None:
 def test_what_a_label_names(label: str, marker: str) -> None:
     named = name_markers([label, "C7", "LASI"])[""]
     assert set(named) - {"C7", "LASI"} == ({marker} if marker else set())
+
+
+_SPELT = {
+    "classic Helen Hayes": "R.ASIS V.Sacral R.Knee R.Ankle R.Toe R.Shoulder R.Elbow R.Wrist",
+    "Helen Hayes of OpenSim": "R.ASIS V.Sacral R.Knee.Lat R.Ankle.Lat R.Toe.Tip R.Acromium "
+    "R.Elbow R.Wrist",
+    "Qualisys animation": "WaistRFront WaistRBack RKneeOut RAnkleOut RToeTip RShoulderTop "
+    "RElbowOut RWristOut",
+    "Rajagopal": "RASI RPSI RLFC RLMAL RTOE RACR RLEL RFAradius",
+    "in words": "right_asis right_psis right_lateral_knee right_lateral_malleolus right_toe "
+    "right_acromion right_lateral_elbow right_radial_wrist",
+    "CODA": "Right ASIS;Right PSIS;Right Knee;Right Ankle;Right Toe;Right Shoulder;"
+    "Right Elbow;Right Wrist",
+}
+_LIKE = ("RASI", "RPSI", "RKNE", "RANK", "RTOE", "RSHO", "RELB", "RWRA")
+
+
+@pytest.mark.parametrize("spelt", _SPELT)
+def test_sets_of_laboratories_without_a_marker_of_the_neck(spelt: str) -> None:
+    """They give the joints of Plug-in Gait; the neck lies between the shoulders."""
+    labels = _SPELT[spelt].split(";" if ";" in _SPELT[spelt] else None)
+    places = {}
+    for label, name in zip(labels, _LIKE):
+        for side in "RL":
+            own = label.replace("Right", "Left") if side == "L" else label
+            own = own.replace("right", "left") if side == "L" else own
+            if own == label and side == "L" and label != "V.Sacral":
+                own = label.replace("WaistR", "WaistL") if "WaistR" in label else "L" + label[1:]
+            place = MARKERS[side + name[1:]]
+            places[own] = (0.0, *place[1:]) if label == "V.Sacral" else place
+    clip = read_trc(trc(places), "a.trc")
+    assert clip.notes[0].startswith("There is no marker of the neck")
+    found = dict(zip(body.JOINTS, kinematics.clip_positions(clip)[0][0]))
+    middle = (np.array(MARKERS["LSHO"]) + np.array(MARKERS["RSHO"])) / 2.0
+    np.testing.assert_allclose(found["neck"], middle * 0.01, atol=0.02)
+    assert found["l_knee"][0] * np.sign(MARKERS["LKNE"][0]) > 0

@@ -193,6 +193,7 @@ export interface CaptureDetails {
   segments: WordedSegment[];
   activities: ShownActivity[];
   lacks: Finding[];
+  ghosts: Ghost[];
   recognised: WordsOverTime[];
   sources: Source[];
   stretches: Stretch[];
@@ -237,6 +238,12 @@ export interface CapturesBody {
 export interface CapturesChanged {
   changed: string[];
   undo: number;
+}
+
+export interface ChoiceReply {
+  choice: SplitChoice;
+  symbols: number[];
+  left_out: Record<string, number>;
 }
 
 export interface Collision {
@@ -459,6 +466,14 @@ export interface GenerateReply {
   missing: string[];
   sentences: string[];
   variants: MadeReply[];
+}
+
+export interface Ghost {
+  sentence: string;
+  start: number;
+  end: number;
+  centre: [number, number, number];
+  size: [number, number, number];
 }
 
 export interface GrammarEdited {
@@ -1166,6 +1181,16 @@ export interface SpaceReply {
   stress: number[];
   symbols: PlacedSymbol[];
   clusters: SymbolCluster[];
+}
+
+export interface SplitChoice {
+  split: string;
+  performers: string[];
+  seconds: number;
+  chosen: number;
+  intervals: number;
+  distance: number;
+  bound: number;
 }
 
 export interface StartAnswer {

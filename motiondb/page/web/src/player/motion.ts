@@ -89,3 +89,11 @@ export function unite(boxes: readonly Box[]): Box {
   }
   return Number.isFinite(all.min[0]) ? all : { min: [-0.5, 0, -0.5], max: [0.5, 1.75, 0.5] };
 }
+
+/** Seconds before and after its time in which a box is seen. Chosen by eye. */
+const AROUND = 0.5;
+
+/** Which boxes are seen at a time. */
+export function seenAt(parts: readonly { start: number; end: number }[], time: number): boolean[] {
+  return parts.map(({ start, end }) => start - AROUND <= time && time < end + AROUND);
+}

@@ -2,10 +2,12 @@
 
 import { REDUCED } from "../dom/wishes.ts";
 import type { Track } from "../api/container.ts";
+import type { Ghost } from "../api/types.ts";
 import type { Motions } from "../api/motions.ts";
 import { messageOf } from "../api/client.ts";
 import { fill, h, type Child } from "../dom/element.ts";
 import { makePlayer, type Player } from "../player/player.ts";
+import { makeGhosts } from "../player/ghosts.ts";
 import { spanOf } from "../player/screen.ts";
 import { seek } from "../player/playback.ts";
 import type { Stage } from "../player/stage.ts";
@@ -25,6 +27,8 @@ export interface Take {
   readonly player: Player;
   load(contents: TakeContents): Promise<void>;
   setLanes(lanes: readonly Lane[]): void;
+  /** Boxes for what was not captured. */
+  setGhosts(ghosts: readonly Ghost[]): void;
   readonly selection: Interval | null;
   select(selection: Interval | null): void;
   close(): void;
@@ -42,6 +46,7 @@ export interface TakeOptions {
 /** Make a take; it is empty until something is loaded. */
 export function makeTake(context: { stage: Stage; motions: Motions }, options: TakeOptions): Take {
   const player = makePlayer(context.stage, { label: options.label });
+  const ghosts = makeGhosts(player.screen);
   const timelineBox = h("div", {});
   const partBar = makePartBar(options.partActions ?? [], (part) => select(part), options.partMore);
   const element = h("div", { class: "take" }, player.element, timelineBox, partBar.element);
@@ -69,6 +74,7 @@ export function makeTake(context: { stage: Stage; motions: Motions }, options: T
   }
 
   async function load(contents: TakeContents): Promise<void> {
+    if (loaded !== contents.ref) ghosts.show([]);
     loaded = contents.ref;
     lanes = contents.lanes ?? [];
     player.say("Loading…");
@@ -103,10 +109,14 @@ export function makeTake(context: { stage: Stage; motions: Motions }, options: T
       lanes = next;
       timeline?.setLanes(next);
     },
+    setGhosts: (next) => ghosts.show(next),
     get selection() {
       return selection;
     },
     select,
-    close: () => player.close(),
+    close() {
+      ghosts.close();
+      player.close();
+    },
   };
 }

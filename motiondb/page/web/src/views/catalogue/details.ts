@@ -176,6 +176,7 @@ export function makeDetails(
   function showFacts(): void {
     if (!facts) return;
     take.setLanes(lanesOf(facts));
+    take.setGhosts(facts.ghosts);
     captions.show(name, facts.words, !context.status().read_only && facts.kind !== "generated");
     fill(
       under,

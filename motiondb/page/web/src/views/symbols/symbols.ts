@@ -1,7 +1,7 @@
 /** Symbol space: the map, and beside it the chosen symbol with its segments. */
 
 import { get, messageOf } from "../../api/client.ts";
-import type { PlacedSymbol, SegmentsReply, SpaceReply } from "../../api/types.ts";
+import type { ChoiceReply, PlacedSymbol, SegmentsReply, SpaceReply } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { emptyState, faultState } from "../../parts/states.ts";
@@ -11,6 +11,7 @@ import { makeClip, type Clip } from "../../take/clip.ts";
 import { notLearned } from "../not_learned.ts";
 import type { Context, OpenView, View } from "../view.ts";
 import { axisEnds, clustersOf, foundSymbols } from "./clusters.ts";
+import { makeChoice } from "./choice.ts";
 import { makeSymbolMap } from "./map.ts";
 
 const PAGE = 30;
@@ -36,6 +37,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     on: {
       input: () => {
         found = find.value;
+        covered = null;
         showFound();
       },
     },
@@ -53,8 +55,14 @@ function open(host: HTMLElement, context: Context): OpenView {
     const [best] = bestFound();
     if (best !== undefined) go(routeTo("symbols", { symbol: best }));
   });
+  let covered: ChoiceReply | null = null;
+  const choice = makeChoice((next) => {
+    covered = next;
+    found = find.value = "";
+    showFound();
+  });
   const panel = h("aside", { class: "symbol-panel", "aria-label": "Chosen symbol" });
-  const left = h("div", { class: "symbol-left" }, bar, finding, map.element, legend);
+  const left = h("div", { class: "symbol-left" }, bar, finding, choice.element, map.element, legend);
   fill(
     host,
     h("h1", { class: "hidden-heading" }, "Symbol space"),
@@ -138,7 +146,7 @@ function open(host: HTMLElement, context: Context): OpenView {
 
   function showFound(): void {
     if (!space) return;
-    const numbers = foundSymbols(space.symbols, found);
+    const numbers = covered && !found ? new Set(covered.symbols) : foundSymbols(space.symbols, found);
     map.find(numbers);
     count.textContent = numbers === null ? "" : plural(numbers.size, "symbol");
   }
