@@ -61,6 +61,7 @@ def learn(
     ):
         return
     printing.say(summary(size))
+    printing.say(f"foresight: {facts.foresight_says}")
     _say_list(facts)
     _say_lost(lost, "the grammar that derived {} was removed")
 
@@ -83,6 +84,16 @@ def _say_list(facts: motiondb.GrammarAnswer) -> None:
             f"note: {facts.grammar} only lists its sentences and derives nothing new. More"
             " captures of the same activity, another number of kinds of action (--terminals) or"
             " shorter sentences (--longest) may give it rules.",
+        )
+    elif facts.foresight and facts.foresight.extreme == "list":
+        printing.warn(
+            f"note: the rules of {facts.grammar} list what they saw: they accept next to nothing of"
+            " held-out takes. More captures of the same activity may give it rules."
+        )
+    if facts.foresight and facts.foresight.extreme == "everything":
+        printing.warn(
+            f"note: {facts.grammar} allows nearly every order of its terminals, so its rules say"
+            " next to nothing. More kinds of action (--terminals) may give it an order."
         )
 
 
@@ -179,16 +190,34 @@ def compare(shared: options.Shared, name: options.GrammarName, seed: options.See
             f"{row.new:.0%}",
             f"{row.outside:.0%}",
             f"{row.mean_length:.1f}",
+            *_judged(row.foresight),
         ]
         for row in rows
     ]
     columns = ["grammar", "nonterminals", "rules", "bits", "strings", "held out", "new", "outside"]
-    printing.print_table([*columns, "mean length"], table)
+    judged = ["foreseen", "right of two", "accepts", "freedom"]
+    printing.print_table([*columns, "mean length", *judged], table)
     printing.say("held out: share of sentences that a grammar learned from the others derives")
     printing.say(
         "new: share of strings that are not sentences; outside: share that the learned "
         "grammar does not derive"
     )
+    if rows[0].foresight is None:
+        printing.say("foreseen: cannot say, too few takes")
+    else:
+        printing.say(
+            f"of {rows[0].foresight.windows} windows of five terminals in held-out takes; foreseen:"
+            " share above 95% of their shuffles, smoothed (chance 5%); right of two: chance 0.50;"
+            " accepts, freedom: share of windows, and of shuffles, that the rules derive"
+        )
+
+
+def _judged(seen: answers.Foresight | None) -> list[str]:
+    """The figures of foresight and freedom; empty cells where nothing can be said."""
+    if seen is None:
+        return [""] * 4
+    shares = f"{seen.foreseen:.0%} {seen.right_of_two:.2f} {seen.accepted:.0%} {seen.freedom:.0%}"
+    return shares.split()
 
 
 @group.command()
@@ -287,6 +316,11 @@ def parse(
     if not printing.as_json(shared, parsed_motion.facts()):
         _say_parsed(parsed_motion, example)
         _say_unlike(parsed_motion, name, example)
+        if parsed_motion.of_another_activity:
+            printing.say(
+                f"{example} is probably of another activity than {name}:"
+                f" {parsed_motion.of_another_activity}"
+            )
         if png:
             printing.say(
                 f"picture: {png}" if parsed_motion.trees else f"no sentence to draw, no {png}"
@@ -303,6 +337,14 @@ def _say_parsed(parsed: motiondb.ParsedMotion, example: str) -> None:
         printing.say(f"{number}  {tree}")
     if parsed.fault:
         printing.say(f"{parsed.fault}")
+        if parsed.log_probability is not None:
+            each = parsed.log_probability / max(len(parsed.string), 1)
+            rank = (
+                ""
+                if parsed.order_rank is None
+                else (f"; the order is more probable than {parsed.order_rank:.0%} of its shuffles")
+            )
+            printing.say(f"smoothed log-probability {each:.2f} a terminal{rank}")
         if parsed.fault.position < len(parsed.starts):
             start, end = parsed.starts[parsed.fault.position], parsed.ends[parsed.fault.position]
             printing.say(f"that is {start:.2f}-{end:.2f} s of {example}")

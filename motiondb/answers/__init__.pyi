@@ -196,6 +196,9 @@ from .grammars import (
     CompletionsAnswer as CompletionsAnswer,
 )
 from .grammars import (
+    Foresight as Foresight,
+)
+from .grammars import (
     GrammarAnswer as GrammarAnswer,
 )
 from .grammars import (

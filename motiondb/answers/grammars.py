@@ -9,6 +9,7 @@ from motiondb.answers.making import Source
 from motiondb.answers.plain import OPTIONAL
 from motiondb.answers.questions import DescribedWord
 from motiondb.grammar.derivation.edit import Region
+from motiondb.grammar.foresight import Foresight
 from motiondb.tabled import Tabled
 
 
@@ -95,6 +96,8 @@ class GrammarAnswer(Tabled):
     nonterminals: int
     rules: int
     derives_new: bool  # Whether it derives new sentences
+    foresight: Foresight | None  # On held-out takes; None where it cannot be said
+    foresight_says: str  # The same as a sentence, or why it cannot be said
     bits: dict[str, float]
     text: str
     text_with_loops: str
@@ -155,6 +158,9 @@ class ParseAnswer:
     unlike: tuple[int, ...]  # Positions of terminals that are farther than usual
     share_unlike: float
     is_unlike: bool
+    log_probability: float | None  # Smoothed, also where the string does not parse
+    order_rank: float | None  # Share of shuffles of the string that are less probable
+    of_another_activity: str  # Why it probably is; empty if nothing says so
     sentences: list[ParsedSentence]
     fault: ParseFault | None
 

@@ -14,10 +14,13 @@ from itertools import pairwise
 import numpy as np
 
 from motiondb import store
+from motiondb.database.grammars.grammar_editing import FORESIGHT
 from motiondb.database.loading import LearnedGrammar, load_learned_grammar
 from motiondb.database.values import seeded
 from motiondb.errors import QueryError
+from motiondb.grammar import foresight
 from motiondb.grammar.cfg import context_free, parse
+from motiondb.grammar.induction.induction import induce
 from motiondb.grammar.sentences import partition
 from motiondb.grammar.terminals.terminals import (
     Terminals,
@@ -85,11 +88,14 @@ def learn_grammar(
     try:
         with store.released(database):
             learned = _search(database, infos, motions, name, settings, rng, tell)
+            tell("foresee held-out takes", 0.0, 1.0)
+            judged = foresight.foresee(induce, learned.takes, seeded(settings.seed))
     except parse.ParseError:  # an internal fault: a learned grammar parses its sentences
         raise
     except context_free.GrammarError as error:  # the captures or the number of terminals do not fit
         raise QueryError(str(error)) from None
     parameters = {"name": name, "captures": [info.name for info in infos], **asdict(settings)}
+    parameters[FORESIGHT] = judged and asdict(judged)
     with store.running(database, "grammar", parameters, settings.seed) as run_id:
         lost = store.save_grammar(database, learned.stored, run_id)
     tell("parses", 1.0, 1.0)

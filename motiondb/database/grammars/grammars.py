@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+FORESEES = 0.65  # Right of two of a grammar whose probabilities are trusted to judge an order
 SHOWN_TREES = 12  # Most trees in a picture of the sentences
 
 
@@ -280,7 +281,11 @@ class Grammars(Topic):
                 return grammar_facts.as_learned(material.learned, take)
             motion = load_example(self.session, example)
             transcription = grammar_facts.read(self.session, material, motion)
-        return grammar_facts.parse_transcription(material.learned.grammar, transcription)
+            model = grammar_facts.model_of(self.session, material)
+            judged = grammar_facts.foresight_of(grammar_facts.run_of(material))
+        foresees = judged is not None and judged.right_of_two >= FORESEES
+        grammar = material.learned.grammar
+        return grammar_facts.parse_transcription(grammar, transcription, model, foresees)
 
     def suggest(
         self, name: str, beginning: str | Sequence[str] = ""
