@@ -26,7 +26,11 @@ def learn(
     ],
     terminals: Annotated[
         int | None,
-        options.option("How many kinds of action (default: by duration, 4 to 20).", min=1),
+        options.option(
+            "How many kinds of whole actions (default: runs of poses of about half a second,"
+            " whose number foresees held-out parts best).",
+            min=1,
+        ),
     ] = None,
     name: Annotated[str | None, "Name of the grammar.  [default: the first capture's]"] = None,
     from_symbols: Annotated[bool, "Use the learned motion symbols as terminals."] = False,

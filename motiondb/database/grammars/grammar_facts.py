@@ -34,7 +34,6 @@ from motiondb.grammar.cfg.context_free import Grammar, Tree
 from motiondb.grammar.cfg.loops import format_loops
 from motiondb.grammar.cfg.parse import ParseError, parse_passage
 from motiondb.grammar.foresight import Foresight, Model
-from motiondb.grammar.induction.induction import induce
 from motiondb.grammar.languages import (
     coverage,
     derived_strings,
@@ -197,7 +196,7 @@ def compare(learned: LearnedGrammar, seed: int = 0) -> tuple[ComparedGrammar, ..
     sentences = learned.strings
     machine = finite_state_grammar(sentences)
     kinds: tuple[tuple[str, Grammar, Callable[[list[tuple[str, ...]]], Grammar]], ...] = (
-        ("learned", learned.grammar, induce),
+        ("learned", learned.grammar, foresight.induce_quickly),
         ("finite state machine", machine, finite_state_grammar),
     )
     folds, rows = min(FOLDS, len(sentences)), []

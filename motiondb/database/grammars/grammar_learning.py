@@ -20,8 +20,8 @@ from motiondb.database.values import seeded
 from motiondb.errors import QueryError
 from motiondb.grammar import foresight
 from motiondb.grammar.cfg import context_free, parse
-from motiondb.grammar.induction.induction import induce
 from motiondb.grammar.sentences import partition
+from motiondb.grammar.terminals.pose_runs import find_pose_runs
 from motiondb.grammar.terminals.terminals import (
     Terminals,
     TerminalSettings,
@@ -52,7 +52,9 @@ class GrammarSettings:
     """Settings that decide what is learned."""
 
     n_terminals: int | None = None
-    """Number of terminals. None takes a number by the total duration of the captures."""
+    """Number of whole actions that are terminals. None takes runs of poses of about half a second,
+    whose number and length foresee best; actions, their number by duration, where the captures are
+    too few to say which."""
     from_symbols: bool = False
     """Whether the motion symbols of the database are the terminals."""
     sentences: str = "auto"
@@ -89,7 +91,9 @@ def learn_grammar(
         with store.released(database):
             learned = _search(database, infos, motions, name, settings, rng, tell)
             tell("foresee held-out takes", 0.0, 1.0)
-            judged = foresight.foresee(induce, learned.takes, seeded(settings.seed))
+            judged = foresight.foresee(
+                foresight.induce_quickly, learned.takes, seeded(settings.seed)
+            )
     except parse.ParseError:  # an internal fault: a learned grammar parses its sentences
         raise
     except context_free.GrammarError as error:  # the captures or the number of terminals do not fit
@@ -183,11 +187,8 @@ def _search(
         terminals = terminals_from_symbols(motions, [info.capture_id for info in infos], table)
         symbols = np.array([int(name.removeprefix("s")) for name in terminals.names])
     else:
-        number = settings.n_terminals
-        if number is None:
-            number = default_terminals(sum(motion.n_frames for motion in motions))
-        terminals = find_terminals(motions, number, rng, settings=settings.search, progress=advance)
-        symbols = np.full(number, -1)
+        terminals = _found(motions, settings, rng, advance)
+        symbols = np.full(len(terminals.names), -1)
     found = _sentences(terminals, captions_of_takes, settings, rng, tell)
     tell("parses", 0.0, 1.0)
     grammar, sentences = found.grammar, found.sentences
@@ -201,6 +202,24 @@ def _search(
         tuple(context_free.choices_of(parse.parse(grammar, sentence)) for sentence in sentences),
         {"sentences": found.bits.sentences, "rules": found.bits.grammar},
     )
+
+
+def _found(
+    motions: Sequence[Motion],
+    settings: GrammarSettings,
+    rng: np.random.Generator,
+    advance: Callable[[int, int, str], None],
+) -> Terminals:
+    """Find pose runs; whole actions where their number is given, or the takes are too few."""
+    number = settings.n_terminals
+    if number is None:
+        runs = find_pose_runs(
+            motions, settings.seed, lambda done, total: advance(done, total, "choose pose runs")
+        )
+        if runs is not None:
+            return runs
+        number = default_terminals(sum(motion.n_frames for motion in motions))
+    return find_terminals(motions, number, rng, settings=settings.search, progress=advance)
 
 
 def _sentences(
