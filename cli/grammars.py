@@ -235,6 +235,65 @@ def remove(shared: options.Shared, name: options.GrammarName) -> None:
     _say_lost(lost, "the grammar that derived {} was removed")
 
 
+@group.command()
+def ask(
+    shared: options.Shared,
+    name: options.GrammarName,
+    answer: Annotated[
+        list[str] | None,
+        options.option('An answer such as "a b no" (yes, no, unknown); may be repeated.'),
+    ] = None,
+    author: Annotated[str, "Who answers; needed with answers."] = "",
+    number: Annotated[int, options.option("Most questions.", min=1, max=1000)] = 10,
+    png: options.Png = None,
+) -> None:
+    """Ask which terminals can follow each other; the next learning of NAME keeps to the answers.
+
+    Without --answer, a terminal is asked each question, and other output lists them. An empty line
+    ends the answers.
+    """
+    given = [one.split() for one in answer or []]
+    prompted = not given and not shared.json and sys.stdin.isatty() and sys.stdout.isatty()
+    with shared.database(writing=bool(given) or prompted) as base:
+        for words in given:
+            if len(words) != 3:
+                raise motiondb.QueryError(
+                    f"--answer: expected 'FIRST THEN yes', found {' '.join(words)!r}. Write two"
+                    " terminals and yes, no or unknown."
+                )
+            base.grammars.answer(name, *words, author)
+        asked = base.grammars.questions(name, number)
+        if png and asked:
+            base.grammars.draw_questions(name, asked, png)
+        picture = str(png) if png and asked else None
+        if printing.as_json(shared, answers.GrammarAsked(name, asked, len(given), picture)):
+            return
+        kept = len(given)
+        for place, one in enumerate(asked, start=1):
+            shown = [
+                f"{s.capture} {s.start:.2f}-{s.end:.2f} s"
+                for s in (one.first_shown, one.then_shown)
+            ]
+            printing.say(
+                f"{place}  can {one.then} ({shown[1]}) come straight after"
+                f" {one.first} ({shown[0]})?"
+            )
+            if prompted:
+                said = typer.prompt("yes, no, unknown", default="", show_default=False).strip()
+                if not said:
+                    break
+                base.grammars.answer(name, one.first, one.then, said, author)
+                kept += 1
+    if kept:
+        said = printing.number(kept, "answer")
+        printing.say(
+            f"{said} kept: the next motiondb grammar learn ... --name {name} keeps to them"
+        )
+    if not asked:
+        printing.say(f"no question is left about {name}")
+    printing.say_pictures(png if asked else None)
+
+
 STANDARD_INPUT = "-"
 
 

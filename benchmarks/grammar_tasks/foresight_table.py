@@ -26,6 +26,7 @@ from motiondb.database.grammars.grammar_learning import default_terminals
 from motiondb.grammar import foresight
 from motiondb.grammar.cfg.context_free import Grammar
 from motiondb.grammar.foresight import ABOVE, String, Take
+from motiondb.grammar.induction.induction import induce_quickly
 from motiondb.grammar.languages import finite_state_grammar
 from motiondb.grammar.sentences.partition import find_sentences
 from motiondb.grammar.terminals.distances import pose_vectors
@@ -98,7 +99,7 @@ def _activity(captures: Sequence[Capture], name: str) -> list[list[str]]:
 def _models(cut: Sequence[Take], grammar: Grammar) -> dict[str, foresight.Model]:
     """The models that are learned from a training part: its takes as sentences, and their rules."""
     inner = np.array_split(np.arange(len(cut)), min(3, len(cut)))[0].tolist()
-    weight = foresight.choose_weight(foresight.induce_quickly, cut, inner)
+    weight = foresight.choose_weight(induce_quickly, cut, inner)
     sentences = [tuple(sentence) for take in cut for sentence in take]
     models = {
         "motiondb": foresight.make_model(grammar, cut, weight),

@@ -202,6 +202,9 @@ from .grammars import (
     GrammarAnswer as GrammarAnswer,
 )
 from .grammars import (
+    GrammarAsked as GrammarAsked,
+)
+from .grammars import (
     GrammarEdited as GrammarEdited,
 )
 from .grammars import (
@@ -209,6 +212,9 @@ from .grammars import (
 )
 from .grammars import (
     GrammarLearnedAnswer as GrammarLearnedAnswer,
+)
+from .grammars import (
+    GrammarQuestion as GrammarQuestion,
 )
 from .grammars import (
     GrammarRow as GrammarRow,

@@ -111,6 +111,28 @@ class GrammarLearnedAnswer(GrammarAnswer):
 
 
 @dataclass(frozen=True)
+class GrammarQuestion:
+    """Whether a terminal can come straight after another, with a segment that shows each."""
+
+    first: str
+    then: str
+    observed: int  # How often it does in the captures
+    gain: float  # Bits of the answer times shuffles of windows that it decides; the largest first
+    first_shown: Medoid
+    then_shown: Medoid
+
+
+@dataclass(frozen=True)
+class GrammarAsked:
+    """The questions of a grammar, and how many answers were just kept."""
+
+    grammar: str
+    questions: list[GrammarQuestion]
+    kept: int
+    picture: str | None = None
+
+
+@dataclass(frozen=True)
 class GrammarRules:
     """The rules of a grammar, as text that can be edited."""
 

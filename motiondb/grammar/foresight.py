@@ -31,18 +31,17 @@ Jelinek and R. L. Mercer, "Interpolated estimation of Markov source parameters f
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise, permutations
 from math import log
+from types import MappingProxyType
 
 import numpy as np
 
 from motiondb.grammar.cfg.compiled import CompiledGrammar
 from motiondb.grammar.cfg.context_free import Grammar, Rule
 from motiondb.grammar.cfg.parse import compiled_form, read_sentence
-from motiondb.grammar.induction.induction import induce
-from motiondb.grammar.induction.rule_compaction import Effort
 from motiondb.records import FloatArray
 
 String = tuple[str, ...]
@@ -57,6 +56,7 @@ FEWEST_WINDOWS = 20  # Below this nothing is said: one window would be worth mor
 MOST_FOLDS = 5  # Largest number of parts of the takes
 WEIGHTS = (0.0, 0.1, 0.25, 0.5, 0.75, 0.9)
 """Weights of the grammar that are tried. Chosen by hand."""
+YES, NO = 2, 0.05  # What an answered pair counts: observations, or a factor of its chance
 DEFAULT_WEIGHT = 0.5  # Weight where nothing can be held out
 LIST, EVERYTHING = 0.05, 0.9
 """A grammar that accepts at most the first share of windows is a list; one that accepts at least
@@ -127,9 +127,20 @@ class Pairs:
     (0.5333, 1.0)
     """
 
-    def __init__(self, strings: Sequence[Sequence[str]], terminals: Sequence[str]) -> None:
+    def __init__(
+        self,
+        strings: Sequence[Sequence[str]],
+        terminals: Sequence[str],
+        answers: Mapping[tuple[str, str], bool] = MappingProxyType({}),
+    ) -> None:
         self.singles = Counter(symbol for string in strings for symbol in string)
         self.pairs = Counter(pair for string in strings for pair in pairwise(string))
+        self.no: dict[str, set[str]] = {}
+        for (first, then), can in answers.items():
+            if can:
+                self.pairs[first, then] += YES
+            else:
+                self.no.setdefault(first, set()).add(then)
         self.before, self.kinds = Counter[str](), Counter[str]()
         for (first, _), number in self.pairs.items():
             self.before[first] += number
@@ -142,6 +153,15 @@ class Pairs:
         alone = (self.singles[symbol] + self.known / self.n_terminals) / (self.total + self.known)
         if before is None:
             return alone
+        smoothed = self._smoothed(symbol, before)
+        ruled_out = self.no.get(before)
+        if not ruled_out:
+            return smoothed
+        lost = (1.0 - NO) * sum(self._smoothed(one, before) for one in ruled_out)
+        return smoothed * (NO if symbol in ruled_out else 1.0) / (1.0 - lost)
+
+    def _smoothed(self, symbol: str, before: str) -> float:
+        alone = self.chance(symbol)
         seen, kinds = self.before[before], self.kinds[before]
         if not seen:
             return alone
@@ -202,10 +222,17 @@ class Model:
         return dict(zip(names, (viable.weights / total).tolist(), strict=True))
 
 
-def make_model(grammar: Grammar, takes: Sequence[Take], weight: float) -> Model:
+def make_model(
+    grammar: Grammar,
+    takes: Sequence[Take],
+    weight: float,
+    answers: Mapping[tuple[str, str], bool] = MappingProxyType({}),
+) -> Model:
     """Return the smoothed probabilities of a grammar and of the takes it was learned from."""
     compiled = compiled_form(endings_grammar(grammar))
-    return Model(compiled, Pairs([passage(take) for take in takes], grammar.terminals), weight)
+    return Model(
+        compiled, Pairs([passage(take) for take in takes], grammar.terminals, answers), weight
+    )
 
 
 def order_rank(model: Model, string: Sequence[str], rng: np.random.Generator) -> float | None:
@@ -295,7 +322,12 @@ def as_foresight(rows: FloatArray, weight: float) -> Foresight:
     return Foresight(len(rows), foreseen, right_of_two, accepted, freedom, weight, extreme)
 
 
-def foresee(learn: Learn, takes: Sequence[Take], rng: np.random.Generator) -> Foresight | None:
+def foresee(
+    learn: Learn,
+    takes: Sequence[Take],
+    rng: np.random.Generator,
+    answers: Mapping[tuple[str, str], bool] = MappingProxyType({}),
+) -> Foresight | None:
     """Judge a method of learning by takes that are held out in turn; None: too few takes.
 
     The takes are divided at random into at most five parts. Each is judged by the grammar of the
@@ -311,20 +343,9 @@ def foresee(learn: Learn, takes: Sequence[Take], rng: np.random.Generator) -> Fo
         training = [takes[n] for n in rest]
         inner = parts[(number + 1) % len(parts)]
         weights.append(choose_weight(learn, training, [rest.index(n) for n in inner]))
-        model = make_model(learn(_sentences(training)), training, weights[-1])
+        model = make_model(learn(_sentences(training)), training, weights[-1], answers)
         rows.append(ranks(model, [w for n in part for w in windows_of(passage(takes[n]))]))
     return as_foresight(np.concatenate(rows), float(np.mean(weights)))
-
-
-def induce_quickly(sentences: list[String]) -> Grammar:
-    """Learn rules with little effort, to judge them: foresight is that of full effort.
-
-    Basketball: 78 % of windows foreseen in 3 s of processor time, 77 % in 62 s with full effort.
-    """
-    return induce(sentences, effort=_QUICK)
-
-
-_QUICK = Effort(begun=1, repeated=1, tries=1000)
 
 
 def choose_weight(learn: Learn, takes: Sequence[Take], held: Sequence[int]) -> float:

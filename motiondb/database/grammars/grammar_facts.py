@@ -18,6 +18,7 @@ from typing import Any, cast
 import numpy as np
 
 from motiondb import answers, store
+from motiondb.database.grammars import grammar_asking
 from motiondb.database.grammars.grammar_editing import EDIT, FORESIGHT, UNDONE
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
 from motiondb.database.grammars.grammar_words import Meaning
@@ -34,6 +35,7 @@ from motiondb.grammar.cfg.context_free import Grammar, Tree
 from motiondb.grammar.cfg.loops import format_loops
 from motiondb.grammar.cfg.parse import ParseError, parse_passage
 from motiondb.grammar.foresight import Foresight, Model
+from motiondb.grammar.induction.induction import induce_quickly
 from motiondb.grammar.languages import (
     coverage,
     derived_strings,
@@ -196,7 +198,7 @@ def compare(learned: LearnedGrammar, seed: int = 0) -> tuple[ComparedGrammar, ..
     sentences = learned.strings
     machine = finite_state_grammar(sentences)
     kinds: tuple[tuple[str, Grammar, Callable[[list[tuple[str, ...]]], Grammar]], ...] = (
-        ("learned", learned.grammar, foresight.induce_quickly),
+        ("learned", learned.grammar, induce_quickly),
         ("finite state machine", machine, finite_state_grammar),
     )
     folds, rows = min(FOLDS, len(sentences)), []
@@ -414,7 +416,10 @@ def model_of(session: Session, material: Material) -> Model:
     def make() -> Model:
         judged = foresight_of(run_of(material))
         weight = judged.weight if judged else foresight.DEFAULT_WEIGHT
-        return foresight.make_model(learned.grammar, learned.takes, weight)
+        known = grammar_asking.load_answers(material.database, learned.name)
+        said = grammar_asking.terminal_answers(learned, known, ("yes", "no"))
+        kept = {pair: what == "yes" for pair, what in said.items()}
+        return foresight.make_model(learned.grammar, learned.takes, weight, kept)
 
     return session.kept(("foresight", learned.name), make)
 

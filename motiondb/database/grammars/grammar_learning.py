@@ -14,12 +14,14 @@ from itertools import pairwise
 import numpy as np
 
 from motiondb import store
+from motiondb.database.grammars import grammar_asking
 from motiondb.database.grammars.grammar_editing import FORESIGHT
 from motiondb.database.loading import LearnedGrammar, load_learned_grammar
 from motiondb.database.values import seeded
 from motiondb.errors import QueryError
 from motiondb.grammar import foresight
 from motiondb.grammar.cfg import context_free, parse
+from motiondb.grammar.induction.induction import induce_quickly
 from motiondb.grammar.sentences import partition
 from motiondb.grammar.terminals.pose_runs import find_pose_runs
 from motiondb.grammar.terminals.terminals import (
@@ -87,12 +89,14 @@ def learn_grammar(
     rng = seeded(settings.seed)
     motions = [store.load_motion(database, info.capture_id) for info in infos]
     store.check_writable(database)
+    known = grammar_asking.load_answers(database, name)
     try:
         with store.released(database):
             learned = _search(database, infos, motions, name, settings, rng, tell)
+            learned, kept_to = grammar_asking.with_answers(learned, known)
             tell("foresee held-out takes", 0.0, 1.0)
             judged = foresight.foresee(
-                foresight.induce_quickly, learned.takes, seeded(settings.seed)
+                induce_quickly, learned.takes, seeded(settings.seed), kept_to
             )
     except parse.ParseError:  # an internal fault: a learned grammar parses its sentences
         raise
