@@ -75,12 +75,12 @@ def _activity(captures: Sequence[Capture], name: str) -> list[list[str]]:
         for held in (fold.tolist() for fold in folds if len(fold))
     ]
     rows = [_row(name, f"whole actions ({number})", "pairs", np.concatenate(judged), None)]
-    parts = divided([pose_vectors(motion) for motion in motions], 0)
+    parts = divided([pose_vectors(motion) for motion in motions], np.random.default_rng(0))
     found: dict[str, list[FloatArray]] = {}
     sizes = []
     for held in parts:
         training = [take for part in parts if part is not held for take in part]
-        clusters, _ = choose_clusters(training, 0)
+        clusters, _ = choose_clusters(training, np.random.default_rng(0))
         sizes.append(len(clusters.centres))
         strings = [clusters.string(take) for take in training]
         partition = find_sentences(strings, np.random.default_rng(0))

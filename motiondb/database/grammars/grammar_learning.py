@@ -218,7 +218,7 @@ def _found(
     number = settings.n_terminals
     if number is None:
         runs = find_pose_runs(
-            motions, settings.seed, lambda done, total: advance(done, total, "choose pose runs")
+            motions, rng, lambda done, total: advance(done, total, "choose pose runs")
         )
         if runs is not None:
             return runs

@@ -161,12 +161,14 @@ def runs_as_terminals(poses: Poses, clusters: Clusters) -> Terminals:
 
 
 def find_pose_runs(
-    takes: Sequence[Motion], seed: int, progress: Callable[[int, int], None] | None = None
+    takes: Sequence[Motion],
+    rng: np.random.Generator,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Terminals | None:
     """Find the pose runs of takes that foresee best; None where too few say which these are."""
     poses = make_poses(takes)
     values = [poses.values[low:high] for low, high in pairwise(poses.bounds.tolist())]
-    clusters, tried = choose_clusters(values, seed, progress=progress)
+    clusters, tried = choose_clusters(values, rng, progress=progress)
     if max(one.windows for one in tried) < FEWEST_WINDOWS:
         return None
     return runs_as_terminals(poses, clusters)
@@ -185,7 +187,7 @@ class Choice:
 
 def choose_clusters(
     takes: Sequence[PoseValues],
-    seed: int,
+    rng: np.random.Generator,
     *,
     numbers: Sequence[int] = NUMBERS,
     seconds: Sequence[float] = SECONDS,
@@ -196,7 +198,7 @@ def choose_clusters(
     Of choices whose foresight is within one standard error of the best, the one of fewest bits is
     taken. Fewer than :data:`PARTS` takes are divided, so that each part may be held out.
     """
-    parts = divided(takes, seed)
+    seed, parts = int(rng.integers(2**31 - 1)), divided(takes, rng)
     tried = []
     for number in numbers:
         for length in seconds:
@@ -210,14 +212,14 @@ def choose_clusters(
     return find_clusters(takes, chosen.number, chosen.seconds, seed), tried
 
 
-def divided(takes: Sequence[PoseValues], seed: int) -> list[list[PoseValues]]:
+def divided(takes: Sequence[PoseValues], rng: np.random.Generator) -> list[list[PoseValues]]:
     """Divide takes at random into parts of whole takes; the longest are cut where they are few."""
     pieces = list(takes)
     while len(pieces) < PARTS:
         longest = max(range(len(pieces)), key=lambda n: len(pieces[n]))
         whole = pieces.pop(longest)
         pieces[longest:longest] = [whole[: len(whole) // 2], whole[len(whole) // 2 :]]
-    order = np.random.default_rng(seed).permutation(len(pieces))
+    order = rng.permutation(len(pieces))
     return [[pieces[n] for n in part] for part in np.array_split(order, PARTS)]
 
 

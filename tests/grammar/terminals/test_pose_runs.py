@@ -70,7 +70,9 @@ def test_the_number_and_length_that_foresee_are_chosen() -> None:
     """Of two clusters, windows have no shuffles without equal neighbours; four are in a cycle."""
     rng = np.random.default_rng(1)
     takes = [phases("abcd" * 6, 15, rng) for _ in range(5)]
-    clusters, tried = pose_runs.choose_clusters(takes, 0, numbers=(2, 4), seconds=(0.5,))
+    clusters, tried = pose_runs.choose_clusters(
+        takes, np.random.default_rng(0), numbers=(2, 4), seconds=(0.5,)
+    )
     assert [(one.number, one.windows) for one in tried] == [(2, 0), (4, 100)]
     assert tried[1].foreseen == 1.0
     assert len(clusters.centres) == 4
@@ -78,7 +80,7 @@ def test_the_number_and_length_that_foresee_are_chosen() -> None:
 
 def test_parts_hold_every_frame_once_also_of_few_takes() -> None:
     takes = [np.arange(7.0)[:, None], 7.0 + np.arange(20.0)[:, None]]
-    parts = pose_runs.divided(takes, 0)
+    parts = pose_runs.divided(takes, np.random.default_rng(0))
     assert len(parts) == pose_runs.PARTS
     rows = np.concatenate([take for part in parts for take in part])[:, 0]
     assert sorted(rows.tolist()) == list(range(27))
