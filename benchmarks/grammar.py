@@ -21,6 +21,7 @@ from pathlib import Path
 from grammar_tasks.completion import completion_rows
 from grammar_tasks.curve import LANGUAGES as CURVES
 from grammar_tasks.curve import curve_rows
+from grammar_tasks.foresight_table import ACTIVITIES, foresight_rows
 from grammar_tasks.long_takes import PERFORMERS
 from grammar_tasks.pictures import pictures
 from grammar_tasks.real_takes import STYLES, real
@@ -33,11 +34,13 @@ from grammar_tasks.truth import PARTS, truth
 NOTES = Path(__file__).with_name("grammar_tasks") / "notes.md"
 TASKS = (
     "speed", "truth", "recursive", "development", "curve", "completion", "real", "pictures",
+    "foresight",
 )  # fmt: skip
 WITHOUT_DATA = ("truth", "recursive", "development", "curve", "completion")
 RECURSIVE = "Known truth: languages that repeat and nest"
 DEVELOPED = "Known truth: languages of development"
 CURVE = "Known truth: held-out sentences by number of sentences"
+FORESIGHT = "Real takes: foresight and freedom"
 COMPLETION = "Completion of patterns"
 COMMAND = "python benchmarks/grammar.py --data DIR"
 
@@ -56,6 +59,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument(
         "--grammar", nargs="+", choices=tuple(PERFORMERS), default=tuple(PERFORMERS)
     )
+    parser.add_argument(
+        "--activity", nargs="+", choices=tuple(ACTIVITIES), default=tuple(ACTIVITIES)
+    )
     parser.add_argument("--part", nargs="+", choices=PARTS, default=PARTS)
     parser.add_argument("--sentences", nargs="+", type=int, choices=SIZES, default=SIZES)
     parser.add_argument("--output", type=Path, default=Path("docs/measured"))
@@ -65,7 +71,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         parser.error(f"--data: expected the folder of the captures. Only {free} need none.")
     page = chosen.output / "grammar.md"
     known = sections(page.read_text(encoding="utf-8")) if page.exists() else {}
-    for title, (command, job) in {**_made_up(chosen, known), **_from_data(chosen)}.items():
+    for title, (command, job) in {**_made_up(chosen, known), **_from_data(chosen, known)}.items():
         print(title, flush=True)
         _write(page, title, f"`{command}`\n\n{job()}")
 
@@ -94,9 +100,13 @@ def _made_up(chosen: argparse.Namespace, known: dict[str, str]) -> Jobs:
     return jobs
 
 
-def _from_data(chosen: argparse.Namespace) -> Jobs:
+def _from_data(chosen: argparse.Namespace, known: dict[str, str]) -> Jobs:
     """The jobs that need captures."""
     jobs: Jobs = {}
+    if "foresight" in chosen.task:
+        command = f"{COMMAND} --task foresight"
+        section = known.get(FORESIGHT, "")
+        jobs[FORESIGHT] = command, lambda: foresight_rows(chosen.data, chosen.activity, section)
     if "speed" in chosen.task:
         jobs["Speed"] = f"{COMMAND} --task speed", lambda: speed(chosen.data)
     for style in chosen.style if "real" in chosen.task else ():
@@ -123,6 +133,7 @@ def _write(page: Path, title: str, body: str) -> None:
         *known,
         *loops,
         COMPLETION,
+        FORESIGHT,
         *(_title(style) for style in STYLES),
         "Pictures",
     ]

@@ -98,6 +98,8 @@ motiondb grammar rules dance edited.txt
 motiondb grammar rename dance a step_left
 motiondb grammar undo dance
 motiondb grammar compare dance
+motiondb grammar ask dance --png questions.png
+motiondb grammar ask dance --answer "a b no" --author Ana
 motiondb grammar remove dance
 motiondb scene grammar check basketball
 motiondb scene validate basketball "dribble pass"

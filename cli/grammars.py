@@ -26,7 +26,11 @@ def learn(
     ],
     terminals: Annotated[
         int | None,
-        options.option("How many kinds of action (default: by duration, 4 to 20).", min=1),
+        options.option(
+            "How many kinds of whole actions (default: runs of poses of about half a second,"
+            " whose number foresees held-out parts best).",
+            min=1,
+        ),
     ] = None,
     name: Annotated[str | None, "Name of the grammar.  [default: the first capture's]"] = None,
     from_symbols: Annotated[bool, "Use the learned motion symbols as terminals."] = False,
@@ -61,6 +65,7 @@ def learn(
     ):
         return
     printing.say(summary(size))
+    printing.say(f"foresight: {facts.foresight_says}")
     _say_list(facts)
     _say_lost(lost, "the grammar that derived {} was removed")
 
@@ -83,6 +88,16 @@ def _say_list(facts: motiondb.GrammarAnswer) -> None:
             f"note: {facts.grammar} only lists its sentences and derives nothing new. More"
             " captures of the same activity, another number of kinds of action (--terminals) or"
             " shorter sentences (--longest) may give it rules.",
+        )
+    elif facts.foresight and facts.foresight.extreme == "list":
+        printing.warn(
+            f"note: the rules of {facts.grammar} list what they saw: they accept next to nothing of"
+            " held-out takes. More captures of the same activity may give it rules."
+        )
+    if facts.foresight and facts.foresight.extreme == "everything":
+        printing.warn(
+            f"note: {facts.grammar} allows nearly every order of its terminals, so its rules say"
+            " next to nothing. More kinds of action (--terminals) may give it an order."
         )
 
 
@@ -179,16 +194,34 @@ def compare(shared: options.Shared, name: options.GrammarName, seed: options.See
             f"{row.new:.0%}",
             f"{row.outside:.0%}",
             f"{row.mean_length:.1f}",
+            *_judged(row.foresight),
         ]
         for row in rows
     ]
     columns = ["grammar", "nonterminals", "rules", "bits", "strings", "held out", "new", "outside"]
-    printing.print_table([*columns, "mean length"], table)
+    judged = ["foreseen", "right of two", "accepts", "freedom"]
+    printing.print_table([*columns, "mean length", *judged], table)
     printing.say("held out: share of sentences that a grammar learned from the others derives")
     printing.say(
         "new: share of strings that are not sentences; outside: share that the learned "
         "grammar does not derive"
     )
+    if rows[0].foresight is None:
+        printing.say("foreseen: cannot say, too few takes")
+    else:
+        printing.say(
+            f"of {rows[0].foresight.windows} windows of five terminals in held-out takes; foreseen:"
+            " share above 95% of their shuffles, smoothed (chance 5%); right of two: chance 0.50;"
+            " accepts, freedom: share of windows, and of shuffles, that the rules derive"
+        )
+
+
+def _judged(seen: answers.Foresight | None) -> list[str]:
+    """The figures of foresight and freedom; empty cells where nothing can be said."""
+    if seen is None:
+        return [""] * 4
+    shares = f"{seen.foreseen:.0%} {seen.right_of_two:.2f} {seen.accepted:.0%} {seen.freedom:.0%}"
+    return shares.split()
 
 
 @group.command()
@@ -200,6 +233,65 @@ def remove(shared: options.Shared, name: options.GrammarName) -> None:
         return
     printing.say(f"{name} removed")
     _say_lost(lost, "the grammar that derived {} was removed")
+
+
+@group.command()
+def ask(
+    shared: options.Shared,
+    name: options.GrammarName,
+    answer: Annotated[
+        list[str] | None,
+        options.option('An answer such as "a b no" (yes, no, unknown); may be repeated.'),
+    ] = None,
+    author: Annotated[str, "Who answers; needed with answers."] = "",
+    number: Annotated[int, options.option("Most questions.", min=1, max=1000)] = 10,
+    png: options.Png = None,
+) -> None:
+    """Ask which terminals can follow each other; the next learning of NAME keeps to the answers.
+
+    Without --answer, a terminal is asked each question, and other output lists them. An empty line
+    ends the answers.
+    """
+    given = [one.split() for one in answer or []]
+    prompted = not given and not shared.json and sys.stdin.isatty() and sys.stdout.isatty()
+    with shared.database(writing=bool(given) or prompted) as base:
+        for words in given:
+            if len(words) != 3:
+                raise motiondb.QueryError(
+                    f"--answer: expected 'FIRST THEN yes', found {' '.join(words)!r}. Write two"
+                    " terminals and yes, no or unknown."
+                )
+            base.grammars.answer(name, *words, author)
+        asked = base.grammars.questions(name, number)
+        if png and asked:
+            base.grammars.draw_questions(name, asked, png)
+        picture = str(png) if png and asked else None
+        if printing.as_json(shared, answers.GrammarAsked(name, asked, len(given), picture)):
+            return
+        kept = len(given)
+        for place, one in enumerate(asked, start=1):
+            shown = [
+                f"{s.capture} {s.start:.2f}-{s.end:.2f} s"
+                for s in (one.first_shown, one.then_shown)
+            ]
+            printing.say(
+                f"{place}  can {one.then} ({shown[1]}) come straight after"
+                f" {one.first} ({shown[0]})?"
+            )
+            if prompted:
+                said = typer.prompt("yes, no, unknown", default="", show_default=False).strip()
+                if not said:
+                    break
+                base.grammars.answer(name, one.first, one.then, said, author)
+                kept += 1
+    if kept:
+        said = printing.number(kept, "answer")
+        printing.say(
+            f"{said} kept: the next motiondb grammar learn ... --name {name} keeps to them"
+        )
+    if not asked:
+        printing.say(f"no question is left about {name}")
+    printing.say_pictures(png if asked else None)
 
 
 STANDARD_INPUT = "-"
@@ -287,6 +379,11 @@ def parse(
     if not printing.as_json(shared, parsed_motion.facts()):
         _say_parsed(parsed_motion, example)
         _say_unlike(parsed_motion, name, example)
+        if parsed_motion.of_another_activity:
+            printing.say(
+                f"{example} is probably of another activity than {name}:"
+                f" {parsed_motion.of_another_activity}"
+            )
         if png:
             printing.say(
                 f"picture: {png}" if parsed_motion.trees else f"no sentence to draw, no {png}"
@@ -303,6 +400,14 @@ def _say_parsed(parsed: motiondb.ParsedMotion, example: str) -> None:
         printing.say(f"{number}  {tree}")
     if parsed.fault:
         printing.say(f"{parsed.fault}")
+        if parsed.log_probability is not None:
+            each = parsed.log_probability / max(len(parsed.string), 1)
+            rank = (
+                ""
+                if parsed.order_rank is None
+                else (f"; the order is more probable than {parsed.order_rank:.0%} of its shuffles")
+            )
+            printing.say(f"smoothed log-probability {each:.2f} a terminal{rank}")
         if parsed.fault.position < len(parsed.starts):
             start, end = parsed.starts[parsed.fault.position], parsed.ends[parsed.fault.position]
             printing.say(f"that is {start:.2f}-{end:.2f} s of {example}")

@@ -202,7 +202,13 @@ from .grammars import (
     CompletionsAnswer as CompletionsAnswer,
 )
 from .grammars import (
+    Foresight as Foresight,
+)
+from .grammars import (
     GrammarAnswer as GrammarAnswer,
+)
+from .grammars import (
+    GrammarAsked as GrammarAsked,
 )
 from .grammars import (
     GrammarEdited as GrammarEdited,
@@ -212,6 +218,9 @@ from .grammars import (
 )
 from .grammars import (
     GrammarLearnedAnswer as GrammarLearnedAnswer,
+)
+from .grammars import (
+    GrammarQuestion as GrammarQuestion,
 )
 from .grammars import (
     GrammarRow as GrammarRow,

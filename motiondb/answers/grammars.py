@@ -9,6 +9,7 @@ from motiondb.answers.making import Source
 from motiondb.answers.plain import OPTIONAL
 from motiondb.answers.questions import DescribedWord
 from motiondb.grammar.derivation.edit import Region
+from motiondb.grammar.foresight import Foresight
 from motiondb.tabled import Tabled
 
 
@@ -95,6 +96,8 @@ class GrammarAnswer(Tabled):
     nonterminals: int
     rules: int
     derives_new: bool  # Whether it derives new sentences
+    foresight: Foresight | None  # On held-out takes; None where it cannot be said
+    foresight_says: str  # The same as a sentence, or why it cannot be said
     bits: dict[str, float]
     text: str
     text_with_loops: str
@@ -105,6 +108,28 @@ class GrammarLearnedAnswer(GrammarAnswer):
     """A grammar that was learned, and the captures that can no longer be edited with it."""
 
     no_longer_editable: list[str]
+
+
+@dataclass(frozen=True)
+class GrammarQuestion:
+    """Whether a terminal can come straight after another, with a segment that shows each."""
+
+    first: str
+    then: str
+    observed: int  # How often it does in the captures
+    gain: float  # Bits of the answer times shuffles of windows that it decides; the largest first
+    first_shown: Medoid
+    then_shown: Medoid
+
+
+@dataclass(frozen=True)
+class GrammarAsked:
+    """The questions of a grammar, and how many answers were just kept."""
+
+    grammar: str
+    questions: list[GrammarQuestion]
+    kept: int
+    picture: str | None = None
 
 
 @dataclass(frozen=True)
@@ -155,6 +180,9 @@ class ParseAnswer:
     unlike: tuple[int, ...]  # Positions of terminals that are farther than usual
     share_unlike: float
     is_unlike: bool
+    log_probability: float | None  # Smoothed, also where the string does not parse
+    order_rank: float | None  # Share of shuffles of the string that are less probable
+    of_another_activity: str  # Why it probably is; empty if nothing says so
     sentences: list[ParsedSentence]
     fault: ParseFault | None
 

@@ -368,6 +368,15 @@ class LearnedGrammar:
         return tuple(self.string(int(a), int(b)) for a, b in self.sentences)
 
     @property
+    def takes(self) -> list[list[tuple[str, ...]]]:
+        """The sentences of each take that has some, in the order of the takes."""
+        firsts = self.terminals.takes[self.sentences[:, 0]].tolist()
+        of_take: dict[int, list[tuple[str, ...]]] = {}
+        for take, sentence in zip(firsts, self.strings, strict=True):
+            of_take.setdefault(take, []).append(sentence)
+        return list(of_take.values())
+
+    @property
     def tints(self) -> dict[str, int]:
         """The tint number of each terminal, which is the same in all pictures of a grammar."""
         return {name: k for k, name in enumerate(self.terminals.names)}

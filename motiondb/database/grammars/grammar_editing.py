@@ -25,6 +25,7 @@ from motiondb.records import Run
 
 EDIT = "edit"  # The key of a run's parameters that holds an edit
 UNDONE = "undone"  # That of a run which took an edit back
+FORESIGHT = "foresight"  # That of the figures on held-out takes, which edited rules lose
 _TERMINAL = re.compile(r"[A-Za-z_][A-Za-z0-9_'.-]{0,59}")
 _Derivations = Mapping[str, store.Derivation]
 
@@ -229,7 +230,8 @@ def _save(
             for capture, one in known.items()
         },
     }
-    of_learning = {key: value for key, value in run.parameters.items() if key not in (EDIT, UNDONE)}
+    lapsed = {EDIT, UNDONE, *([FORESIGHT] if what == "rules" else [])}
+    of_learning = {key: value for key, value in run.parameters.items() if key not in lapsed}
     parameters = of_learning | {EDIT: {"what": what, "before": before}}
     with store.running(database, "grammar edit", parameters, run.seed) as number:
         _replace(database, edited, number, kept)

@@ -13,11 +13,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 
 from motiondb import answers, store
-from motiondb.database.grammars.grammar_editing import EDIT, UNDONE
+from motiondb.database.grammars import grammar_asking
+from motiondb.database.grammars.grammar_editing import EDIT, FORESIGHT, UNDONE
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
 from motiondb.database.grammars.grammar_words import Meaning
 from motiondb.database.loading import LearnedGrammar
@@ -27,11 +29,13 @@ from motiondb.files import packed_files
 from motiondb.files.formats import read_file
 from motiondb.files.limits import ReadOptions
 from motiondb.files.safe_files import is_file
+from motiondb.grammar import foresight
 from motiondb.grammar.cfg import context_free
 from motiondb.grammar.cfg.context_free import Grammar, Tree
 from motiondb.grammar.cfg.loops import format_loops
 from motiondb.grammar.cfg.parse import ParseError, parse_passage
-from motiondb.grammar.induction.induction import induce
+from motiondb.grammar.foresight import Foresight, Model
+from motiondb.grammar.induction.induction import induce_quickly
 from motiondb.grammar.languages import (
     coverage,
     derived_strings,
@@ -41,10 +45,16 @@ from motiondb.grammar.languages import (
 )
 from motiondb.grammar.rules.description_length import description_length
 from motiondb.grammar.terminals.labelling import Reader, Transcription, make_reader, read_string
-from motiondb.records import MOTION_FPS, FloatArray, Motion
+from motiondb.records import MOTION_FPS, FloatArray, Motion, Run
 from motiondb.tabled import Tabled
 
-_NOT_SETTINGS = ("name", "captures", EDIT, UNDONE)  # Parameters of a run that are no settings
+_NOT_SETTINGS = (
+    "name",
+    "captures",
+    EDIT,
+    UNDONE,
+    FORESIGHT,
+)  # Parameters of a run that are no settings
 N_STRINGS = 500  # Number of strings that are derived at random from each compared grammar
 FOLDS = 5  # Most parts of the sentences in the cross-validation
 LIMIT = 10_000  # Largest language whose strings are counted
@@ -55,8 +65,7 @@ PATH_STEP = 3  # Frames from one point of a path to the next: ten points a secon
 def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> answers.GrammarAnswer:
     """Return the facts of a grammar."""
     learned = material.learned
-    runs = {run.run_id: run for run in store.load_runs(material.database)}
-    run = runs[learned.run_id]
+    run = run_of(material)
     grammar = learned.grammar
     lengths = [len(string) for string in learned.strings]
     return answers.GrammarAnswer(
@@ -82,10 +91,30 @@ def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> answers.Gr
         nonterminals=len(grammar.nonterminals),
         rules=len(grammar.rules),
         derives_new=derives_new(grammar, learned.strings),
+        foresight=(judged := foresight_of(run)),
+        foresight_says=judged.says if judged else CANNOT_SAY,
         bits={**learned.bits, "sum": sum(learned.bits.values())},
         text=context_free.format_grammar(grammar),
         text_with_loops=format_loops(grammar),
     )
+
+
+def run_of(material: Material) -> Run:
+    """The run that learned or edited a grammar."""
+    runs = {run.run_id: run for run in store.load_runs(material.database)}
+    return runs[material.learned.run_id]
+
+
+CANNOT_SAY = (
+    "cannot say: too few takes, or the rules were edited. Foresight needs two captures or more"
+    f" with {foresight.FEWEST_WINDOWS} windows of {foresight.WIDTH} terminals."
+)
+
+
+def foresight_of(run: Run) -> Foresight | None:
+    """The foresight that was measured in the run that learned a grammar, if any."""
+    told = cast("dict[str, Any] | None", run.parameters.get(FORESIGHT))
+    return Foresight(**told) if told else None
 
 
 def grammar_row(size: store.GrammarSize) -> answers.GrammarRow:
@@ -159,6 +188,9 @@ class ComparedGrammar:
     # Share of the strings derived at random that the learned grammar does not derive
     outside: float
     mean_length: float  # Mean length of the strings derived at random, in terminals
+    # How a grammar of this kind, learned from the other takes, judges held-out ones. None if there
+    # are too few takes
+    foresight: Foresight | None
 
 
 def compare(learned: LearnedGrammar, seed: int = 0) -> tuple[ComparedGrammar, ...]:
@@ -166,7 +198,7 @@ def compare(learned: LearnedGrammar, seed: int = 0) -> tuple[ComparedGrammar, ..
     sentences = learned.strings
     machine = finite_state_grammar(sentences)
     kinds: tuple[tuple[str, Grammar, Callable[[list[tuple[str, ...]]], Grammar]], ...] = (
-        ("learned", learned.grammar, induce),
+        ("learned", learned.grammar, induce_quickly),
         ("finite state machine", machine, finite_state_grammar),
     )
     folds, rows = min(FOLDS, len(sentences)), []
@@ -185,6 +217,7 @@ def compare(learned: LearnedGrammar, seed: int = 0) -> tuple[ComparedGrammar, ..
             sum(string not in sentences for string in strings) / len(strings),
             1.0 - coverage(learned.grammar, strings),
             float(np.mean([len(string) for string in strings])),
+            foresight.foresee(learn, learned.takes, seeded(seed)),
         )
         rows.append(row)
     return tuple(rows)
@@ -298,6 +331,13 @@ class ParsedMotion(Tabled):
     reach: float | None = None
     """Distance in metres beyond which a segment is unlike all terminals. None if ``stored``, or if
     the terminals have too few members to estimate it."""
+    log_probability: float | None = None
+    """Natural logarithm of the smoothed probability of the string, also where it does not parse.
+    None if ``stored``."""
+    order_rank: float | None = None
+    """Share of shuffles of the string that are less probable. None if ``stored`` or too short."""
+    foresees: bool = False
+    """Whether the grammar foresees held-out takes, so that ``order_rank`` means something."""
 
     def facts(self) -> answers.ParseAnswer:
         """The string with its sentences or its fault, for JSON."""
@@ -330,6 +370,23 @@ class ParsedMotion(Tabled):
         """Whether most of the motion is unlike the grammar, so that its string has no meaning."""
         return self.share_unlike > MOST_UNLIKE
 
+    @property
+    def is_disordered(self) -> bool:
+        """Whether the order of the terminals is no more probable than that of shuffles."""
+        return self.foresees and self.order_rank is not None and self.order_rank < foresight.ABOVE
+
+    @property
+    def of_another_activity(self) -> str:
+        """Why the motion is probably of another activity; empty if nothing says so."""
+        if self.is_unlike:
+            return f"{self.share_unlike:.0%} of its time is unlike every terminal"
+        if self.is_disordered:
+            return (
+                f"its order is more probable than only {self.order_rank:.0%} of its shuffles, where"
+                f" captures of the activity reach {foresight.ABOVE:.0%}"
+            )
+        return ""
+
 
 def take_of(material: Material, example: str | Path | Motion) -> int | None:
     """Return the take of a capture, or of a file with the same bytes; None if there is none."""
@@ -352,8 +409,23 @@ def read(session: Session, material: Material, motion: Motion) -> Transcription:
     return read_string(reader, motion)
 
 
+def model_of(session: Session, material: Material) -> Model:
+    """The smoothed probabilities of a grammar; the session keeps them."""
+    learned = material.learned
+
+    def make() -> Model:
+        judged = foresight_of(run_of(material))
+        weight = judged.weight if judged else foresight.DEFAULT_WEIGHT
+        known = grammar_asking.load_answers(material.database, learned.name)
+        said = grammar_asking.terminal_answers(learned, known, ("yes", "no"))
+        kept = {pair: what == "yes" for pair, what in said.items()}
+        return foresight.make_model(learned.grammar, learned.takes, weight, kept)
+
+    return session.kept(("foresight", learned.name), make)
+
+
 def parse_transcription(
-    grammar: context_free.Grammar, transcription: Transcription
+    grammar: context_free.Grammar, transcription: Transcription, model: Model, foresees: bool
 ) -> ParsedMotion:
     """Return the most probable sentences of a transcription, or the place where parsing fails."""
     starts, ends = (
@@ -367,7 +439,11 @@ def parse_transcription(
         fault = found
     reach = None if np.isnan(transcription.reach) else transcription.reach
     distances = tuple(transcription.distances.tolist())
-    return ParsedMotion(transcription.string, starts, ends, False, trees, fault, distances, reach)
+    string = transcription.string
+    return ParsedMotion(
+        string, starts, ends, False, trees, fault, distances, reach,
+        model.log_probability(string), foresight.order_rank(model, string, seeded(0)), foresees,
+    )  # fmt: skip
 
 
 def as_learned(learned: LearnedGrammar, take: int) -> ParsedMotion:

@@ -14,11 +14,16 @@ from itertools import pairwise
 import numpy as np
 
 from motiondb import store
+from motiondb.database.grammars import grammar_asking
+from motiondb.database.grammars.grammar_editing import FORESIGHT
 from motiondb.database.loading import LearnedGrammar, load_learned_grammar
 from motiondb.database.values import seeded
 from motiondb.errors import QueryError
+from motiondb.grammar import foresight
 from motiondb.grammar.cfg import context_free, parse
+from motiondb.grammar.induction.induction import induce_quickly
 from motiondb.grammar.sentences import partition
+from motiondb.grammar.terminals.pose_runs import find_pose_runs
 from motiondb.grammar.terminals.terminals import (
     Terminals,
     TerminalSettings,
@@ -49,7 +54,9 @@ class GrammarSettings:
     """Settings that decide what is learned."""
 
     n_terminals: int | None = None
-    """Number of terminals. None takes a number by the total duration of the captures."""
+    """Number of whole actions that are terminals. None takes runs of poses of about half a second,
+    whose number and length foresee best; actions, their number by duration, where the captures are
+    too few to say which."""
     from_symbols: bool = False
     """Whether the motion symbols of the database are the terminals."""
     sentences: str = "auto"
@@ -82,14 +89,21 @@ def learn_grammar(
     rng = seeded(settings.seed)
     motions = [store.load_motion(database, info.capture_id) for info in infos]
     store.check_writable(database)
+    known = grammar_asking.load_answers(database, name)
     try:
         with store.released(database):
             learned = _search(database, infos, motions, name, settings, rng, tell)
+            learned, kept_to = grammar_asking.with_answers(learned, known)
+            tell("foresee held-out takes", 0.0, 1.0)
+            judged = foresight.foresee(
+                induce_quickly, learned.takes, seeded(settings.seed), kept_to
+            )
     except parse.ParseError:  # an internal fault: a learned grammar parses its sentences
         raise
     except context_free.GrammarError as error:  # the captures or the number of terminals do not fit
         raise QueryError(str(error)) from None
     parameters = {"name": name, "captures": [info.name for info in infos], **asdict(settings)}
+    parameters[FORESIGHT] = judged and asdict(judged)
     with store.running(database, "grammar", parameters, settings.seed) as run_id:
         lost = store.save_grammar(database, learned.stored, run_id)
     tell("parses", 1.0, 1.0)
@@ -177,11 +191,8 @@ def _search(
         terminals = terminals_from_symbols(motions, [info.capture_id for info in infos], table)
         symbols = np.array([int(name.removeprefix("s")) for name in terminals.names])
     else:
-        number = settings.n_terminals
-        if number is None:
-            number = default_terminals(sum(motion.n_frames for motion in motions))
-        terminals = find_terminals(motions, number, rng, settings=settings.search, progress=advance)
-        symbols = np.full(number, -1)
+        terminals = _found(motions, settings, rng, advance)
+        symbols = np.full(len(terminals.names), -1)
     found = _sentences(terminals, captions_of_takes, settings, rng, tell)
     tell("parses", 0.0, 1.0)
     grammar, sentences = found.grammar, found.sentences
@@ -195,6 +206,24 @@ def _search(
         tuple(context_free.choices_of(parse.parse(grammar, sentence)) for sentence in sentences),
         {"sentences": found.bits.sentences, "rules": found.bits.grammar},
     )
+
+
+def _found(
+    motions: Sequence[Motion],
+    settings: GrammarSettings,
+    rng: np.random.Generator,
+    advance: Callable[[int, int, str], None],
+) -> Terminals:
+    """Find pose runs; whole actions where their number is given, or the takes are too few."""
+    number = settings.n_terminals
+    if number is None:
+        runs = find_pose_runs(
+            motions, rng, lambda done, total: advance(done, total, "choose pose runs")
+        )
+        if runs is not None:
+            return runs
+        number = default_terminals(sum(motion.n_frames for motion in motions))
+    return find_terminals(motions, number, rng, settings=settings.search, progress=advance)
 
 
 def _sentences(

@@ -15,6 +15,7 @@ from motiondb import answers, pictures, store
 from motiondb.database.catalogue.parts import cut_motion, load_example
 from motiondb.database.generated_files import source_spans, sources_of, write_with_provenance
 from motiondb.database.grammars import (
+    grammar_asking,
     grammar_editing,
     grammar_facts,
     grammar_learning,
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+FORESEES = 0.65  # Right of two of a grammar whose probabilities are trusted to judge an order
 SHOWN_TREES = 12  # Most trees in a picture of the sentences
 
 
@@ -158,6 +160,43 @@ class Grammars(Topic):
         """Return what the edits of a grammar changed that can be taken back, the last first."""
         runs = {run.run_id: run for run in store.load_runs(self.store)}
         return grammar_editing.edits_of(runs, self.load(name).run_id)
+
+    def questions(self, name: str, n: int = 10) -> list[answers.GrammarQuestion]:
+        """Return questions to a person: whether a terminal can come straight after another.
+
+        The first ones say most about unseen captures. Those that were answered are left out.
+        """
+        learned = self.load(name)
+        known = grammar_asking.load_answers(self.store, learned.name)
+        return grammar_asking.questions(learned, known, n)
+
+    def answer(self, name: str, first: str, then: str, said: str, author: str) -> None:
+        """Keep an answer ("yes", "no", "unknown"); the next :meth:`learn` of ``name`` keeps to it.
+
+        QueryError is raised for an unknown terminal, another answer, or an author without a name.
+        """
+        grammar_asking.save_answer(self.store, self.load(name), (first, then), said, author)
+
+    def draw_questions(
+        self,
+        name: str,
+        asked: Sequence[answers.GrammarQuestion],
+        path: str | Path | None = None,
+    ) -> Path | Figure:
+        """Draw the two terminals of each question as strips of figures, as PNG."""
+        material = self.material(name)
+        takes = {source.name: take for take, source in enumerate(material.learned.sources)}
+        cards: list[pictures.TerminalCard] = []
+        for number, one in enumerate(asked, start=1):
+            for shown, text in (
+                (one.first_shown, f"{number}: first {one.first}"),
+                (one.then_shown, f"{number}: then {one.then}?"),
+            ):
+                motion = material.motions.get(takes[shown.capture])
+                if motion is not None:
+                    part = cut_motion(motion, shown.start, shown.end)
+                    cards.append(pictures.TerminalCard(text, shown.capture, len(cards), part))
+        return pictures.save_png(pictures.strings_figure(cards, [], name), path)
 
     def meanings(self, name: str) -> tuple[grammar_words.Meaning, ...]:
         """Return the meaning of each terminal; empty meanings if the database has not learned."""
@@ -280,7 +319,11 @@ class Grammars(Topic):
                 return grammar_facts.as_learned(material.learned, take)
             motion = load_example(self.session, example)
             transcription = grammar_facts.read(self.session, material, motion)
-        return grammar_facts.parse_transcription(material.learned.grammar, transcription)
+            model = grammar_facts.model_of(self.session, material)
+            judged = grammar_facts.foresight_of(grammar_facts.run_of(material))
+        foresees = judged is not None and judged.right_of_two >= FORESEES
+        grammar = material.learned.grammar
+        return grammar_facts.parse_transcription(grammar, transcription, model, foresees)
 
     def suggest(
         self, name: str, beginning: str | Sequence[str] = ""

@@ -51,6 +51,17 @@ def induce(
     ).grammar
 
 
+def induce_quickly(sentences: Sequence[Sentence]) -> Grammar:
+    """Learn rules with little effort, to judge them: foresight is that of full effort.
+
+    Basketball: 78 % of windows foreseen in 3 s of processor time, 77 % in 62 s with full effort.
+    """
+    return induce(sentences, effort=_QUICK)
+
+
+_QUICK = Effort(begun=1, repeated=1, tries=1000)
+
+
 def without_loops(sentences: Sequence[Sentence], effort: Effort | None = None) -> Effort:
     """Return an effort that searches rules without loops only."""
     if effort is None:

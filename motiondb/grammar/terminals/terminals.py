@@ -204,7 +204,7 @@ def find_terminals(
             finished.append(done)
             tell(len(finished), len(groupings), "tune cuts")
     best = min(finished, key=lambda g: tuning.total_cost(g, costs))
-    return _record(poses, best, settings.weight)
+    return as_terminals(poses, best, settings.weight)
 
 
 def strings_of(terminals: Terminals) -> tuple[tuple[str, ...], ...]:
@@ -238,7 +238,7 @@ def terminals_from_symbols(
     used, labels = np.unique(segments.symbols[order], return_inverse=True)
     medoids = np.array([_middle(poses, cuts, labels == k) for k in range(len(used))])
     grouping = tuning.Grouping(cuts, labels.astype(np.int64), medoids)
-    return _record(poses, grouping, REPETITION_WEIGHT, [f"s{symbol}" for symbol in used])
+    return as_terminals(poses, grouping, REPETITION_WEIGHT, [f"s{symbol}" for symbol in used])
 
 
 def terminal_names(n: int) -> tuple[str, ...]:
@@ -362,10 +362,10 @@ def _middle(poses: Poses, cuts: IntArray, in_group: BoolArray) -> int:
     return int(members[int(np.argmin((ends - starts) @ distances))])
 
 
-def _record(
+def as_terminals(
     poses: Poses, grouping: tuning.Grouping, weight: float, names: Sequence[str] | None = None
 ) -> Terminals:
-    """Make the record; terminals without names are numbered by first appearance."""
+    """Return the record; terminals without names are named in order of first appearance."""
     starts, ends = grouping.cuts[:-1], grouping.cuts[1:]
     to_medoid = np.empty(len(starts))
     for k, m in enumerate(grouping.medoids):

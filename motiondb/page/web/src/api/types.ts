@@ -267,6 +267,7 @@ export interface ComparedGrammar {
   new: number;
   outside: number;
   mean_length: number;
+  foresight: Foresight | null;
 }
 
 export interface DecodedAction {
@@ -449,6 +450,16 @@ export interface FolderReply {
   sheets: string[];
 }
 
+export interface Foresight {
+  windows: number;
+  foreseen: number;
+  right_of_two: number;
+  accepted: number;
+  freedom: number;
+  weight: number;
+  extreme: string;
+}
+
 export interface GenerateBody {
   words?: string;
   blocks?: BlockBody[];
@@ -503,6 +514,8 @@ export interface GrammarReply {
   nonterminals: number;
   rules: number;
   derives_new: boolean;
+  foresight: Foresight | null;
+  foresight_says: string;
   bits: Record<string, number>;
   text: string;
   text_with_loops: string;
@@ -794,6 +807,9 @@ export interface ParseAnswer {
   unlike: number[];
   share_unlike: number;
   is_unlike: boolean;
+  log_probability: number | null;
+  order_rank: number | null;
+  of_another_activity: string;
   sentences: ParsedSentence[];
   fault: ParseFault | null;
 }
