@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
@@ -443,6 +442,7 @@ class Captures(Topic):
 
         The folder is made if there is none. ``question`` is what was asked, for the files beside.
         """
+        from motiondb.database.catalogue import exporting
         from motiondb.files.own_files import check_overwriting, provenance_path
 
         folder = Path(folder)
@@ -458,39 +458,10 @@ class Captures(Topic):
             check_overwriting(path)
             check_overwriting(provenance_path(path))
         with self.session.reading():
-            return [self._write_match(*each, question) for each in zip(answer.matches, paths)]
-
-    def _write_match(self, match: Match, path: Path, question: str) -> answers.MatchFile:
-        """Write one match and its origin."""
-        from motiondb.database.catalogue import exporting
-        from motiondb.database.catalogue.parts import write_bytes
-        from motiondb.files.own_files import WRITER, digest_of, provenance_path
-
-        info = store.load_capture(self.store, match.capture)
-        sources = store.load_provenance(self.store, info.capture_id).sources
-        licence = info.tags.get("licence", "unknown")
-        exporting.export(self.session, match.capture, path, match.start, match.end)
-        origin = {
-            "written_by": WRITER,
-            "sha256": digest_of(path),
-            "question": question,
-            "rank": match.rank,
-            "capture": match.capture,
-            "start": match.start,
-            "end": match.end,
-            "place": match.place,
-            "score": match.score,
-            "probability": match.probability,
-            "kind": info.kind,
-            "licence": licence,
-            "performer": info.tags.get("performer", "unknown"),
-            "file": info.path,
-            "file_sha256": info.sha256,
-            "made_of": [vars(source) for source in sources],
-        }
-        beside = provenance_path(path)
-        write_bytes(beside, json.dumps(answers.to_json(origin), indent=1).encode())
-        return answers.MatchFile(match.rank, match.capture, path, beside, licence)
+            return [
+                exporting.write_match(self.session, *each, question)
+                for each in zip(answer.matches, paths)
+            ]
 
     def draw_matches(
         self,

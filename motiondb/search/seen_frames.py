@@ -20,21 +20,14 @@ _MOST_ACTIONS = 32  # Actions whose evidence is kept for a capture
 
 
 class Frames:
-    """What questions look at in captures, by their numbers.
-
-    Parameters
-    ----------
-    features : callable
-        Recognition features of a capture: array (frames, 130), 15 a second.
-    track : callable
-        What measured words look at (``measured_track``): array (frames, columns), 30 a second. It
-        raises StoreError where the motion is away.
-    """
+    """What questions look at in captures, by their numbers: functions that give it."""
 
     def __init__(
         self, features: Callable[[int], Float32Array], track: Callable[[int], FloatArray]
     ) -> None:
-        self.features, self.track = features, track
+        self.features = features  # Recognition features: array (frames, 130), 15 a second
+        # ``measured_track``: array (frames, columns), 30 a second; StoreError where it is away
+        self.track = track
         self._lock = Lock()
         self._kept: dict[int, SeenFrames] = {}  # those asked for last at the end
         self._n_frames = 0

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from motiondb.database.session import Session
 
 _FEWEST = 3  # Frames of a capture
-DATA_SETS = ("humanml3d",)
-"""Forms of data sets that are written."""
 
 
 def write_humanml3d(

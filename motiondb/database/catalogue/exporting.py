@@ -6,6 +6,7 @@ The changes are the same for captures, generated and joined motion. Each says wh
 from __future__ import annotations
 
 import importlib.util
+import json
 import math
 from collections.abc import Mapping
 from contextlib import suppress
@@ -16,7 +17,8 @@ from types import MappingProxyType
 import numpy as np
 
 from motiondb import store
-from motiondb.answers.catalogue import Exported
+from motiondb.answers.catalogue import Exported, MatchFile
+from motiondb.answers.plain import to_json
 from motiondb.body import body, changes, retarget
 from motiondb.body.contacts import find_contacts
 from motiondb.body.joint_names import joint_map
@@ -33,7 +35,7 @@ from motiondb.errors import CaptureError, QueryError, SkeletonError
 from motiondb.files import packed_files
 from motiondb.files.arrays import ARRAY_ENDINGS, write_arrays
 from motiondb.files.limits import MAX_FPS, MIN_FPS
-from motiondb.files.own_files import check_overwriting
+from motiondb.files.own_files import WRITER, check_overwriting, digest_of, provenance_path
 from motiondb.files.readers.first_bytes import MODEL_ENDINGS
 from motiondb.files.rigs import read_model, read_rig
 from motiondb.files.robot_writer import ROBOT_ENDINGS, write_robot
@@ -42,7 +44,7 @@ from motiondb.generate.loops import Loop, looped
 from motiondb.generate.material import SequenceMotion
 from motiondb.generate.onto import at_rest, onto
 from motiondb.generate.onto_hinges import FittedRobot, onto_robot
-from motiondb.records import MOTION_FPS, BoolArray, CaptureInfo, Clip, Fit, Motion
+from motiondb.records import MOTION_FPS, BoolArray, CaptureInfo, Clip, Fit, Match, Motion
 
 GLTF = (".glb", ".gltf")
 FIXED_UNITS = MappingProxyType(
@@ -505,3 +507,32 @@ def _with_joint_map(session: Session, info: CaptureInfo, asked: MotionChanges) -
     """Return the changes with the joint map with which a capture was added."""
     added = {} if asked.joint_map else added_joint_map(session, info)
     return replace(asked, joint_map=added) if added else asked
+
+
+def write_match(session: Session, match: Match, path: Path, question: str) -> MatchFile:
+    """Write one match as BVH, and its origin beside it."""
+    info = store.load_capture(session.store, match.capture)
+    sources = store.load_provenance(session.store, info.capture_id).sources
+    licence = info.tags.get("licence", "unknown")
+    export(session, match.capture, path, match.start, match.end)
+    origin = {
+        "written_by": WRITER,
+        "sha256": digest_of(path),
+        "question": question,
+        "rank": match.rank,
+        "capture": match.capture,
+        "start": match.start,
+        "end": match.end,
+        "place": match.place,
+        "score": match.score,
+        "probability": match.probability,
+        "kind": info.kind,
+        "licence": licence,
+        "performer": info.tags.get("performer", "unknown"),
+        "file": info.path,
+        "file_sha256": info.sha256,
+        "made_of": [vars(source) for source in sources],
+    }
+    beside = provenance_path(path)
+    write_bytes(beside, json.dumps(to_json(origin), indent=1).encode())
+    return MatchFile(match.rank, match.capture, path, beside, licence)

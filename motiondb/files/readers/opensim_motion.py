@@ -14,7 +14,6 @@ Source: OpenSim's documentation, "Motion (.mot) Files" and "Storage (.sto) Files
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -34,6 +33,7 @@ from motiondb.files.limits import (
 )
 from motiondb.files.readers.array_files import frames_left_out
 from motiondb.files.readers.markers import MarkerTracks
+from motiondb.files.readers.opensim_head import ANGLE, cells_of, other_kind, read_head, some_names
 from motiondb.files.readers.opensim_model import read_osim
 from motiondb.files.text import clean_bytes, decode, quoted
 from motiondb.records import Clip, FloatArray
@@ -42,23 +42,6 @@ _ONE_FPS = 30.0  # Of a motion of one row
 _MOST_FPS = 120.0  # To which rows at uneven times, or faster than a file may be, are interpolated
 _UNEVEN = 0.25  # Share of a frame by which times may miss those of an even rate
 _TOO_FAR = 2.0 * np.pi  # No joint turns by more: such values are degrees
-_OTHERS = (
-    ("quaternion", "orientations of sensors; compute joint angles with OpenSense (IK)"),
-    ("vec3", "vectors; export places of markers as TRC"),
-    ("speeds", "speeds of coordinates; give their values (_q)"),
-    ("velocities", "velocities; give values of coordinates (_q)"),
-    ("accelerations", "accelerations; give values of coordinates (_q)"),
-)  # What the header may say, and why the file is no motion
-_FORCE = re.compile(
-    r"force|moment|torque|grf|(^|_)cop|activation|excitation|fiber|tendon|emg|reserve|power|contact"
-    r"|(^|[_.])[fmpv][xyz]\d?$|residual|work|control",
-    re.IGNORECASE,
-)
-_ANGLE = re.compile(
-    r"flex|adduct|abduct|rotat|angle|tilt|_list|pelvis_t|_t[xyz]$|bend|exten|pro_?sup|hip_|knee"
-    r"|ankle|elbow|shoulder|/value$|lumbar|subtalar|mtp|_dev|elv|elev|yaw|pitch|roll",
-    re.IGNORECASE,
-)
 
 
 @dataclass(frozen=True)
@@ -70,12 +53,6 @@ class MotionTable:
     times: FloatArray  # (frames,), seconds
     values: FloatArray  # (frames, names)
     notes: tuple[str, ...] = ()
-
-
-def is_angles(start: bytes) -> bool:
-    """Say whether the start of a file may be that of coordinates."""
-    header, names, _ = _head(start.decode("latin-1").splitlines())
-    return not _other(header, names) and any(map(_ANGLE.search, names))
 
 
 def read_opensim(
@@ -159,7 +136,7 @@ def _posed(
         raise CaptureError(
             path,
             f"expected coordinates of the model {quoted(model.name)}, found "
-            f"{_some(table.names)}. Give the model of this motion with --skeleton.",
+            f"{some_names(table.names)}. Give the model of this motion with --skeleton.",
         )
     fps, values, notes = _even(table, path, options)
     given = {name: values[:, column] for name, column in at.items()}
@@ -167,7 +144,7 @@ def _posed(
     given = {n: v * scale if model.coordinates[n].is_angle else v for n, v in given.items()}
     needed = [n for n, c in model.coordinates.items() if c.follows is None]
     lacking = [name for name in needed if name not in at]
-    told = f"The file has no values for {_some(lacking)}; they stay as the model has them."
+    told = f"The file has no values for {some_names(lacking)}; they stay as the model has them."
     notes = (*table.notes, *notes, *unit_notes, *((told,) if lacking else ()), *model.notes)
     whole = coordinates.with_followers(model, given, len(values))
     return model, coordinates.pose(model, whole, len(values)), fps, notes
@@ -199,29 +176,13 @@ def _degrees(
 
 def _check_angles(table: MotionTable, path: object) -> None:
     """Refuse a file that holds no coordinates (CaptureError)."""
-    other = _other(table.header, table.names)
-    if not other and not any(map(_ANGLE.search, table.names)):
-        other = f"columns that are known as no coordinates ({_some(table.names)}); give the model"
+    other = other_kind(table.header, table.names)
+    if not other and not any(map(ANGLE.search, table.names)):
+        other = (
+            f"columns that are known as no coordinates ({some_names(table.names)}); give the model"
+        )
     if other:
         raise CaptureError(path, f"expected values of a model's coordinates, found {other}.")
-
-
-def _other(header: Mapping[str, str], names: tuple[str, ...]) -> str:
-    """Say what a file holds that are no coordinates; "" for what may be some."""
-    said = f"{header.get('', '')} {header.get('datatype', '')}".lower()
-    for word, what in _OTHERS:
-        if word in re.split(r"[^a-z0-9]+", said):
-            return what
-    forces = [name for name in names if _FORCE.search(name)]
-    values = [name for name in names if name.endswith("/value")]
-    if 2 * len(forces) > len(names) and not values:
-        return f"forces, moments, muscles or controls ({_some(forces)}); give joint angles (IK)"
-    return ""
-
-
-def _some(names: tuple[str, ...] | list[str]) -> str:
-    more = f" and {len(names) - 4} more" if len(names) > 4 else ""
-    return ", ".join(quoted(name, 60) for name in names[:4]) + more
 
 
 def _coordinate(name: str) -> str:
@@ -232,34 +193,10 @@ def _coordinate(name: str) -> str:
     return parts[-2] if parts[-1] == "value" else ""
 
 
-def _head(lines: list[str]) -> tuple[dict[str, str], tuple[str, ...], int]:
-    """Return the header, the names of the columns without time, and the first row's number."""
-    header = {"": lines[0].strip()} if lines else {}
-    for number, line in enumerate(lines):
-        cells = _cells(line)
-        if cells and cells[0].lower() in ("time", "times", "#time"):
-            return header, tuple(cells[1:]), number + 1
-        key, _, value = re.sub(r"^\s*([\w ]+?)\s*=", r"\1=", line).strip().partition("=")
-        if not value:
-            key, _, value = line.strip().partition(" ")
-        header.setdefault(key.lower(), value.strip().lower())
-    return header, (), 0
-
-
-def _cells(line: str) -> list[str]:
-    """Return the cells of a line, between tabs, else between spaces or commas."""
-    line = line.strip(" \r\n") if "\t" in line else line.strip()
-    cells = line.split("\t") if "\t" in line else re.split(r"\s*,\s*|\s+", line)
-    cells = [cell.strip() for cell in cells]
-    while cells and not cells[-1]:
-        cells.pop()
-    return cells[1:] if cells and not cells[0] else cells
-
-
 def _table(data: bytes, path: object, options: ReadOptions) -> MotionTable:
     """Return the rows of a file at rising times (CaptureError)."""
     lines = decode(clean_bytes(data, path)).splitlines()
-    header, names, first = _head(lines)
+    header, names, first = read_head(lines)
     if not names:
         raise CaptureError(
             path, "expected a line of names that begins with time, found none. Export it again."
@@ -288,7 +225,7 @@ def _rows(lines: list[str], first: int, width: int, path: object) -> list[list[f
     """Return the numbers of the rows; CaptureError with every row that has others."""
     rows, faults = list[list[float]](), list[tuple[int | None, str]]()
     for number, line in enumerate(lines[first:], start=first + 1):
-        cells = _cells(line)
+        cells = cells_of(line)
         try:
             row = [float(cell.replace(",", ".")) for cell in cells]
         except ValueError:
