@@ -249,11 +249,12 @@ def ask(
 ) -> None:
     """Ask which terminals can follow each other; the next learning of NAME keeps to the answers.
 
-    Without --answer, a terminal is asked each question, and other output lists them. An empty line
-    ends the answers.
+    Without --answer, the questions are listed; with --author, a terminal is asked each of them. An
+    empty line ends the answers.
     """
     given = [one.split() for one in answer or []]
-    prompted = not given and not shared.json and sys.stdin.isatty() and sys.stdout.isatty()
+    is_terminal = sys.stdin.isatty() and sys.stdout.isatty()
+    prompted = not given and not shared.json and bool(author) and is_terminal
     with shared.database(writing=bool(given) or prompted) as base:
         for words in given:
             if len(words) != 3:
@@ -261,7 +262,8 @@ def ask(
                     f"--answer: expected 'FIRST THEN yes', found {' '.join(words)!r}. Write two"
                     " terminals and yes, no or unknown."
                 )
-            base.grammars.answer(name, *words, author)
+            first, then, said = words
+            _keep_answer(base, name, first, then, said, author)
         asked = base.grammars.questions(name, number)
         if png and asked:
             base.grammars.draw_questions(name, asked, png)
@@ -270,19 +272,18 @@ def ask(
             return
         kept = len(given)
         for place, one in enumerate(asked, start=1):
-            shown = [
-                f"{s.capture} {s.start:.2f}-{s.end:.2f} s"
-                for s in (one.first_shown, one.then_shown)
-            ]
-            printing.say(
-                f"{place}  can {one.then} ({shown[1]}) come straight after"
-                f" {one.first} ({shown[0]})?"
+            first, then = (
+                f"{terminal}{words and f', {words}'} ({s.capture} {s.start:.2f}-{s.end:.2f} s)"
+                for terminal, words, s in (
+                    (one.first, one.first_words, one.first_shown),
+                    (one.then, one.then_words, one.then_shown),
+                )
             )
+            printing.say(f"{place}  can {then} come straight after {first}?")
             if prompted:
-                said = typer.prompt("yes, no, unknown", default="", show_default=False).strip()
-                if not said:
+                if not (said := _prompted()):
                     break
-                base.grammars.answer(name, one.first, one.then, said, author)
+                _keep_answer(base, name, one.first, one.then, said, author)
                 kept += 1
     if kept:
         said = printing.number(kept, "answer")
@@ -292,6 +293,22 @@ def ask(
     if not asked:
         printing.say(f"no question is left about {name}")
     printing.say_pictures(png if asked else None)
+
+
+def _prompted() -> str:
+    """Return an answer, or "" for none."""
+    said = "?"
+    while said not in ("yes", "no", "unknown", ""):
+        said = str(typer.prompt("yes, no, unknown", default="", show_default=False)).strip()
+    return said
+
+
+def _keep_answer(
+    base: motiondb.MotionDB, name: str, first: str, then: str, said: str, author: str
+) -> None:
+    """Keep an answer, and tell where rules cannot keep to it."""
+    if not base.grammars.answer(name, first, then, said, author):
+        printing.note(f"the captures show {then} straight after {first}, so rules keep it")
 
 
 STANDARD_INPUT = "-"

@@ -120,6 +120,8 @@ class GrammarQuestion:
     gain: float  # Bits of the answer times shuffles of windows that it decides; the largest first
     first_shown: Medoid
     then_shown: Medoid
+    first_words: str = ""  # What the terminal shows, if the database has learned words
+    then_words: str = ""
 
 
 @dataclass(frozen=True)

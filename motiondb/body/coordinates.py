@@ -90,9 +90,15 @@ def with_followers(
     """Return values (frames,) of all coordinates: given, following another, or the model's."""
     values = {name: np.full(n_frames, c.default) for name, c in model.coordinates.items()}
     values |= {name: value for name, value in given.items() if name in values}
-    for name, coordinate in model.coordinates.items():
-        if coordinate.follows is not None and name not in given:
-            other, function = coordinate.follows
+    following = {
+        name: coordinate.follows
+        for name, coordinate in model.coordinates.items()
+        if coordinate.follows is not None and name not in given
+    }
+    while following:  # those that follow others after these; in a circle, in the order of the file
+        free = [name for name, (other, _) in following.items() if other not in following]
+        for name in free or list(following):
+            other, function = following.pop(name)
             values[name] = function(values[other])
     return values
 
@@ -131,21 +137,27 @@ def spline(x: FloatArray, y: FloatArray) -> Function:
     >>> cube(np.array([1.5, 5.0])).tolist()
     [3.375, 112.0]
     """
+    from scipy.linalg import solve_banded
+
     n, steps = len(x), np.diff(x)
     slopes = np.diff(y) / steps
-    matrix, right = np.zeros((n, n)), np.zeros(n)  # for c, half of the second derivatives' third
-    for k in range(1, n - 1):
-        matrix[k, k - 1 : k + 2] = steps[k - 1], 2.0 * (steps[k - 1] + steps[k]), steps[k]
-        right[k] = slopes[k] - slopes[k - 1]
+    # for c, a sixth of the second derivatives: above, on and below the diagonal
+    bands, right = np.zeros((3, n)), np.zeros(n)
+    bands[1] = 1.0
+    bands[0, 2:], bands[1, 1:-1], bands[2, :-2] = (
+        steps[1:],
+        2.0 * (steps[:-1] + steps[1:]),
+        steps[:-1],
+    )
+    right[1:-1] = np.diff(slopes)
     if n > 3:
         thirds = np.diff(np.diff(slopes) / (x[2:] - x[:-2])) / (x[3:] - x[:-3])
-        matrix[0, :2], right[0] = (-steps[0], steps[0]), steps[0] ** 2 * thirds[0]
-        matrix[-1, -2:], right[-1] = (steps[-1], -steps[-1]), -(steps[-1] ** 2) * thirds[-1]
+        bands[1, 0], bands[0, 1], right[0] = -steps[0], steps[0], steps[0] ** 2 * thirds[0]
+        bands[2, -2], bands[1, -1] = steps[-1], -steps[-1]
+        right[-1] = -(steps[-1] ** 2) * thirds[-1]
     elif n == 3:
-        matrix[0, :2] = matrix[-1, -2:] = 1.0, -1.0
-    else:
-        matrix = np.eye(n)
-    c = np.linalg.solve(matrix, right)
+        bands[0, 1] = bands[2, -2] = -1.0
+    c = solve_banded((1, 1), bands, right)
     first = slopes - steps * (2.0 * c[:-1] + c[1:])
     last = slopes[-1] + steps[-1] * (c[-2] + 2.0 * c[-1])
 

@@ -130,10 +130,12 @@ def _turns(places: FloatArray, root: FloatArray) -> FloatArray:
     return turns
 
 
-def text_lines(captions: Sequence[Caption]) -> str:
-    r"""Return captions as HumanML3D has them: caption, words with their classes, start, end.
+def text_lines(captions: Sequence[Caption], seconds: float) -> str:
+    r"""Return captions of a motion as HumanML3D has them: caption, words with classes, start, end.
 
-    >>> text_lines([Caption("A man walks#", 1.0, 3.5)])
+    0.0 and 0.0 mean the whole motion; a part that rounds to them is left out.
+
+    >>> text_lines([Caption("A man walks#", 1.0, 3.5)], 8.0)
     'A man walks#a/DET man/OTHER walk/OTHER#1.0#3.5\n'
     """
     lines = []
@@ -141,9 +143,11 @@ def text_lines(captions: Sequence[Caption]) -> str:
         text = " ".join(caption.words.replace("#", " ").split())
         words = forms_of(text)
         tokens = " ".join(f"{lemma(w)}/{_WORD_CLASSES.get(w, 'OTHER')}" for w in words)
-        span = (caption.start or 0.0, caption.end or 0.0)
-        if text and tokens:
-            lines.append(f"{text}#{tokens}#{span[0]:.1f}#{span[1]:.1f}\n")
+        is_whole = caption.start is None and caption.end is None
+        end = 0.0 if is_whole else seconds if caption.end is None else caption.end
+        span = f"{caption.start or 0.0:.1f}#{end:.1f}"
+        if text and tokens and (is_whole or span != "0.0#0.0"):
+            lines.append(f"{text}#{tokens}#{span}\n")
     return "".join(lines)
 
 

@@ -124,7 +124,7 @@ def without_pairs(grammar: Grammar, no: Collection[Pair]) -> Grammar:
         Rule(names[key], tuple(names.get(part, part[0]) for part in right), share / chances[key])
         for key in _from_starts(starts, parts)
         for right, share in parts.shares(key, chances)
-        if share > 0.0
+        if share > 0.0 and chances[key] > 0.0
     ]
     if len(starts) == 1:
         return Grammar(names[starts[0]], tuple(rules), grammar.terminals)
@@ -163,10 +163,7 @@ class _Division:
                     of_part[number, right] = rule.probability
                     new = True
         if sum(map(len, self.rules.values())) > MOST_RULES:
-            raise GrammarError(
-                f"answers: expected at most {MOST_RULES} rules that keep to them, found more."
-                " Answer less with no."
-            )
+            raise _too_many()
         return new
 
     def _ways(
@@ -194,7 +191,7 @@ class _Division:
                         longer[*parts, (symbol, ends)] = (before[0], ends[1])
             ways = longer
             if len(ways) > MOST_RULES:
-                break
+                raise _too_many()
         for parts, ends in ways.items():
             if len(parts) == len(right):
                 yield ends, parts
@@ -202,8 +199,11 @@ class _Division:
     def chances(self) -> dict[_Key, float]:
         """The chance of each part: that its symbol derives a string with its ends."""
         chances = dict.fromkeys(self.rules, 0.0)
-        for _ in range(_ROUNDS):
-            chances = {key: sum(s for _, s in self.shares(key, chances)) for key in self.rules}
+        for _ in range(_ROUNDS + len(self.rules)):  # at least as often as rules lie one in another
+            before = chances
+            chances = {key: sum(s for _, s in self.shares(key, before)) for key in self.rules}
+            if all(abs(chances[key] - before[key]) <= 1e-15 for key in chances):
+                break
         return chances
 
     def shares(
@@ -230,6 +230,13 @@ class _Division:
             taken.add(name)
             names[key] = name
         return names
+
+
+def _too_many() -> GrammarError:
+    return GrammarError(
+        f"answers: expected at most {MOST_RULES} rules that keep to them, found more."
+        " Answer less with no."
+    )
 
 
 def _from_starts(starts: Sequence[_Key], parts: _Division) -> list[_Key]:

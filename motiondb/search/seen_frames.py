@@ -71,7 +71,7 @@ class SeenFrames:
         """What measured words look at: array (frames, columns), see ``measured_track``."""
         return self.frames.track(self.capture)
 
-    @cached_property
+    @property
     def is_away(self) -> bool:
         """Whether its motion is kept elsewhere and cannot be read, so that it has no track."""
         try:

@@ -90,7 +90,9 @@ def test_turns_of_bones_give_their_directions_back() -> None:
 
 
 def test_lines_of_texts() -> None:
-    lines = humanml3d.text_lines([Caption("he walks#and turns\nleft"), Caption("Stop!", 2.0, 4.25)])
+    lines = humanml3d.text_lines(
+        [Caption("he walks#and turns\nleft"), Caption("Stop!", 2.0, 4.25)], 9.0
+    )
     first, second = lines.splitlines()
     assert first.split("#")[0] == "he walks and turns left"
     assert first.split("#")[1].startswith("he/PRON walk/OTHER and/CCONJ turn/OTHER")

@@ -30,6 +30,7 @@ def write_humanml3d(
     session: Session, infos: Sequence[CaptureInfo], folder: Path
 ) -> answers.DataSet:
     """Write captures in the form of HumanML3D into a new folder, with a table of what they are."""
+    check_new_folder(folder)  # before all captures are converted
     rig = own_rig("smpl")
     motions = list[tuple[str, FloatArray, str]]()
     rows, left_out = list[tuple[object, ...]](), list[str]()
@@ -43,7 +44,7 @@ def write_humanml3d(
             motion = store.load_motion(session.store, info.capture_id)
             clip = changed(onto(motion, rig, {}).clip, MotionChanges(fps=humanml3d.FPS)).clip
             numbers = humanml3d.motion_numbers(clip_positions(clip)[0])
-            text = humanml3d.text_lines(captions.get(info.capture_id, ()))
+            text = humanml3d.text_lines(captions.get(info.capture_id, ()), info.duration)
             name = f"{len(motions):06d}"
             motions.append((name, numbers, text))
             tags = (info.tags.get("performer", ""), info.tags.get("licence", ""))

@@ -38,9 +38,12 @@ class KnownAnswer:
 
 
 def questions(
-    learned: LearnedGrammar, known: Sequence[KnownAnswer], n: int
+    learned: LearnedGrammar, known: Sequence[KnownAnswer], n: int, words: Mapping[str, str]
 ) -> list[answers.GrammarQuestion]:
-    """Return the ``n`` questions whose answers say most; those that were answered are left out."""
+    """Return the ``n`` questions whose answers say most; those that were answered are left out.
+
+    `words`: What each terminal shows.
+    """
     labels = learned.terminals.labels
     same_take = np.diff(learned.terminals.takes) == 0
     repeats = bool(((np.diff(labels) == 0) & same_take).any())  # runs of poses never repeat
@@ -51,6 +54,7 @@ def questions(
         answers.GrammarQuestion(
             one.first, one.then, one.observed, round(one.gain, 3),
             _medoid(learned, one.first), _medoid(learned, one.then),
+            words.get(one.first, ""), words.get(one.then, ""),
         )
         for one in found
     ]  # fmt: skip
@@ -72,8 +76,11 @@ def _segment(learned: LearnedGrammar, name: str) -> tuple[str, int, int]:
 
 def save_answer(
     database: store.Store, learned: LearnedGrammar, pair: Sequence[str], said: str, author: str
-) -> None:
-    """Save an answer; QueryError where a terminal or the answer is none."""
+) -> bool:
+    """Save an answer; QueryError where a terminal or the answer is none.
+
+    Returns whether rules can keep to it: a pair that the sentences hold cannot be ruled out.
+    """
     for name in pair:
         if name not in learned.terminals.names:
             near = suggestion(name, learned.terminals.names)
@@ -95,6 +102,8 @@ def save_answer(
     }
     with store.running(database, ANSWER, parameters):
         pass
+    held = {two for sentence in learned.strings for two in pairwise(sentence)}
+    return said != "no" or tuple(pair) not in held
 
 
 def load_answers(database: store.Store, name: str) -> list[KnownAnswer]:
@@ -134,16 +143,21 @@ def _terminal_at(learned: LearnedGrammar, digest: str, start: int, end: int) -> 
     return terminals.names[terminals.labels[best]] if shared[best] > 0 else None
 
 
-def with_answers(
-    learned: LearnedGrammar, known: Sequence[KnownAnswer]
-) -> tuple[LearnedGrammar, Mapping[Pair, bool]]:
-    """Return a grammar whose rules keep to the answers, and the answers that they keep to.
+def kept_answers(learned: LearnedGrammar, known: Sequence[KnownAnswer]) -> dict[Pair, bool]:
+    """Return the answers that rules can keep to: whether a pair may occur.
 
     A pair that the sentences hold cannot be ruled out: such an answer is left out.
     """
     said = terminal_answers(learned, known, ("yes", "no"))
     held = {pair for sentence in learned.strings for pair in pairwise(sentence)}
-    kept = {pair: what == "yes" for pair, what in said.items() if what == "yes" or pair not in held}
+    return {pair: what == "yes" for pair, what in said.items() if what == "yes" or pair not in held}
+
+
+def with_answers(
+    learned: LearnedGrammar, known: Sequence[KnownAnswer]
+) -> tuple[LearnedGrammar, Mapping[Pair, bool]]:
+    """Return a grammar whose rules keep to the answers, and the answers that they keep to."""
+    kept = kept_answers(learned, known)
     if not kept:
         return learned, {}
     examples = spliced(learned.strings, [pair for pair, can in kept.items() if can])

@@ -417,8 +417,7 @@ def model_of(session: Session, material: Material) -> Model:
         judged = foresight_of(run_of(material))
         weight = judged.weight if judged else foresight.DEFAULT_WEIGHT
         known = grammar_asking.load_answers(material.database, learned.name)
-        said = grammar_asking.terminal_answers(learned, known, ("yes", "no"))
-        kept = {pair: what == "yes" for pair, what in said.items()}
+        kept = grammar_asking.kept_answers(learned, known)
         return foresight.make_model(learned.grammar, learned.takes, weight, kept)
 
     return session.kept(("foresight", learned.name), make)

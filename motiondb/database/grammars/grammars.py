@@ -168,14 +168,17 @@ class Grammars(Topic):
         """
         learned = self.load(name)
         known = grammar_asking.load_answers(self.store, learned.name)
-        return grammar_asking.questions(learned, known, n)
+        words = {t: m.text for t, m in zip(learned.terminals.names, self.meanings(name))}
+        return grammar_asking.questions(learned, known, n, words)
 
-    def answer(self, name: str, first: str, then: str, said: str, author: str) -> None:
+    def answer(self, name: str, first: str, then: str, said: str, author: str) -> bool:
         """Keep an answer ("yes", "no", "unknown"); the next :meth:`learn` of ``name`` keeps to it.
 
+        Returns False where rules cannot: the captures show a pair that is answered with "no".
         QueryError is raised for an unknown terminal, another answer, or an author without a name.
         """
-        grammar_asking.save_answer(self.store, self.load(name), (first, then), said, author)
+        learned = self.load(name)
+        return grammar_asking.save_answer(self.store, learned, (first, then), said, author)
 
     def draw_questions(
         self,
@@ -189,8 +192,8 @@ class Grammars(Topic):
         cards: list[pictures.TerminalCard] = []
         for number, one in enumerate(asked, start=1):
             for shown, text in (
-                (one.first_shown, f"{number}: first {one.first}"),
-                (one.then_shown, f"{number}: then {one.then}?"),
+                (one.first_shown, f"{number}: first {one.first} {one.first_words}".strip()),
+                (one.then_shown, f"{number}: then {one.then} {one.then_words}".strip() + "?"),
             ):
                 motion = material.motions.get(takes[shown.capture])
                 if motion is not None:

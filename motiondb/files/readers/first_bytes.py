@@ -11,6 +11,9 @@ _ROOT_COLUMN = re.compile(
     r"^(root|base|pelvis|torso|floating_?base)?[_ .]?(joint)?[_ .]?(pos|position|translate|trans|"
     r"quat|quaternion|rot|rotation|rotate|orientation)?[_ .]?([qt]?[xyzw])$"
 )
+_ROBOT_ARRAY = re.compile(
+    rb"(root|base)_(pos|rot|trans|quat|ori)|dof_(pos|names)|joint_(pos|names)|qpos|body_(pos|quat)"
+)
 _TIME = re.compile(r"^(time|timestamp|t|seconds)( ?\[?\(?s\)?\]?)?$")
 _FRAME = re.compile(r"^(frame|index|frame_?(id|number|index)|)$")
 
@@ -31,6 +34,11 @@ def is_points_shape(shape: tuple[int, ...]) -> bool:
     return (len(shape) == 3 and shape[2] == 3 and 11 <= shape[1] <= 1000) or (
         len(shape) == 2 and shape[1] == HUMANML3D_WIDTH
     )
+
+
+def is_robot_pickle(start: bytes) -> bool:
+    """Say whether the start of a pickle holds names of arrays of a robot's motion."""
+    return _ROBOT_ARRAY.search(start) is not None
 
 
 def is_robot_csv(start: bytes) -> bool:

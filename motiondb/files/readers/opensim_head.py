@@ -39,7 +39,7 @@ def read_head(lines: list[str]) -> tuple[dict[str, str], tuple[str, ...], int]:
         cells = cells_of(line)
         if cells and cells[0].lower() in ("time", "times", "#time"):
             return header, tuple(cells[1:]), number + 1
-        key, _, value = re.sub(r"^\s*([\w ]+?)\s*=", r"\1=", line).strip().partition("=")
+        key, _, value = (part.strip() for part in line.partition("="))
         if not value:
             key, _, value = line.strip().partition(" ")
         header.setdefault(key.lower(), value.strip().lower())

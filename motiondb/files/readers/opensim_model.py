@@ -65,6 +65,8 @@ def read_osim(data: bytes, path: object) -> BodyModel:
     bodies = model.findall("BodySet/objects/Body")
     if len(bodies) > _MOST_BODIES:
         raise CaptureError(path, f"expected at most {_MOST_BODIES} bodies, found more.")
+    if len(model.findall("JointSet/objects/*")) > _MOST_BODIES:
+        raise CaptureError(path, f"expected at most {_MOST_BODIES} joints, found more.")
     joints = [*_joints_of_bodies(bodies, path), *_joints_of_set(model, path)]
     if not joints:
         raise CaptureError(
@@ -234,7 +236,7 @@ def _function(element: Element, path: object) -> Function:
         scale = _floats(element, "scale", 1, path, (1.0,))[0]
         inner = [child for child in element if child.tag != "scale"]
         times = _function(inner[0], path) if inner else _plain
-        return lambda value: scale * times(value)
+        return _scaled(scale, times)
     x, y = (_floats(element, name, None, path) for name in "xy")
     known = element.tag in ("SimmSpline", "NaturalCubicSpline", "natCubicSpline", "GCVSpline")
     if not (known or element.tag == "PiecewiseLinearFunction"):
@@ -272,7 +274,12 @@ def _couplers(model: Element, path: object) -> Iterator[tuple[str, tuple[str, Fu
         is_off |= "false" in coupler.findtext("isEnforced", "").lower()
         if len(others) == 1 and function is not None and not is_off:
             name = coupler.findtext("dependent_coordinate_name", "").strip()
-            yield name, (others[0], _function(function, path))
+            scale = _floats(coupler, "scale_factor", 1, path, (1.0,))[0]
+            yield name, (others[0], _scaled(scale, _function(function, path)))
+
+
+def _scaled(scale: float, function: Function) -> Function:
+    return lambda value: scale * function(value)
 
 
 def _frame(element: Element, place: str, turn: str, path: object) -> Frame:

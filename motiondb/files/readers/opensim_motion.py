@@ -29,6 +29,7 @@ from motiondb.files.limits import (
     ReadOptions,
     SkeletonFile,
     check_clip_size,
+    check_duration,
     check_rate,
 )
 from motiondb.files.readers.array_files import frames_left_out
@@ -129,6 +130,7 @@ def _posed(
 ) -> tuple[BodyModel, coordinates.Frame, float, tuple[str, ...]]:
     """Return the model, its bodies over time, the rate and notes (CaptureError)."""
     model = read_osim(skeleton.data, skeleton.path)
+    _check_kind(table, path)
     check_clip_size(len(table.times), len(model.links), n_bytes, path, options.limits)
     at = {n: k for k, n in enumerate(map(_coordinate, table.names)) if n in model.coordinates}
     if not at:
@@ -174,6 +176,12 @@ def _degrees(
     )
 
 
+def _check_kind(table: MotionTable, path: object) -> None:
+    """Refuse a file whose header says that its values are others than coordinates."""
+    if other := other_kind(table.header, ()):
+        raise CaptureError(path, f"expected values of a model's coordinates, found {other}.")
+
+
 def _check_angles(table: MotionTable, path: object) -> None:
     """Refuse a file that holds no coordinates (CaptureError)."""
     other = other_kind(table.header, table.names)
@@ -203,6 +211,11 @@ def _table(data: bytes, path: object, options: ReadOptions) -> MotionTable:
         )
     if any(word in header.get("datatype", "") for word in ("quaternion", "vec3")):
         _check_angles(MotionTable(header, names, np.zeros(0), np.zeros((0, 0))), path)
+    twice = sorted({name for name in names if (*names, "time").count(name) > 1})
+    if twice:
+        raise CaptureError(
+            path, f"expected every column once, found {some_names(twice)} twice. Rename them."
+        )
     rows = _rows(lines, first, len(names) + 1, path)
     if not rows:
         raise CaptureError(path, "expected at least 1 frame, found 0. Export the motion again.")
@@ -253,7 +266,11 @@ def _even(
         rate = world.find_rate(float(step), f"{step:.5f}" if step > 0.002 else "")[0]
         return options.fps or check_rate(rate, path), values, ()
     rate = float(min(_MOST_FPS, max(1.0, np.round(1.0 / np.median(np.diff(times))))))
-    grid = times[0] + np.arange(int((times[-1] - times[0]) * rate + 1e-6) + 1) / rate
+    n_frames = int((times[-1] - times[0]) * rate + 1e-6) + 1
+    check_duration(n_frames, rate, path)
+    check_clip_size(n_frames, values.shape[1], values.nbytes, path, options.limits)
+    grid = times[0] + np.arange(n_frames) / rate
     even = np.stack([np.interp(grid, times, column) for column in values.T], axis=1)
-    told = f"Its rows are at uneven times; they are interpolated to {rate:g} a second."
+    why = "at uneven times" if missed > _UNEVEN * step else f"faster than {MAX_FPS:g} a second"
+    told = f"Its rows are {why}; they are interpolated to {rate:g} a second."
     return options.fps or rate, even, (told,)

@@ -102,6 +102,15 @@ def is_robot(names: Sequence[str]) -> bool:
     )
 
 
+def _divided(whole: FloatArray, path: object) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Divide the numbers of a frame into root, quaternion and joints."""
+    if whole.shape[1] < 8:
+        raise CaptureError(
+            path, f"expected a root and joints in qpos, found {whole.shape[1]} numbers a frame."
+        )
+    return whole[:, :3], whole[:, 3:7], whole[:, 7:]
+
+
 def from_arrays(arrays: Arrays, path: object) -> RobotFile:
     """Return what arrays by name say of a motion of a robot (CaptureError)."""
 
@@ -121,13 +130,11 @@ def from_arrays(arrays: Arrays, path: object) -> RobotFile:
     values, root = first(_JOINTS), first(_ROOTS, 3)
     turn_name = next((n for n in _TURNS if n in arrays), "")
     turns, order = first((turn_name,), 4), _TURNS.get(turn_name, "")
-    whole = first(_WHOLES)
-    if values is None and whole is not None:
-        if whole.shape[1] < 8:
-            raise CaptureError(
-                path, f"expected a root and joints in qpos, found {whole.shape[1]} numbers a frame."
-            )
-        root, turns, order, values = whole[:, :3], whole[:, 3:7], "wxyz", whole[:, 7:]
+    if values is None:
+        values = first(_WHOLES)
+        if values is not None and root is None and turns is None:  # else the root is not in it
+            root, turns, values = _divided(values, path)
+            order = "wxyz"
     if values is not None and names and values.shape[1] - len(names) in (7, 6):
         values = values[:, -len(names) :]
     if values is not None and names and len(names) == values.shape[1] + 1:
@@ -366,7 +373,13 @@ def _by_names(
             f"{f' and {len(unknown) - 5} more' if len(unknown) > 5 else ''}."
             f"{suggestion(unknown[0], robot.joint_names)} Give the model of this robot.",
         )
-    values[:, found] = said.values
+    twice = [robot.joints[n].name for n in sorted({*found}) if found.count(n) > 1]
+    if twice:
+        raise CaptureError(
+            path, f"expected one column a joint, found several of {', '.join(twice[:5])}. Keep one."
+        )
+    degrees = np.array([name.lower().endswith("deg") for name in said.names])
+    values[:, found] = np.where(degrees, np.deg2rad(said.values), said.values)
     left = [robot.joints[n].name for n in robot.free if n not in found]
     more = f" and {len(left) - 5} more" if len(left) > 5 else ""
     note = f"The file has no values for {', '.join(left[:5])}{more}; they are 0."

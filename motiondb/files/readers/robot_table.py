@@ -9,6 +9,8 @@ https://github.com/NVIDIA/soma-retargeter (robot CSV).
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from motiondb.body import rotation
@@ -88,7 +90,11 @@ def _named_columns(table: FloatArray, names: tuple[str, ...], path: object) -> R
     root = {axis: n for n, (kind, axis) in enumerate(kinds) if kind == "root"}
     turn = {axis: n for n, (kind, axis) in enumerate(kinds) if kind == "turn"}
     joints = [n for n, (kind, _) in enumerate(kinds) if kind == "joint"]
-    is_euler = {*turn} == {*"xyz"}
+    placed = [f"{kind} {axis}" for kind, axis in kinds if kind in ("root", "turn")]
+    if twice := sorted({one for one in placed if placed.count(one) > 1}):
+        raise CaptureError(path, f"expected one column each, found several for {', '.join(twice)}.")
+    is_quaternion = any(re.search("q[xyz]$|quat", names[n].lower()) for n in turn.values())
+    is_euler = {*turn} == {*"xyz"} and not is_quaternion
     if {*root} != {*"xyz"} or ({*turn} != {*"wxyz"} and not is_euler):
         raise CaptureError(
             path,

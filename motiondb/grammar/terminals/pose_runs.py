@@ -75,6 +75,7 @@ def find_clusters(
 ) -> Clusters:
     """Cluster the poses of takes, arrays (frames, dimensions), for runs of a mean length."""
     from sklearn.cluster import KMeans
+    from threadpoolctl import threadpool_limits
 
     poses = np.concatenate(list(takes))[::2]  # neighbours are alike: 15 frames a second suffice
     if len(np.unique(poses, axis=0)) < number:
@@ -82,7 +83,9 @@ def find_clusters(
             f"terminals: expected takes with at least {number} different poses, found fewer."
             " Ask for fewer terminals, or add captures."
         )
-    centres = KMeans(number, n_init=_STARTS, random_state=seed).fit(poses).cluster_centers_
+    means = KMeans(number, n_init=_STARTS, random_state=seed)
+    with threadpool_limits(1):  # sums of several threads differ in their last bits
+        centres = means.fit(poses).cluster_centers_
     costs = [_costs(values, centres) for values in takes]
     wanted = sum(map(len, takes)) / MOTION_FPS / seconds
     low, high = 1e-4, 1e4
@@ -168,7 +171,10 @@ def find_pose_runs(
     """Find the pose runs of takes that foresee best; None where too few say which these are."""
     poses = make_poses(takes)
     values = [poses.values[low:high] for low, high in pairwise(poses.bounds.tolist())]
-    clusters, tried = choose_clusters(values, rng, progress=progress)
+    try:
+        clusters, tried = choose_clusters(values, rng, progress=progress)
+    except GrammarError:  # too few different poses, as of somebody who stands still
+        return None
     if max(one.windows for one in tried) < FEWEST_WINDOWS:
         return None
     return runs_as_terminals(poses, clusters)
