@@ -98,6 +98,8 @@ def test_lines_of_texts() -> None:
     assert first.split("#")[1].startswith("he/PRON walk/OTHER and/CCONJ turn/OTHER")
     assert first.split("#")[2:] == ["0.0", "0.0"]
     assert second == "Stop!#stop/OTHER#2.0#4.2"
+    parts = [Caption("walk", 5.0), Caption("jump", 0.0, 0.04)]
+    assert humanml3d.text_lines(parts, 9.0) == "walk#walk/OTHER#5.0#9.0\n"
 
 
 def test_a_folder_that_others_read(tmp_path: Path) -> None:

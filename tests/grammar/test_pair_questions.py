@@ -35,6 +35,17 @@ def test_no_that_leaves_nothing_is_refused() -> None:
         without_pairs(read_grammar("S -> a b"), [("a", "b")])
 
 
+def test_rules_that_become_too_many_are_refused_and_deep_ones_are_not() -> None:
+    many = read_grammar(f"S -> {'A ' * 12}[0.9] | e [0.1]\nA -> a | b | c | d")
+    with pytest.raises(GrammarError, match="expected at most 2000 rules"):
+        without_pairs(many, [("a", "b"), ("c", "d")])
+    chain = "\n".join(f"N{k} -> a N{k + 1}" for k in range(250))
+    deep = read_grammar(f"S -> x | N0\n{chain}\nN250 -> b")
+    assert log_probability(without_pairs(deep, [("b", "a")]), ["a"] * 250 + ["b"]) == (
+        pytest.approx(np.log(0.5))
+    )
+
+
 def test_yes_is_an_example_only_where_none_shows_the_pair() -> None:
     sentences = [tuple("xab"), tuple("ycd")]
     assert spliced(sentences, [("a", "b"), ("a", "d"), ("a", "z")]) == [("x", "a", "d")]

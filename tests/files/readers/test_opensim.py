@@ -9,10 +9,12 @@ import pytest
 
 import motiondb
 from motiondb.body import retarget, rotation
+from motiondb.body.coordinates import BodyModel, Coordinate, with_followers
 from motiondb.errors import CaptureError, NoBodyError
 from motiondb.files.folder import find_captures, not_read
 from motiondb.files.formats import read_capture
-from motiondb.records import Clip
+from motiondb.files.readers.opensim_head import read_head
+from motiondb.records import Clip, FloatArray
 from tests import small_osim
 
 STILL = {"time": [0.0, 1.0 / 60.0], "pelvis_ty": [0.9, 0.9]}
@@ -172,6 +174,38 @@ def test_other_tables_are_refused_with_their_reason(
     assert not isinstance(caught.value, NoBodyError)
     assert find_captures(tmp_path) == []
     assert "(OpenSim table of forces" in not_read(tmp_path)[0]
+
+
+def test_speeds_and_equal_columns_are_refused_with_a_model_too(folder: Path) -> None:
+    text = small_osim.mot(small_osim.walk())
+    with pytest.raises(CaptureError, match="found speeds of coordinates"):
+        _read(folder, text.replace("Coordinates", "Speeds", 1))
+    with pytest.raises(CaptureError, match="expected every column once, found 'pelvis_tx' twice"):
+        _read(folder, text.replace("pelvis_ty", "pelvis_tx"))
+    late = text.rstrip().splitlines()
+    late[-1] = "\t".join(["1e7", *late[-1].split("\t")[1:]])
+    with pytest.raises(CaptureError, match=r"of at most .* in memory"):
+        _read(folder, "\n".join(late))
+
+
+def test_a_header_of_blanks_is_read() -> None:
+    header, names, first = read_head(["Coordinates", " " * 30_000 + "!", "key = a b", "time\tx"])
+    assert (header["key"], names, first) == ("a b", ("x",), 4)
+
+
+def test_what_follows_a_follower_follows_its_value() -> None:
+    def twice(value: FloatArray) -> FloatArray:
+        return 2.0 * value
+
+    known = {
+        "a": Coordinate("a", True, 0.0, ("b", twice)),
+        "b": Coordinate("b", True, 0.0, ("c", twice)),
+        "c": Coordinate("c", True, 0.0),
+    }
+    values = with_followers(BodyModel("m", (), known), {"c": np.ones(1)}, 1)
+    assert {name: value.tolist() for name, value in values.items()} == {
+        "a": [4.0], "b": [2.0], "c": [1.0],
+    }  # fmt: skip
 
 
 def test_broken_rows_are_named(folder: Path) -> None:

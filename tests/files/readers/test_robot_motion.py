@@ -70,6 +70,31 @@ def test_csv_with_a_header_is_read_by_its_names_in_any_order(folder: Path) -> No
     assert not any("frame rate" in note or "order" in note for note in clip.notes)
 
 
+@pytest.mark.parametrize(
+    ("number", "name", "message"),
+    [
+        (6, "torso_lamp", "w, x, y and z of its quaternion"),
+        (1, "torso_x", "found several for root x"),
+        (8, ROBOT.joint_names[0], "expected one column a joint, found several"),
+    ],
+)
+def test_columns_that_leave_it_open_are_refused(
+    folder: Path, number: int, name: str, message: str
+) -> None:
+    names = ["root_x", "root_y", "root_z", "root_qx", "root_qy", "root_qz", "root_qw"]
+    names += ROBOT.joint_names
+    names[number] = name
+    with pytest.raises(CaptureError, match=message):
+        read_capture(_csv(folder, TABLE, ",".join(names)))
+
+
+def test_columns_in_degrees_are_read_so_by_their_names(folder: Path) -> None:
+    names = ["root_x", "root_y", "root_z", "root_qx", "root_qy", "root_qz", "root_qw"]
+    names += [f"{name}_deg" for name in ROBOT.joint_names]
+    table = np.concatenate([TABLE[:, :7], np.rad2deg(TABLE[:, 7:])], axis=1)
+    _is_walk(read_capture(_csv(folder, table, ",".join(names))))
+
+
 def _forms(folder: Path) -> dict[str, Path]:
     depth = np.zeros(len(ROBOT.links), dtype=int)
     for link, parent in enumerate(ROBOT.parents):
