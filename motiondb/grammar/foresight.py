@@ -61,6 +61,8 @@ DEFAULT_WEIGHT = 0.5  # Weight where nothing can be held out
 LIST, EVERYTHING = 0.05, 0.9
 """A grammar that accepts at most the first share of windows is a list; one that accepts at least
 the second share of shuffles allows everything. Chosen by hand."""
+MOST_SHUFFLED = 12_000  # Terminals of all shuffles of a string: longer ones have fewer than 199
+_MOST_KEPT = 50_000  # Factors whose next terminals are kept
 _CONTINUES = 0.99  # Chance that another sentence follows in a passage; any value near 1
 
 
@@ -208,6 +210,8 @@ class Model:
     def _after(self, before: String) -> dict[str, float] | None:
         """The chances of the terminals after a factor; None after a string that is none."""
         if before not in self._nexts:
+            if len(self._nexts) >= _MOST_KEPT:
+                self._nexts.clear()
             self._nexts[before] = self._read(before)
         return self._nexts[before]
 
@@ -244,7 +248,8 @@ def order_rank(model: Model, string: Sequence[str], rng: np.random.Generator) ->
     if len(string) < FEWEST_ORDERED or len(set(string)) < 2:
         return None
     own = model.log_probability(string)
-    shuffles = [[string[n] for n in rng.permutation(len(string))] for _ in range(SHUFFLES)]
+    n_shuffles = min(SHUFFLES, max(MOST_SHUFFLED // len(string), 19))
+    shuffles = [[string[n] for n in rng.permutation(len(string))] for _ in range(n_shuffles)]
     others = np.array([model.log_probability(one) for one in shuffles])
     less, more = np.mean(others < own - 1e-9), np.mean(others > own + 1e-9)
     return float(1.0 + less - more) / 2.0
