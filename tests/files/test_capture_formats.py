@@ -68,6 +68,8 @@ def test_formats() -> None:
         "positions",
         "robot",
         "robot",
+        "opensim",
+        "opensim",
     ]
     with pytest.raises(CaptureError) as caught:
         capture_format("walk.htr")
