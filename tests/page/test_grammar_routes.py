@@ -26,7 +26,7 @@ def editor(tmp_path_factory: pytest.TempPathFactory, learned_file: Path) -> Iter
     (folder / "private").mkdir()
     application = make_application(PageSettings(copy, warm=False), folder / "private", folder)
     with TestClient(application, base_url=ADDRESS) as client:
-        body = {"captures": CAPTURES, "name": "play", "sentences": "captures"}
+        body = {"captures": CAPTURES, "name": "play", "sentences": "captures", "terminals": 8}
         job = ended(client, post(client, "/api/grammars", body))
         assert job["result"] == {
             "kind": "grammar",
