@@ -57,6 +57,7 @@ COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "grammar parse": ("grammar", "parse", GRAMMAR, "kept", "--png", "tree.png"),
         "grammar remove": ("grammar", "remove", GRAMMAR),
+        "grammar ask": ("grammar", "ask", GRAMMAR, "--answer", "a b unknown", "--author", "Ana"),
         "grammar rename": ("grammar", "rename", GRAMMAR, "b", "second"),
         "grammar show": ("grammar", "show", GRAMMAR, "--png", "grammar.png"),
         "grammar undo": ("grammar", "undo", GRAMMAR),
