@@ -256,6 +256,7 @@ def ask(
     is_terminal = sys.stdin.isatty() and sys.stdout.isatty()
     prompted = not given and not shared.json and bool(author) and is_terminal
     with shared.database(writing=bool(given) or prompted) as base:
+        n_ruled = 0  # Answers that rules can keep to
         for words in given:
             if len(words) != 3:
                 raise motiondb.QueryError(
@@ -263,7 +264,7 @@ def ask(
                     " terminals and yes, no or unknown."
                 )
             first, then, said = words
-            _keep_answer(base, name, first, then, said, author)
+            n_ruled += _keep_answer(base, name, first, then, said, author)
         asked = base.grammars.questions(name, number)
         if png and asked:
             base.grammars.draw_questions(name, asked, png)
@@ -283,12 +284,13 @@ def ask(
             if prompted:
                 if not (said := _prompted()):
                     break
-                _keep_answer(base, name, one.first, one.then, said, author)
+                n_ruled += _keep_answer(base, name, one.first, one.then, said, author)
                 kept += 1
     if kept:
         said = printing.number(kept, "answer")
+        which = "them" if n_ruled == kept else f"{n_ruled} of them"
         printing.say(
-            f"{said} kept: the next motiondb grammar learn ... --name {name} keeps to them"
+            f"{said} kept: the next motiondb grammar learn ... --name {name} keeps to {which}"
         )
     if not asked:
         printing.say(f"no question is left about {name}")
@@ -305,10 +307,12 @@ def _prompted() -> str:
 
 def _keep_answer(
     base: motiondb.MotionDB, name: str, first: str, then: str, said: str, author: str
-) -> None:
-    """Keep an answer, and tell where rules cannot keep to it."""
-    if not base.grammars.answer(name, first, then, said, author):
+) -> bool:
+    """Keep an answer, tell where rules cannot keep to it, and return whether they can."""
+    can = base.grammars.answer(name, first, then, said, author)
+    if not can:
         printing.note(f"the captures show {then} straight after {first}, so rules keep it")
+    return can
 
 
 STANDARD_INPUT = "-"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
@@ -116,7 +115,7 @@ def _measured(session: Session, infos: Sequence[CaptureInfo]) -> Iterator[Qualit
     if len(infos) < _FEW:
         yield from map(_assessed, stored)
         return
-    yield from in_processes(stored, os.cpu_count() or 1, _submit, _result)
+    yield from in_processes(stored, len(infos), _submit, _result)
 
 
 def _submit(pool: ProcessPool, stored: _Stored | str) -> Future[Quality | str]:

@@ -102,8 +102,7 @@ def save_answer(
     }
     with store.running(database, ANSWER, parameters):
         pass
-    held = {two for sentence in learned.strings for two in pairwise(sentence)}
-    return said != "no" or tuple(pair) not in held
+    return said != "no" or tuple(pair) not in _held(learned)
 
 
 def load_answers(database: store.Store, name: str) -> list[KnownAnswer]:
@@ -143,13 +142,17 @@ def _terminal_at(learned: LearnedGrammar, digest: str, start: int, end: int) -> 
     return terminals.names[terminals.labels[best]] if shared[best] > 0 else None
 
 
+def _held(learned: LearnedGrammar) -> set[Pair]:
+    """The pairs that the sentences hold."""
+    return {pair for sentence in learned.strings for pair in pairwise(sentence)}
+
+
 def kept_answers(learned: LearnedGrammar, known: Sequence[KnownAnswer]) -> dict[Pair, bool]:
     """Return the answers that rules can keep to: whether a pair may occur.
 
     A pair that the sentences hold cannot be ruled out: such an answer is left out.
     """
-    said = terminal_answers(learned, known, ("yes", "no"))
-    held = {pair for sentence in learned.strings for pair in pairwise(sentence)}
+    said, held = terminal_answers(learned, known, ("yes", "no")), _held(learned)
     return {pair: what == "yes" for pair, what in said.items() if what == "yes" or pair not in held}
 
 

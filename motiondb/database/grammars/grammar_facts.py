@@ -101,8 +101,7 @@ def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> answers.Gr
 
 def run_of(material: Material) -> Run:
     """The run that learned or edited a grammar."""
-    runs = {run.run_id: run for run in store.load_runs(material.database)}
-    return runs[material.learned.run_id]
+    return store.load_run(material.database, material.learned.run_id)
 
 
 CANNOT_SAY = (

@@ -130,7 +130,6 @@ def _posed(
 ) -> tuple[BodyModel, coordinates.Frame, float, tuple[str, ...]]:
     """Return the model, its bodies over time, the rate and notes (CaptureError)."""
     model = read_osim(skeleton.data, skeleton.path)
-    _check_kind(table, path)
     check_clip_size(len(table.times), len(model.links), n_bytes, path, options.limits)
     at = {n: k for k, n in enumerate(map(_coordinate, table.names)) if n in model.coordinates}
     if not at:
@@ -176,9 +175,9 @@ def _degrees(
     )
 
 
-def _check_kind(table: MotionTable, path: object) -> None:
+def _check_kind(header: Mapping[str, str], path: object) -> None:
     """Refuse a file whose header says that its values are others than coordinates."""
-    if other := other_kind(table.header, ()):
+    if other := other_kind(header, ()):
         raise CaptureError(path, f"expected values of a model's coordinates, found {other}.")
 
 
@@ -209,8 +208,7 @@ def _table(data: bytes, path: object, options: ReadOptions) -> MotionTable:
         raise CaptureError(
             path, "expected a line of names that begins with time, found none. Export it again."
         )
-    if any(word in header.get("datatype", "") for word in ("quaternion", "vec3")):
-        _check_angles(MotionTable(header, names, np.zeros(0), np.zeros((0, 0))), path)
+    _check_kind(header, path)
     twice = sorted({name for name in names if (*names, "time").count(name) > 1})
     if twice:
         raise CaptureError(
