@@ -182,8 +182,8 @@ class Learned(LearnedModel):
     def kept(self, name: str, capture: int, make: Callable[[], Value]) -> Value:
         """A value of a capture that is computed once while it is one of the last asked for."""
         kept = self._kept.setdefault(name, {})
-        value = kept.pop(capture) if capture in kept else make()
-        kept[capture] = value
+        value = kept.pop(capture, None)  # at once: other threads ask, too
+        kept[capture] = value = make() if value is None else value
         for old in list(kept)[:-MOST_KEPT]:
             kept.pop(old, None)
         return cast(Value, value)
