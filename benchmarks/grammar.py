@@ -25,7 +25,7 @@ from grammar_tasks.foresight_table import ACTIVITIES, foresight_rows
 from grammar_tasks.long_takes import PERFORMERS
 from grammar_tasks.pictures import pictures
 from grammar_tasks.real_takes import STYLES, real
-from grammar_tasks.recursive import SIZES, development_rows, recursive_rows
+from grammar_tasks.recursive import SIZES, development_rows, error_rows, recursive_rows
 from grammar_tasks.recursive_languages import DEVELOPMENT, LANGUAGES
 from grammar_tasks.speed_table import speed
 from grammar_tasks.tables import sections, write_sections
@@ -34,11 +34,12 @@ from grammar_tasks.truth import PARTS, truth
 NOTES = Path(__file__).with_name("grammar_tasks") / "notes.md"
 TASKS = (
     "speed", "truth", "recursive", "development", "curve", "completion", "real", "pictures",
-    "foresight",
+    "foresight", "errors",
 )  # fmt: skip
-WITHOUT_DATA = ("truth", "recursive", "development", "curve", "completion")
+WITHOUT_DATA = ("truth", "recursive", "development", "curve", "completion", "errors")
 RECURSIVE = "Known truth: languages that repeat and nest"
 DEVELOPED = "Known truth: languages of development"
+ERRORS = "Known truth: wrong sentences"
 CURVE = "Known truth: held-out sentences by number of sentences"
 FORESIGHT = "Real takes: foresight and freedom"
 COMPLETION = "Completion of patterns"
@@ -95,6 +96,8 @@ def _made_up(chosen: argparse.Namespace, known: dict[str, str]) -> Jobs:
         names = [name for name in DEVELOPMENT if name in (chosen.language or DEVELOPMENT)]
         command = "python benchmarks/grammar.py --task development"
         jobs[DEVELOPED] = command, partial(development_rows, names, known.get(DEVELOPED, ""))
+    if "errors" in chosen.task:
+        jobs[ERRORS] = "python benchmarks/grammar.py --task errors", error_rows
     if "completion" in chosen.task:
         jobs[COMPLETION] = "python benchmarks/grammar.py --task completion", completion_rows
     return jobs
@@ -127,7 +130,7 @@ def _write(page: Path, title: str, body: str) -> None:
     """Write a section at once, so that a run that is stopped keeps what it has."""
     notes = sections(NOTES.read_text(encoding="utf-8"))
     known = [f"Known truth: {part}" for part in PARTS]
-    loops = [*(f"{RECURSIVE}, {n} sentences" for n in SIZES), DEVELOPED, CURVE]
+    loops = [*(f"{RECURSIVE}, {n} sentences" for n in SIZES), DEVELOPED, ERRORS, CURVE]
     order = [
         "Speed",
         *known,

@@ -45,6 +45,9 @@ def learn(
     longest: Annotated[
         int, options.option("Largest number of terminals of a sentence.", min=1)
     ] = 20,
+    without_errors: Annotated[
+        bool, "Leave out sentences that look like errors (grammar show names them)."
+    ] = False,
     seed: options.Seed = 0,
 ) -> None:
     """Learn a grammar from captures: segments, terminals, sentences, rules."""
@@ -55,6 +58,7 @@ def learn(
         seed=seed,
         shortest=shortest,
         longest=longest,
+        without_errors=without_errors,
     )
     with shared.database(writing=True) as base, printing.progress(shared) as tell:
         learned, lost = base.grammars.learn(captures, name, settings, tell)
@@ -66,6 +70,7 @@ def learn(
         return
     printing.say(summary(size))
     printing.say(f"foresight: {facts.foresight_says}")
+    _say_errors(facts)
     _say_list(facts)
     _say_lost(lost, "the grammar that derived {} was removed")
 
@@ -79,6 +84,16 @@ def summary(size: motiondb.GrammarSize) -> str:
         f"{number(size.sentences, 'sentence')}, {number(size.nonterminals, 'nonterminal')}, "
         f"{number(size.rules, 'rule')}, {sum(size.bits.values()):.1f} bits."
     )
+
+
+def _say_errors(facts: motiondb.GrammarAnswer) -> None:
+    """Print the sentences that look like errors, and those that were left out."""
+    for one in facts.doubtful:
+        printing.warn(f"note: {one.says}")
+    if facts.doubtful:
+        printing.say("motiondb grammar learn --without-errors leaves these out")
+    for at in facts.left_out:
+        printing.say(f"left out as an error: {at.capture} {at.start:.2f}-{at.end:.2f} s")
 
 
 def _say_list(facts: motiondb.GrammarAnswer) -> None:
@@ -167,6 +182,7 @@ def show(
     bits = {part: value for part, value in facts.bits.items() if part != "sum"}
     said = " + ".join(f"{part} {value:.1f}" for part, value in bits.items())
     printing.say(f"description: {said} = {facts.bits['sum']:.1f} bits")
+    _say_errors(facts)
     for capture in facts.captures:
         if not capture.there:
             printing.warn(

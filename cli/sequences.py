@@ -241,6 +241,7 @@ def _say_made(facts: answers.WrittenSequence) -> None:
         printing.say(
             f"{facts.sentences} sentences follow one another, each drawn by itself{edited}"
         )
+    printing.say(facts.says)
     printing.say(
         f"seams cost {facts.join_cost:.2f}; feet slip {100 * facts.foot_slip:.1f} cm/s, "
         f"in the sources {100 * facts.foot_slip_of_sources:.1f}"

@@ -225,17 +225,17 @@ SELECT DISTINCT g.name FROM grammar g JOIN terminal t USING (grammar_id) LEFT JO
 SELECT DISTINCT name FROM grammar_rule JOIN grammar USING (grammar_id)
     GROUP BY grammar_id, name, left_symbol HAVING abs(sum(probability) - 1) > 1e-6;
 
--- grammar {}: expected sentences that tile the segments, found others.
+-- grammar {}: expected sentences of segments, one after the other, found others.
 -- not quick
 SELECT name FROM grammar LEFT JOIN (
     SELECT grammar_id, min(first_segment) AS low, max(end_segment) AS high,
-        bool_and(end_segment > first_segment AND first_segment = previous) AS tiled
-    FROM (SELECT *, lag(end_segment, 1, first_segment) OVER (
+        bool_and(end_segment > first_segment AND first_segment >= previous) AS ordered
+    FROM (SELECT *, lag(end_segment, 1, 0) OVER (
         PARTITION BY grammar_id ORDER BY ordinal) AS previous FROM sentence)
     GROUP BY ALL) USING (grammar_id)
     LEFT JOIN (SELECT grammar_id, count(*) AS n FROM terminal_segment GROUP BY ALL)
     USING (grammar_id)
-    WHERE NOT coalesce(tiled, false) OR low <> 0 OR high <> n;
+    WHERE NOT coalesce(ordered, false) OR low < 0 OR high > n;
 
 -- ── Scenes ──────────────────────────────────────────────────────────────────────────────────────
 

@@ -408,8 +408,8 @@ CREATE TABLE grammar_rule (
     PRIMARY KEY (grammar_id, ordinal)
 );
 
--- The sentences the takes were cut into, each with its parse: together they tile the segments, and
--- rules and parses give back the takes' strings exactly.
+-- The sentences the takes were cut into, each with its parse: rules and parses give back the takes'
+-- strings exactly. Segments between sentences were left out as errors.
 CREATE TABLE sentence (
     grammar_id BIGINT NOT NULL,
     ordinal BIGINT NOT NULL,

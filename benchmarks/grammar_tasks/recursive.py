@@ -24,10 +24,12 @@ import numpy as np
 from grammar_tasks.recursive_languages import DEVELOPMENT, LANGUAGES
 from grammar_tasks.tables import table, table_rows
 from motiondb.grammar.cfg.context_free import Grammar, Rule, read_grammar
+from motiondb.grammar.cfg.parse import accepts
 from motiondb.grammar.derivation.derive import derive
-from motiondb.grammar.induction.induction import induce
+from motiondb.grammar.induction.induction import induce, induce_quickly
 from motiondb.grammar.languages import coverage, derived_strings, finite_state_grammar
 from motiondb.grammar.rules.description_length import description_length
+from motiondb.grammar.sentences.doubtful import find_doubtful
 
 String = tuple[str, ...]
 SIZES = (20, 50)
@@ -35,6 +37,7 @@ SIZES = (20, 50)
 LONGEST, STRINGS, MEAN = 60, 300, 40.0
 """Symbols of the longest sentence, strings drawn to compare languages, and their mean length.
 Chosen by hand; not tuned."""
+ERRORS, ERROR_SENTENCES = 0.05, 40  # Share of wrong sentences; sentences of a draw
 SEEDS, DEVELOPMENT_SEEDS = 2, 3
 """Draws of sentences for the table, and for the languages of development. Chosen by hand."""
 LOOPS, NO_LOOPS = "motiondb", "without loops"
@@ -105,6 +108,66 @@ def development_rows(names: Sequence[str], known: str) -> str:
         heads += [f"draw {seed}: precision / recall / unseen", "bits / true rules"]
     ordered = [rows[name] for name in DEVELOPMENT if name in rows]
     return f"{table(heads, ordered)}\n\n{SIZES[0]} sentences."
+
+
+def error_rows() -> str:
+    """The section of wrong sentences: how many are found, and what leaving them out gains."""
+    rows = []
+    for kind, languages in (("table", LANGUAGES), ("development", DEVELOPMENT)):
+        for share in (0.0, ERRORS):
+            counts, figures = np.zeros(3, dtype=int), []
+            for text in languages.values():
+                truth = read_grammar(text)
+                for seed in (1, 2):
+                    sample = _drawn(truth, ERROR_SENTENCES, seed)
+                    wrong = _make_errors(truth, sample, share, np.random.default_rng(seed))
+                    learned = induce_quickly(sample)
+                    named = {one.sentence for one in find_doubtful(learned, sample)}
+                    counts += len(wrong), len(wrong & named), len(named - wrong)
+                    rest = [s for n, s in enumerate(sample) if n not in named]
+                    again = induce_quickly(rest) if named else learned
+                    figures.append((*_shares(learned, truth), *_shares(again, truth)))
+            means = np.mean(figures, axis=0)
+            cells = [str(n) for n in (2 * ERROR_SENTENCES * len(languages), *counts)]
+            rows.append([kind, *cells, *(f"{mean:.3f}" for mean in means)])
+            print("  " + " | ".join(rows[-1]), flush=True)
+    heads = ["languages", "sentences", "wrong", "found", "named, but right", "precision", "recall",
+             "precision without", "recall without"]  # fmt: skip
+    said = (
+        f"{ERROR_SENTENCES} sentences of each language, two draws; a wrong one has a terminal"
+        " exchanged, left out or added, and the language does not hold it."
+    )
+    return f"{table(heads, rows)}\n\n{said}"
+
+
+def _make_errors(
+    truth: Grammar, sample: list[String], share: float, rng: np.random.Generator
+) -> set[int]:
+    """Make some sentences wrong, in place; return their numbers."""
+    wrong = set()
+    for n in rng.permutation(len(sample))[: round(share * len(sample))].tolist():
+        for _ in range(50):
+            string, place = list(sample[n]), int(rng.integers(len(sample[n])))
+            other = truth.terminals[int(rng.integers(len(truth.terminals)))]
+            cuts: list[tuple[int, int, list[str]]] = [
+                (place, place + 1, [other]),
+                (place, place + 1, []),
+                (place, place, [other]),
+            ]
+            first, end, new = cuts[int(rng.integers(3))]
+            string[first:end] = new
+            if string and not accepts(truth, string):
+                sample[n] = tuple(string)
+                wrong.add(n)
+                break
+    return wrong
+
+
+def _shares(learned: Grammar, truth: Grammar) -> tuple[float, float]:
+    """Precision and recall."""
+    strings = derived_strings(learned, np.random.default_rng(1), STRINGS, most=MEAN)
+    true = derived_strings(truth, np.random.default_rng(2), STRINGS, most=MEAN)
+    return coverage(truth, strings), coverage(learned, true)
 
 
 def _figures(

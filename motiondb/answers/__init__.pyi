@@ -202,6 +202,9 @@ from .grammars import (
     CompletionsAnswer as CompletionsAnswer,
 )
 from .grammars import (
+    DoubtfulSentence as DoubtfulSentence,
+)
+from .grammars import (
     Foresight as Foresight,
 )
 from .grammars import (

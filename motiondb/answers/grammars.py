@@ -78,6 +78,16 @@ class TerminalRow:
     medoid: Medoid
 
 
+@dataclass(frozen=True)
+class DoubtfulSentence:
+    """A sentence that looks like an error, with what one change would make of it."""
+
+    shown: Medoid  # Where it is
+    string: tuple[str, ...]
+    instead: tuple[str, ...]  # What the other sentences would have
+    says: str
+
+
 @dataclass(frozen=True, repr=False)
 class GrammarAnswer(Tabled):
     """Everything about a grammar."""
@@ -96,6 +106,8 @@ class GrammarAnswer(Tabled):
     nonterminals: int
     rules: int
     derives_new: bool  # Whether it derives new sentences
+    doubtful: tuple[DoubtfulSentence, ...]  # Sentences that look like errors
+    left_out: tuple[Medoid, ...]  # What was left out as errors
     foresight: Foresight | None  # On held-out takes; None where it cannot be said
     foresight_says: str  # The same as a sentence, or why it cannot be said
     bits: dict[str, float]
@@ -243,6 +255,10 @@ class SequenceAnswer:
     string: tuple[str, ...]
     tree: str
     sentences: int
+    new_sentences: int  # How many of them no take has
+    changes: int  # From one place of the takes to another; 0: a replay
+    longest_stretch: float  # Seconds that come from one take without a change
+    says: str  # The same as a sentence
     seconds: float
     join_cost: float
     foot_slip: float

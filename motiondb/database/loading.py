@@ -347,8 +347,8 @@ class LearnedGrammar:
     grammar: Grammar
     """The rules, with their probabilities."""
     sentences: IntArray
-    """Segments [first, end) of each sentence. The sentences tile the segments, and no sentence
-    spans two takes."""
+    """Segments [first, end) of each sentence. The sentences follow one another, and no sentence
+    spans two takes. Segments between them were left out as errors."""
     parses: tuple[tuple[int, ...], ...]
     """For each sentence the numbers of the rules of its tree, in preorder (``derive_by``)."""
     bits: Mapping[str, float] = field(default_factory=dict)

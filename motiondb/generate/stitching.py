@@ -63,16 +63,20 @@ class Candidates:
 
 
 def choose(
-    candidates: Sequence[Candidates], join_weight: float = 1.0, most_join: float = math.inf
+    candidates: Sequence[Candidates],
+    join_weight: float = 1.0,
+    most_join: float = math.inf,
+    continuing: float = 0.0,
 ) -> list[int]:
     """One candidate for each position, with least sum of target and join costs (ties: first).
 
-    Join costs j count as j / (1 + j / `most_join`).
+    Join costs j count as j / (1 + j / `most_join`), a segment and its true successor `continuing`.
     """
     total = candidates[0].targets
     back: list[IntArray] = []
     for before, after in pairwise(candidates):
         joins = join_costs(before, after)
+        joins[joins == 0.0] = continuing
         costs = total[:, None] + join_weight * joins / (1.0 + joins / most_join)
         best = np.argmin(costs, axis=0)
         back.append(best)

@@ -61,8 +61,8 @@ class StoredGrammar:
     objective: float  # F of the terminals, NaN where these are motion symbols
     start: str  # The start symbol
     rules: tuple[tuple[str, tuple[str, ...], float], ...]  # Left side, right side, probability
-    # (sentences, 2): segments [first, end) of each sentence. The sentences tile the segments, and
-    # no sentence spans two takes
+    # (sentences, 2): segments [first, end) of each sentence, one after the other; no sentence spans
+    # two takes
     sentences: IntArray
     parses: tuple[tuple[int, ...], ...]  # For each sentence the rules of its tree, in preorder
     bits: Mapping[str, float] = field(default_factory=dict)  # Part of the description -> its length

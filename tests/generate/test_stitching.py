@@ -31,12 +31,15 @@ def random_candidates(rng: np.random.Generator) -> Candidates:
     )
 
 
-def cost_of(candidates: list[Candidates], path: tuple[int, ...], weight: float) -> float:
+def cost_of(
+    candidates: list[Candidates], path: tuple[int, ...], weight: float, continuing: float
+) -> float:
     """Target and join costs of a path, written out."""
     total = sum(float(c.targets[i]) for c, i in zip(candidates, path))
     for k in range(1, len(path)):
         a, b, i, j = candidates[k - 1], candidates[k], path[k - 1], path[k]
         if a.captures[i] == b.captures[j] and a.ends[i] == b.starts[j]:
+            total += weight * continuing
             continue
         total += weight * (float(np.sum((a.continuations[i] - b.entries[j]) ** 2)) + 1e-3)
         if a.captures[i] == b.captures[j] and set(range(a.starts[i], a.ends[i])) & set(
@@ -47,14 +50,16 @@ def cost_of(candidates: list[Candidates], path: tuple[int, ...], weight: float) 
 
 
 @settings(deadline=None, max_examples=40)
-@given(st.integers(0, 10**6), st.integers(1, 4), st.floats(0, 2))
-def test_the_choice_equals_enumeration(seed: int, length: int, weight: float) -> None:
+@given(st.integers(0, 10**6), st.integers(1, 4), st.floats(0, 2), st.sampled_from([0.0, 0.7]))
+def test_the_choice_equals_enumeration(
+    seed: int, length: int, weight: float, continuing: float
+) -> None:
     rng = np.random.default_rng(seed)
     candidates = [random_candidates(rng) for _ in range(length)]
-    chosen = stitching.choose(candidates, weight)
+    chosen = stitching.choose(candidates, weight, continuing=continuing)
     every = product(*(range(len(c.targets)) for c in candidates))
-    best = min(cost_of(candidates, path, weight) for path in every)
-    assert cost_of(candidates, tuple(chosen), weight) == pytest.approx(best)
+    best = min(cost_of(candidates, path, weight, continuing) for path in every)
+    assert cost_of(candidates, tuple(chosen), weight, continuing) == pytest.approx(best)
 
 
 def sources(n_captures: int = 3, n_frames: int = 60) -> Sources:

@@ -151,8 +151,8 @@ def test_a_failing_save_keeps_the_grammar_before(filled: store.Store, samples: M
             "found others.",
         ),
         (
-            "UPDATE sentence SET end_segment = 5 WHERE ordinal = 1",
-            "grammar dance: expected sentences that tile the segments, found others.",
+            "UPDATE sentence SET first_segment = 0 WHERE ordinal = 1",
+            "grammar dance: expected sentences of segments, one after the other, found others.",
         ),
         (
             "UPDATE terminal SET run_id = 1",

@@ -44,6 +44,7 @@ from motiondb.grammar.languages import (
     held_out_coverage,
 )
 from motiondb.grammar.rules.description_length import description_length
+from motiondb.grammar.sentences.doubtful import find_doubtful
 from motiondb.grammar.terminals.labelling import Reader, Transcription, make_reader, read_string
 from motiondb.records import MOTION_FPS, FloatArray, Motion, Run
 from motiondb.tabled import Tabled
@@ -91,11 +92,59 @@ def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> answers.Gr
         nonterminals=len(grammar.nonterminals),
         rules=len(grammar.rules),
         derives_new=derives_new(grammar, learned.strings),
+        doubtful=_doubtful_sentences(learned),
+        left_out=_left_out(learned),
         foresight=(judged := foresight_of(run)),
         foresight_says=judged.says if judged else CANNOT_SAY,
         bits={**learned.bits, "sum": sum(learned.bits.values())},
         text=context_free.format_grammar(grammar),
         text_with_loops=format_loops(grammar),
+    )
+
+
+def _doubtful_sentences(learned: LearnedGrammar) -> tuple[answers.DoubtfulSentence, ...]:
+    """The sentences that look like errors."""
+    rows = []
+    for one in find_doubtful(learned.grammar, learned.strings):
+        first, end = learned.sentences[one.sentence].tolist()
+        string = learned.string(first, end)
+        if one.found and one.expected:
+            fault = f"symbol {one.position}, {one.found}, where {one.expected} is expected"
+        elif one.found:
+            fault = f"symbol {one.position}, {one.found}, where none is expected"
+        else:
+            fault = f"no {one.expected} before symbol {one.position}"
+        at = _interval(learned, first, end)
+        says = (
+            f"sentence {one.sentence + 1} ({at.capture} {at.start:.2f}-{at.end:.2f} s) looks like"
+            f" an error: {' '.join(string)}: {fault}"
+        )
+        rows.append(answers.DoubtfulSentence(at, string, one.instead, says))
+    return tuple(rows)
+
+
+def _left_out(learned: LearnedGrammar) -> tuple[answers.Medoid, ...]:
+    """The segments that belong to no sentence."""
+    takes = learned.terminals.takes.tolist()
+    held = {n for first, end in learned.sentences.tolist() for n in range(first, end)}
+    stretches: list[list[int]] = []
+    for n, take in enumerate(takes):
+        if n in held:
+            continue
+        if stretches and stretches[-1][-1] == n - 1 and takes[n - 1] == take:
+            stretches[-1].append(n)
+        else:
+            stretches.append([n])
+    return tuple(_interval(learned, one[0], one[-1] + 1) for one in stretches)
+
+
+def _interval(learned: LearnedGrammar, first: int, end: int) -> answers.Medoid:
+    """Where segments [first, end) of one take are."""
+    terminals = learned.terminals
+    return answers.Medoid(
+        learned.sources[int(terminals.takes[first])].name,
+        round(float(terminals.starts[first]) / MOTION_FPS, 3),
+        round(float(terminals.ends[end - 1]) / MOTION_FPS, 3),
     )
 
 
@@ -159,11 +208,7 @@ def terminal_rows(
                 round(length, 3),
                 tuple(answers.DescribedWord(w, p) for w, p in meaning.words),
                 tuple(answers.TerminalSymbol(s, p) for s, p in meaning.symbols),
-                answers.Medoid(
-                    learned.sources[int(terminals.takes[medoid])].name,
-                    round(float(terminals.starts[medoid]) / MOTION_FPS, 3),
-                    round(float(terminals.ends[medoid]) / MOTION_FPS, 3),
-                ),
+                _interval(learned, medoid, medoid + 1),
             )
         )
     return tuple(rows)
@@ -264,6 +309,25 @@ def strip(material: Material, sequence: GrammarSequence) -> tuple[StripTerminal,
         )
         for name, nonterminal, (start, end), clip in rows
     )
+
+
+def say_new(new: int, sentences: int, stretches: Sequence[int]) -> str:
+    """Say how many sentences of a sequence are new, and how much of a take it replays.
+
+    >>> say_new(1, 1, (60, 96, 30))
+    'new sentence; 2 changes of source, at most 3.20 s of a take in a row'
+    >>> say_new(0, 1, (60,))
+    'a sentence of the takes; a replay: all of it is one stretch of a take'
+    """
+    if sentences == 1:
+        novelty = "new sentence" if new else "a sentence of the takes"
+    else:
+        novelty = f"{new} of {sentences} sentences are new"
+    if len(stretches) == 1:
+        return f"{novelty}; a replay: all of it is one stretch of a take"
+    n, longest = len(stretches) - 1, max(stretches) / MOTION_FPS
+    changes = f"{n} change{'s' * (n > 1)} of source"
+    return f"{novelty}; {changes}, at most {longest:.2f} s of a take in a row"
 
 
 def root_path(sequence: GrammarSequence) -> FloatArray:

@@ -21,8 +21,9 @@ from motiondb.database.values import seeded
 from motiondb.errors import QueryError
 from motiondb.grammar import foresight
 from motiondb.grammar.cfg import context_free, parse
-from motiondb.grammar.induction.induction import induce_quickly
+from motiondb.grammar.induction.induction import induce_quickly, induce_with_bits
 from motiondb.grammar.sentences import partition
+from motiondb.grammar.sentences.doubtful import find_doubtful
 from motiondb.grammar.terminals.pose_runs import find_pose_runs
 from motiondb.grammar.terminals.terminals import (
     Terminals,
@@ -70,6 +71,8 @@ class GrammarSettings:
     """Fewest terminals of a sentence that is found."""
     longest: int = partition.LONGEST
     """Most terminals of a sentence that is found."""
+    without_errors: bool = False
+    """Whether sentences that look like errors are left out (``find_doubtful``)."""
     evaluations: int = partition.EVALUATIONS
     """Number of partitions into sentences that are tried; fewer for long strings."""
 
@@ -195,16 +198,22 @@ def _search(
         symbols = np.full(len(terminals.names), -1)
     found = _sentences(terminals, captions_of_takes, settings, rng, tell)
     tell("parses", 0.0, 1.0)
-    grammar, sentences = found.grammar, found.sentences
+    grammar, bits = found.grammar, found.bits
+    intervals, sentences = _intervals(found.sentences), list(found.sentences)
+    if settings.without_errors and (odd := find_doubtful(grammar, sentences)):
+        kept = sorted(set(range(len(sentences))) - {one.sentence for one in odd})
+        intervals, sentences = intervals[kept], [sentences[n] for n in kept]
+        made = induce_with_bits(sentences)
+        grammar, bits = made.grammar, made.bits
     return LearnedGrammar(
         name,
         tuple(store.GrammarSource(i.name, i.sha256, i.motion_frames) for i in infos),
         terminals,
         symbols,
         context_free.Grammar(grammar.start, grammar.rules, terminals.names),
-        _intervals(sentences),
+        intervals,
         tuple(context_free.choices_of(parse.parse(grammar, sentence)) for sentence in sentences),
-        {"sentences": found.bits.sentences, "rules": found.bits.grammar},
+        {"sentences": bits.sentences, "rules": bits.grammar},
     )
 
 

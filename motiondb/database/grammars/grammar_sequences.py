@@ -36,6 +36,8 @@ length; 1,000 terminals take some seconds with the grammars that were tried."""
 
 N_ALTERNATIVES = 4  # Default number of alternatives for a region
 
+DRAWS = 20  # Sentences that are drawn until one is new
+
 LONGEST_CHAIN = 600.0  # Longest chain of sentences, in seconds; it bounds the time and memory
 
 
@@ -110,6 +112,17 @@ def load_material(database: store.Store, name: str) -> Material:
     return Material(database, learned, store.load_source_numbers(database, learned.sources))
 
 
+def new_or_first(material: Material, drawn: Iterable[context_free.Tree]) -> context_free.Tree:
+    """Return the first derivation of a string that no take has, else the first one."""
+    known, first = frozenset(material.learned.strings), None
+    for tree in drawn:
+        if tree.leaves() not in known:
+            return tree
+        first = first or tree
+    assert first is not None
+    return first
+
+
 def play(
     material: Material,
     trees: context_free.Tree | tuple[context_free.Tree, ...],
@@ -118,7 +131,8 @@ def play(
     """Return the motion of a derivation, or of several that follow one another.
 
     The first segment is one that begins a sentence of the takes, and the last one ends one, where
-    the terminals have such segments.
+    the terminals have such segments. A motion from several places of the takes is preferred to a
+    replay of one.
 
     `pinned` maps positions in the string to the segments that play them; the others are chosen.
     """
@@ -129,6 +143,8 @@ def play(
     ends = {len(string) - 1: sentences[:, 1] - 1, 0: sentences[:, 0]}
     candidates, numbers = synthesis.clip_candidates(terminals, string, source, pinned, ends)
     choice = synthesis.choose_clips(candidates, numbers)
+    if not pinned and choice.cost == 0.0:  # a replay
+        choice = synthesis.choose_clips(candidates, numbers, synthesis.CONTINUING)
     made = synthesis.synthesise(terminals, choice.clips, source)
     captures = np.array([material.numbers[int(take)] for take in made.takes])
     provenance = store.to_provenance(

@@ -375,7 +375,7 @@ class Grammars(Topic):
         like: str | None = None,
         exact: bool = False,
     ) -> GrammarSequence:
-        """Return a new sentence as motion.
+        """Return a sentence as motion; a new one, where one of some draws is new.
 
         Parameters
         ----------
@@ -385,6 +385,9 @@ class Grammars(Topic):
         like : str, optional
             A pattern that the sentence must match, see :meth:`complete`. The sentence is drawn from
             those that match, by their probabilities in the grammar.
+
+        A sentence that no take has is preferred, where one of 20 draws is new, and a
+        motion from several places of the takes to a replay of one (:meth:`facts` says which).
 
         Raises
         ------
@@ -401,12 +404,17 @@ class Grammars(Topic):
             raise QueryError(f"length: expected at least 1 terminal, found {length}. Ask for more.")
         material = self.material(name)
         grammar = material.learned.grammar
+        rng = seeded(seed)
         if like is None:
-            return grammar_sequences.play(material, derive(grammar, seeded(seed), length=length))
-        pattern = grammar_words.pattern_of(material, self._learned(), like, exact)
-        allowed = grammar_words.playable(material)
-        drawn = sample_completion(grammar, pattern, seeded(seed), allowed=allowed)
-        return grammar_sequences.play(material, drawn)
+            drawn = (derive(grammar, rng, length=length) for _ in range(grammar_sequences.DRAWS))
+        else:
+            pattern = grammar_words.pattern_of(material, self._learned(), like, exact)
+            allowed = grammar_words.playable(material)
+            drawn = (
+                sample_completion(grammar, pattern, rng, allowed=allowed)
+                for _ in range(grammar_sequences.DRAWS)
+            )
+        return grammar_sequences.play(material, grammar_sequences.new_or_first(material, drawn))
 
     def edit(
         self,
@@ -462,16 +470,21 @@ class Grammars(Topic):
     def facts(self, sequence: GrammarSequence, seed: int = 0) -> answers.SequenceAnswer:
         """Return how a sequence was generated, for JSON.
 
-        String, tree, costs of the joins, foot slip (m/s), the time of each terminal (seconds) and
-        the sources of the frames.
+        String, tree, whether it is new or a replay, costs of the joins, foot slip (m/s), the time
+        of each terminal (seconds) and the sources of the frames.
         """
-        made = sequence.made
+        made, known = sequence.made, frozenset(self.load(sequence.grammar).strings)
+        new = sum(tree.leaves() not in known for tree in sequence.trees)
         return answers.SequenceAnswer(
             grammar=sequence.grammar,
             seed=seed,
             string=sequence.string,
             tree=" ".join(map(str, sequence.trees)),
             sentences=len(sequence.trees),
+            new_sentences=new,
+            changes=len(made.stretches) - 1,
+            longest_stretch=round(max(made.stretches) / MOTION_FPS, 3),
+            says=grammar_facts.say_new(new, len(sequence.trees), made.stretches),
             seconds=round(sequence.motion.n_frames / MOTION_FPS, 3),
             join_cost=float(sequence.choice.cost),
             foot_slip=float(made.slip),

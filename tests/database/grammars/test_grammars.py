@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 from typing import Any
@@ -13,12 +14,14 @@ from dances import QUICK, SETTINGS, TAKES
 import motiondb
 from motiondb import store
 from motiondb.database import MotionDB
-from motiondb.database.grammars import grammar_sequences
+from motiondb.database.grammars import grammar_learning, grammar_sequences
 from motiondb.database.grammars.grammar_learning import GrammarSettings
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.grammar.cfg.context_free import derive_by
 from motiondb.grammar.cfg.parse import accepts
 from motiondb.grammar.derivation.edit import region_at
+from motiondb.grammar.sentences.doubtful import Doubtful
+from motiondb.records import MOTION_FPS
 
 
 def test_a_learned_grammar_is_whole_and_gives_its_strings_back(asked_dances: MotionDB) -> None:
@@ -104,6 +107,18 @@ def test_generated_sequences_obey_the_grammar_and_know_their_frames(asked_dances
         again = asked_dances.grammars.generate("dance", seed, length=9)
         assert again.motion.local_rotations.tobytes() == made.motion.local_rotations.tobytes()
         assert again.motion.root_positions.tobytes() == made.motion.root_positions.tobytes()
+
+
+def test_what_is_generated_is_new_or_told_to_be_known(asked_dances: MotionDB) -> None:
+    for name, derives_new in (("nested", True), ("dance", False)):
+        assert asked_dances.grammars.show(name).derives_new == derives_new
+        made = asked_dances.grammars.generate(name, 0)
+        facts, stretches = asked_dances.grammars.facts(made), made.made.stretches
+        assert (made.string in asked_dances.grammars.load(name).strings) == (not derives_new)
+        assert facts.new_sentences == derives_new
+        assert sum(stretches) == made.motion.n_frames
+        assert facts.longest_stretch == round(max(stretches) / MOTION_FPS, 3)
+        assert facts.changes == len(stretches) - 1 > 0  # no replay, though known
 
 
 def test_a_kept_sequence_is_a_capture_that_can_be_edited(dances: MotionDB, tmp_path: Path) -> None:
@@ -261,3 +276,23 @@ def test_sizes_are_those_of_what_is_shown(asked_dances: MotionDB) -> None:
             assert getattr(size, key) == facts[key], key
         assert size.terminals == len(facts["terminals"])
         assert size.bits | {"sum": sum(size.bits.values())} == facts["bits"]
+
+
+def test_sentences_left_out_as_errors_are_told_and_the_grammar_stays_whole(
+    dances: MotionDB, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = dances.grammars.load("dance")
+    odd = [Doubtful(1, 0, "a", "b", ("b",))]
+    monkeypatch.setattr(grammar_learning, "find_doubtful", lambda _grammar, _sentences: odd)
+    settings = dataclasses.replace(SETTINGS, without_errors=True)
+    learned, _ = dances.grammars.learn(TAKES, "rest", settings)
+    assert learned.strings == before.strings[:1] + before.strings[2:]
+    assert dances.check() == []
+    (gap,) = dances.grammars.show("rest").left_out
+    first, end = before.sentences[1].tolist()
+    assert gap.capture == TAKES[int(before.terminals.takes[first])]
+    assert gap.start == round(before.terminals.starts[first] / MOTION_FPS, 3)
+    assert gap.end == round(before.terminals.ends[end - 1] / MOTION_FPS, 3)
+    assert dances.grammars.show("dance").left_out == ()
+    trees = [tree for take in TAKES for tree in dances.grammars.parse("rest", take).trees]
+    assert tuple(tree.leaves() for tree in trees) == learned.strings

@@ -307,6 +307,13 @@ export interface DiagramShape {
   more: string[];
 }
 
+export interface DoubtfulSentence {
+  shown: Medoid;
+  string: string[];
+  instead: string[];
+  says: string;
+}
+
 export interface DownloadBody {
   items: Part[];
   format?: "bvh" | "glb" | "fbx" | "usd" | "npz" | "csv" | "parquet" | "source";
@@ -514,6 +521,8 @@ export interface GrammarReply {
   nonterminals: number;
   rules: number;
   derives_new: boolean;
+  doubtful: DoubtfulSentence[];
+  left_out: Medoid[];
   foresight: Foresight | null;
   foresight_says: string;
   bits: Record<string, number>;
@@ -864,6 +873,10 @@ export interface PlayableAlternative {
   string: string[];
   tree: string;
   sentences: number;
+  new_sentences: number;
+  changes: number;
+  longest_stretch: number;
+  says: string;
   seconds: number;
   join_cost: number;
   foot_slip: number;
@@ -1097,6 +1110,10 @@ export interface SequenceReply {
   string: string[];
   tree: string;
   sentences: number;
+  new_sentences: number;
+  changes: number;
+  longest_stretch: number;
+  says: string;
   seconds: number;
   join_cost: number;
   foot_slip: number;

@@ -78,7 +78,7 @@ export function makeEditorBar(context: Context, actions: BarActions): EditorBar 
   };
 }
 
-/** Seams, feet and sources. */
+/** Novelty, seams, feet and sources. */
 export function madeFacts(sequence: SequenceReply): HTMLElement {
   const cost = (value: number | null): string => value?.toFixed(2) ?? "not known";
   const speed = (metres: number | null): string =>
@@ -86,6 +86,7 @@ export function madeFacts(sequence: SequenceReply): HTMLElement {
   return h(
     "div",
     {},
+    h("p", { class: "small" }, `${sequence.says[0]?.toUpperCase() ?? ""}${sequence.says.slice(1)}.`),
     h(
       "p",
       { class: "muted small" },
