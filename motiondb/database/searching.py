@@ -52,7 +52,10 @@ def answer_words(
         if by_symbols:
             from motiondb.search.by_symbols import search_decoded  # compiled code
 
-            return search_decoded(question, allowed, limit)
+            in_words = ask(learned, words, nearby_table(), written_words, exact)
+            shown = search_words(in_words, allowed, len(allowed), written, frames)
+            found = {match.capture: match for match in shown.matches}
+            return search_decoded(question, allowed, limit, found)
         answer = search_words(question, allowed, limit, written, frames)
         if answer.nothing and answer.matches and not exact:
             near = question.with_near_words(nearby_table())

@@ -1,9 +1,14 @@
-"""Search by symbols: the words are decoded to symbols, which captures are aligned with."""
+"""Search by symbols: the words are decoded to symbols, which captures are aligned with.
+
+An answer has the probability of a search by words, that its capture shows the actions; what symbols
+say of a capture was never calibrated: a symbol of *dribble* is also one of climbing. The score is
+this probability times the similarity of the symbols, which is 1 where they occur as decoded.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,8 +25,28 @@ MOST_DECODED = 50
 sequences are short."""
 
 
-def search_decoded(question: AskedQuestion, allowed: Sequence[int], limit: int) -> WordAnswer:
-    """The captures whose symbols are nearest to those that the actions of a question decode to."""
+@dataclass(frozen=True)
+class _Hit:
+    """A part of a capture that is aligned with the symbols."""
+
+    capture: int
+    start: int  # Feature frames
+    end: int
+    similarity: float
+    probability: float | None
+
+    def score(self, least: float) -> float:
+        """What orders the answers; `least` stands for a probability that is not known."""
+        return self.similarity * (least if self.probability is None else self.probability)
+
+
+def search_decoded(
+    question: AskedQuestion, allowed: Sequence[int], limit: int, shown: Mapping[str, Match]
+) -> WordAnswer:
+    """The captures whose symbols are nearest to those that the actions of a question decode to.
+
+    `shown`: Answers of a search by words, by the names of their captures.
+    """
     asked, answer = question.asked, as_understood(question)
     learned = asked.learned
     words = tuple(word for action in question.actions for word in action)
@@ -36,28 +61,35 @@ def search_decoded(question: AskedQuestion, allowed: Sequence[int], limit: int) 
     symbols = np.array(decoded.symbols)
     weights = np.full(len(symbols), 1.0 / len(symbols))
     scale = alignment.distance_scale(learned.distances)
-    answers = []
+    hits: list[_Hit] = []
     for capture in (c for c in allowed if c in learned.rows):
         rows = learned.rows[capture]
-        score, first, last = alignment.align(
+        similarity, first, last = alignment.align(
             symbols, weights, learned.segments.symbols[rows], learned.distances, scale
         )
         if last > first:
             start = int(learned.segments.starts[rows][first])
-            answers.append((score, capture, start, int(learned.segments.ends[rows][last - 1])))
-    answers.sort(key=lambda hit: (-hit[0], hit[1]))
-    occurs = any(np.isclose(hit[0], 1.0) for hit in answers)
+            end = int(learned.segments.ends[rows][last - 1])
+            in_words = shown.get(learned.captures[capture].name)
+            chance = None if in_words is None else in_words.probability
+            hits.append(_Hit(capture, start, end, float(similarity), chance))
+    known = [hit.probability for hit in hits if hit.probability is not None]
+    least = min(known, default=1.0)  # an answer of which nothing is known is no better than that
+    hits.sort(key=lambda hit: (-hit.score(least), hit.capture))
+    occurs = any(np.isclose(hit.similarity, 1.0) for hit in hits)
     note = "" if occurs else "; this sequence of symbols does not occur; these are the nearest ones"
+    text = " ".join(map(str, decoded.symbols))
     matches = tuple(
         Match(
             rank,
-            learned.captures[capture].name,
-            *to_seconds(learned, capture, start, end),
-            float(score),
-            shown_words(asked, capture, start, end, question.words),
-            f"symbols {' '.join(str(s) for s in decoded.symbols)}{note}"
-            + mark_generated(learned, capture, "; "),
+            learned.captures[hit.capture].name,
+            *to_seconds(learned, hit.capture, hit.start, hit.end),
+            hit.score(least),
+            shown_words(asked, hit.capture, hit.start, hit.end, question.words),
+            f"symbols {text}, similarity {hit.similarity:.2f}{note}"
+            + mark_generated(learned, hit.capture, "; "),
+            probability=hit.probability,
         )
-        for rank, (score, capture, start, end) in enumerate(answers[:limit], start=1)
+        for rank, hit in enumerate(hits[:limit], start=1)
     )
     return replace(answer, matches=matches, decoding=decoded)

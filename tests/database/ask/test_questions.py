@@ -60,6 +60,22 @@ def test_reasons_of_any_question_sum_to_what_ranks(asked: MotionDB, question: st
     assert answer.measured or placed == sorted(placed)  # "slowly" orders answers by their speed
 
 
+@pytest.mark.parametrize("question", ["kick", "walk, sit"])
+def test_answers_by_symbols_have_the_probability_of_their_words(
+    asked: MotionDB, question: str
+) -> None:
+    in_words = {m.capture: m.probability for m in asked.search(question, limit=200).matches}
+    matches = asked.search(question, by_symbols=True, limit=200).matches
+    assert {m.capture: m.probability for m in matches}.items() <= in_words.items()
+    known = [p for p in in_words.values() if p is not None]
+    scores = [match.score for match in matches]
+    assert scores == sorted(scores, reverse=True)
+    for match in matches:
+        similarity = float(match.reason.partition("similarity ")[2].partition(";")[0])
+        chance = min(known) if match.probability is None else match.probability
+        assert match.score == pytest.approx(similarity * chance, abs=0.006)
+
+
 def test_answers_to_an_example_fall_and_tell_the_example_itself(asked: MotionDB) -> None:
     name = asked.captures()[0].name
     answer = asked.like(name, limit=8)
