@@ -262,6 +262,12 @@ def ask(
     author: Annotated[str, "Who answers; needed with answers."] = "",
     number: Annotated[int, options.option("Most questions.", min=1, max=1000)] = 10,
     png: options.Png = None,
+    gif: Annotated[
+        Path | None,
+        options.option(
+            "Animate the questions into this file (.gif).", callback=options.animation_name
+        ),
+    ] = None,
 ) -> None:
     """Ask which terminals can follow each other; the next learning of NAME keeps to the answers.
 
@@ -282,9 +288,10 @@ def ask(
             first, then, said = words
             n_ruled += _keep_answer(base, name, first, then, said, author)
         asked = base.grammars.questions(name, number)
-        if png and asked:
-            base.grammars.draw_questions(name, asked, png)
-        picture = str(png) if png and asked else None
+        files = [file for file in (png, gif) if file and asked]
+        for file in files:
+            base.grammars.draw_questions(name, asked, file)
+        picture = str(files[0]) if files else None
         if printing.as_json(shared, answers.GrammarAsked(name, asked, len(given), picture)):
             return
         kept = len(given)
@@ -310,7 +317,7 @@ def ask(
         )
     if not asked:
         printing.say(f"no question is left about {name}")
-    printing.say_pictures(png if asked else None)
+    printing.say_pictures(*files)
 
 
 def _prompted() -> str:

@@ -1,6 +1,6 @@
 """Pictures of motions, symbols and answers: PNG, and animations as GIF."""
 
-from motiondb.pictures.animation import draw_animation
+from motiondb.pictures.animation import draw_animation, draw_animations
 from motiondb.pictures.comparison import comparison_figure
 from motiondb.pictures.coverage import Grid, coverage_figure
 from motiondb.pictures.gait import gait_figure
@@ -23,6 +23,7 @@ __all__ = [
     "comparison_figure",
     "coverage_figure",
     "draw_animation",
+    "draw_animations",
     "draw_scene_animation",
     "gait_figure",
     "ghosts_figure",

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 FINE = 2  # Frames are drawn at so many times their size and then reduced
 _MAX_SECONDS = 60.0  # a longer GIF is many megabytes. Chosen by hand.
+ACROSS = 5  # Most motions side by side
 _GRID_REACH = 6  # metres of the grid on every side of the figure
 
 
@@ -40,6 +41,33 @@ def draw_animation(motion: Motion, path: str | Path, *, height: int = 320) -> Pa
     path = style.check_gif(path)
     images = animation_images(motion, height)
     return style.save_gif(images, path)
+
+
+def draw_animations(
+    motions: Sequence[Motion], titles: Sequence[str], path: str | Path, *, height: int = 160
+) -> Path:
+    """Write motions side by side as one animated GIF, each under its title; return the path.
+
+    A motion that has ended stands still until the longest one has.
+    """
+    from PIL import Image as PilImage
+    from PIL import ImageDraw as PilDraw
+
+    path = style.check_gif(path)
+    drawn = [animation_images(motion, height) for motion in motions]
+    width = max(max(images[0].width for images in drawn), *(6 * len(t) + 12 for t in titles))
+    columns = min(len(drawn), ACROSS)
+    rows = -(-len(drawn) // columns)
+    whole = []
+    for frame in range(max(map(len, drawn))):
+        page = PilImage.new("RGB", (columns * width, rows * (height + 16)), "white")
+        for n, (images, title) in enumerate(zip(drawn, titles, strict=True)):
+            left, top = n % columns * width, n // columns * (height + 16)
+            image = images[min(frame, len(images) - 1)]
+            page.paste(image, (left + (width - image.width) // 2, top + 16))
+            PilDraw.Draw(page).text((left + 6, top + 2), title, fill=style.TRUNK)
+        whole.append(page)
+    return style.save_gif(in_one_palette(whole, whole[0], 64), path)
 
 
 def animation_images(motion: Motion, height: int = 320) -> list[Image]:

@@ -11,11 +11,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 
-from motiondb import answers, store
+from motiondb import answers, pictures, store
+from motiondb.database.grammars.grammar_sequences import Material
 from motiondb.database.loading import LearnedGrammar
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError, choices_of
@@ -23,6 +25,7 @@ from motiondb.grammar.cfg.parse import accepts, parse
 from motiondb.grammar.induction.induction import induce
 from motiondb.grammar.pair_questions import Pair, find_questions, spliced, without_pairs
 from motiondb.grammar.rules.description_length import description_length
+from motiondb.grammar.synthesis import synthesise
 from motiondb.records import MOTION_FPS
 
 ANSWER = "grammar answer"  # Kind of the run of an answer
@@ -103,6 +106,27 @@ def save_answer(
     with store.running(database, ANSWER, parameters):
         pass
     return said != "no" or tuple(pair) not in _held(learned)
+
+
+def animate(material: Material, asked: Sequence[answers.GrammarQuestion], path: str | Path) -> Path:
+    """Write a GIF in which, for each question, the second terminal comes straight after the first.
+
+    Each is played by its medoid; questions whose captures were removed are left out.
+    """
+    terminals = material.learned.terminals
+    medoids = dict(zip(terminals.names, terminals.medoids.tolist(), strict=True))
+    takes, shown = terminals.takes, list[tuple[str, tuple[int, int]]]()
+    for n, one in enumerate(asked, start=1):
+        clips = medoids[one.first], medoids[one.then]
+        if all(int(takes[clip]) in material.numbers for clip in clips):
+            shown.append((f"{n}: {one.first}, then {one.then}?", clips))
+    if not shown:
+        raise QueryError(
+            f"{material.learned.name}: expected captures of its questions, found all of them"
+            " removed. Add them again."
+        )
+    motions = [synthesise(terminals, clips, material.source).motion for _, clips in shown]
+    return pictures.draw_animations(motions, [title for title, _ in shown], path)
 
 
 def load_answers(database: store.Store, name: str) -> list[KnownAnswer]:

@@ -186,8 +186,14 @@ class Grammars(Topic):
         asked: Sequence[answers.GrammarQuestion],
         path: str | Path | None = None,
     ) -> Path | Figure:
-        """Draw the two terminals of each question as strips of figures, as PNG."""
+        """Draw the terminals of each question: strips of figures as PNG, or moving as GIF.
+
+        In a GIF the second terminal comes straight after the first. Questions of removed captures
+        are left out.
+        """
         material = self.material(name)
+        if path is not None and Path(path).suffix.lower() == ".gif":
+            return grammar_asking.animate(material, asked, path)
         takes = {source.name: take for take, source in enumerate(material.learned.sources)}
         cards: list[pictures.TerminalCard] = []
         for number, one in enumerate(asked, start=1):
