@@ -183,37 +183,32 @@ def furthest(
     if direction == IN_PLACE:
         counted = np.ones(len(speeds), bool) if shown is None else shown
         return _longest_stay(speeds, counted, fps, least)
-    return max(largest_part(way) for way in ways(speeds, direction, turn, shown, fps))
+    every = ways(speeds, direction, turn, fps)
+    return max(largest_part(way if shown is None else way * shown) for way in every)
 
 
 def ways(
-    speeds: FloatArray,
-    direction: str,
-    turn: str = "",
-    shown: NDArray[np.bool_] | None = None,
-    fps: float = FEATURE_FPS,
+    speeds: FloatArray, direction: str, turn: str = "", fps: float = FEATURE_FPS
 ) -> list[FloatArray]:
     """The way of every frame in a direction, in least amounts, for each meaning: arrays (frames,).
 
     Parameters are those of ``furthest``. A direction has several where either side counts, or
     turning and travelling do. What stays in place has no way.
     """
-    counted = np.ones(len(speeds)) if shown is None else shown
-    kept = speeds * counted[:, None]
     if direction in ("forward", "backward", "back"):
         sign = 1.0 if direction == "forward" else -1.0
-        return [sign * _along(kept, 1, fps) / fps / LEAST[direction]]
+        return [sign * _along(speeds, 1, fps) / fps / LEAST[direction]]
     if direction == "sideways":
-        aside = _along(kept, 0, fps) / fps
+        aside = _along(speeds, 0, fps) / fps
         return [sign * aside / LEAST[direction] for sign in (1.0, -1.0)]
-    turned = lasting_turns(speeds, fps) * counted
+    turned = lasting_turns(speeds, fps)
     least = SPUN if turn == "spin" else LEAST[direction]
     if direction == "around":
         return [sign * turned / least for sign in (1.0, -1.0)]
     sign = 1.0 if direction == "left" else -1.0
     if turn:
         return [sign * turned / least]
-    return [sign * turned / least, sign * _along(kept, 0, fps) / fps / LEAST["sideways"]]
+    return [sign * turned / least, sign * _along(speeds, 0, fps) / fps / LEAST["sideways"]]
 
 
 def lasting_turns(speeds: FloatArray, fps: float) -> FloatArray:

@@ -59,14 +59,12 @@ from motiondb.meaning.occurrences import (
 from motiondb.meaning.travelled import (
     STEADY,
     directions_to_measure,
-    furthest,
     longest_going,
     say_not_gone,
     share_of_full,
-    speeds_of,
     turning,
 )
-from motiondb.records import Float32Array, FloatArray
+from motiondb.records import FloatArray
 from motiondb.search.asked_words import AskedWords
 from motiondb.search.asking import (
     AskedQuestion,
@@ -351,10 +349,10 @@ def _compare_action(
     ]
     for direction in directions_to_measure(action):
         is_said = direction in believed
-        ways = _ways(seen.speeds, direction, action, place, shown[int(is_said)], seconds)
+        ways = _ways(seen, direction, action, place, shown[int(is_said)], seconds)
         if ways is not None:
             place = place if place.unknown else _moved(place, *ways)
-        elif not is_said or furthest(seen.speeds, direction, turning(action))[0] >= 1.0:
+        elif not is_said or seen.furthest(direction, turning(action), slice(None))[0] >= 1.0:
             lasting = f" {say_duration(seconds, None)}" if seconds > 0.0 else ""
             against.append(say_not_gone(direction, turning(action)) + lasting)
     return against, _unsure(place) if against else place
@@ -405,11 +403,11 @@ def _done_though_excluded(
     place: PartPlace,
 ) -> list[str]:
     """What of "walk, but not backward" or "sit, without standing up" a place clearly shows."""
-    inside, done = seen.features[_inside(place)], list[str]()
+    done = list[str]()
     end = math.inf if exclusion.later else place.end
     for action, excluded in product(actions or ((),), exclusion.actions):
         if MODIFIERS.issuperset(excluded) and not place.unknown:
-            done += _goes_though_excluded(inside, action, excluded)
+            done += _goes_though_excluded(seen, _inside(place), action, excluded)
     event = excluded_event(exclusion)
     is_event = event == "move" or bool(event and actions)
     is_direction = bool(exclusion.actions) and MODIFIERS.issuperset(exclusion.actions[0])
@@ -424,20 +422,21 @@ def _done_though_excluded(
 
 
 def _goes_though_excluded(
-    frames: Float32Array, action: Sequence[str], excluded: Sequence[str]
+    seen: SeenFrames, inside: slice, action: Sequence[str], excluded: Sequence[str]
 ) -> list[str]:
-    """The directions and sides of an action that frames (frames, 130) show though excluded."""
+    """The directions and sides of an action that feature frames show though excluded."""
     words, turn = excluded_words(action, excluded), turning(action)
     gone = [
         f"{'stays' if direction == IN_PLACE else f'{turn}s' if turn else 'goes'} "
         f"{as_said(direction)}, which is excluded"
         for direction in directions_to_measure(words)
-        if share_of_full(furthest(speeds_of(frames), direction, turn)[0], direction, turn) >= 1.0
+        if share_of_full(seen.furthest(direction, turn, inside)[0], direction, turn) >= 1.0
     ]
     moved = [
         f"moves the {side} {limb}, which is excluded"
         for side, limb in limbs_to_measure(words)
-        if side in ("left", "right") and _moves_side(limb_speeds(frames, limb, words), side)
+        if side in ("left", "right")
+        and _moves_side(limb_speeds(seen.features[inside], limb, words), side)
     ]
     return gone + moved
 
@@ -460,7 +459,7 @@ def _is_otherwise(
 
 
 def _ways(
-    speeds: FloatArray,
+    seen: SeenFrames,
     direction: str,
     action: Sequence[str],
     place: PartPlace,
@@ -472,10 +471,10 @@ def _ways(
     They are those of the place, if the place does. Others must last `seconds`.
     """
     turn, inside = turning(action), _inside(place)
-    looked_at = speeds[_looked_at(inside, direction, len(speeds))]
-    if furthest(looked_at, direction, turn, least=1.0)[0] >= 1.0:
+    looked_at = _looked_at(inside, direction, len(shown))
+    if seen.furthest(direction, turn, looked_at, least=1.0)[0] >= 1.0:
         return inside.start, inside.stop
-    amount, first, behind = furthest(speeds, direction, turn, shown, least=1.0)
+    amount, first, behind = seen.furthest(direction, turn, shown, least=1.0)
     return (first, behind) if amount >= 1.0 and behind - first >= seconds * FEATURE_FPS else None
 
 

@@ -7,11 +7,15 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from threading import Lock
 
+import numpy as np
+from numpy.typing import NDArray
+
 from motiondb.errors import StoreError
+from motiondb.language.vocabulary import IN_PLACE
 from motiondb.learn.learned import Learned
 from motiondb.meaning.edge_map import frame_cues
 from motiondb.meaning.occurrences import find_occurrences
-from motiondb.meaning.travelled import speeds_of
+from motiondb.meaning.travelled import furthest, largest_part, speeds_of, ways
 from motiondb.records import Float32Array, FloatArray
 
 MOST_FRAMES = 200_000
@@ -55,6 +59,7 @@ class SeenFrames:
     frames: Frames
     _evidence: dict[tuple[int, ...], FloatArray] = field(default_factory=dict, repr=False)
     _events: dict[str, list[tuple[int, int]]] = field(default_factory=dict, repr=False)
+    _ways: dict[tuple[str, str], list[FloatArray]] = field(default_factory=dict, repr=False)
 
     @cached_property
     def features(self) -> Float32Array:
@@ -65,6 +70,24 @@ class SeenFrames:
     def speeds(self) -> FloatArray:
         """Speeds over the ground and of turning: array (frames, 3), see ``speeds_of``."""
         return speeds_of(self.features)
+
+    def furthest(
+        self, direction: str, turn: str, part: slice | NDArray[np.bool_], least: float = 0.0
+    ) -> tuple[float, int, int]:
+        """How far some frames go in a direction, and the part that does: see ``furthest``.
+
+        `part`: The frames that are looked at, or which frames (frames,) count. Where steps are
+        averaged, those around the part count too.
+        """
+        inside = isinstance(part, slice)
+        if direction == IN_PLACE:
+            if inside:
+                return furthest(self.speeds[part], direction, turn, least=least)
+            return furthest(self.speeds, direction, turn, part, least=least)
+        key = direction, turn
+        if key not in self._ways:
+            self._ways[key] = ways(self.speeds, *key)
+        return max(largest_part(way[part] if inside else way * part) for way in self._ways[key])
 
     @cached_property
     def track(self) -> FloatArray:
