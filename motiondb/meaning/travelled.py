@@ -184,7 +184,7 @@ def furthest(
         counted = np.ones(len(speeds), bool) if shown is None else shown
         return _longest_stay(speeds, counted, fps, least)
     every = ways(speeds, direction, turn, fps)
-    return max(largest_part(way if shown is None else way * shown) for way in every)
+    return max(largest_part(way if shown is None else way_while(way, shown)) for way in every)
 
 
 def ways(
@@ -209,6 +209,15 @@ def ways(
     if turn:
         return [sign * turned / least]
     return [sign * turned / least, sign * _along(speeds, 0, fps) / fps / LEAST["sideways"]]
+
+
+def way_while(way: FloatArray, shown: NDArray[np.bool_]) -> FloatArray:
+    """The way of every frame where only some count: what is gone back in others still counts.
+
+    >>> way_while(np.array([1.0, -0.5, 1.0]), np.array([True, False, False])).tolist()
+    [1.0, -0.5, 0.0]
+    """
+    return np.where(shown, way, np.minimum(way, 0.0))
 
 
 def lasting_turns(speeds: FloatArray, fps: float) -> FloatArray:

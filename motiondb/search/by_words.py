@@ -43,7 +43,7 @@ from motiondb.search.chances import (
     words_of_reading,
 )
 from motiondb.search.matches import match_rows
-from motiondb.search.measured_answers import compare_with_motion
+from motiondb.search.measured_answers import compare_with_motion, is_surely_against
 from motiondb.search.ranking import Judged, likeliest_takes
 from motiondb.search.reasons import Explanation, explain, explain_hit
 from motiondb.search.seen_frames import Frames
@@ -248,7 +248,8 @@ def search_words(
 
     place = cache(partial(_place, question, frames=frames))  # few are looked at, some twice
     sign = question.degree.sign if question.degree is not None else 0.0
-    judge = Judged(judged, place, is_checked, sign)
+    contradicts = cache(partial(_is_surely_against, question, frames))
+    judge = Judged(judged, place, is_checked, contradicts, sign)
     first = judge.first(limit)
     shown = [*first, *found[n_judged:]][:limit]
     whys = tuple(explain_hit(asked, answer.capture, answer.hit) for answer in shown)
@@ -303,6 +304,13 @@ def _place(question: AskedQuestion, answer: Found, frames: Frames | None) -> pla
         if len(question.readings) == 1:
             placed = compare_with_motion(question, seen, placed)
     return placing.sure_of_whole(placed, asked.learned.captures[capture].motion_frames)
+
+
+def _is_surely_against(question: AskedQuestion, frames: Frames | None, answer: Found) -> bool:
+    """Whether a capture contradicts a question as measured, wherever it may show it."""
+    if frames is None or not question.is_measured:
+        return False
+    return is_surely_against(question, frames.of(question.asked.learned, answer.capture))
 
 
 def as_understood(question: AskedQuestion) -> WordAnswer:

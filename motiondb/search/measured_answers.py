@@ -126,6 +126,53 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
     )
 
 
+def is_surely_against(question: AskedQuestion, seen: SeenFrames) -> bool:
+    """Whether a take contradicts a question as measured, wherever its parts may be.
+
+    Then it need not be placed to be told from an answer.
+    """
+    if len(question.readings) != 1:
+        return False
+    (reading,) = question.readings
+    for part in reading.parts:
+        actions = actions_of_part(question.asked, part, question.only)
+        event = _counted_event(part, actions)
+        if event and is_repeated(part) and len(_events(seen, event, part)) < part.least:
+            return True
+        for action in actions:
+            if _lacks(question.asked, seen, part, action):
+                return True
+    return False
+
+
+def _lacks(asked: AskedWords, seen: SeenFrames, part: Part, action: Sequence[str]) -> bool:
+    """Whether a take nowhere goes on, leaves, sits down, rises or goes as an action asks for."""
+    if lasts_going(part, action) or part.leaves:
+        least = part.seconds if lasts_going(part, action) else LEAVES
+        if _longest(seen, action, slice(None))[0] < least:
+            return True
+    if not measured_words(action):
+        return False
+    believed = _believed(asked, seen.capture, action)
+    whole = slice(None)
+    event = event_of(action)
+    if event in ("seat", "rise") and {"up", "down"}.isdisjoint(believed) and not seen.is_away:
+        if not seen.events(event):
+            return True
+    return any(
+        direction not in believed
+        and seen.furthest(direction, turning(action), whole, least=1.0)[0] < 1.0
+        for direction in directions_to_measure(action)
+        if direction != IN_PLACE
+    )
+
+
+def _counted_event(part: Part, actions: Sequence[Sequence[str]]) -> str:
+    """The event of a part of one action, which is counted or gives it its place; "" for others."""
+    is_one = len(actions) == len(part.actions) == 1 and part.seconds <= 0.0
+    return event_of(actions[0]) if is_one else ""
+
+
 def _believed(asked: AskedWords, capture: int, action: Sequence[str]) -> set[str]:
     """The directions, limbs and sizes that captions of a capture say of an action.
 
@@ -200,8 +247,8 @@ def _at_events(
     And whether what is counted is all of it: a take of seven jumps may hold two in a row.
     """
     actions = actions_of_part(question.asked, part, question.only)
-    event = event_of(actions[0]) if len(actions) == len(part.actions) == 1 else ""
-    if not event or part.seconds > 0.0:
+    event = _counted_event(part, actions)
+    if not event:
         return place, [], True
     if not is_repeated(part) and is_labelled(question.asked, seen.capture, part):
         return place, [], True  # captions say where it is

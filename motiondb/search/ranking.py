@@ -54,6 +54,8 @@ class Judged:
     answers: Sequence[Found]
     place: Callable[[Found], Placed]  # Where a capture shows an answer; kept once it was asked for
     is_checked: bool  # Whether order or motion are looked at, and can speak against an answer
+    # Whether a capture contradicts the question wherever it shows it, which needs no place
+    contradicts: Callable[[Found], bool] = lambda _: False
     sign: float = 0.0  # 1: the more of what was measured, the better; -1: the less; 0: neither
 
     def first(self, limit: int) -> list[Found]:
@@ -61,16 +63,18 @@ class Judged:
         if not self.is_checked:
             return list(self.answers[:limit])
         # in a heap; answers of one rank stay in their order
-        waiting = [(*_rank(each, None, self.sign), n, False) for n, each in enumerate(self.answers)]
+        waiting = [(*_rank(each, None, self.sign), n, 0) for n, each in enumerate(self.answers)]
         heapq.heapify(waiting)
         first = list[Found]()
         while waiting and len(first) < limit:
-            *_, n, is_placed = heapq.heappop(waiting)
+            *_, n, looked = heapq.heappop(waiting)
             answer = self.answers[n]
-            if is_placed:
+            if looked == 2:
                 first.append(answer)
+            elif looked == 0 and self.contradicts(answer):
+                heapq.heappush(waiting, (*_last_rank(answer, self.sign), n, 1))
             else:
-                heapq.heappush(waiting, (*_rank(answer, self.place(answer), self.sign), n, True))
+                heapq.heappush(waiting, (*_rank(answer, self.place(answer), self.sign), n, 2))
         return first
 
     def looked_at(self, answer: Found) -> Found:
@@ -78,10 +82,15 @@ class Judged:
 
         How often another answer is right was not measured.
         """
-        placed = self.place(answer) if self.is_checked else None
-        if placed is None or not (_is_against(placed) or placed.is_unclear):
+        if not self.is_checked:
             return answer
-        return replace(answer, sure=replace(answer.sure, whole=None))
+        if self._is_against(answer) or self.place(answer).is_unclear:
+            return replace(answer, sure=replace(answer.sure, whole=None))
+        return answer
+
+    def _is_against(self, answer: Found) -> bool:
+        """Whether the motion contradicts the question, or the frames show another order."""
+        return self.contradicts(answer) or _is_against(self.place(answer))
 
     def is_unlikely(self, first: Sequence[Found], is_known: bool, replaced: float) -> bool:
         """Whether each answer is more likely wrong than right.
@@ -111,12 +120,17 @@ class Judged:
 
         def is_wrong(answer: Found) -> bool:
             if not is_known:
-                return bool(self.place(answer).contradicted)
+                return self.contradicts(answer) or bool(self.place(answer).contradicted)
             is_placed = self.is_checked or answer in first
             is_weak = has_one and _is_weak(answer)
-            return is_weak or (is_placed and _is_against(self.place(answer)))
+            return is_weak or (is_placed and self._is_against(answer))
 
         return (is_known or self.is_checked) and all(map(is_wrong, chain(first, self.answers)))
+
+
+def _last_rank(answer: Found, sign: float) -> tuple[bool, bool, bool, float, float]:
+    """The first rank that an answer can have which the motion contradicts."""
+    return True, True, False, -np.inf if sign else 0.0, -answer.hit.log_odds
 
 
 def _rank(

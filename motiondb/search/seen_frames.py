@@ -15,7 +15,7 @@ from motiondb.language.vocabulary import IN_PLACE
 from motiondb.learn.learned import Learned
 from motiondb.meaning.edge_map import frame_cues
 from motiondb.meaning.occurrences import find_occurrences
-from motiondb.meaning.travelled import furthest, largest_part, speeds_of, ways
+from motiondb.meaning.travelled import furthest, largest_part, speeds_of, way_while, ways
 from motiondb.records import Float32Array, FloatArray
 
 MOST_FRAMES = 200_000
@@ -87,7 +87,8 @@ class SeenFrames:
         key = direction, turn
         if key not in self._ways:
             self._ways[key] = ways(self.speeds, *key)
-        return max(largest_part(way[part] if inside else way * part) for way in self._ways[key])
+        found = self._ways[key]
+        return max(largest_part(way[part] if inside else way_while(way, part)) for way in found)
 
     @cached_property
     def track(self) -> FloatArray:
