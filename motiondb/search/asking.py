@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import chain, product
 
 from motiondb.language.nearby.table import NearbyTable
@@ -100,6 +100,12 @@ class AskedQuestion:
         """The known words that are asked for, each once."""
         actions = actions_of(self.known.tree)
         return list(dict.fromkeys(word for action in actions for word in action.all_words))
+
+    @cached_property
+    def compared(self) -> tuple[tuple[tuple[str, ...], ...], ...]:
+        """The actions of every part of the only reading, as they are measured."""
+        (reading,) = self.readings
+        return tuple(actions_of_part(self.asked, part, self.only) for part in reading.parts)
 
     @cached_property
     def taken(self) -> dict[str, Taking]:
@@ -209,17 +215,24 @@ def understand_learned(learned: Learned, text: str, looks_at_motion: bool = Fals
     return understand(learned_words(learned), sentence, looks_at_motion=looks_at_motion)
 
 
-def measured_words(action: Sequence[str]) -> set[str]:
+def measured_words(action: Sequence[str]) -> frozenset[str]:
     """The words of an action that are measured.
 
-    >>> sorted(measured_words(("wave", "both", "hand"))), measured_words(("wave",))
-    (['both', 'hand'], set())
-    >>> measured_words(("sit", "down", "stool")), sorted(measured_words(("hop", "left", "foot")))
-    ({'down'}, ['foot', 'left'])
+    >>> sorted(measured_words(("wave", "both", "hand"))), sorted(measured_words(("wave",)))
+    (['both', 'hand'], [])
+    >>> sorted(measured_words(("sit", "down", "stool")))
+    ['down']
+    >>> sorted(measured_words(("hop", "left", "foot")))
+    ['foot', 'left']
     """
+    return _measured_words(tuple(action))
+
+
+@lru_cache(256)
+def _measured_words(action: tuple[str, ...]) -> frozenset[str]:
     limbs = {*chain.from_iterable(limbs_to_measure(action)), *limb_held(action)}
     ends = {"seat": {"down"}, "rise": {"up"}}.get(event_of(action), set())
-    return {*directions_to_measure(action), *limbs, *ends, *vertical_ways(action)}
+    return frozenset((*directions_to_measure(action), *limbs, *ends, *vertical_ways(action)))
 
 
 def asked_degree(sentence: Sentence) -> Degree | None:

@@ -37,6 +37,7 @@ from motiondb.search.chances import (
     are_checked,
     best_strength,
     chances,
+    is_one_action,
     reaches,
     why_unchecked,
     word_sources,
@@ -254,7 +255,8 @@ def search_words(
     shown = [*first, *found[n_judged:]][:limit]
     whys = tuple(explain_hit(asked, answer.capture, answer.hit) for answer in shown)
     once = tuple(map(without_amounts, read))  # how often and how long was never measured
-    usual = [] if once == read else [hit for _, hit in _find(question, allowed, n_judged, once)]
+    n_usual = 1 if len(once) == 1 and is_one_action(once[0]) else n_judged  # the best is enough
+    usual = [] if once == read else [hit for _, hit in _find(question, allowed, n_usual, once)]
     return replace(
         as_understood(question),
         matches=tuple(

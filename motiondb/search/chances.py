@@ -109,7 +109,7 @@ def chances(
     excluded = [[e for e in stated if e.statement.exclusion == n] for n in numbers]
     said = all(each.is_said for each in requested)
     if len(readings) > 1:
-        if not all(map(_is_one_action, readings)):
+        if not all(map(is_one_action, readings)):
             return unknown
         return chances_of_kind(kinds.either, requested[0].odds, None, said)
     if requested and excluded:
@@ -152,17 +152,17 @@ def _with_captions(
     """Statements about a capture, with what captions of the capture add to them."""
     written = asked.evidence.written.get(capture)
     log_odds, is_said = [each.log_odds for each in statements], [False] * len(statements)
-    by_motion = np.array(log_odds)
+    by_motion = log_odds.copy()
     if written is not None:
         starts = asked.learned.segments.starts[asked.learned.rows[capture]]
         for n, each in enumerate(statements):
             of_words = said_by_captions(written[:, list(each.words)], starts, each)
             is_said[n] = bool(of_words.min() > 0.0)
-            by_motion[n] = action_log_odds(each.odds - of_words)
-    said = (log_odds - by_motion).tolist()
+            by_motion[n] = float(action_log_odds(each.odds - of_words))
+    said = [every - alone for every, alone in zip(log_odds, by_motion)]
     if sure is not None:
-        by_motion = sure.log_odds(by_motion[:, None])
-    return list(map(_Stated, statements, said, is_said, by_motion.tolist()))
+        by_motion = sure.log_odds(np.array(by_motion)[:, None]).tolist()
+    return list(map(_Stated, statements, said, is_said, by_motion))
 
 
 def words_of_reading(reading: Reading) -> set[str]:
@@ -183,7 +183,7 @@ def counts_or_lasts(reading: Reading) -> bool:
     )
 
 
-def _is_one_action(reading: Reading) -> bool:
+def is_one_action(reading: Reading) -> bool:
     """Whether a reading is one action without exclusions."""
     return len(reading.parts) == 1 and len(reading.parts[0].actions) == 1 and not reading.exclusions
 

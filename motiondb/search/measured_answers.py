@@ -39,7 +39,7 @@ from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
 from motiondb.language.question.readings import Exclusion, Part, say_count, say_duration
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, as_said
 from motiondb.meaning.direction import gone_anywhere, vertical_ways
-from motiondb.meaning.edge_map import HALF, averaged
+from motiondb.meaning.edge_map import HALF
 from motiondb.meaning.limb_sides import (
     is_at_rest,
     limb_held,
@@ -68,7 +68,6 @@ from motiondb.records import FloatArray
 from motiondb.search.asked_words import AskedWords
 from motiondb.search.asking import (
     AskedQuestion,
-    actions_of_part,
     excluded_event,
     excluded_words,
     is_repeated,
@@ -93,14 +92,16 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
     """Places with what the motion contradicts; parts go where it shows what they ask for."""
     (reading,) = question.readings
     places, contradicted, unclear = list(placed.parts), list[str](), False
-    actions_of = [actions_of_part(question.asked, p, question.only) for p in reading.parts]
+    actions_of = question.compared
     for k, part in enumerate(reading.parts):
         is_next = k + 1 < len(places) and bool(reading.parts[k + 1].actions)
         room = slice(
             -(-places[k - 1].end // FEATURE_STEP) if k else 0,
             places[k + 1].start // FEATURE_STEP if is_next else len(seen.features),
         )
-        places[k], against, is_whole = _at_events(question, seen, part, places[k], room)
+        places[k], against, is_whole = _at_events(
+            question, seen, part, actions_of[k], places[k], room
+        )
         contradicted += against
         unclear = unclear or not is_whole
         for action in actions_of[k]:
@@ -134,8 +135,7 @@ def is_surely_against(question: AskedQuestion, seen: SeenFrames) -> bool:
     if len(question.readings) != 1:
         return False
     (reading,) = question.readings
-    for part in reading.parts:
-        actions = actions_of_part(question.asked, part, question.only)
+    for part, actions in zip(reading.parts, question.compared):
         event = _counted_event(part, actions)
         if event and is_repeated(part) and len(_events(seen, event, part)) < part.least:
             return True
@@ -240,13 +240,17 @@ def _events(seen: SeenFrames, event: str, part: Part) -> list[tuple[int, int]]:
 
 
 def _at_events(
-    question: AskedQuestion, seen: SeenFrames, part: Part, place: PartPlace, room: slice
+    question: AskedQuestion,
+    seen: SeenFrames,
+    part: Part,
+    actions: Sequence[Sequence[str]],
+    place: PartPlace,
+    room: slice,
 ) -> tuple[PartPlace, list[str], bool]:
     """The place of a part where its event occurs, and what speaks against how often it does.
 
     And whether what is counted is all of it: a take of seven jumps may hold two in a row.
     """
-    actions = actions_of_part(question.asked, part, question.only)
     event = _counted_event(part, actions)
     if not event:
         return place, [], True
@@ -560,8 +564,7 @@ def _frames_that_show(
     shown = np.zeros(len(seen.features), dtype=bool)
     shown[_inside(place)] = True
     known = [word for word in action if word in asked.numbers and word not in MODIFIERS]
-    evidence = seen.evidence([asked.numbers[word] for word in known])
-    if evidence is not None:
-        smooth = averaged(evidence)
+    smooth = seen.smooth([asked.numbers[word] for word in known])
+    if smooth is not None:
         shown |= smooth >= HALF * max(float(smooth.max()), 0.0)
     return shown

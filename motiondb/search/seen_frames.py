@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from motiondb.errors import StoreError
 from motiondb.language.vocabulary import IN_PLACE
 from motiondb.learn.learned import Learned
-from motiondb.meaning.edge_map import frame_cues
+from motiondb.meaning.edge_map import averaged, frame_cues
 from motiondb.meaning.occurrences import find_occurrences
 from motiondb.meaning.travelled import furthest, largest_part, speeds_of, way_while, ways
 from motiondb.records import Float32Array, FloatArray
@@ -58,6 +58,7 @@ class SeenFrames:
     capture: int
     frames: Frames
     _evidence: dict[tuple[int, ...], FloatArray] = field(default_factory=dict, repr=False)
+    _smooth: dict[tuple[int, ...], FloatArray] = field(default_factory=dict, repr=False)
     _events: dict[str, list[tuple[int, int]]] = field(default_factory=dict, repr=False)
     _ways: dict[tuple[str, str], list[FloatArray]] = field(default_factory=dict, repr=False)
 
@@ -79,21 +80,28 @@ class SeenFrames:
         `part`: The frames that are looked at, or which frames (frames,) count. Where steps are
         averaged, those around the part count too.
         """
-        inside = isinstance(part, slice)
         if direction == IN_PLACE:
-            if inside:
+            if isinstance(part, slice):
                 return furthest(self.speeds[part], direction, turn, least=least)
             return furthest(self.speeds, direction, turn, part, least=least)
-        key = direction, turn
-        if key not in self._ways:
-            self._ways[key] = ways(self.speeds, *key)
-        found = self._ways[key]
-        return max(largest_part(way[part] if inside else way_while(way, part)) for way in found)
+        found = self._ways.get((direction, turn))
+        if found is None:
+            found = self._ways[direction, turn] = ways(self.speeds, direction, turn)
+        if isinstance(part, slice):
+            return max(largest_part(way[part]) for way in found)
+        return max(largest_part(way_while(way, part)) for way in found)
 
     @cached_property
     def track(self) -> FloatArray:
         """What measured words look at: array (frames, columns), see ``measured_track``."""
         return self.frames.track(self.capture)
+
+    def smooth(self, words: Sequence[int]) -> FloatArray | None:
+        """As :meth:`evidence`, averaged over neighbouring frames: array (frames,)."""
+        key, evidence = tuple(words), self.evidence(words)
+        if evidence is not None and key not in self._smooth:
+            self._smooth[key] = averaged(evidence)
+        return None if evidence is None else self._smooth[key]
 
     @property
     def is_away(self) -> bool:
@@ -126,5 +134,6 @@ class SeenFrames:
         if found is None:
             if len(self._evidence) >= _MOST_ACTIONS:
                 self._evidence.clear()
+                self._smooth.clear()
             found = self._evidence[key] = edges.of_cues(self._cues, words)
         return found
