@@ -382,7 +382,10 @@ def _search_reading(
 
 
 def _is_too_short(take: TakeScores, reading: Reading) -> bool:
-    """Whether a reading has repeats, and more parts than the capture has segments."""
+    """Whether a capture is shorter than the parts, or its segments are fewer than repeats."""
+    n_frames = sum(part.seconds for part in reading.parts) * MOTION_FPS
+    if n_frames - 1e-6 * len(reading.parts) > take.ends[-1] - take.starts[0]:
+        return True
     repeats = any(part.repeat_of != k for k, part in enumerate(reading.parts))
     return repeats and len(take.starts) < len(reading.parts)
 

@@ -32,8 +32,8 @@ captures as they are, and .48 on those of CMU; two have .03 and .10.
 
 from __future__ import annotations
 
-from collections import Counter
 import math
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 

@@ -103,25 +103,33 @@ def directions_to_measure(words: Sequence[str]) -> tuple[str, ...]:
     )
 
 
+def steady_speed(speeds: FloatArray, fps: float = FEATURE_FPS) -> FloatArray:
+    """Speed over the ground, m/s, averaged over ``STEADY`` seconds: array (frames,).
+
+    `speeds` (frames, 3): those of ``speeds_of``.
+    """
+    from scipy.ndimage import uniform_filter1d
+
+    steady = uniform_filter1d(speeds[:, :2], round(STEADY * fps), axis=0, mode="nearest")
+    return np.asarray(np.hypot(*steady.T))
+
+
 def longest_going(
-    speeds: FloatArray,
+    speed: FloatArray,
     words: Sequence[str],
     shown: NDArray[np.bool_] | None = None,
     fps: float = FEATURE_FPS,
 ) -> tuple[float, int, int]:
     """The longest time for which a motion travels, or rests, in seconds, and its part [a, b).
 
-    `speeds` (frames, 3): those of ``speeds_of``. `words`: those of the action, which tell how fast
+    `speed` (frames,): that of ``steady_speed``. `words`: those of the action, which tell how fast
     it goes at least. `shown` (frames,): frames that count; without it, all.
 
     >>> speeds = np.zeros((90, 3)); speeds[:60, 1] = 2.0  # 4 s ahead, then 2 s at rest
-    >>> round(longest_going(speeds, ("run",))[0]), longest_going(speeds[60:], ("run",))[0]
+    >>> speed = steady_speed(speeds)
+    >>> round(longest_going(speed, ("run",))[0]), longest_going(speed[60:], ("jog",))[0]
     (4, 0.0)
     """
-    from scipy.ndimage import uniform_filter1d
-
-    steady = uniform_filter1d(speeds[:, :2], round(STEADY * fps), axis=0, mode="nearest")
-    speed = np.hypot(*steady.T)
     goes = speed > (RUNNING if RUNS.intersection(words) else GOING)
     if TRAVELS.isdisjoint(words) and not REST.isdisjoint(words):
         goes = speed < RESTING
@@ -229,12 +237,11 @@ def lasting_turns(speeds: FloatArray, fps: float) -> FloatArray:
     >>> float(np.abs(lasting_turns(back, 15.0)).max())
     0.0
     """
-    from scipy.ndimage import median_filter, uniform_filter1d  # other questions do without
+    from scipy.ndimage import median_filter  # other questions do without
 
     heading = np.concatenate([[0.0], np.cumsum(speeds[:, 2])]) / fps
     median = median_filter(heading, size=2 * round(LASTING * fps) + 1, mode="nearest")
-    steady = uniform_filter1d(speeds[:, :2], round(STEADY * fps), axis=0, mode="nearest")
-    moves = np.hypot(*steady.T) > ON_THE_SPOT
+    moves = steady_speed(speeds, fps) > ON_THE_SPOT
     return np.asarray(np.where(moves, speeds[:, 2] / fps, np.diff(median)))
 
 

@@ -349,7 +349,7 @@ def _longest(seen: SeenFrames, action: Sequence[str], room: slice) -> tuple[floa
     """How long an action goes on, and where, in a part of a take; see ``longest_going``."""
     inside = np.zeros(len(seen.features), dtype=bool)
     inside[room] = True
-    return longest_going(seen.speeds, action, inside)
+    return longest_going(seen.steady, action, inside)
 
 
 def _leaves(

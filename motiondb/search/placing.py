@@ -236,9 +236,10 @@ def _placed(asked: AskedWords, capture: int, reading: Reading) -> PlacedReading 
     words = {asked.numbers[w] for part in reading.parts for a in part.actions for w in a}
     if known is None or take is None or not words <= known.words:
         return None
-    # exclusions may hold added words, of whose places nothing is known
-    unplaced = np.zeros((len(take.starts), len(asked.added)))
-    windows = np.concatenate([take.windows, unplaced], axis=1)
+    windows = take.windows
+    if asked.added:  # in exclusions; of their places nothing is known
+        unplaced = np.zeros((len(take.starts), len(asked.added)))
+        windows = np.concatenate([windows, unplaced], axis=1)
     said = asked.said_places.get(capture)
     take = replace(take, windows=windows if said is None else windows + said)
     return by_question.place_reading(take, reading, asked.numbers)

@@ -15,7 +15,14 @@ from motiondb.language.vocabulary import IN_PLACE
 from motiondb.learn.learned import Learned
 from motiondb.meaning.edge_map import averaged, frame_cues
 from motiondb.meaning.occurrences import find_occurrences
-from motiondb.meaning.travelled import furthest, largest_part, speeds_of, way_while, ways
+from motiondb.meaning.travelled import (
+    furthest,
+    largest_part,
+    speeds_of,
+    steady_speed,
+    way_while,
+    ways,
+)
 from motiondb.records import Float32Array, FloatArray
 
 MOST_FRAMES = 200_000
@@ -71,6 +78,11 @@ class SeenFrames:
     def speeds(self) -> FloatArray:
         """Speeds over the ground and of turning: array (frames, 3), see ``speeds_of``."""
         return speeds_of(self.features)
+
+    @cached_property
+    def steady(self) -> FloatArray:
+        """Averaged speed over the ground: array (frames,), see ``steady_speed``."""
+        return steady_speed(self.speeds)
 
     def furthest(
         self, direction: str, turn: str, part: slice | NDArray[np.bool_], least: float = 0.0
