@@ -272,7 +272,7 @@ class Statement:
     @cached_property
     def log_odds(self) -> float:
         """Log-odds that the capture shows the action there."""
-        return float(action_log_odds(self.odds))
+        return self.odds[0] if len(self.odds) == 1 else float(action_log_odds(self.odds))
 
 
 @dataclass(frozen=True)
@@ -514,7 +514,6 @@ class _Seen:
 
 
 def _mean_of(values: FloatArray, columns: Sequence[int]) -> FloatArray:
-    """Mean over some columns: array (...); `values` (..., words)."""
-    if len(columns) == 1:  # most actions are one word
-        return values[..., columns[0]]
-    return np.asarray(values[..., columns].mean(axis=-1))
+    """Mean over some columns: array (segments,); `values` (segments, words)."""
+    total = sum([values[:, column] for column in columns[1:]], values[:, columns[0]])
+    return total / len(columns) if len(columns) > 1 else total

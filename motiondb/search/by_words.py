@@ -246,7 +246,7 @@ def search_words(
     )
     certain = partial(chances, asked, read, are_checked(asked, read))
     best = _find(question, allowed, max(limit, n_judged), read)
-    found = [Found(*each, certain(*each)) for each in best]
+    found = [Found(*each, certain) for each in best]
     judged = found[:n_judged]
     unchecked = why_unchecked(asked, sorted(set().union(*map(words_of_reading, read))))
     sure = learned.word_certainty

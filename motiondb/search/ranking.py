@@ -47,6 +47,9 @@ def likeliest_takes(
     return [(-number, hit) for _, number, hit in sorted(best, key=lambda b: (-b[0], -b[1]))]
 
 
+Rank = tuple[bool, bool, bool, float, float]
+
+
 @dataclass(frozen=True, eq=False)
 class Judged:
     """The answers by which it is told whether anything matches, the largest log-odds first."""
@@ -63,19 +66,25 @@ class Judged:
         if not self.is_checked:
             return list(self.answers[:limit])
         # in a heap; answers of one rank stay in their order
-        waiting = [(*_rank(each, None, self.sign), n, 0) for n, each in enumerate(self.answers)]
+        looks = (_first_rank, self._seen_rank, lambda a, sign: _rank(a, self.place(a), sign))
+        waiting = [(*looks[0](each, self.sign), n, 0) for n, each in enumerate(self.answers)]
         heapq.heapify(waiting)
         first = list[Found]()
         while waiting and len(first) < limit:
-            *_, n, looked = heapq.heappop(waiting)
+            *_, n, look = heapq.heappop(waiting)
             answer = self.answers[n]
-            if looked == 2:
+            if look == 2:
                 first.append(answer)
-            elif looked == 0 and self.contradicts(answer):
-                heapq.heappush(waiting, (*_last_rank(answer, self.sign), n, 1))
-            else:
-                heapq.heappush(waiting, (*_rank(answer, self.place(answer), self.sign), n, 2))
+            else:  # by as little as tells it from the others
+                heapq.heappush(waiting, (*looks[look + 1](answer, self.sign), n, look + 1))
         return first
+
+    def _seen_rank(self, answer: Found, sign: float) -> Rank:
+        """The first rank that an answer can have, by its certainty and its whole take."""
+        amount = -np.inf if sign else 0.0
+        if self.contradicts(answer):
+            return True, True, False, amount, -answer.hit.log_odds
+        return False, _is_weak(answer), False, amount, -answer.hit.log_odds
 
     def looked_at(self, answer: Found) -> Found:
         """An answer, without its probability unless order and motion agree with it.
@@ -85,7 +94,8 @@ class Judged:
         if not self.is_checked:
             return answer
         if self._is_against(answer) or self.place(answer).is_unclear:
-            return replace(answer, sure=replace(answer.sure, whole=None))
+            unsure = replace(answer.sure, whole=None)
+            return replace(answer, certain=lambda *_: unsure)
         return answer
 
     def _is_against(self, answer: Found) -> bool:
@@ -113,9 +123,11 @@ class Judged:
         So it is if some action is shown by no answer, or each answer is wrong; if every action is
         shown by some, no answer may yet show all of them.
         """
-        actions = [each.sure.actions for each in self.answers]
-        has_one = max(map(len, actions), default=0) < 2
-        if is_lacking(actions) or (has_one and self.is_unlikely(first, is_known, replaced)):
+        n_actions = (len(each.sure.actions) for each in self.answers)
+        has_one = next((n for n in n_actions if n), 0) < 2
+        if is_lacking(each.sure.actions for each in self.answers) or (
+            has_one and self.is_unlikely(first, is_known, replaced)
+        ):
             return True
 
         def is_wrong(answer: Found) -> bool:
@@ -128,22 +140,15 @@ class Judged:
         return (is_known or self.is_checked) and all(map(is_wrong, chain(first, self.answers)))
 
 
-def _last_rank(answer: Found, sign: float) -> tuple[bool, bool, bool, float, float]:
-    """The first rank that an answer can have which the motion contradicts."""
-    return True, True, False, -np.inf if sign else 0.0, -answer.hit.log_odds
+def _first_rank(answer: Found, sign: float) -> Rank:
+    """The first rank that an answer can have."""
+    return False, False, False, -np.inf if sign else 0.0, -answer.hit.log_odds
 
 
-def _rank(
-    answer: Found, placed: Placed | None, sign: float
-) -> tuple[bool, bool, bool, float, float]:
-    """Sorts answers: contradicted ones last, probable and clear ones first; then by the degree.
-
-    Without its places, an answer comes as early as it can.
-    """
-    is_weak, log_odds = _is_weak(answer), answer.hit.log_odds
-    if placed is None:
-        return False, is_weak, False, -np.inf if sign else 0.0, -log_odds
-    is_weak = is_weak or _is_against(placed)
+def _rank(answer: Found, placed: Placed, sign: float) -> Rank:
+    """Sorts answers: contradicted ones last, probable and clear ones first; then by the degree."""
+    log_odds = answer.hit.log_odds
+    is_weak = _is_weak(answer) or _is_against(placed)
     amount = 0.0 if placed.amount is None else -sign * placed.amount
     is_unclear = placed.is_unclear or bool(np.isnan(amount))
     return (
