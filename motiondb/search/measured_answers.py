@@ -149,16 +149,16 @@ def _lacks(asked: AskedWords, seen: SeenFrames, part: Part, action: Sequence[str
     """Whether a take nowhere goes on, leaves, sits down, rises or goes as an action asks for."""
     if lasts_going(part, action) or part.leaves:
         least = part.seconds if lasts_going(part, action) else LEAVES
-        if _longest(seen, action, slice(None))[0] < least:
+        if seen.longest_going(action)[0] < least:
             return True
     if not measured_words(action):
         return False
     believed = _believed(asked, seen.capture, action)
     whole = slice(None)
     event = event_of(action)
-    if event in ("seat", "rise") and {"up", "down"}.isdisjoint(believed) and not seen.is_away:
-        if not seen.events(event):
-            return True
+    is_told = event in ("seat", "rise") and {"up", "down"}.isdisjoint(believed)
+    if is_told and not seen.is_away and not seen.events(event):
+        return True
     return any(
         direction not in believed
         and seen.furthest(direction, turning(action), whole, least=1.0)[0] < 1.0
@@ -347,6 +347,8 @@ def _other_posture(seen: SeenFrames, action: Sequence[str], place: PartPlace) ->
 
 def _longest(seen: SeenFrames, action: Sequence[str], room: slice) -> tuple[float, int, int]:
     """How long an action goes on, and where, in a part of a take; see ``longest_going``."""
+    if room == slice(0, len(seen.features)):
+        return seen.longest_going(action)
     inside = np.zeros(len(seen.features), dtype=bool)
     inside[room] = True
     return longest_going(seen.steady, action, inside)

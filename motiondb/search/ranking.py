@@ -66,8 +66,8 @@ class Judged:
         if not self.is_checked:
             return list(self.answers[:limit])
         # in a heap; answers of one rank stay in their order
-        looks = (_first_rank, self._seen_rank, lambda a, sign: _rank(a, self.place(a), sign))
-        waiting = [(*looks[0](each, self.sign), n, 0) for n, each in enumerate(self.answers)]
+        looks = (self._first_rank, self._seen_rank, self._placed_rank)
+        waiting = [(*looks[0](each), n, 0) for n, each in enumerate(self.answers)]
         heapq.heapify(waiting)
         first = list[Found]()
         while waiting and len(first) < limit:
@@ -76,15 +76,26 @@ class Judged:
             if look == 2:
                 first.append(answer)
             else:  # by as little as tells it from the others
-                heapq.heappush(waiting, (*looks[look + 1](answer, self.sign), n, look + 1))
+                heapq.heappush(waiting, (*looks[look + 1](answer), n, look + 1))
         return first
 
-    def _seen_rank(self, answer: Found, sign: float) -> Rank:
+    def _first_rank(self, answer: Found) -> Rank:
+        """The first rank that an answer can have."""
+        return False, False, False, -np.inf if self.sign else 0.0, -answer.hit.log_odds
+
+    def _seen_rank(self, answer: Found) -> Rank:
         """The first rank that an answer can have, by its certainty and its whole take."""
-        amount = -np.inf if sign else 0.0
-        if self.contradicts(answer):
-            return True, True, False, amount, -answer.hit.log_odds
-        return False, _is_weak(answer), False, amount, -answer.hit.log_odds
+        is_against = self.contradicts(answer)
+        return is_against, is_against or _is_weak(answer), *self._first_rank(answer)[2:]
+
+    def _placed_rank(self, answer: Found) -> Rank:
+        """Contradicted answers last, probable and clear ones first; then by the degree."""
+        placed = self.place(answer)
+        is_weak = _is_weak(answer) or _is_against(placed)
+        amount = 0.0 if placed.amount is None else -self.sign * placed.amount
+        is_unclear = placed.is_unclear or bool(np.isnan(amount))
+        amount = 0.0 if np.isnan(amount) else amount
+        return bool(placed.contradicted), is_weak, is_unclear, amount, -answer.hit.log_odds
 
     def looked_at(self, answer: Found) -> Found:
         """An answer, without its probability unless order and motion agree with it.
@@ -124,10 +135,10 @@ class Judged:
         shown by some, no answer may yet show all of them.
         """
         n_actions = (len(each.sure.actions) for each in self.answers)
-        has_one = next((n for n in n_actions if n), 0) < 2
-        if is_lacking(each.sure.actions for each in self.answers) or (
-            has_one and self.is_unlikely(first, is_known, replaced)
-        ):
+        has_one = next(filter(None, n_actions), 0) < 2
+        if is_lacking(each.sure.actions for each in self.answers):
+            return True
+        if has_one and self.is_unlikely(first, is_known, replaced):
             return True
 
         def is_wrong(answer: Found) -> bool:
@@ -138,26 +149,6 @@ class Judged:
             return is_weak or (is_placed and self._is_against(answer))
 
         return (is_known or self.is_checked) and all(map(is_wrong, chain(first, self.answers)))
-
-
-def _first_rank(answer: Found, sign: float) -> Rank:
-    """The first rank that an answer can have."""
-    return False, False, False, -np.inf if sign else 0.0, -answer.hit.log_odds
-
-
-def _rank(answer: Found, placed: Placed, sign: float) -> Rank:
-    """Sorts answers: contradicted ones last, probable and clear ones first; then by the degree."""
-    log_odds = answer.hit.log_odds
-    is_weak = _is_weak(answer) or _is_against(placed)
-    amount = 0.0 if placed.amount is None else -sign * placed.amount
-    is_unclear = placed.is_unclear or bool(np.isnan(amount))
-    return (
-        bool(placed.contradicted),
-        is_weak,
-        is_unclear,
-        0.0 if np.isnan(amount) else amount,
-        -log_odds,
-    )
 
 
 def _is_weak(answer: Found) -> bool:

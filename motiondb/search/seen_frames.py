@@ -18,6 +18,7 @@ from motiondb.meaning.occurrences import find_occurrences
 from motiondb.meaning.travelled import (
     furthest,
     largest_part,
+    longest_going,
     speeds_of,
     steady_speed,
     way_while,
@@ -67,6 +68,9 @@ class SeenFrames:
     _evidence: dict[tuple[int, ...], FloatArray] = field(default_factory=dict, repr=False)
     _smooth: dict[tuple[int, ...], FloatArray] = field(default_factory=dict, repr=False)
     _events: dict[str, list[tuple[int, int]]] = field(default_factory=dict, repr=False)
+    _longest: dict[tuple[str, ...], tuple[float, int, int]] = field(
+        default_factory=dict, repr=False
+    )
     _ways: dict[tuple[str, str], list[FloatArray]] = field(default_factory=dict, repr=False)
 
     @cached_property
@@ -83,6 +87,13 @@ class SeenFrames:
     def steady(self) -> FloatArray:
         """Averaged speed over the ground: array (frames,), see ``steady_speed``."""
         return steady_speed(self.speeds)
+
+    def longest_going(self, action: Sequence[str]) -> tuple[float, int, int]:
+        """How long an action goes on, and where: see ``longest_going``."""
+        key = tuple(action)
+        if key not in self._longest:
+            self._longest[key] = longest_going(self.steady, action)
+        return self._longest[key]
 
     def furthest(
         self, direction: str, turn: str, part: slice | NDArray[np.bool_], least: float = 0.0
