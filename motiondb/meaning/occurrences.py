@@ -214,6 +214,12 @@ def sitting(track: FloatArray) -> NDArray[np.bool_]:
     return np.asarray((track[:, 20:22] > SEATED).all(axis=1) & (track[:, 14] < MOST_LEAN))
 
 
+def standing(track: FloatArray) -> NDArray[np.bool_]:
+    """Frames in which somebody is upright on the feet, at rest or not: (frames,)."""
+    upright = (track[:, 14] < MOST_LEAN) & (track[:, 0] > STANDING - LOW["crouch"])
+    return np.asarray(~sitting(track) & upright)
+
+
 def _over(track: FloatArray, word: str) -> list[tuple[int, int]]:
     """The times in which the trunk is upside down, and in which it leans before and after."""
     leans, found = track[:, 14], list[tuple[int, int]]()

@@ -35,7 +35,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
+from motiondb.body.features import FEATURE_FPS, FEATURE_STEP, runs
 from motiondb.language.question.readings import Exclusion, Part, say_count, say_duration
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, as_said
 from motiondb.meaning.direction import gone_anywhere, vertical_ways
@@ -50,21 +50,18 @@ from motiondb.meaning.limb_sides import (
     side_amount,
 )
 from motiondb.meaning.occurrences import (
-    LOW,
-    MOST_LEAN,
-    STANDING,
     event_of,
     sitting,
+    standing,
 )
 from motiondb.meaning.travelled import (
     STEADY,
     directions_to_measure,
-    longest_going,
     say_not_gone,
     share_of_full,
     turning,
 )
-from motiondb.records import FloatArray
+from motiondb.records import MOTION_FPS, FloatArray
 from motiondb.search.asked_words import AskedWords
 from motiondb.search.asking import (
     AskedQuestion,
@@ -81,6 +78,7 @@ from motiondb.search.seen_frames import SeenFrames
 LEAST_LOOKED_AT = 30  # Feature frames (2 s) in which "in place" is measured
 CLEAR_SIDE = 2.0  # Least shares of a limb from which it clearly moves: two thirds, or .3 each
 LEAVES = 1.0  # Seconds for which somebody who walks away must at least walk
+RESTS = 1.0  # Seconds for which somebody who does not move must at least be still
 AT_ONCE = 60  # Frames (2 s) between events that belong together
 WALKING, HOLDS = 0.6, 0.7  # m/s; share of a place in which a posture holds
 LIFTED, ON_ONE, BESIDE = 0.08, 0.6, 6
@@ -115,6 +113,10 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
                 unclear = unclear or is_unclear
     for exclusion in reading.exclusions:
         for k in range(exclusion.first, exclusion.last):
+            if excluded_event(exclusion) == "move" and not actions_of[k]:
+                places[k], against = _unmoved(seen, places[k])
+                contradicted, unclear = [*contradicted, *against], True
+                continue
             done = _done_though_excluded(seen, actions_of[k], exclusion, places[k])
             places[k] = _unsure(places[k]) if done else places[k]
             contradicted += done
@@ -338,20 +340,14 @@ def _of_side(
 def _other_posture(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> list[str]:
     """That somebody does not stand or sit in a place, if so for most of it."""
     inside = seen.track[place.start : place.end]
-    sits = sitting(inside)
     slow = np.hypot(inside[:, 1], inside[:, 2]) < WALKING
-    upright = (inside[:, 14] < MOST_LEAN) & (inside[:, 0] > STANDING - LOW["crouch"])
-    holds = sits if "sit" in action else ~sits & slow & upright
+    holds = sitting(inside) if "sit" in action else standing(inside) & slow
     return [] if len(inside) and holds.mean() >= HOLDS else [f"does not {action[0]} meanwhile"]
 
 
 def _longest(seen: SeenFrames, action: Sequence[str], room: slice) -> tuple[float, int, int]:
     """How long an action goes on, and where, in a part of a take; see ``longest_going``."""
-    if room == slice(0, len(seen.features)):
-        return seen.longest_going(action)
-    inside = np.zeros(len(seen.features), dtype=bool)
-    inside[room] = True
-    return longest_going(seen.steady, action, inside)
+    return seen.longest_going(action, None if room == slice(0, len(seen.features)) else room)
 
 
 def _leaves(
@@ -472,6 +468,17 @@ def _done_though_excluded(
         words = " ".join(map(as_said, exclusion.actions[0]))
         done.append(f"{words} is seen, which is excluded")
     return done
+
+
+def _unmoved(seen: SeenFrames, place: PartPlace) -> tuple[PartPlace, list[str]]:
+    """Where somebody does not move for longest, and whether that is too short to be a rest."""
+    still = np.ones(len(seen.track), dtype=bool)
+    for start, end in seen.events("move"):
+        still[start:end] = False
+    first, behind = max(runs(still), key=lambda run: run[1] - run[0], default=(0, 0))
+    if behind - first < RESTS * MOTION_FPS:
+        return _unsure(place), ["does not stop moving"]
+    return replace(_unsure(place), start=first, end=behind, unknown=False), []
 
 
 def _goes_though_excluded(

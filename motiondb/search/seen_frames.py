@@ -10,12 +10,15 @@ from threading import Lock
 import numpy as np
 from numpy.typing import NDArray
 
+from motiondb.body.features import FEATURE_STEP
 from motiondb.errors import StoreError
 from motiondb.language.vocabulary import IN_PLACE
 from motiondb.learn.learned import Learned
 from motiondb.meaning.edge_map import averaged, frame_cues
-from motiondb.meaning.occurrences import find_occurrences
+from motiondb.meaning.occurrences import find_occurrences, standing
 from motiondb.meaning.travelled import (
+    REST,
+    TRAVELS,
     furthest,
     largest_part,
     longest_going,
@@ -68,6 +71,7 @@ class SeenFrames:
     _evidence: dict[tuple[int, ...], FloatArray] = field(default_factory=dict, repr=False)
     _smooth: dict[tuple[int, ...], FloatArray] = field(default_factory=dict, repr=False)
     _events: dict[str, list[tuple[int, int]]] = field(default_factory=dict, repr=False)
+    _shown: dict[tuple[str, ...], NDArray[np.bool_]] = field(default_factory=dict, repr=False)
     _longest: dict[tuple[str, ...], tuple[float, int, int]] = field(
         default_factory=dict, repr=False
     )
@@ -88,12 +92,37 @@ class SeenFrames:
         """Averaged speed over the ground: array (frames,), see ``steady_speed``."""
         return steady_speed(self.speeds)
 
-    def longest_going(self, action: Sequence[str]) -> tuple[float, int, int]:
-        """How long an action goes on, and where: see ``longest_going``."""
+    def longest_going(
+        self, action: Sequence[str], room: slice | None = None
+    ) -> tuple[float, int, int]:
+        """How long an action goes on, in some frames, and where: see ``longest_going``.
+
+        Who stands does so on the feet, and who stands still moves no limb.
+        """
         key = tuple(action)
+        if key not in self._shown:
+            self._shown[key] = self._resting(action)
+        shown = self._shown[key]
+        if room is not None:
+            inside = np.zeros(len(shown), dtype=bool)
+            inside[room] = True
+            return longest_going(self.steady, action, inside & shown)
         if key not in self._longest:
-            self._longest[key] = longest_going(self.steady, action)
+            self._longest[key] = longest_going(self.steady, action, shown)
         return self._longest[key]
+
+    def _resting(self, action: Sequence[str]) -> NDArray[np.bool_]:
+        """Frames whose posture is that of an action at rest; all for other actions: (frames,)."""
+        shown = np.ones(len(self.features), dtype=bool)
+        if REST.isdisjoint(action) or not TRAVELS.isdisjoint(action) or self.is_away:
+            return shown
+        posed = np.ones(len(self.track), dtype=bool)
+        if "stand" in action:
+            posed = standing(self.track)
+        if {"still", "freeze"}.intersection(action):
+            for start, end in self.events("move"):
+                posed[start:end] = False
+        return posed[::FEATURE_STEP][: len(shown)]
 
     def furthest(
         self, direction: str, turn: str, part: slice | NDArray[np.bool_], least: float = 0.0
