@@ -44,7 +44,7 @@ from motiondb.learn.learned import Learned
 from motiondb.meaning.degrees import Degree, degree_of
 from motiondb.meaning.direction import vertical_ways
 from motiondb.meaning.limb_sides import limb_held, limbs_to_measure
-from motiondb.meaning.occurrences import COUNTED, event_of
+from motiondb.meaning.occurrences import COUNTED, HELD, event_of
 from motiondb.meaning.travelled import GOES, LEAST, REST, TRAVELS, directions_to_measure
 from motiondb.search.asked_words import (
     AskedWords,
@@ -343,10 +343,11 @@ def is_repeated(part: Part) -> bool:
 
 
 def lasts_going(part: Part, action: Sequence[str]) -> bool:
-    """Whether a part asks how long one action goes on travelling, or resting: it is measured."""
+    """Whether a part asks how long one action travels, rests or is held: it is measured."""
     travels = not GOES.isdisjoint(action) and IN_PLACE not in action
     asks = part.seconds > 0.0 or part.longest is not None
-    return asks and len(part.actions) == 1 and (travels or bool(REST.intersection(action)))
+    rests = bool(REST.intersection(action)) or event_of(action) in HELD
+    return asks and len(part.actions) == 1 and (travels or rests)
 
 
 def unmeasured_words(

@@ -365,6 +365,8 @@ def _gone_on(
 ) -> tuple[PartPlace, list[str]]:
     """Where a motion goes on as long as it is asked for, and what speaks against it."""
     lasting, first, behind = _longest(seen, action, room)
+    if math.isinf(lasting):
+        return place, []  # it cannot be measured
     is_long = part.longest is not None and lasting >= part.longest + STEADY / 2.0
     if lasting < part.seconds or is_long:
         asked = say_duration(part.seconds, part.longest).removeprefix("for ")

@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import inf
 from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.body.features import FEATURE_STEP
+from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
 from motiondb.errors import StoreError
 from motiondb.language.vocabulary import IN_PLACE
 from motiondb.learn.learned import Learned
 from motiondb.meaning.edge_map import averaged, frame_cues
-from motiondb.meaning.occurrences import find_occurrences, standing
+from motiondb.meaning.occurrences import HELD, event_of, find_occurrences, standing
 from motiondb.meaning.travelled import (
     REST,
     TRAVELS,
@@ -97,9 +98,18 @@ class SeenFrames:
     ) -> tuple[float, int, int]:
         """How long an action goes on, in some frames, and where: see ``longest_going``.
 
-        Who stands does so on the feet, and who stands still moves no limb.
+        Who stands does so on the feet, and who stands still moves no limb. A posture lasts as long
+        as its event does; infinitely long where the motion is away.
         """
-        key = tuple(action)
+        key, event = tuple(action), event_of(action)
+        if event in HELD:
+            if self.is_away:
+                return inf, 0, len(self.features)
+            low, high, _ = (room or slice(None)).indices(len(self.features))
+            times = [(a // FEATURE_STEP, -(-b // FEATURE_STEP)) for a, b in self.events(event)]
+            cut = [(max(a, low), min(b, high)) for a, b in times]
+            first, behind = max([(0, 0), *cut], key=lambda time: time[1] - time[0])
+            return (behind - first) / FEATURE_FPS, first, behind
         if key not in self._shown:
             self._shown[key] = self._resting(action)
         shown = self._shown[key]
