@@ -216,6 +216,14 @@ def sitting(track: FloatArray) -> NDArray[np.bool_]:
     return np.asarray((track[:, 20:22] > SEATED).all(axis=1) & (track[:, 14] < MOST_LEAN))
 
 
+def frames_without(times: Sequence[tuple[int, int]], n: int) -> NDArray[np.bool_]:
+    """Which of n frames are in none of some times: array (n,)."""
+    free = np.ones(n, dtype=bool)
+    for start, end in times:
+        free[start:end] = False
+    return free
+
+
 def standing(track: FloatArray) -> NDArray[np.bool_]:
     """Frames in which somebody is upright on the feet, at rest or not: (frames,)."""
     upright = (track[:, 14] < MOST_LEAN) & (track[:, 0] > STANDING - LOW["crouch"])

@@ -118,6 +118,7 @@ def longest_going(
     speed: FloatArray,
     words: Sequence[str],
     shown: NDArray[np.bool_] | None = None,
+    at_any_speed: bool = False,
     fps: float = FEATURE_FPS,
 ) -> tuple[float, int, int]:
     """The longest time for which a motion travels, or rests, in seconds, and its part [a, b).
@@ -130,9 +131,13 @@ def longest_going(
     >>> round(longest_going(speed, ("run",))[0]), longest_going(speed[60:], ("jog",))[0]
     (4, 0.0)
     """
-    goes = speed > (RUNNING if RUNS.intersection(words) else GOING)
+    goes = (
+        np.ones(len(speed), dtype=bool)
+        if at_any_speed
+        else speed > (RUNNING if RUNS.intersection(words) else GOING)
+    )
     if TRAVELS.isdisjoint(words) and not REST.isdisjoint(words):
-        goes = speed < RESTING
+        goes = goes if at_any_speed else speed < RESTING
     found = [(0, 0), *runs(goes if shown is None else goes & shown)]
     first, behind = max(found, key=lambda run: run[1] - run[0])
     return float((behind - first) / fps), int(first), int(behind)

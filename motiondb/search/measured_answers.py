@@ -51,6 +51,7 @@ from motiondb.meaning.limb_sides import (
 )
 from motiondb.meaning.occurrences import (
     event_of,
+    frames_without,
     sitting,
     standing,
 )
@@ -345,16 +346,11 @@ def _other_posture(seen: SeenFrames, action: Sequence[str], place: PartPlace) ->
     return [] if len(inside) and holds.mean() >= HOLDS else [f"does not {action[0]} meanwhile"]
 
 
-def _longest(seen: SeenFrames, action: Sequence[str], room: slice) -> tuple[float, int, int]:
-    """How long an action goes on, and where, in a part of a take; see ``longest_going``."""
-    return seen.longest_going(action, None if room == slice(0, len(seen.features)) else room)
-
-
 def _leaves(
     seen: SeenFrames, action: Sequence[str], place: PartPlace, room: slice
 ) -> tuple[PartPlace, list[str]]:
     """Where somebody leaves, after another action and before the next."""
-    lasting, first, behind = _longest(seen, action, room)
+    lasting, first, behind = seen.longest_going(action, room)
     if lasting < LEAVES:
         return _unsure(place), [f"does not {action[0]} away"]
     return _moved(place, first, behind), []
@@ -364,7 +360,7 @@ def _gone_on(
     seen: SeenFrames, part: Part, action: Sequence[str], place: PartPlace, room: slice
 ) -> tuple[PartPlace, list[str]]:
     """Where a motion goes on as long as it is asked for, and what speaks against it."""
-    lasting, first, behind = _longest(seen, action, room)
+    lasting, first, behind = seen.longest_going(action, room)
     if math.isinf(lasting):
         return place, []  # it cannot be measured
     is_long = part.longest is not None and lasting >= part.longest + STEADY / 2.0
@@ -474,9 +470,7 @@ def _done_though_excluded(
 
 def _unmoved(seen: SeenFrames, place: PartPlace) -> tuple[PartPlace, list[str]]:
     """Where somebody does not move for longest, and whether that is too short to be a rest."""
-    still = np.ones(len(seen.track), dtype=bool)
-    for start, end in seen.events("move"):
-        still[start:end] = False
+    still = frames_without(seen.events("move"), len(seen.track))
     first, behind = max(runs(still), key=lambda run: run[1] - run[0], default=(0, 0))
     if behind - first < RESTS * MOTION_FPS:
         return _unsure(place), ["does not stop moving"]
