@@ -14,10 +14,14 @@ from motiondb.language.lemmas import VERBS, lemma
 
 _CAPTURES = (
     r"(?:(?:motion\s+|mocap\s+)?(?:clip|video|recording|capture|animation|example|sequence|scene"
-    r"|moment|part|instance|take|shot|file|motion|movement|performance|result|match)(?:e?s)?"
+    r"|moment|part|instance|take|shot|file|motion|movement|performance|result|match|trial"
+    r"|attempt|repetition|excerpt|snippet)(?:e?s)?"
     r"|footage|mocap|(?:any|some|every)thing(?!\s+(?:but|except|other|apart)\b)|stuff|data)"
 )
-_ALL = r"(?:(?:all|any|some|every|each|the|a|an|one|few|more|other|of|my|our|me|us|it|to)\s+)*"
+_ALL = (
+    r"(?:(?:all|any|some|every|each|the|a|an|few|more|other|several|of|my|our|me|us|it|to"
+    r"|\d+|one|two|three|four|five|six|ten)\s+)*"
+)
 _POLITE = r"(?:(?:please|kindly|hi|hello|hey|ok|okay|so|now|just|then)[\s,]+)*"
 _VERB = (
     r"(?:(?:find|show|locate|display|retrieve|fetch|list|return)(?!\s+(?:off|up)\b)"
@@ -54,14 +58,28 @@ _LIGHT = re.compile(
     re.IGNORECASE,
 )
 _WHO_CAN = r"(?:he|she|they|it|one|you|someone|ever)(?:\s+(?:can|could))?"
+_SPEED = r"(?:speed|pace|tempo|cadence|velocity)"
 _MANNERS = (
     (rf"as\s+(\w+)\s+as\s+(?:possible|{_WHO_CAN})", r"\1"),
-    (r"at\s+(?:full|top|high|great|maximum)\s+(?:speed|pace)", "fast"),
-    (r"at\s+a\s+(?:fast|quick|high)\s+(?:speed|pace)", "fast"),
-    (r"in\s+slow\s+motion|at\s+(?:a\s+slow|low)\s+(?:speed|pace)", "slowly"),
+    (rf"at\s+(?:full|top|high|great|maximum|fast)\s+{_SPEED}", "fast"),
+    (rf"at\s+a\s+(?:fast|quick|high)\s+{_SPEED}", "fast"),
+    (rf"in\s+slow\s+motion|at\s+(?:a\s+)?(?:slow|low)\s+{_SPEED}", "slowly"),
+    (r"at\s+all", ""),
 )
 """Phrases of manner, and the word for each."""
 _SEAT = re.compile(r"\b(?:tak(?:es?|ing|en)|took|ha(?:ve|s|d|ving))\s+a\s+seat\b", re.IGNORECASE)
+_NAMED_CAPTURES = re.compile(
+    r"(?<=\w)\s+(?:(?:motion|mocap)\s+)?(?:(?:clip|video|recording|capture|animation|trial)s?"
+    r"|examples|sequences|footage|mocap|data)"
+    r"(?=\s*(?:$|[.,;:?!]|\s(?:of|at|with|without|in|by|from|where|that|which)\b))",
+    re.IGNORECASE,
+)
+_FROM_TO = re.compile(
+    r"\b(?:(?:(?:a|the|any|all)\s+)?transitions?\s+)?(?:from\s+)?([^\W\d_]+)(?:\s+|-)to(?:\s+|-)"
+    r"([^\W\d_]+)\b(?:\s+transitions?\b)?",
+    re.IGNORECASE,
+)
+_LOW = frozenset(("sit", "squat", "crouch", "kneel", "lie"))  # From where one stands up
 _ABOUT_TO = re.compile(
     r"\b(?:(?:is|are|was|were)\s+(?:about|going|trying|asked|told|supposed)\s+to"
     r"|(?:decides?|decided|manages?|managed|attempts?|attempted|tries|tried|happens?|proceeds?"
@@ -98,12 +116,15 @@ def without_request(text: str) -> str:
     'he  slow walk and takes a box'
     >>> without_request("a man looks for a key"), without_request("gives a box to her")
     ('a man looks for a key', 'gives a box to her')
+    >>> without_request("squatting trials"), without_request("three examples of a walk-to-run")
+    ('squatting', 'a walk, then run')
     """
     text = unquote(text).lstrip()
     framed = _REQUEST.match(text)
     if framed is not None and framed.end() < len(text):
         text = text[framed.end() :]
-    text = _OF_CAPTURES.sub("", text)
+    text = _NAMED_CAPTURES.sub("", _OF_CAPTURES.sub("", text))
+    text = _FROM_TO.sub(_then, text)
     for phrase, word in ((r"in\s+reverse", "backward"), *_MANNERS):
         text = re.sub(rf"\b(?:{phrase})\b", word, text, flags=re.IGNORECASE)
     text = _SEAT.sub("sit down", _ABOUT_TO.sub("", text))
@@ -113,6 +134,15 @@ def without_request(text: str) -> str:
 _OBJECTS = frozenset(
     ("box", "fish", "guard", "mop", "screen", "stamp")
 )  # Also things that one takes
+
+
+def _then(found: re.Match[str]) -> str:
+    """One action and then another of a change between them ("sit-to-stand")."""
+    first, second = lemma(found[1]), lemma(found[2])
+    if first == second or first == "start" or not {first, second} <= VERBS - _OBJECTS:
+        return found[0]
+    ends = {"stand": " up" if first in _LOW else "", "sit": " down"}
+    return f"{found[1]}, then {found[2]}{ends.get(second, '')}"
 
 
 def _names_motion(words: str) -> bool:

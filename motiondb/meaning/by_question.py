@@ -107,8 +107,7 @@ def gaps(values: FloatArray) -> NDArray[np.bool_]:
     >>> gaps(np.array([4.0, 0.0, 3.0])).tolist()
     [False, True, False]
     """
-    floor = lower_quartile(values)
-    top = float(values.max())
+    floor, top = lower_quartile(values.tolist()), float(values.max())
     if top - floor < 1.0:
         return np.zeros(len(values), dtype=bool)
     weak: NDArray[np.bool_] = values < floor + 0.5 * (top - floor)
@@ -185,7 +184,7 @@ def ordered_peaks(values: FloatArray) -> list[int] | None:
     return path[::-1]
 
 
-def grow(values: FloatArray, peak: int, low: int, high: int) -> tuple[int, int]:
+def grow(values: Sequence[float], peak: int, low: int, high: int) -> tuple[int, int]:
     """Segments [a, b) around a peak, within [low, high), of at least half its height.
 
     Height is measured from the capture's lower quartile. If the peak is less than one nat above it,
@@ -205,13 +204,13 @@ def grow(values: FloatArray, peak: int, low: int, high: int) -> tuple[int, int]:
     return a, b + 1
 
 
-def lower_quartile(values: FloatArray) -> float:
-    """Lower quartile as ``np.quantile`` computes it, faster for short arrays; `values` (n,).
+def lower_quartile(values: Sequence[float]) -> float:
+    """Lower quartile as ``np.quantile`` computes it, faster for short lists; `values` (n,).
 
-    >>> lower_quartile(np.array([4.0, 1, 3, 2]))
+    >>> lower_quartile([4.0, 1, 3, 2])
     1.75
     """
-    ordered = sorted(values.tolist())
+    ordered = sorted(values)
     place = 0.25 * (len(ordered) - 1)
     low = int(place)
     high = min(low + 1, len(ordered) - 1)
@@ -228,6 +227,7 @@ def place_parts(
     `runs`: Segments [a, b) that every part covers at least, each behind the one before.
     """
     n_actions, n_segments = values.shape
+    rows = values.tolist()
     parts = [(0, 0)] * n_actions
     asked = [k for k in range(n_actions) if worded[k]]
     end, last = 0, -1
@@ -236,13 +236,18 @@ def place_parts(
         limit = runs[following][0] if following < n_actions else n_segments
         low, high = end + (k - last - 1), limit - (following - k - 1)
         first, behind = runs[k]
-        peak = first + int(np.argmax(values[k][first:behind]))
-        start, stop = grow(values[k], peak, low, high)
+        peak = _place_of_largest(rows[k], first, behind)
+        start, stop = grow(rows[k], peak, low, high)
         parts[k] = (min(start, first), max(stop, behind))
         _fill(parts, last + 1, k, end, parts[k][0])
         end, last = parts[k][1], k
     _fill(parts, last + 1, n_actions, end, n_segments)
     return parts
+
+
+def _place_of_largest(values: Sequence[float], low: int, high: int) -> int:
+    """The first place in [low, high) of the largest value there."""
+    return low if high - low == 1 else max(range(low, high), key=values.__getitem__)
 
 
 def _fill(parts: list[tuple[int, int]], first: int, last: int, low: int, high: int) -> None:
@@ -267,7 +272,7 @@ class Statement:
     @cached_property
     def log_odds(self) -> float:
         """Log-odds that the capture shows the action there."""
-        return float(action_log_odds(self.odds))
+        return self.odds[0] if len(self.odds) == 1 else float(action_log_odds(self.odds))
 
 
 @dataclass(frozen=True)
@@ -377,7 +382,10 @@ def _search_reading(
 
 
 def _is_too_short(take: TakeScores, reading: Reading) -> bool:
-    """Whether a reading has repeats, and more parts than the capture has segments."""
+    """Whether a capture is shorter than the parts, or its segments are fewer than repeats."""
+    n_frames = sum(part.seconds for part in reading.parts) * MOTION_FPS
+    if n_frames - 1e-6 * len(reading.parts) > take.ends[-1] - take.starts[0]:
+        return True
     repeats = any(part.repeat_of != k for k, part in enumerate(reading.parts))
     return repeats and len(take.starts) < len(reading.parts)
 
@@ -387,7 +395,7 @@ def _lay(
 ) -> tuple[FloatArray, list[tuple[int, int]], list[tuple[int, int]]] | None:
     """Values (parts, segments), runs and segments [a, b) of every part; None: too short."""
     take = seen.take
-    values = np.stack([seen.part(reading, k) for k in range(len(reading.parts))])
+    values = np.array([seen.part(reading, k) for k in range(len(reading.parts))])
     least = np.array([part.seconds for part in reading.parts])
     apart = [
         k > 0 and part.repeat_of == reading.parts[k - 1].repeat_of
@@ -434,9 +442,8 @@ class _Seen:
 
     def part(self, reading: Reading, k: int) -> FloatArray:
         """Values of a part of a reading: array (segments,)."""
-        values = np.zeros(len(self.take.starts))
-        for action in reading.parts[k].actions:
-            values = values + self.action(action)
+        asked = [self.action(action) for action in reading.parts[k].actions]
+        values = np.asarray(sum(asked)) if asked else np.zeros(len(self.take.starts))
         for exclusion in reading.exclusions:
             if exclusion.first <= k < exclusion.last:
                 values = values - self.together(exclusion)
@@ -454,10 +461,9 @@ class _Seen:
         spans: Sequence[tuple[int, int]],
     ) -> list[Statement]:
         """Requested actions; repeats are evaluated at the weakest repeat."""
-        looks = [self._look(values[k], parts[k], runs[k], spans[k]) for k in range(len(parts))]
-        strength = [
-            sum(weight * values[k][i] for i, weight in look) for k, look in enumerate(looks)
-        ]
+        rows = values.tolist()
+        looks = [self._look(rows[k], parts[k], runs[k], spans[k]) for k in range(len(parts))]
+        strength = [sum(weight * rows[k][i] for i, weight in look) for k, look in enumerate(looks)]
         statements = []
         for first in sorted({part.repeat_of for part in parts}):
             same = [k for k, part in enumerate(parts) if part.repeat_of == first]
@@ -482,11 +488,11 @@ class _Seen:
         return statements
 
     def _look(
-        self, values: FloatArray, part: Part, run: tuple[int, int], span: tuple[int, int]
+        self, values: Sequence[float], part: Part, run: tuple[int, int], span: tuple[int, int]
     ) -> list[tuple[int, float]]:
         """Segments at which a part is evaluated, with weights: the strongest, or all of its run."""
         if part.seconds <= 0.0:
-            return [(span[0] + int(np.argmax(values[span[0] : span[1]])), 1.0)]
+            return [(_place_of_largest(values, *span), 1.0)]
         frames = (self.take.ends - self.take.starts)[run[0] : run[1]]
         return [(run[0] + i, float(f / frames.sum())) for i, f in enumerate(frames)]
 
@@ -508,7 +514,6 @@ class _Seen:
 
 
 def _mean_of(values: FloatArray, columns: Sequence[int]) -> FloatArray:
-    """Mean over some columns: array (...); `values` (..., words)."""
-    if len(columns) == 1:  # most actions are one word
-        return values[..., columns[0]]
-    return np.asarray(values[..., columns].mean(axis=-1))
+    """Mean over some columns: array (segments,); `values` (segments, words)."""
+    total = sum([values[:, column] for column in columns[1:]], values[:, columns[0]])
+    return total / len(columns) if len(columns) > 1 else total

@@ -149,8 +149,14 @@ def refine_interval(
     >>> refine_interval(evidence, (20, 110), (0, 120))
     (40, 80)
     """
+    return around_half(averaged(evidence), interval, limits)
+
+
+def around_half(
+    smooth: FloatArray, interval: tuple[int, int], limits: tuple[int, int]
+) -> tuple[int, int]:
+    """As :func:`refine_interval`, of evidence that is averaged already."""
     low, high = interval
-    smooth = averaged(evidence)
     threshold = HALF * float(smooth[low:high].max())
     if threshold <= 0.0:
         return interval

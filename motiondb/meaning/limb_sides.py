@@ -10,6 +10,7 @@ so that this contradicts only what is clearly otherwise, and nothing where both 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -56,6 +57,7 @@ def limb_held(words: Sequence[str]) -> tuple[str, ...]:
     return found[0] if found else ()
 
 
+@lru_cache(256)
 def without_sides(words: tuple[str, ...]) -> tuple[str, ...]:
     """The words of an action without the sides of limbs that are measured, and these limbs.
 

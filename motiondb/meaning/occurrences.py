@@ -87,6 +87,8 @@ which somebody moves: who stands sways more slowly."""
 TURN_SPEED, SPIN_SPEED, TURNED = 0.8, 2.0, 0.7  # rad/s, rad/s, rad
 COUNTED = (*FLIGHTS, "kick", "punch", *sorted(OVER), *LEANS, *LOW)
 """Words whose occurrences are counted in a motion that is made or judged."""
+HELD = frozenset(("handstand", "sit"))
+"""Events that last for as long as a posture is held."""
 _RISES = frozenset(("stand", "get", "rise"))
 STANDING = body.LEG_LENGTH + body.ANKLE_HEIGHT  # Height of the pelvis in standing, m
 PAUSE = 3  # Frames (0.1 s) up to which a break does not end an occurrence
@@ -212,6 +214,20 @@ def find_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:
 def sitting(track: FloatArray) -> NDArray[np.bool_]:
     """Frames in which somebody sits: both thighs are level and the trunk upright: (frames,)."""
     return np.asarray((track[:, 20:22] > SEATED).all(axis=1) & (track[:, 14] < MOST_LEAN))
+
+
+def frames_without(times: Sequence[tuple[int, int]], n: int) -> NDArray[np.bool_]:
+    """Which of n frames are in none of some times: array (n,)."""
+    free = np.ones(n, dtype=bool)
+    for start, end in times:
+        free[start:end] = False
+    return free
+
+
+def standing(track: FloatArray) -> NDArray[np.bool_]:
+    """Frames in which somebody is upright on the feet, at rest or not: (frames,)."""
+    upright = (track[:, 14] < MOST_LEAN) & (track[:, 0] > STANDING - LOW["crouch"])
+    return np.asarray(~sitting(track) & upright)
 
 
 def _over(track: FloatArray, word: str) -> list[tuple[int, int]]:

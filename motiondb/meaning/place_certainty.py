@@ -32,6 +32,7 @@ captures as they are, and .48 on those of CMU; two have .03 and .10.
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -274,20 +275,20 @@ def cues_of(evidence: FloatArray, first: int, behind: int, support: int) -> Floa
 
     Shapes: `evidence` (segments,).
     """
-    inside = evidence[first:behind]
-    outside = np.concatenate([evidence[:first], evidence[behind:]])
-    peak, low = float(inside.max()), lower_quartile(evidence)
-    margin = max(peak - (float(outside.max()) if len(outside) else low), 0.0)
-    share = (behind - first) / len(evidence)
-    signed = np.array([share, np.log(len(evidence))])
-    return np.concatenate([[peak, margin, peak - low, np.log1p(support)], signed, -signed])
+    values = evidence.tolist()
+    peak, low = max(values[first:behind]), lower_quartile(values)
+    margin = max(peak - max([*values[:first], *values[behind:]], default=low), 0.0)
+    share, length = (behind - first) / len(values), math.log(len(values))
+    cues = [peak, margin, peak - low, math.log1p(support), share, length, -share, -length]
+    return np.array(cues)
 
 
 def single_cues(evidence: FloatArray, seconds: float) -> FloatArray:
     """Cues of s, mostly the length of the take: array (6,); `evidence` (segments,)."""
-    contrast = float(evidence.max()) - lower_quartile(evidence)
-    signed = np.array([np.log(len(evidence)), np.log(seconds), contrast])
-    return np.concatenate([signed, -signed])
+    values = evidence.tolist()
+    contrast = max(values) - lower_quartile(values)
+    signed = [math.log(len(values)), math.log(seconds), contrast]
+    return np.array([*signed, *(-cue for cue in signed)])
 
 
 def interval_cues(

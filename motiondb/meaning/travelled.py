@@ -103,28 +103,41 @@ def directions_to_measure(words: Sequence[str]) -> tuple[str, ...]:
     )
 
 
-def longest_going(
-    speeds: FloatArray,
-    words: Sequence[str],
-    shown: NDArray[np.bool_] | None = None,
-    fps: float = FEATURE_FPS,
-) -> tuple[float, int, int]:
-    """The longest time for which a motion travels, or rests, in seconds, and its part [a, b).
+def steady_speed(speeds: FloatArray, fps: float = FEATURE_FPS) -> FloatArray:
+    """Speed over the ground, m/s, averaged over ``STEADY`` seconds: array (frames,).
 
-    `speeds` (frames, 3): those of ``speeds_of``. `words`: those of the action, which tell how fast
-    it goes at least. `shown` (frames,): frames that count; without it, all.
-
-    >>> speeds = np.zeros((90, 3)); speeds[:60, 1] = 2.0  # 4 s ahead, then 2 s at rest
-    >>> round(longest_going(speeds, ("run",))[0]), longest_going(speeds[60:], ("run",))[0]
-    (4, 0.0)
+    `speeds` (frames, 3): those of ``speeds_of``.
     """
     from scipy.ndimage import uniform_filter1d
 
     steady = uniform_filter1d(speeds[:, :2], round(STEADY * fps), axis=0, mode="nearest")
-    speed = np.hypot(*steady.T)
-    goes = speed > (RUNNING if RUNS.intersection(words) else GOING)
+    return np.asarray(np.hypot(*steady.T))
+
+
+def longest_going(
+    speed: FloatArray,
+    words: Sequence[str],
+    shown: NDArray[np.bool_] | None = None,
+    at_any_speed: bool = False,
+    fps: float = FEATURE_FPS,
+) -> tuple[float, int, int]:
+    """The longest time for which a motion travels, or rests, in seconds, and its part [a, b).
+
+    `speed` (frames,): that of ``steady_speed``. `words`: those of the action, which tell how fast
+    it goes at least. `shown` (frames,): frames that count; without it, all.
+
+    >>> speeds = np.zeros((90, 3)); speeds[:60, 1] = 2.0  # 4 s ahead, then 2 s at rest
+    >>> speed = steady_speed(speeds)
+    >>> round(longest_going(speed, ("run",))[0]), longest_going(speed[60:], ("jog",))[0]
+    (4, 0.0)
+    """
+    goes = (
+        np.ones(len(speed), dtype=bool)
+        if at_any_speed
+        else speed > (RUNNING if RUNS.intersection(words) else GOING)
+    )
     if TRAVELS.isdisjoint(words) and not REST.isdisjoint(words):
-        goes = speed < RESTING
+        goes = goes if at_any_speed else speed < RESTING
     found = [(0, 0), *runs(goes if shown is None else goes & shown)]
     first, behind = max(found, key=lambda run: run[1] - run[0])
     return float((behind - first) / fps), int(first), int(behind)
@@ -183,37 +196,41 @@ def furthest(
     if direction == IN_PLACE:
         counted = np.ones(len(speeds), bool) if shown is None else shown
         return _longest_stay(speeds, counted, fps, least)
-    return max(largest_part(way) for way in ways(speeds, direction, turn, shown, fps))
+    every = ways(speeds, direction, turn, fps)
+    return max(largest_part(way if shown is None else way_while(way, shown)) for way in every)
 
 
 def ways(
-    speeds: FloatArray,
-    direction: str,
-    turn: str = "",
-    shown: NDArray[np.bool_] | None = None,
-    fps: float = FEATURE_FPS,
+    speeds: FloatArray, direction: str, turn: str = "", fps: float = FEATURE_FPS
 ) -> list[FloatArray]:
     """The way of every frame in a direction, in least amounts, for each meaning: arrays (frames,).
 
     Parameters are those of ``furthest``. A direction has several where either side counts, or
     turning and travelling do. What stays in place has no way.
     """
-    counted = np.ones(len(speeds)) if shown is None else shown
-    kept = speeds * counted[:, None]
     if direction in ("forward", "backward", "back"):
         sign = 1.0 if direction == "forward" else -1.0
-        return [sign * _along(kept, 1, fps) / fps / LEAST[direction]]
+        return [sign * _along(speeds, 1, fps) / fps / LEAST[direction]]
     if direction == "sideways":
-        aside = _along(kept, 0, fps) / fps
+        aside = _along(speeds, 0, fps) / fps
         return [sign * aside / LEAST[direction] for sign in (1.0, -1.0)]
-    turned = lasting_turns(speeds, fps) * counted
+    turned = lasting_turns(speeds, fps)
     least = SPUN if turn == "spin" else LEAST[direction]
     if direction == "around":
         return [sign * turned / least for sign in (1.0, -1.0)]
     sign = 1.0 if direction == "left" else -1.0
     if turn:
         return [sign * turned / least]
-    return [sign * turned / least, sign * _along(kept, 0, fps) / fps / LEAST["sideways"]]
+    return [sign * turned / least, sign * _along(speeds, 0, fps) / fps / LEAST["sideways"]]
+
+
+def way_while(way: FloatArray, shown: NDArray[np.bool_]) -> FloatArray:
+    """The way of every frame where only some count: what is gone back in others still counts.
+
+    >>> way_while(np.array([1.0, -0.5, 1.0]), np.array([True, False, False])).tolist()
+    [1.0, -0.5, 0.0]
+    """
+    return np.where(shown, way, np.minimum(way, 0.0))
 
 
 def lasting_turns(speeds: FloatArray, fps: float) -> FloatArray:
@@ -225,12 +242,11 @@ def lasting_turns(speeds: FloatArray, fps: float) -> FloatArray:
     >>> float(np.abs(lasting_turns(back, 15.0)).max())
     0.0
     """
-    from scipy.ndimage import median_filter, uniform_filter1d  # other questions do without
+    from scipy.ndimage import median_filter  # other questions do without
 
     heading = np.concatenate([[0.0], np.cumsum(speeds[:, 2])]) / fps
     median = median_filter(heading, size=2 * round(LASTING * fps) + 1, mode="nearest")
-    steady = uniform_filter1d(speeds[:, :2], round(STEADY * fps), axis=0, mode="nearest")
-    moves = np.hypot(*steady.T) > ON_THE_SPOT
+    moves = steady_speed(speeds, fps) > ON_THE_SPOT
     return np.asarray(np.where(moves, speeds[:, 2] / fps, np.diff(median)))
 
 

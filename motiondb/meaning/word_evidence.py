@@ -266,9 +266,9 @@ def action_log_odds(of_words: FloatArray | Sequence[float]) -> FloatArray:
     >>> round(math.exp(action_log_odds(np.log([3.0, 6.0]))), 6)  # 1 / (1/3 + 1/6)
     2.0
     """
+    if len(of_words) == 1:
+        return np.asarray(of_words[0])
     log_odds = np.asarray(of_words, dtype=np.float64)
-    if len(log_odds) == 1:
-        return np.asarray(log_odds[0])
     return np.asarray(-np.logaddexp.reduce(-log_odds, axis=0))
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import chain, product
 
 from motiondb.language.nearby.table import NearbyTable
@@ -44,7 +44,7 @@ from motiondb.learn.learned import Learned
 from motiondb.meaning.degrees import Degree, degree_of
 from motiondb.meaning.direction import vertical_ways
 from motiondb.meaning.limb_sides import limb_held, limbs_to_measure
-from motiondb.meaning.occurrences import COUNTED, event_of
+from motiondb.meaning.occurrences import COUNTED, HELD, event_of
 from motiondb.meaning.travelled import GOES, LEAST, REST, TRAVELS, directions_to_measure
 from motiondb.search.asked_words import (
     AskedWords,
@@ -100,6 +100,12 @@ class AskedQuestion:
         """The known words that are asked for, each once."""
         actions = actions_of(self.known.tree)
         return list(dict.fromkeys(word for action in actions for word in action.all_words))
+
+    @cached_property
+    def compared(self) -> tuple[tuple[tuple[str, ...], ...], ...]:
+        """The actions of every part of the only reading, as they are measured."""
+        (reading,) = self.readings
+        return tuple(actions_of_part(self.asked, part, self.only) for part in reading.parts)
 
     @cached_property
     def taken(self) -> dict[str, Taking]:
@@ -209,17 +215,24 @@ def understand_learned(learned: Learned, text: str, looks_at_motion: bool = Fals
     return understand(learned_words(learned), sentence, looks_at_motion=looks_at_motion)
 
 
-def measured_words(action: Sequence[str]) -> set[str]:
+def measured_words(action: Sequence[str]) -> frozenset[str]:
     """The words of an action that are measured.
 
-    >>> sorted(measured_words(("wave", "both", "hand"))), measured_words(("wave",))
-    (['both', 'hand'], set())
-    >>> measured_words(("sit", "down", "stool")), sorted(measured_words(("hop", "left", "foot")))
-    ({'down'}, ['foot', 'left'])
+    >>> sorted(measured_words(("wave", "both", "hand"))), sorted(measured_words(("wave",)))
+    (['both', 'hand'], [])
+    >>> sorted(measured_words(("sit", "down", "stool")))
+    ['down']
+    >>> sorted(measured_words(("hop", "left", "foot")))
+    ['foot', 'left']
     """
+    return _measured_words(tuple(action))
+
+
+@lru_cache(256)
+def _measured_words(action: tuple[str, ...]) -> frozenset[str]:
     limbs = {*chain.from_iterable(limbs_to_measure(action)), *limb_held(action)}
     ends = {"seat": {"down"}, "rise": {"up"}}.get(event_of(action), set())
-    return {*directions_to_measure(action), *limbs, *ends, *vertical_ways(action)}
+    return frozenset((*directions_to_measure(action), *limbs, *ends, *vertical_ways(action)))
 
 
 def asked_degree(sentence: Sentence) -> Degree | None:
@@ -330,10 +343,11 @@ def is_repeated(part: Part) -> bool:
 
 
 def lasts_going(part: Part, action: Sequence[str]) -> bool:
-    """Whether a part asks how long one action goes on travelling, or resting: it is measured."""
+    """Whether a part asks how long one action travels, rests or is held: it is measured."""
     travels = not GOES.isdisjoint(action) and IN_PLACE not in action
     asks = part.seconds > 0.0 or part.longest is not None
-    return asks and len(part.actions) == 1 and (travels or bool(REST.intersection(action)))
+    rests = bool(REST.intersection(action)) or event_of(action) in HELD
+    return asks and len(part.actions) == 1 and (travels or rests)
 
 
 def unmeasured_words(

@@ -37,13 +37,14 @@ from motiondb.search.chances import (
     are_checked,
     best_strength,
     chances,
+    is_one_action,
     reaches,
     why_unchecked,
     word_sources,
     words_of_reading,
 )
 from motiondb.search.matches import match_rows
-from motiondb.search.measured_answers import compare_with_motion
+from motiondb.search.measured_answers import compare_with_motion, is_surely_against
 from motiondb.search.ranking import Judged, likeliest_takes
 from motiondb.search.reasons import Explanation, explain, explain_hit
 from motiondb.search.seen_frames import Frames
@@ -75,10 +76,6 @@ class WordAnswer(Tabled):
         Parts of the question that were not used in the search.
     decoding : Decoding or None
         Decoded symbols of a search by symbols; None if no sequence was found.
-    reasons : tuple
-        For each match, the contributions of the words to its log-odds; their
-        ``motiondb.search.reasons.total`` is the number that ranks the match, and ``score`` its
-        logistic function.
     strength : float or None
         Nats by which the least certain action, once, is more probable than usual for its words, in
         the answer that shows it best, of the first 10 (of an order 30, of what is measured 100).
@@ -126,7 +123,6 @@ class WordAnswer(Tabled):
     actions: tuple[tuple[str, ...], ...]
     not_used: tuple[NotUsed, ...] = ()
     decoding: decoding.Decoding | None = None
-    reasons: tuple[tuple[reasons.WordReason, ...], ...] = ()
     strength: float | None = None
     threshold: float | None = None
     taken: Mapping[str, Taking] = field(default_factory=dict)
@@ -143,12 +139,24 @@ class WordAnswer(Tabled):
     apart: tuple[str, ...] = ()
     left: tuple[str, ...] = ()
     partial: bool = False
-    # For each match, finds the captions that its motion suggests
+    # For each match, finds its reasons, and the captions that its motion suggests
+    explains: tuple[Callable[[], tuple[reasons.WordReason, ...]], ...] = field(
+        default=(), repr=False
+    )
     suggests: tuple[Callable[[], tuple[str, ...]], ...] = field(default=(), repr=False)
 
     def _rows(self) -> tuple[str, list[dict[str, object]]]:
         title = "; ".join(filter(None, (self.not_understood, self.understood, self.nothing)))
         return title, match_rows(self.matches)
+
+    @cached_property
+    def reasons(self) -> tuple[tuple[reasons.WordReason, ...], ...]:
+        """For each match, the contributions of the words to its log-odds.
+
+        Their ``motiondb.search.reasons.total`` is the number that ranks the match, and ``score``
+        its logistic function. None for a search by symbols.
+        """
+        return tuple(explain_one() for explain_one in self.explains)
 
     @cached_property
     def explanations(self) -> tuple[Explanation, ...]:
@@ -238,7 +246,7 @@ def search_words(
     )
     certain = partial(chances, asked, read, are_checked(asked, read))
     best = _find(question, allowed, max(limit, n_judged), read)
-    found = [Found(*each, certain(*each)) for each in best]
+    found = [Found(*each, certain) for each in best]
     judged = found[:n_judged]
     unchecked = why_unchecked(asked, sorted(set().union(*map(words_of_reading, read))))
     sure = learned.word_certainty
@@ -248,19 +256,20 @@ def search_words(
 
     place = cache(partial(_place, question, frames=frames))  # few are looked at, some twice
     sign = question.degree.sign if question.degree is not None else 0.0
-    judge = Judged(judged, place, is_checked, sign)
+    contradicts = cache(partial(_is_surely_against, question, frames))
+    judge = Judged(judged, place, is_checked, contradicts, sign)
     first = judge.first(limit)
     shown = [*first, *found[n_judged:]][:limit]
-    whys = tuple(explain_hit(asked, answer.capture, answer.hit) for answer in shown)
     once = tuple(map(without_amounts, read))  # how often and how long was never measured
-    usual = [] if once == read else [hit for _, hit in _find(question, allowed, n_judged, once)]
+    n_usual = 1 if len(once) == 1 and is_one_action(once[0]) else n_judged  # the best is enough
+    usual = [] if once == read else [hit for _, hit in _find(question, allowed, n_usual, once)]
     return replace(
         as_understood(question),
         matches=tuple(
-            to_match(question, rank, judge.looked_at(answer), place(answer), why)
-            for rank, (answer, why) in enumerate(zip(shown, whys), start=1)
+            to_match(question, rank, judge.looked_at(answer), place(answer))
+            for rank, answer in enumerate(shown, start=1)
         ),
-        reasons=whys,
+        explains=tuple(partial(explain_hit, asked, each.capture, each.hit) for each in shown),
         strength=best_strength(asked, usual or [each.hit for each in judged], threshold),
         threshold=None if question.missing else threshold,
         doubtful=not question.missing and judge.is_doubtful(first, known, replaced),
@@ -303,6 +312,13 @@ def _place(question: AskedQuestion, answer: Found, frames: Frames | None) -> pla
         if len(question.readings) == 1:
             placed = compare_with_motion(question, seen, placed)
     return placing.sure_of_whole(placed, asked.learned.captures[capture].motion_frames)
+
+
+def _is_surely_against(question: AskedQuestion, frames: Frames | None, answer: Found) -> bool:
+    """Whether a capture contradicts a question as measured, wherever it may show it."""
+    if frames is None or not question.is_measured:
+        return False
+    return is_surely_against(question, frames.of(question.asked.learned, answer.capture))
 
 
 def as_understood(question: AskedQuestion) -> WordAnswer:

@@ -23,9 +23,9 @@ does if some action has a probability below one half by each of the first answer
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from math import prod
 
 import numpy as np
@@ -76,7 +76,12 @@ class Found:
 
     capture: int
     hit: QuestionHit
-    sure: Chances
+    certain: Callable[[int, QuestionHit], Chances]
+
+    @cached_property
+    def sure(self) -> Chances:
+        """Its certainty, which is computed where it is looked at."""
+        return self.certain(self.capture, self.hit)
 
 
 def are_checked(asked: AskedWords, readings: Sequence[Reading]) -> bool:
@@ -109,7 +114,7 @@ def chances(
     excluded = [[e for e in stated if e.statement.exclusion == n] for n in numbers]
     said = all(each.is_said for each in requested)
     if len(readings) > 1:
-        if not all(map(_is_one_action, readings)):
+        if not all(map(is_one_action, readings)):
             return unknown
         return chances_of_kind(kinds.either, requested[0].odds, None, said)
     if requested and excluded:
@@ -152,17 +157,19 @@ def _with_captions(
     """Statements about a capture, with what captions of the capture add to them."""
     written = asked.evidence.written.get(capture)
     log_odds, is_said = [each.log_odds for each in statements], [False] * len(statements)
-    by_motion = np.array(log_odds)
+    by_motion = log_odds.copy()
     if written is not None:
         starts = asked.learned.segments.starts[asked.learned.rows[capture]]
         for n, each in enumerate(statements):
-            of_words = said_by_captions(written[:, list(each.words)], starts, each)
-            is_said[n] = bool(of_words.min() > 0.0)
-            by_motion[n] = action_log_odds(each.odds - of_words)
-    said = (log_odds - by_motion).tolist()
+            of_words = [said_by_captions(written[:, word], starts, each) for word in each.words]
+            is_said[n] = min(of_words) > 0.0
+            by_motion[n] = float(
+                action_log_odds([every - of for every, of in zip(each.odds, of_words)])
+            )
+    said = [every - alone for every, alone in zip(log_odds, by_motion)]
     if sure is not None:
-        by_motion = sure.log_odds(by_motion[:, None])
-    return list(map(_Stated, statements, said, is_said, by_motion.tolist()))
+        by_motion = sure.log_odds(np.array(by_motion)[:, None]).tolist()
+    return list(map(_Stated, statements, said, is_said, by_motion))
 
 
 def words_of_reading(reading: Reading) -> set[str]:
@@ -183,7 +190,7 @@ def counts_or_lasts(reading: Reading) -> bool:
     )
 
 
-def _is_one_action(reading: Reading) -> bool:
+def is_one_action(reading: Reading) -> bool:
     """Whether a reading is one action without exclusions."""
     return len(reading.parts) == 1 and len(reading.parts[0].actions) == 1 and not reading.exclusions
 
@@ -383,11 +390,21 @@ def is_unlikely(wholes: Iterable[float | None], replaced: float = 1.0) -> bool:
     return is_known
 
 
-def is_lacking(actions: Sequence[Sequence[float]]) -> bool:
-    """Whether some action is shown by no answer; `actions`: Of each answer, their probabilities.
+def is_lacking(actions: Iterable[Sequence[float]]) -> bool:
+    """Whether some action is shown by no answer.
+
+    `actions`: Of each answer, their probabilities; looked at until each action is shown.
 
     >>> is_lacking([(0.9, 0.1), (0.2, 0.8)]), is_lacking([(0.9, 0.1), (0.8, 0.2)])
     (False, True)
     """
-    same = [of for of in actions if of and len(of) == len(actions[0])]
-    return any(max(of_action) < LIKELY for of_action in zip(*same))
+    lacking: set[int] | None = None
+    n = None
+    for of in actions:
+        n = len(of) if n is None else n
+        if of and len(of) == n:
+            lacking = {*range(n)} if lacking is None else lacking
+            lacking = {k for k in lacking if of[k] < LIKELY}
+            if not lacking:
+                return False
+    return bool(lacking)

@@ -40,11 +40,16 @@ def shown_words(
     """
     learned, written = asked.learned, {each.word for each in asked.written_words}
     known = replace(learned_words(learned), counts_captions=asked.counts_captions)
+    every = learned.kept(
+        f"words of segments, {known.counts_captions}",
+        capture,
+        lambda: segment_words(known, capture).probabilities,
+    )
     table, rows = learned.segments, learned.rows[capture]
     starts, ends = table.starts[rows], table.ends[rows]
     within = np.minimum(ends, end) - np.maximum(starts, start)
     inside = 2 * within > np.minimum(ends - starts, end - start)
-    seen = segment_words(known, capture).probabilities[inside].max(axis=0, initial=0.0)
+    seen = every[inside].max(axis=0, initial=0.0)
     seen = np.where(known.checked | (seen > _WRITTEN), seen, 0.0)
     likely = [known.names[w] for w in np.argsort(-seen, kind="stable") if seen[w] > _LIKELY]
     likely.sort(key=lambda word: first.index(word) if word in first else len(first))

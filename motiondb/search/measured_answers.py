@@ -35,11 +35,11 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
+from motiondb.body.features import FEATURE_FPS, FEATURE_STEP, runs
 from motiondb.language.question.readings import Exclusion, Part, say_count, say_duration
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, as_said
 from motiondb.meaning.direction import gone_anywhere, vertical_ways
-from motiondb.meaning.edge_map import HALF, averaged
+from motiondb.meaning.edge_map import HALF
 from motiondb.meaning.limb_sides import (
     is_at_rest,
     limb_held,
@@ -50,27 +50,22 @@ from motiondb.meaning.limb_sides import (
     side_amount,
 )
 from motiondb.meaning.occurrences import (
-    LOW,
-    MOST_LEAN,
-    STANDING,
     event_of,
+    frames_without,
     sitting,
+    standing,
 )
 from motiondb.meaning.travelled import (
     STEADY,
     directions_to_measure,
-    furthest,
-    longest_going,
     say_not_gone,
     share_of_full,
-    speeds_of,
     turning,
 )
-from motiondb.records import Float32Array, FloatArray
+from motiondb.records import MOTION_FPS, FloatArray
 from motiondb.search.asked_words import AskedWords
 from motiondb.search.asking import (
     AskedQuestion,
-    actions_of_part,
     excluded_event,
     excluded_words,
     is_repeated,
@@ -84,6 +79,7 @@ from motiondb.search.seen_frames import SeenFrames
 LEAST_LOOKED_AT = 30  # Feature frames (2 s) in which "in place" is measured
 CLEAR_SIDE = 2.0  # Least shares of a limb from which it clearly moves: two thirds, or .3 each
 LEAVES = 1.0  # Seconds for which somebody who walks away must at least walk
+RESTS = 1.0  # Seconds for which somebody who does not move must at least be still
 AT_ONCE = 60  # Frames (2 s) between events that belong together
 WALKING, HOLDS = 0.6, 0.7  # m/s; share of a place in which a posture holds
 LIFTED, ON_ONE, BESIDE = 0.08, 0.6, 6
@@ -95,14 +91,16 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
     """Places with what the motion contradicts; parts go where it shows what they ask for."""
     (reading,) = question.readings
     places, contradicted, unclear = list(placed.parts), list[str](), False
-    actions_of = [actions_of_part(question.asked, p, question.only) for p in reading.parts]
+    actions_of = question.compared
     for k, part in enumerate(reading.parts):
         is_next = k + 1 < len(places) and bool(reading.parts[k + 1].actions)
         room = slice(
             -(-places[k - 1].end // FEATURE_STEP) if k else 0,
             places[k + 1].start // FEATURE_STEP if is_next else len(seen.features),
         )
-        places[k], against, is_whole = _at_events(question, seen, part, places[k], room)
+        places[k], against, is_whole = _at_events(
+            question, seen, part, actions_of[k], places[k], room
+        )
         contradicted += against
         unclear = unclear or not is_whole
         for action in actions_of[k]:
@@ -116,6 +114,10 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
                 unclear = unclear or is_unclear
     for exclusion in reading.exclusions:
         for k in range(exclusion.first, exclusion.last):
+            if excluded_event(exclusion) == "move" and not actions_of[k]:
+                places[k], against = _unmoved(seen, places[k])
+                contradicted, unclear = [*contradicted, *against], True
+                continue
             done = _done_though_excluded(seen, actions_of[k], exclusion, places[k])
             places[k] = _unsure(places[k]) if done else places[k]
             contradicted += done
@@ -126,6 +128,52 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
     return replace(
         placed, parts=tuple(places), contradicted=spoken, is_unclear=unclear, amount=amount
     )
+
+
+def is_surely_against(question: AskedQuestion, seen: SeenFrames) -> bool:
+    """Whether a take contradicts a question as measured, wherever its parts may be.
+
+    Then it need not be placed to be told from an answer.
+    """
+    if len(question.readings) != 1:
+        return False
+    (reading,) = question.readings
+    for part, actions in zip(reading.parts, question.compared):
+        event = _counted_event(part, actions)
+        if event and is_repeated(part) and len(_events(seen, event, part)) < part.least:
+            return True
+        for action in actions:
+            if _lacks(question.asked, seen, part, action):
+                return True
+    return False
+
+
+def _lacks(asked: AskedWords, seen: SeenFrames, part: Part, action: Sequence[str]) -> bool:
+    """Whether a take nowhere goes on, leaves, sits down, rises or goes as an action asks for."""
+    if lasts_going(part, action) or part.leaves:
+        least = part.seconds if lasts_going(part, action) else LEAVES
+        if seen.longest_going(action)[0] < least:
+            return True
+    if not measured_words(action):
+        return False
+    believed = _believed(asked, seen.capture, action)
+    whole = slice(None)
+    event = event_of(action)
+    is_told = event in ("seat", "rise") and {"up", "down"}.isdisjoint(believed)
+    if is_told and not seen.is_away and not seen.events(event):
+        return True
+    return any(
+        direction not in believed
+        and seen.furthest(direction, turning(action), whole, least=1.0)[0] < 1.0
+        for direction in directions_to_measure(action)
+        if direction != IN_PLACE
+    )
+
+
+def _counted_event(part: Part, actions: Sequence[Sequence[str]]) -> str:
+    """The event of a part of one action, which is counted or gives it its place; "" for others."""
+    is_one = len(actions) == len(part.actions) == 1 and part.seconds <= 0.0
+    return event_of(actions[0]) if is_one else ""
 
 
 def _believed(asked: AskedWords, capture: int, action: Sequence[str]) -> set[str]:
@@ -195,15 +243,19 @@ def _events(seen: SeenFrames, event: str, part: Part) -> list[tuple[int, int]]:
 
 
 def _at_events(
-    question: AskedQuestion, seen: SeenFrames, part: Part, place: PartPlace, room: slice
+    question: AskedQuestion,
+    seen: SeenFrames,
+    part: Part,
+    actions: Sequence[Sequence[str]],
+    place: PartPlace,
+    room: slice,
 ) -> tuple[PartPlace, list[str], bool]:
     """The place of a part where its event occurs, and what speaks against how often it does.
 
     And whether what is counted is all of it: a take of seven jumps may hold two in a row.
     """
-    actions = actions_of_part(question.asked, part, question.only)
-    event = event_of(actions[0]) if len(actions) == len(part.actions) == 1 else ""
-    if not event or part.seconds > 0.0:
+    event = _counted_event(part, actions)
+    if not event:
         return place, [], True
     if not is_repeated(part) and is_labelled(question.asked, seen.capture, part):
         return place, [], True  # captions say where it is
@@ -289,25 +341,16 @@ def _of_side(
 def _other_posture(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> list[str]:
     """That somebody does not stand or sit in a place, if so for most of it."""
     inside = seen.track[place.start : place.end]
-    sits = sitting(inside)
     slow = np.hypot(inside[:, 1], inside[:, 2]) < WALKING
-    upright = (inside[:, 14] < MOST_LEAN) & (inside[:, 0] > STANDING - LOW["crouch"])
-    holds = sits if "sit" in action else ~sits & slow & upright
+    holds = sitting(inside) if "sit" in action else standing(inside) & slow
     return [] if len(inside) and holds.mean() >= HOLDS else [f"does not {action[0]} meanwhile"]
-
-
-def _longest(seen: SeenFrames, action: Sequence[str], room: slice) -> tuple[float, int, int]:
-    """How long an action goes on, and where, in a part of a take; see ``longest_going``."""
-    inside = np.zeros(len(seen.features), dtype=bool)
-    inside[room] = True
-    return longest_going(seen.speeds, action, inside)
 
 
 def _leaves(
     seen: SeenFrames, action: Sequence[str], place: PartPlace, room: slice
 ) -> tuple[PartPlace, list[str]]:
     """Where somebody leaves, after another action and before the next."""
-    lasting, first, behind = _longest(seen, action, room)
+    lasting, first, behind = seen.longest_going(action, room)
     if lasting < LEAVES:
         return _unsure(place), [f"does not {action[0]} away"]
     return _moved(place, first, behind), []
@@ -317,7 +360,9 @@ def _gone_on(
     seen: SeenFrames, part: Part, action: Sequence[str], place: PartPlace, room: slice
 ) -> tuple[PartPlace, list[str]]:
     """Where a motion goes on as long as it is asked for, and what speaks against it."""
-    lasting, first, behind = _longest(seen, action, room)
+    lasting, first, behind = seen.longest_going(action, room)
+    if math.isinf(lasting):
+        return place, []  # it cannot be measured
     is_long = part.longest is not None and lasting >= part.longest + STEADY / 2.0
     if lasting < part.seconds or is_long:
         asked = say_duration(part.seconds, part.longest).removeprefix("for ")
@@ -351,10 +396,10 @@ def _compare_action(
     ]
     for direction in directions_to_measure(action):
         is_said = direction in believed
-        ways = _ways(seen.speeds, direction, action, place, shown[int(is_said)], seconds)
+        ways = _ways(seen, direction, action, place, shown[int(is_said)], seconds)
         if ways is not None:
             place = place if place.unknown else _moved(place, *ways)
-        elif not is_said or furthest(seen.speeds, direction, turning(action))[0] >= 1.0:
+        elif not is_said or seen.furthest(direction, turning(action), slice(None))[0] >= 1.0:
             lasting = f" {say_duration(seconds, None)}" if seconds > 0.0 else ""
             against.append(say_not_gone(direction, turning(action)) + lasting)
     return against, _unsure(place) if against else place
@@ -405,11 +450,11 @@ def _done_though_excluded(
     place: PartPlace,
 ) -> list[str]:
     """What of "walk, but not backward" or "sit, without standing up" a place clearly shows."""
-    inside, done = seen.features[_inside(place)], list[str]()
+    done = list[str]()
     end = math.inf if exclusion.later else place.end
     for action, excluded in product(actions or ((),), exclusion.actions):
         if MODIFIERS.issuperset(excluded) and not place.unknown:
-            done += _goes_though_excluded(inside, action, excluded)
+            done += _goes_though_excluded(seen, _inside(place), action, excluded)
     event = excluded_event(exclusion)
     is_event = event == "move" or bool(event and actions)
     is_direction = bool(exclusion.actions) and MODIFIERS.issuperset(exclusion.actions[0])
@@ -423,21 +468,31 @@ def _done_though_excluded(
     return done
 
 
+def _unmoved(seen: SeenFrames, place: PartPlace) -> tuple[PartPlace, list[str]]:
+    """Where somebody does not move for longest, and whether that is too short to be a rest."""
+    still = frames_without(seen.events("move"), len(seen.track))
+    first, behind = max(runs(still), key=lambda run: run[1] - run[0], default=(0, 0))
+    if behind - first < RESTS * MOTION_FPS:
+        return _unsure(place), ["does not stop moving"]
+    return replace(_unsure(place), start=first, end=behind, unknown=False), []
+
+
 def _goes_though_excluded(
-    frames: Float32Array, action: Sequence[str], excluded: Sequence[str]
+    seen: SeenFrames, inside: slice, action: Sequence[str], excluded: Sequence[str]
 ) -> list[str]:
-    """The directions and sides of an action that frames (frames, 130) show though excluded."""
+    """The directions and sides of an action that feature frames show though excluded."""
     words, turn = excluded_words(action, excluded), turning(action)
     gone = [
         f"{'stays' if direction == IN_PLACE else f'{turn}s' if turn else 'goes'} "
         f"{as_said(direction)}, which is excluded"
         for direction in directions_to_measure(words)
-        if share_of_full(furthest(speeds_of(frames), direction, turn)[0], direction, turn) >= 1.0
+        if share_of_full(seen.furthest(direction, turn, inside)[0], direction, turn) >= 1.0
     ]
     moved = [
         f"moves the {side} {limb}, which is excluded"
         for side, limb in limbs_to_measure(words)
-        if side in ("left", "right") and _moves_side(limb_speeds(frames, limb, words), side)
+        if side in ("left", "right")
+        and _moves_side(limb_speeds(seen.features[inside], limb, words), side)
     ]
     return gone + moved
 
@@ -460,7 +515,7 @@ def _is_otherwise(
 
 
 def _ways(
-    speeds: FloatArray,
+    seen: SeenFrames,
     direction: str,
     action: Sequence[str],
     place: PartPlace,
@@ -472,10 +527,10 @@ def _ways(
     They are those of the place, if the place does. Others must last `seconds`.
     """
     turn, inside = turning(action), _inside(place)
-    looked_at = speeds[_looked_at(inside, direction, len(speeds))]
-    if furthest(looked_at, direction, turn, least=1.0)[0] >= 1.0:
+    looked_at = _looked_at(inside, direction, len(shown))
+    if seen.furthest(direction, turn, looked_at, least=1.0)[0] >= 1.0:
         return inside.start, inside.stop
-    amount, first, behind = furthest(speeds, direction, turn, shown, least=1.0)
+    amount, first, behind = seen.furthest(direction, turn, shown, least=1.0)
     return (first, behind) if amount >= 1.0 and behind - first >= seconds * FEATURE_FPS else None
 
 
@@ -514,8 +569,7 @@ def _frames_that_show(
     shown = np.zeros(len(seen.features), dtype=bool)
     shown[_inside(place)] = True
     known = [word for word in action if word in asked.numbers and word not in MODIFIERS]
-    evidence = seen.evidence([asked.numbers[word] for word in known])
-    if evidence is not None:
-        smooth = averaged(evidence)
+    smooth = seen.smooth([asked.numbers[word] for word in known])
+    if smooth is not None:
         shown |= smooth >= HALF * max(float(smooth.max()), 0.0)
     return shown

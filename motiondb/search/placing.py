@@ -30,7 +30,7 @@ from motiondb.body.features import FEATURE_STEP
 from motiondb.language.question.readings import Part, Reading, is_order
 from motiondb.meaning import by_question
 from motiondb.meaning.by_question import PlacedReading, QuestionHit
-from motiondb.meaning.edge_map import HALF, averaged, lay_in_order, refine_interval
+from motiondb.meaning.edge_map import HALF, around_half, lay_in_order
 from motiondb.meaning.place_certainty import PlaceCertainty, count_performers, interval_cues
 from motiondb.records import FloatArray
 from motiondb.search.asked_words import AskedWords
@@ -143,7 +143,7 @@ def refine_places(
     kept = [not ordered and (fix or place.unknown) for fix, place in zip(fixed, places)]
     if edges is None or (all(kept) and not is_order(reading)):
         return Placed(tuple(places))
-    each = {k: seen.evidence(words) for k, words in enumerate(groups)}
+    each = {k: seen.smooth(words) for k, words in enumerate(groups)}
     evidence = {k: found for k, found in each.items() if found is not None}
     if ordered:
         return _ordered(places, np.stack([*evidence.values()]))
@@ -178,11 +178,11 @@ def sure_of_whole(placed: Placed, length: int) -> Placed:
 
 
 def _ordered(places: Sequence[PartPlace], evidence: FloatArray) -> Placed:
-    """Places by the evidence of frames, around those of segments; `evidence` (parts, frames)."""
+    """Places by averaged evidence, around those of segments; `evidence` (parts, frames)."""
     n = evidence.shape[1]
     low = max(min(place.start for place in places) // FEATURE_STEP - AROUND, 0)
     high = min(-(-max(place.end for place in places) // FEATURE_STEP) + AROUND, n)
-    order = lay_in_order(averaged(evidence), (low, high))
+    order = lay_in_order(evidence, (low, high))
     if order is None:
         return Placed(tuple(places))
     if not order.is_seen:
@@ -197,13 +197,13 @@ def _ordered(places: Sequence[PartPlace], evidence: FloatArray) -> Placed:
 
 
 def _refined(evidence: FloatArray, span: tuple[int, int], room: tuple[int, int]) -> tuple[int, int]:
-    """Frames of the motion, from those of an interval and of its room."""
+    """Frames of the motion, from those of an interval and of its room, by averaged evidence."""
     last = len(evidence)
     low, high = span[0] // FEATURE_STEP, min(-(-span[1] // FEATURE_STEP), last)
     limits = -(-room[0] // FEATURE_STEP), min(room[1] // FEATURE_STEP, last)
     if low >= high:
         return span
-    start, end = refine_interval(evidence, (low, high), limits)
+    start, end = around_half(evidence, (low, high), limits)
     if NARROW * (high - low) < end - start <= high - low:
         return span
     return (
@@ -236,9 +236,10 @@ def _placed(asked: AskedWords, capture: int, reading: Reading) -> PlacedReading 
     words = {asked.numbers[w] for part in reading.parts for a in part.actions for w in a}
     if known is None or take is None or not words <= known.words:
         return None
-    # exclusions may hold added words, of whose places nothing is known
-    unplaced = np.zeros((len(take.starts), len(asked.added)))
-    windows = np.concatenate([take.windows, unplaced], axis=1)
+    windows = take.windows
+    if asked.added:  # in exclusions; of their places nothing is known
+        unplaced = np.zeros((len(take.starts), len(asked.added)))
+        windows = np.concatenate([windows, unplaced], axis=1)
     said = asked.said_places.get(capture)
     take = replace(take, windows=windows if said is None else windows + said)
     return by_question.place_reading(take, reading, asked.numbers)
@@ -307,10 +308,10 @@ def _words(asked: AskedWords, part: Part) -> list[int]:
 
 
 def _reaches_half(evidence: FloatArray, place: PartPlace) -> bool:
-    """Whether the evidence of the frames of a take reaches half of its peak in a place."""
-    smooth, first = averaged(evidence), place.start // FEATURE_STEP
-    inside = smooth[first : max(place.end // FEATURE_STEP, first + 1)]
-    return float(inside.max(initial=0.0)) >= HALF * float(smooth.max())
+    """Whether the averaged evidence of a take reaches half of its peak in a place."""
+    first = place.start // FEATURE_STEP
+    inside = evidence[first : max(place.end // FEATURE_STEP, first + 1)]
+    return float(inside.max(initial=0.0)) >= HALF * float(evidence.max())
 
 
 def _is_labelled_there(asked: AskedWords, capture: int, part: Part, place: PartPlace) -> bool:

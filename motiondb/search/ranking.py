@@ -47,6 +47,9 @@ def likeliest_takes(
     return [(-number, hit) for _, number, hit in sorted(best, key=lambda b: (-b[0], -b[1]))]
 
 
+Rank = tuple[bool, bool, bool, float, float]
+
+
 @dataclass(frozen=True, eq=False)
 class Judged:
     """The answers by which it is told whether anything matches, the largest log-odds first."""
@@ -54,6 +57,8 @@ class Judged:
     answers: Sequence[Found]
     place: Callable[[Found], Placed]  # Where a capture shows an answer; kept once it was asked for
     is_checked: bool  # Whether order or motion are looked at, and can speak against an answer
+    # Whether a capture contradicts the question wherever it shows it, which needs no place
+    contradicts: Callable[[Found], bool] = lambda _: False
     sign: float = 0.0  # 1: the more of what was measured, the better; -1: the less; 0: neither
 
     def first(self, limit: int) -> list[Found]:
@@ -61,27 +66,52 @@ class Judged:
         if not self.is_checked:
             return list(self.answers[:limit])
         # in a heap; answers of one rank stay in their order
-        waiting = [(*_rank(each, None, self.sign), n, False) for n, each in enumerate(self.answers)]
+        looks = (self._first_rank, self._seen_rank, self._placed_rank)
+        waiting = [(*looks[0](each), n, 0) for n, each in enumerate(self.answers)]
         heapq.heapify(waiting)
         first = list[Found]()
         while waiting and len(first) < limit:
-            *_, n, is_placed = heapq.heappop(waiting)
+            *_, n, look = heapq.heappop(waiting)
             answer = self.answers[n]
-            if is_placed:
+            if look == 2:
                 first.append(answer)
-            else:
-                heapq.heappush(waiting, (*_rank(answer, self.place(answer), self.sign), n, True))
+            else:  # by as little as tells it from the others
+                heapq.heappush(waiting, (*looks[look + 1](answer), n, look + 1))
         return first
+
+    def _first_rank(self, answer: Found) -> Rank:
+        """The first rank that an answer can have."""
+        return False, False, False, -np.inf if self.sign else 0.0, -answer.hit.log_odds
+
+    def _seen_rank(self, answer: Found) -> Rank:
+        """The first rank that an answer can have, by its certainty and its whole take."""
+        is_against = self.contradicts(answer)
+        return is_against, is_against or _is_weak(answer), *self._first_rank(answer)[2:]
+
+    def _placed_rank(self, answer: Found) -> Rank:
+        """Contradicted answers last, probable and clear ones first; then by the degree."""
+        placed = self.place(answer)
+        is_weak = _is_weak(answer) or _is_against(placed)
+        amount = 0.0 if placed.amount is None else -self.sign * placed.amount
+        is_unclear = placed.is_unclear or bool(np.isnan(amount))
+        amount = 0.0 if np.isnan(amount) else amount
+        return bool(placed.contradicted), is_weak, is_unclear, amount, -answer.hit.log_odds
 
     def looked_at(self, answer: Found) -> Found:
         """An answer, without its probability unless order and motion agree with it.
 
         How often another answer is right was not measured.
         """
-        placed = self.place(answer) if self.is_checked else None
-        if placed is None or not (_is_against(placed) or placed.is_unclear):
+        if not self.is_checked:
             return answer
-        return replace(answer, sure=replace(answer.sure, whole=None))
+        if self._is_against(answer) or self.place(answer).is_unclear:
+            unsure = replace(answer.sure, whole=None)
+            return replace(answer, certain=lambda *_: unsure)
+        return answer
+
+    def _is_against(self, answer: Found) -> bool:
+        """Whether the motion contradicts the question, or the frames show another order."""
+        return self.contradicts(answer) or _is_against(self.place(answer))
 
     def is_unlikely(self, first: Sequence[Found], is_known: bool, replaced: float) -> bool:
         """Whether each answer is more likely wrong than right.
@@ -104,41 +134,21 @@ class Judged:
         So it is if some action is shown by no answer, or each answer is wrong; if every action is
         shown by some, no answer may yet show all of them.
         """
-        actions = [each.sure.actions for each in self.answers]
-        has_one = max(map(len, actions), default=0) < 2
-        if is_lacking(actions) or (has_one and self.is_unlikely(first, is_known, replaced)):
+        n_actions = (len(each.sure.actions) for each in self.answers)
+        has_one = next(filter(None, n_actions), 0) < 2
+        if is_lacking(each.sure.actions for each in self.answers):
+            return True
+        if has_one and self.is_unlikely(first, is_known, replaced):
             return True
 
         def is_wrong(answer: Found) -> bool:
             if not is_known:
-                return bool(self.place(answer).contradicted)
+                return self.contradicts(answer) or bool(self.place(answer).contradicted)
             is_placed = self.is_checked or answer in first
             is_weak = has_one and _is_weak(answer)
-            return is_weak or (is_placed and _is_against(self.place(answer)))
+            return is_weak or (is_placed and self._is_against(answer))
 
         return (is_known or self.is_checked) and all(map(is_wrong, chain(first, self.answers)))
-
-
-def _rank(
-    answer: Found, placed: Placed | None, sign: float
-) -> tuple[bool, bool, bool, float, float]:
-    """Sorts answers: contradicted ones last, probable and clear ones first; then by the degree.
-
-    Without its places, an answer comes as early as it can.
-    """
-    is_weak, log_odds = _is_weak(answer), answer.hit.log_odds
-    if placed is None:
-        return False, is_weak, False, -np.inf if sign else 0.0, -log_odds
-    is_weak = is_weak or _is_against(placed)
-    amount = 0.0 if placed.amount is None else -sign * placed.amount
-    is_unclear = placed.is_unclear or bool(np.isnan(amount))
-    return (
-        bool(placed.contradicted),
-        is_weak,
-        is_unclear,
-        0.0 if np.isnan(amount) else amount,
-        -log_odds,
-    )
 
 
 def _is_weak(answer: Found) -> bool:

@@ -97,15 +97,15 @@ def segment_shares(evidence: Evidence, low: int, high: int) -> FloatArray:
     return weights * (evidence.standardised @ evidence.slope) / (length if length > 0 else 1.0)
 
 
-def said_by_captions(written: FloatArray, starts: IntArray, statement: Statement) -> FloatArray:
-    """What captions add to words where a statement is evaluated: array (...).
+def said_by_captions(written: FloatArray, starts: IntArray, statement: Statement) -> float:
+    """What captions add to a word where a statement is evaluated.
 
-    Shapes: `written` (segments, ...): log-odds that captions add; `starts` (segments,).
+    Shapes: `written` (segments,): log-odds that captions add; `starts` (segments,).
     """
-    said = (1.0 - statement.near) * written.max(axis=0)
+    said = (1.0 - statement.near) * float(written.max())
     for frame, share in statement.places:
-        said = said + statement.near * share * written[_segment_at(starts, frame)]
-    return np.asarray(said)
+        said += statement.near * share * float(written[_segment_at(starts, frame)])
+    return said
 
 
 def _segment_at(starts: IntArray, frame: int) -> int:
@@ -119,7 +119,7 @@ def explain_word(
     """Decompose the contribution of one word of an action, with its weight in the answer."""
     whole = 1.0 - statement.near
     amounts = whole * segment_shares(evidence, 0, int(evidence.ends[-1]))
-    said = float(said_by_captions(evidence.written, evidence.starts, statement))
+    said = said_by_captions(evidence.written, evidence.starts, statement)
     for frame, share in statement.places:
         peak = _segment_at(evidence.starts, frame)
         low = int(evidence.starts[peak]) - WINDOW_MARGIN

@@ -5,18 +5,36 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import inf
 from threading import Lock
+from typing import Any, TypeVar, cast
 
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.body.features import FEATURE_STEP
 from motiondb.errors import StoreError
+from motiondb.language.vocabulary import IN_PLACE
 from motiondb.learn.learned import Learned
-from motiondb.meaning.edge_map import frame_cues
-from motiondb.meaning.occurrences import find_occurrences
-from motiondb.meaning.travelled import speeds_of
+from motiondb.meaning.edge_map import averaged, frame_cues
+from motiondb.meaning.occurrences import HELD, event_of, find_occurrences, frames_without, standing
+from motiondb.meaning.travelled import (
+    REST,
+    TRAVELS,
+    furthest,
+    largest_part,
+    longest_going,
+    speeds_of,
+    steady_speed,
+    way_while,
+    ways,
+)
 from motiondb.records import Float32Array, FloatArray
 
 MOST_FRAMES = 200_000
 """Feature frames, 15 a second, of the captures that are kept: some 200 MB. Chosen by hand."""
-_MOST_ACTIONS = 32  # Actions whose evidence is kept for a capture
+MOST_KNOWN = 64  # Values that are kept for a capture, such as the evidence of an action
+Value = TypeVar("Value")
 
 
 class Frames:
@@ -53,8 +71,15 @@ class SeenFrames:
     learned: Learned
     capture: int
     frames: Frames
-    _evidence: dict[tuple[int, ...], FloatArray] = field(default_factory=dict, repr=False)
-    _events: dict[str, list[tuple[int, int]]] = field(default_factory=dict, repr=False)
+    _known: dict[tuple[object, ...], Any] = field(default_factory=dict, repr=False)
+
+    def _once(self, key: tuple[object, ...], make: Callable[[], Value]) -> Value:
+        """A value of the capture that is computed once, while few others are asked for."""
+        if key not in self._known:
+            if len(self._known) >= MOST_KNOWN:
+                self._known.clear()
+            self._known[key] = make()
+        return cast(Value, self._known[key])
 
     @cached_property
     def features(self) -> Float32Array:
@@ -66,10 +91,65 @@ class SeenFrames:
         """Speeds over the ground and of turning: array (frames, 3), see ``speeds_of``."""
         return speeds_of(self.features)
 
+    def longest_going(
+        self, action: Sequence[str], room: slice = slice(None)
+    ) -> tuple[float, int, int]:
+        """How long an action goes on, in some frames, and where: see ``longest_going``.
+
+        Who stands does so on the feet, and who stands still moves no limb. A posture lasts as long
+        as its event does; infinitely long where the motion is away.
+        """
+        if event_of(action) in HELD and self.is_away:
+            return inf, 0, len(self.features)
+        shown = self._once(("posture", *action), lambda: self._posture(action))
+        speed = self._once(("speed",), lambda: steady_speed(self.speeds))
+        inside = np.zeros_like(shown)
+        inside[room] = shown[room]
+        return longest_going(speed, action, inside, event_of(action) in HELD)
+
+    def _posture(self, action: Sequence[str]) -> NDArray[np.bool_]:
+        """Frames whose posture is that of an action; all if it needs none: array (frames,)."""
+        event, rests = event_of(action), not REST.isdisjoint(action)
+        if event not in HELD and (not rests or TRAVELS.intersection(action) or self.is_away):
+            return np.ones(len(self.features), dtype=bool)
+        posed = np.ones(len(self.track), dtype=bool)
+        if event in HELD:
+            posed = ~frames_without(self.events(event), len(posed))
+        elif "stand" in action:
+            posed = standing(self.track)
+        if {"still", "freeze"}.intersection(action):
+            posed = posed & frames_without(self.events("move"), len(posed))
+        return posed[::FEATURE_STEP][: len(self.features)]
+
+    def furthest(
+        self, direction: str, turn: str, part: slice | NDArray[np.bool_], least: float = 0.0
+    ) -> tuple[float, int, int]:
+        """How far some frames go in a direction, and the part that does: see ``furthest``.
+
+        `part`: The frames that are looked at, or which frames (frames,) count. Where steps are
+        averaged, those around the part count too.
+        """
+        if direction == IN_PLACE:
+            if isinstance(part, slice):
+                return furthest(self.speeds[part], direction, turn, least=least)
+            return furthest(self.speeds, direction, turn, part, least=least)
+        key = "ways", direction, turn
+        found = self._once(key, lambda: ways(self.speeds, direction, turn))
+        if isinstance(part, slice):
+            return max(largest_part(way[part]) for way in found)
+        return max(largest_part(way_while(way, part)) for way in found)
+
     @cached_property
     def track(self) -> FloatArray:
         """What measured words look at: array (frames, columns), see ``measured_track``."""
         return self.frames.track(self.capture)
+
+    def smooth(self, words: Sequence[int]) -> FloatArray | None:
+        """As :meth:`evidence`, averaged over neighbouring frames: array (frames,)."""
+        evidence = self.evidence(words)
+        if evidence is None:
+            return None
+        return self._once(("smooth", *words), lambda: averaged(evidence))
 
     @property
     def is_away(self) -> bool:
@@ -81,9 +161,7 @@ class SeenFrames:
 
     def events(self, word: str) -> list[tuple[int, int]]:
         """Where an event occurs, see ``find_occurrences``."""
-        if word not in self._events:
-            self._events[word] = find_occurrences(self.track, word)
-        return self._events[word]
+        return self._once(("events", word), lambda: find_occurrences(self.track, word))
 
     @cached_property
     def _cues(self) -> FloatArray:
@@ -97,10 +175,4 @@ class SeenFrames:
         edges, placed = self.learned.edges, self.learned.placed
         if not words or edges is None or placed is None or not placed.words.issuperset(words):
             return None
-        key = tuple(words)
-        found = self._evidence.get(key)
-        if found is None:
-            if len(self._evidence) >= _MOST_ACTIONS:
-                self._evidence.clear()
-            found = self._evidence[key] = edges.of_cues(self._cues, words)
-        return found
+        return self._once(("evidence", *words), lambda: edges.of_cues(self._cues, words))

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from motiondb.language.question.amounts import manner_of
 from motiondb.language.question.readings import Reading
 from motiondb.language.vocabulary import as_said
+from motiondb.meaning.regression import probability
 from motiondb.records import Match, MatchPart
-from motiondb.search import placing, reasons
+from motiondb.search import placing
 from motiondb.search.asking import AskedQuestion
 from motiondb.search.chances import Found
 from motiondb.search.matches import mark_generated, shown_words, to_seconds
@@ -22,7 +21,6 @@ def to_match(
     rank: int,
     answer: Found,
     placed: placing.Placed,
-    why: Sequence[reasons.WordReason],
 ) -> Match:
     """One capture's answer: scored by the word map, placed by the evidence of places.
 
@@ -61,7 +59,7 @@ def to_match(
         rank,
         learned.captures[capture].name,
         *to_seconds(learned, capture, start, end),
-        float(1.0 / (1.0 + np.exp(-reasons.total(why)))),
+        float(probability(answer.hit.log_odds)),
         shown_words(asked, capture, start, end, question.words),
         with_notation(reason, question.taken),
         whole if is_known else None,

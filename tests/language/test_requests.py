@@ -48,3 +48,20 @@ def test_what_a_request_asks_for(text: str, actions: str) -> None:
 def test_a_frame_alone_asks_for_nothing_else(text: str) -> None:
     words = [word for action in split_actions(without_request(text)) for word in action]
     assert set(words) <= {"find", "show", "clip", "want"}
+
+
+@pytest.mark.parametrize(
+    ("text", "asked"),
+    [
+        ("sit-to-stand", "sit, then stand up"),
+        ("transition from walking to running", "walking, then running"),
+        ("stand-to-sit transition", "stand, then sit down"),
+        ("squatting trials at slow cadence", "squatting slowly"),
+        ("four examples of a jump", "a jump"),
+        ("start to run", "start to run"),
+        ("walk to box", "walk to box"),
+        ("side to side", "side to side"),
+    ],
+)
+def test_changes_and_named_captures_are_read_as_they_are_meant(text: str, asked: str) -> None:
+    assert without_request(text) == asked

@@ -8,7 +8,7 @@ import pytest
 from motiondb.meaning.degrees import Degree, degree_of
 from motiondb.meaning.direction import gone_anywhere
 from motiondb.meaning.occurrences import STANDING, event_of, find_occurrences
-from motiondb.meaning.travelled import longest_going
+from motiondb.meaning.travelled import longest_going, steady_speed
 from motiondb.records import FloatArray
 
 HEIGHT, AHEAD, TURNING, LEAN = 0, 2, 3, 14
@@ -113,7 +113,7 @@ def test_degrees_of_speed_height_and_way() -> None:
 def test_who_rests_does_not_go_on() -> None:
     speeds = np.zeros((90, 3))
     speeds[30:, 1] = 1.5
-    lasting, first, behind = longest_going(speeds, ("stand", "still"))
+    lasting, first, behind = longest_going(steady_speed(speeds), ("stand", "still"))
     assert (first, lasting) == (0, behind / 15.0)
     assert 20 <= behind <= 30
 

@@ -13,6 +13,7 @@ from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import readings, say
 from motiondb.meaning.occurrences import find_occurrences, sitting
 from motiondb.records import FloatArray
+from motiondb.search import by_words
 from motiondb.search.asking import excluded_event
 
 
@@ -141,3 +142,17 @@ def test_what_is_named_as_not_used_leaves_no_probability(db: motiondb.MotionDB) 
     answer = db.search("turn left 180 degrees", limit=3)
     assert [left.text for left in answer.not_used] == ["180 degrees"]
     assert {match.probability for match in answer.matches} == {None}
+
+
+@pytest.mark.parametrize(
+    "question",
+    ["walk backward", "sit down", "run for more than 2 seconds", "jump twice", "turn left, jump"],
+)
+def test_a_take_that_surely_contradicts_is_contradicted_at_its_place(
+    db: motiondb.MotionDB, question: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    quick = db.search(question, limit=40)
+    monkeypatch.setattr(by_words, "is_surely_against", lambda *_: False)
+    slow = db.search(question, limit=40)
+    assert quick.matches == slow.matches
+    assert any(match.contradicted for match in slow.matches)

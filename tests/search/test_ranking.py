@@ -32,7 +32,8 @@ ANSWERS = st.lists(
 
 
 def found(log_odds: float, whole: float | None) -> Found:
-    return Found(0, QuestionHit(0, 1, log_odds, ((0, 1),), ()), Chances(whole, (None,)))
+    hit = QuestionHit(0, 1, log_odds, ((0, 1),), ())
+    return Found(0, hit, lambda *_: Chances(whole, (None,)))
 
 
 @given(ANSWERS, st.integers(1, 12))
