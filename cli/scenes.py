@@ -34,7 +34,7 @@ Goals = Annotated[
 def check_grammar(
     shared: options.SharedOfClips, file: GrammarFile, exact: options.Exact = False
 ) -> None:
-    """Check a grammar: form, LR(1) conflicts, useless symbols, and clips in a database."""
+    """Check a grammar: form, ambiguity, useless symbols, and clips in a database."""
     grammar = motiondb.Scenes.read_grammar(file)
     report = motiondb.Scenes.check_grammar(grammar)
     clips = _clips(shared, grammar, exact)
@@ -43,9 +43,9 @@ def check_grammar(
             start.symbol,
             start.team,
             start.empty,
-            not start.conflicts,
-            start.n_states,
-            [conflict.describe(grammar.grammar) for conflict in start.conflicts],
+            start.n_strings,
+            " ".join(start.ambiguous),
+            _number_of_trees(start.n_trees),
         )
         for start in report.starts
     ]
@@ -66,10 +66,13 @@ def check_grammar(
     )
     for start in starts:
         whom = f" ({start.team})" if start.team else ""
-        kind = f"LR(1), {start.lr1_states} states" if start.lr1 else "not LR(1)"
+        kind = f"one tree for each of its {start.strings} most probable strings"
+        if not start.strings:
+            kind = "its strings are too many and too long to count trees"
+        if start.ambiguous:
+            number = "endlessly many" if start.trees is None else start.trees
+            kind = f"ambiguous, '{start.ambiguous}' has {number} trees"
         printing.say(f"{start.symbol}{whom}: {kind}")
-        for conflict in start.conflicts:
-            printing.say(f"    {conflict}")
         if start.can_be_empty:
             printing.say(
                 "    can derive the empty string, but every player needs at least one action"
@@ -95,7 +98,7 @@ def validate(
         answers.ValidatedActions,
         validation,
         tree=_tree_facts(validation.tree) if validation.tree else None,
-        trees=int(validation.n_trees) if math.isfinite(validation.n_trees) else None,
+        trees=_number_of_trees(validation.n_trees),
         position=None if validation.allowed else validation.position,
         clips=_number(clips, named),
     )
@@ -109,6 +112,11 @@ def validate(
         if not shared.json:
             printing.warn(f"{grammar.name}: {validation.message}")
         raise typer.Exit(1)
+
+
+def _number_of_trees(number: float) -> int | None:
+    """Return None for endlessly many, which JSON has no number for."""
+    return int(number) if math.isfinite(number) else None
 
 
 def _tree_facts(tree: motiondb.Tree) -> str | list[Any]:
