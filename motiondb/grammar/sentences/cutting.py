@@ -1,11 +1,10 @@
 """Random search of cuts: many partitions are drawn, changed and judged quickly.
 
-The ends of strings are always cuts. Further cuts are allowed anywhere except inside a chosen
-occurrence of a repeat (``repeats.cover_repeats``), and no nearer to each other than the shortest
-sentence. Sentences longer than the longest are made only if no other cut is allowed. A candidate
-is judged by the grammar that ``context_bits`` induces for it. In a *free* room no repeats are
-chosen, so that cuts are allowed anywhere: in a long string, nearly every true border lies inside
-some repeat by chance.
+The ends of strings are always cuts. Further cuts are allowed anywhere, but no nearer to each other
+than the shortest sentence. Sentences longer than the longest are made only if no other cut is
+allowed. A candidate is judged by the grammar that ``context_bits`` induces for it. (The paper
+allows no cut inside a chosen repeat, which forbids its own partition: in a long string, nearly
+every true border lies inside some repeat by chance.)
 
 The paper draws candidates at random and keeps the best. Here a quarter of the evaluations does the
 same. The others change the best candidate: single cuts are moved, added and removed, or some or all
@@ -33,7 +32,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -41,8 +40,8 @@ from numba import njit
 
 from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.grammar.rules.description_length import Sentence
-from motiondb.grammar.sentences.context_bits import CoveredString, context_bits, cover_string
-from motiondb.grammar.sentences.repeats import join_strings
+from motiondb.grammar.sentences.context_bits import context_bits
+from motiondb.grammar.sentences.reparsing import join_strings
 from motiondb.records import BoolArray, FloatArray, IntArray
 
 _TOO_LONG = 1e3
@@ -197,7 +196,8 @@ _WARMTH = 0.004  # First temperature of the annealing, as a share of the bits of
 class Room:
     """Strings with the places where cuts are allowed, and the limits of sentence lengths."""
 
-    covered: CoveredString  # The joined strings with their cover
+    symbols: IntArray  # (N,): the joined strings, with a separator at the end of each
+    n_terminals: int
     bounds: tuple[int, ...]  # Start of each string, and the length of the joined strings
     allowed: tuple[int, ...]  # Places in the joined strings where inner cuts are allowed, ascending
     shortest: int  # Shortest sentence, in symbols
@@ -211,15 +211,13 @@ class Room:
 
     def bits(self, cuts: Sequence[int]) -> float:
         """Return the description length of a partition."""
-        return context_bits(self.covered, *self.spans(cuts))
+        return context_bits(self.symbols, self.n_terminals, *self.spans(cuts))
 
 
 def cutting_room(
     strings: Sequence[Sentence],
     shortest: int = SHORTEST,
     longest: int = LONGEST,
-    *,
-    free: bool = False,
 ) -> Room:
     """Find the places of strings where cuts are allowed."""
     if not 1 <= shortest <= longest:
@@ -239,27 +237,12 @@ def cutting_room(
             " A grammar of one symbol says nothing: find more terminals, or take longer captures."
         )
     symbols, bounds = join_strings(strings)
-    covered = cover_string(symbols, len(kinds))
-    if free:
-        covered = _uncovered(covered)
     allowed = [
         place
         for low, high in pairwise(bounds.tolist())
         for place in range(low + shortest, high - shortest)
-        if not covered.inside[place]
     ]
-    return Room(covered, tuple(bounds.tolist()), tuple(allowed), shortest, longest)
-
-
-def _uncovered(covered: CoveredString) -> CoveredString:
-    none = np.zeros(0, dtype=np.int64)
-    return replace(
-        covered,
-        repeat_at=np.full_like(covered.repeat_at, -1),
-        repeat_starts=none,
-        repeat_lengths=none,
-        inside=np.zeros_like(covered.inside),
-    )
+    return Room(symbols, len(kinds), tuple(bounds.tolist()), tuple(allowed), shortest, longest)
 
 
 def search_cuts(
@@ -347,7 +330,7 @@ def _changed(room: Room, cuts: tuple[int, ...], rng: np.random.Generator) -> tup
 
 def _recut(room: Room, cuts: tuple[int, ...], rng: np.random.Generator) -> tuple[int, ...]:
     lengths = room.shortest, room.longest
-    return recut(room.covered.symbols, room.allowed, room.bounds, lengths, cuts, rng)
+    return recut(room.symbols, room.allowed, room.bounds, lengths, cuts, rng)
 
 
 def _placed(

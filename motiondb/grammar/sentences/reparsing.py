@@ -20,12 +20,33 @@ Acoustics, Speech, and Signal Processing 38 (1990).
 
 from __future__ import annotations
 
+from collections.abc import Hashable, Sequence
+
 import numpy as np
 from numba import njit
 
 from motiondb.grammar.induction.refitting import cheapest_parts, costs_of
 from motiondb.grammar.rules.rule_set import RuleSet
 from motiondb.records import FloatArray, IntArray
+
+
+def join_strings(strings: Sequence[Sequence[Hashable]]) -> tuple[IntArray, IntArray]:
+    """Join strings into one array of numbers, with a different separator after each.
+
+    The K symbols become 0..K-1 in the order of their names; the separators are K, K+1, ...
+
+    >>> join_strings(["ab", "ba"])
+    (array([0, 1, 2, 1, 0, 3]), array([0, 3, 6]))
+    """
+    names = sorted({symbol for string in strings for symbol in string}, key=str)
+    number = {name: place for place, name in enumerate(names)}
+    joined: list[int] = []
+    bounds = [0]
+    for place, string in enumerate(strings):
+        joined.extend(number[symbol] for symbol in string)
+        joined.append(len(names) + place)
+        bounds.append(len(joined))
+    return np.array(joined, dtype=np.int64), np.array(bounds, dtype=np.int64)
 
 
 def cut_by_rules(

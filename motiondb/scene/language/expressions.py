@@ -21,6 +21,7 @@ Forum 35 (2016), section 4, equation (8).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice, pairwise
@@ -125,6 +126,11 @@ class Item:
     other_item: int = -1
     # Points from the player's place to the end of the move; one point if the player stays
     way: tuple[Spot, ...] = ()
+
+    @property
+    def metres(self) -> float:
+        """The length of the way."""
+        return sum(math.hypot(b.x - a.x, b.z - a.z) for a, b in pairwise(self.way))
 
     def __str__(self) -> str:
         """Return the class in the notation of the paper."""
@@ -307,7 +313,7 @@ def _shared_out(intervals: list[tuple[int, int]], items: Sequence[Item]) -> list
             last += 1
         if last > number + 1:
             first, end = intervals[number][0], intervals[last - 1][1]
-            ways = np.cumsum([max(_metres(item), 1e-9) for item in items[number:last]])
+            ways = np.cumsum([max(item.metres, 1e-9) for item in items[number:last]])
             shares = np.round((end - first) * ways / ways[-1]).astype(int)
             cuts = [first, *(first + shares).tolist()]
             n = last - number
@@ -316,11 +322,6 @@ def _shared_out(intervals: list[tuple[int, int]], items: Sequence[Item]) -> list
             intervals[number:last] = list(pairwise(cuts))
         number = last
     return intervals
-
-
-def _metres(item: Item) -> float:
-    """Return the length of an item's way, m."""
-    return sum(float(np.hypot(b.x - a.x, b.z - a.z)) for a, b in pairwise(item.way))
 
 
 def auxiliary_rules(diagram: Diagram, grammar: MotionGrammar) -> tuple[DiagramRule, ...]:

@@ -16,10 +16,13 @@ import math
 from dataclasses import dataclass
 from itertools import pairwise
 
+import numpy as np
+
 from motiondb.errors import SceneError
+from motiondb.records import FloatArray
 from motiondb.scene.language.activity import GIVE
 from motiondb.scene.language.expressions import Item, expressions
-from motiondb.scene.language.semantic_rules import PASS_SPEED, Spot
+from motiondb.scene.language.semantic_rules import PASS_SPEED, Spot, line_error
 from motiondb.scene.language.tactics import Diagram, Stretch
 
 FASTEST = 8.0  # Speed of a pelvis, m/s, that nobody exceeds
@@ -57,7 +60,7 @@ def _demands(diagram: Diagram, items: dict[str, tuple[Item, ...]]) -> list[_Dema
         for k, item in enumerate(row):
             begin, event, end = (name, k, "begin"), (name, k, "event"), (name, k, "end")
             demands += [_Demand(begin, event, 0.0, ""), _Demand(event, end, 0.0, "")]
-            metres = sum(math.hypot(b.x - a.x, b.z - a.z) for a, b in pairwise(item.way))
+            metres = item.metres
             seconds = max(metres / FASTEST, SHORTEST)
             run = f"{name} would have to run {metres:.1f} m" if metres > FASTEST * SHORTEST else ""
             demands.append(_Demand(begin, end, seconds, run or f"{name} does {item}"))
@@ -151,11 +154,13 @@ def _check_stretch(
 ) -> None:
     """Refuse a place that is drawn for somebody too far from whom they keep a distance to."""
     theirs = _places(diagram, items, kept.other, kept)
+    ways = list(pairwise([*theirs, theirs[-1]]))
     for item in items[kept.player]:
         if item.element < 0 or not _inside(diagram, item, kept):
             continue
         for spot in (item.way[0], item.way[-1]):
-            apart = min(_distance(spot, a, b) for a, b in pairwise([*theirs, theirs[-1]]))
+            ends = [line_error(_point(spot), _point(a), _point(b)) for a, b in ways]
+            apart = float(min(ends))
             if apart > kept.far + _NEAR:
                 element = diagram.elements[item.element]
                 raise SceneError(
@@ -184,9 +189,5 @@ def _places(
     return places
 
 
-def _distance(spot: Spot, a: Spot, b: Spot) -> float:
-    """Return the distance of a point from a segment, m."""
-    dx, dz = b.x - a.x, b.z - a.z
-    share = ((spot.x - a.x) * dx + (spot.z - a.z) * dz) / max(dx * dx + dz * dz, 1e-12)
-    share = min(max(share, 0.0), 1.0)
-    return math.hypot(spot.x - a.x - share * dx, spot.z - a.z - share * dz)
+def _point(spot: Spot) -> FloatArray:
+    return np.array([spot.x, spot.z])
