@@ -8,7 +8,7 @@ the sentences given the rules. Learning rules in full takes seconds, so partitio
 2. *Race.* Rules are annealed for each candidate. The third with the fewest bits is annealed three
    times as often, and so on, until a few finalists are left.
 3. *Improvement.* Each finalist is changed many times: its strings are cut again by the present
-   rules (``reparsing``), or cuts of one kind are changed (``borders``), then rules annealed.
+   rules (``cutting``), or cuts of one kind are changed (``borders``), then rules annealed.
    A change that costs bits is accepted with a probability that decreases with cost and time.
 4. *Loops.* The best one is changed further, with rules that may loop. Loops that the sentences do
    not support are written out (:mod:`motiondb.grammar.induction.loop_evidence`), so that a
@@ -54,10 +54,11 @@ from motiondb.grammar.sentences.cutting import (
     SHORTEST,
     Progress,
     Room,
+    cut_by_rules,
     cutting_room,
+    join_strings,
     search_cuts,
 )
-from motiondb.grammar.sentences.reparsing import cut_by_rules, join_strings
 
 FINALISTS = 4
 """Number of partitions that are improved. This and the numbers of annealings below were chosen

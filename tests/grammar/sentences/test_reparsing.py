@@ -21,8 +21,8 @@ from motiondb.grammar.sentences.borders import (
     spaced,
     too_long,
 )
+from motiondb.grammar.sentences.cutting import cut_by_rules, sentence_prices
 from motiondb.grammar.sentences.partition import find_sentences
-from motiondb.grammar.sentences.reparsing import cut_by_rules, sentence_prices
 
 # terminals 0 1 2; S -> 0 A 2 | A; A -> 1 | 1 1 | empty
 RULES = RuleSet(3, {3: {(0, 4, 2): 2, (4,): 1}, 4: {(1,): 1, (1, 1): 1, (): 1}})
