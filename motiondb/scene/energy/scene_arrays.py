@@ -151,7 +151,7 @@ def empty_scene(
     scene = SceneArrays(
         *now,
         now=now,
-        kept=Changing(*(array.copy() for array in now)),
+        kept=Changing._make(array.copy() for array in now),
         last=np.full(1, -1),
         n_clips=np.array([len(player.entries) for player in players]),
         near=_near(table, n),
