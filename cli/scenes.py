@@ -45,7 +45,7 @@ def check_grammar(
             start.empty,
             start.n_strings,
             " ".join(start.ambiguous),
-            _number_of_trees(start.n_trees),
+            int(start.n_trees) if math.isfinite(start.n_trees) else None,
         )
         for start in report.starts
     ]
@@ -67,11 +67,8 @@ def check_grammar(
     for start in starts:
         whom = f" ({start.team})" if start.team else ""
         kind = f"one tree for each of its {start.strings} most probable strings"
-        if not start.strings:
-            kind = "its strings are too many and too long to count trees"
         if start.ambiguous:
-            number = "endlessly many" if start.trees is None else start.trees
-            kind = f"ambiguous, '{start.ambiguous}' has {number} trees"
+            kind = f"ambiguous, '{start.ambiguous}' has {start.trees or 'endlessly many'} trees"
         printing.say(f"{start.symbol}{whom}: {kind}")
         if start.can_be_empty:
             printing.say(
@@ -98,25 +95,21 @@ def validate(
         answers.ValidatedActions,
         validation,
         tree=_tree_facts(validation.tree) if validation.tree else None,
-        trees=_number_of_trees(validation.n_trees),
+        trees=int(validation.n_trees) if math.isfinite(validation.n_trees) else None,
         position=None if validation.allowed else validation.position,
         clips=_number(clips, named),
     )
     if not printing.as_json(shared, answer) and validation.tree:
         _print_tree(validation.tree)
         if validation.n_trees > 1:
-            number = "endlessly many" if answer.trees is None else answer.trees
-            printing.say(f"ambiguous: the most probable of {number} trees")
+            printing.say(
+                f"ambiguous: the most probable of {answer.trees or 'endlessly many'} trees"
+            )
         _print_clips(clips, named)
     if not validation.allowed:
         if not shared.json:
             printing.warn(f"{grammar.name}: {validation.message}")
         raise typer.Exit(1)
-
-
-def _number_of_trees(number: float) -> int | None:
-    """Return None for endlessly many, which JSON has no number for."""
-    return int(number) if math.isfinite(number) else None
 
 
 def _tree_facts(tree: motiondb.Tree) -> str | list[Any]:
