@@ -71,9 +71,7 @@ def check_grammar(
             kind = f"ambiguous, '{start.ambiguous}' has {start.trees or 'endlessly many'} trees"
         printing.say(f"{start.symbol}{whom}: {kind}")
         if start.can_be_empty:
-            printing.say(
-                "    can derive the empty string, but every player needs at least one action"
-            )
+            printing.say("    can be the empty string, but every player needs at least one action")
     printing.say(f"can be empty: {', '.join(report.nullable) or 'nothing'}")
     printing.say(f"useless: {', '.join(report.useless) or 'nothing'}")
     printing.say(f"verbs of diagrams: {', '.join(checked.verbs)}")
