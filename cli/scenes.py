@@ -34,7 +34,7 @@ Goals = Annotated[
 def check_grammar(
     shared: options.SharedOfClips, file: GrammarFile, exact: options.Exact = False
 ) -> None:
-    """Check a grammar: form, LR(1) conflicts, useless symbols, and clips in a database."""
+    """Check a grammar: form, ambiguity, useless symbols, and clips in a database."""
     grammar = motiondb.Scenes.read_grammar(file)
     report = motiondb.Scenes.check_grammar(grammar)
     clips = _clips(shared, grammar, exact)
@@ -43,9 +43,9 @@ def check_grammar(
             start.symbol,
             start.team,
             start.empty,
-            not start.conflicts,
-            start.n_states,
-            [conflict.describe(grammar.grammar) for conflict in start.conflicts],
+            start.n_strings,
+            " ".join(start.ambiguous),
+            int(start.n_trees) if math.isfinite(start.n_trees) else None,
         )
         for start in report.starts
     ]
@@ -66,14 +66,12 @@ def check_grammar(
     )
     for start in starts:
         whom = f" ({start.team})" if start.team else ""
-        kind = f"LR(1), {start.lr1_states} states" if start.lr1 else "not LR(1)"
+        kind = f"one tree for each of its {start.strings} most probable strings"
+        if start.ambiguous:
+            kind = f"ambiguous, '{start.ambiguous}' has {start.trees or 'endlessly many'} trees"
         printing.say(f"{start.symbol}{whom}: {kind}")
-        for conflict in start.conflicts:
-            printing.say(f"    {conflict}")
         if start.can_be_empty:
-            printing.say(
-                "    can derive the empty string, but every player needs at least one action"
-            )
+            printing.say("    can be the empty string, but every player needs at least one action")
     printing.say(f"can be empty: {', '.join(report.nullable) or 'nothing'}")
     printing.say(f"useless: {', '.join(report.useless) or 'nothing'}")
     printing.say(f"verbs of diagrams: {', '.join(checked.verbs)}")
@@ -102,8 +100,9 @@ def validate(
     if not printing.as_json(shared, answer) and validation.tree:
         _print_tree(validation.tree)
         if validation.n_trees > 1:
-            number = "endlessly many" if answer.trees is None else answer.trees
-            printing.say(f"ambiguous: the most probable of {number} trees")
+            printing.say(
+                f"ambiguous: the most probable of {answer.trees or 'endlessly many'} trees"
+            )
         _print_clips(clips, named)
     if not validation.allowed:
         if not shared.json:

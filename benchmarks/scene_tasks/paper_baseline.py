@@ -86,7 +86,7 @@ def run(
     curve = [(time.process_time() - began, chain.best)]
     while curve[-1][0] < seconds:
         for _ in range(20):
-            chain.jump(INNER, groups, 1.0, none, 0.0)
+            chain.move(chain.jump, INNER, groups, 1.0, none, 0.0)
             chain.note_best()
         curve.append((time.process_time() - began, chain.best))
     return {

@@ -128,9 +128,9 @@ class StartSymbol:
     symbol: str
     team: str
     can_be_empty: bool
-    lr1: bool
-    lr1_states: int
-    conflicts: list[str]
+    strings: int  # Number of its most probable strings whose trees were counted
+    ambiguous: str  # The first of these with several trees, "" if each has one
+    trees: int | None  # Number of its trees; None if there are endlessly many
 
 
 @dataclass(frozen=True)

@@ -13,17 +13,16 @@ def test_check_tells_the_class_of_a_grammar(command: Any) -> None:
     ended = command("scene", "grammar", "check", "basketball")
     assert ended.code == 0, ended.err
     assert "basketball: 19 nonterminals, 17 terminals, 43 rules, 18 semantic rules" in ended.out
-    assert "S_A (attack): LR(1), 55 states" in ended.out
+    assert "S_A (attack): one tree for each of its 50 most probable strings" in ended.out
     assert "useless: nothing" in ended.out
     assert "clips" not in ended.out
 
 
-def test_check_names_conflicts_and_useless_symbols(command: Any, tmp_path: Path) -> None:
+def test_check_names_ambiguous_strings_and_useless_symbols(command: Any, tmp_path: Path) -> None:
     file = tmp_path / "bad.grammar"
     file.write_text('start S\nS -> S S | a\nT -> b\na := "walk"\nb := "b"\n')
     ended = command("scene", "grammar", "check", file)
-    assert "S: not LR(1)" in ended.out
-    assert "shift-reduce: after 'S S', before a, between 'S -> S S' and 'S -> a'" in ended.out
+    assert "S: ambiguous, 'a a a' has 2 trees" in ended.out
     assert "useless: T, b" in ended.out
 
 
@@ -37,7 +36,7 @@ def test_check_counts_clips_and_names_what_has_none(
     facts = json.loads(command(*asked, "--json").out)
     assert facts["clips"]["a"] > 3
     assert facts["clips"]["b"] == 0
-    assert facts["starts"][0]["lr1"] is True
+    assert facts["starts"][0]["ambiguous"] == ""
 
 
 def test_validate_shows_the_tree_or_where_it_fails(command: Any) -> None:

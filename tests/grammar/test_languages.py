@@ -14,10 +14,9 @@ from random_grammars import TOY
 
 from grammar_tasks.language_match import match_languages
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Rule, read_grammar
-from motiondb.grammar.cfg.lengths import nearest_length
 from motiondb.grammar.cfg.parse import ParseError, accepts, log_probability, parse
 from motiondb.grammar.cfg.prefix import suggest
-from motiondb.grammar.derivation.derive import derive
+from motiondb.grammar.derivation.derive import derive, nearest_length
 from motiondb.grammar.languages import (
     coverage,
     derived_strings,

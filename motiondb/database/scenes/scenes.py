@@ -359,7 +359,7 @@ class Scenes(Topic):
 
     @classmethod
     def check_grammar(cls, grammar: str | Path | MotionGrammar) -> services.GrammarReport:
-        """Report conflicts, useless and empty symbols of a grammar."""
+        """Report ambiguous strings, useless and empty symbols of a grammar."""
         return services.check(cls.read_grammar(grammar))
 
     @classmethod

@@ -187,7 +187,7 @@ def read_grammar(text: str) -> Grammar:
             "grammar: expected at least one rule such as 'S -> a B', found none."
             " Write the start symbol's rule first."
         )
-    return Grammar(alternatives[0][0], tuple(_share_out(alternatives)))
+    return Grammar(alternatives[0][0], tuple(share_out(alternatives)))
 
 
 def _read_line(line: str, where: str) -> Iterable[tuple[str, tuple[str, ...], float | None]]:
@@ -227,7 +227,7 @@ def _probability(text: str | None, where: str) -> float | None:
     return value
 
 
-def _share_out(alternatives: list[tuple[str, tuple[str, ...], float | None]]) -> Iterator[Rule]:
+def share_out(alternatives: list[tuple[str, tuple[str, ...], float | None]]) -> Iterator[Rule]:
     """Yield the rules; those without a probability get equal shares of the remainder."""
     given: dict[str, list[float | None]] = {}
     for left, _, chance in alternatives:

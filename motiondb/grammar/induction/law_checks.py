@@ -1,7 +1,6 @@
 """Check the laws of rules (:mod:`motiondb.grammar.rules.rule_set`), in arrays.
 
-Without loops the rules are read once, each after those of the nonterminals on its right side. With
-loops, what nonterminals derive is a fixed point.
+What nonterminals derive is a fixed point: rules may loop.
 """
 
 from __future__ import annotations
@@ -104,39 +103,29 @@ def keeps_laws(table: RuleTable, alternatives: IntArray, laws: Laws) -> bool:
         The laws that must hold.
     """
     n = 1 + _last_nonterminal(table)  # the arrays have room for many more
-    if laws.loops:
-        return _keeps_laws_with_loops(table, alternatives[:n], laws)
+    alternatives = alternatives[:n]
     derived = _Derived(
         np.zeros(n, np.bool_), np.zeros(n, np.bool_), np.zeros(n, np.int64), np.zeros(n, np.int64)
     )
-    resolved = np.zeros(table.used[ROWS], np.bool_)
-    missing = alternatives[:n].copy()
-    seen = np.zeros(n, np.bool_)
-    n_resolved = 0
-    while n_resolved < table.used[ROWS]:
-        before = n_resolved
-        for r in range(table.used[ROWS]):
-            if resolved[r]:
-                continue
-            state, total, bits, empty = _read_right(table, r, laws, derived)
-            if state == _WAITS:
-                continue
-            left = table.rows[r, LEFT] - table.n_terminals
-            if state == _BREAKS or (seen[left] and derived.sums[left] != total):
-                return False
-            seen[left] = True
-            derived.sums[left] = total
-            derived.held[left] |= bits
-            derived.nullable[left] = derived.nullable[left] or empty
-            missing[left] -= 1
-            derived.known[left] = missing[left] == 0
-            resolved[r] = True
-            n_resolved += 1
-        if n_resolved == before:  # a cycle
-            return False
-    if derived.sums[0] != laws.total or derived.nullable[0]:
+    if not _solve_sums(table, laws, derived) or derived.sums[0] != laws.total:
         return False
-    return not _repeats_nullable(table, derived.nullable)
+    _grow_sets(table, laws, derived)
+    for r in range(table.used[ROWS]):
+        state, _, _, _ = _read_right(table, r, laws, derived)
+        if state == _BREAKS:
+            return False
+    if derived.nullable[0] or _repeats_nullable(table, derived.nullable):
+        return False
+    if laws.loops:
+        reached = np.zeros(n, np.bool_)
+        mark_descendants(table, table.n_terminals, reached)
+        for k in range(n):
+            if alternatives[k] > 0 and not reached[k]:
+                return False
+    waiting = alternatives > 0
+    return _ends_bottom_up(table, waiting, laws.may_loop) and not _derives_itself_alone(
+        table, derived.nullable, alternatives
+    )
 
 
 @kernel
@@ -188,33 +177,6 @@ def _repeats_nullable(table: RuleTable, nullable: BoolArray) -> bool:
             if symbol >= 0 and text[k] == text[k - 1] and nullable[symbol]:
                 return True
     return False
-
-
-@njit(cache=True)
-def _keeps_laws_with_loops(table: RuleTable, alternatives: IntArray, laws: Laws) -> bool:
-    """Check the laws where some nonterminals may derive themselves."""
-    n = alternatives.size
-    derived = _Derived(
-        np.zeros(n, np.bool_), np.zeros(n, np.bool_), np.zeros(n, np.int64), np.zeros(n, np.int64)
-    )
-    if not _solve_sums(table, laws, derived) or derived.sums[0] != laws.total:
-        return False
-    _grow_sets(table, laws, derived)
-    for r in range(table.used[ROWS]):
-        state, _, _, _ = _read_right(table, r, laws, derived)
-        if state == _BREAKS:
-            return False
-    if derived.nullable[0] or _repeats_nullable(table, derived.nullable):
-        return False
-    reached = np.zeros(n, np.bool_)
-    mark_descendants(table, table.n_terminals, reached)
-    for k in range(n):
-        if alternatives[k] > 0 and not reached[k]:
-            return False
-    waiting = alternatives > 0
-    return _ends_bottom_up(table, waiting, laws.may_loop) and not _derives_itself_alone(
-        table, derived.nullable, alternatives
-    )
 
 
 @kernel

@@ -11,7 +11,7 @@ A node of a nonterminal with h alternatives costs log2 h bits, and a symbol of a
 logarithm of the alphabet.
 
 The compiled part is a chart over parts of a text, of one sentence or of long strings that are to be
-cut (:mod:`motiondb.grammar.sentences.reparsing`). It is filled component by component of the
+cut (:mod:`motiondb.grammar.sentences.cutting`). It is filled component by component of the
 nonterminals, bottom-up. It is not the engine of :mod:`motiondb.grammar.cfg.inside`: rules change
 with every sentence set, so right sides are read as they are, without tails and closures. Within a
 component whose nonterminals derive themselves, spans are filled from the last first symbol to the

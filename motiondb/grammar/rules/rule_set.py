@@ -23,9 +23,8 @@ Laws limit generalization if there are few examples:
 Symbols are numbers: terminals are 0..T-1, the start symbol is T, other nonterminals are above T.
 
 Source: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
-Computer Graphics Forum 30 (2011), section 5.1, for the description length; R. Tarjan, "Depth-First
-Search and Linear Graph Algorithms", SIAM Journal on Computing 1 (1972), for components. The laws
-are specific to motiondb; they prevent the cyclic references that section 7 reports.
+Computer Graphics Forum 30 (2011), section 5.1, for the description length. The laws are specific to
+motiondb; they prevent the cyclic references that section 7 reports.
 """
 
 from __future__ import annotations
@@ -35,6 +34,9 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
+from motiondb.grammar.cfg.closure import strong_components
 from motiondb.grammar.cfg.context_free import Grammar, Rule
 
 Right = tuple[int, ...]
@@ -165,38 +167,17 @@ def components(rules: Rules) -> list[list[int]]:
     >>> components({3: {(4, 5): 1}, 4: {(3, 0): 1, (0,): 1}, 5: {(1,): 1}})
     [[5], [3, 4]]
     """
-    children = {
-        left: sorted({symbol for right in rights for symbol in right if symbol in rules})
-        for left, rights in rules.items()
-    }
-    number: dict[int, int] = {}
-    lowest: dict[int, int] = {}
-    stack: list[int] = []
-    done: set[int] = set()
-    groups: list[list[int]] = []
-    for root in sorted(rules):
-        waiting = [(root, iter(children[root]))] if root not in number else []
-        for left, _ in waiting:
-            number[left] = lowest[left] = len(number)
-            stack.append(left)
-        while waiting:
-            left, rest = waiting[-1]
-            child = next(rest, None)
-            if child is None:
-                waiting.pop()
-                if waiting:
-                    lowest[waiting[-1][0]] = min(lowest[waiting[-1][0]], lowest[left])
-                if lowest[left] == number[left]:
-                    place = stack.index(left)
-                    groups.append(sorted(stack[place:]))
-                    done.update(stack[place:])
-                    del stack[place:]
-            elif child not in number:
-                number[child] = lowest[child] = len(number)
-                stack.append(child)
-                waiting.append((child, iter(children[child])))
-            elif child not in done:
-                lowest[left] = min(lowest[left], number[child])
+    place = {left: k for k, left in enumerate(sorted(rules))}
+    children = [
+        sorted({place[symbol] for right in rules[left] for symbol in right if symbol in place})
+        for left in place
+    ]
+    starts = np.cumsum([0, *map(len, children)])
+    targets = np.array([child for row in children for child in row], dtype=np.int64)
+    label = strong_components(starts, targets).tolist()
+    groups: list[list[int]] = [[] for _ in range(max(label) + 1)]
+    for left, number in zip(place, label, strict=True):
+        groups[number].append(left)
     return groups
 
 

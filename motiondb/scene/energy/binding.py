@@ -30,7 +30,6 @@ from numpy.typing import NDArray
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.records import IntArray
-from motiondb.scene.energy.answering import aligned
 from motiondb.scene.language.activity import (
     GIVE,
     OPPONENT,
@@ -49,6 +48,7 @@ from motiondb.scene.language.expressions import (
     DiagramRule,
     Item,
     Spans,
+    aligned,
     assignments,
     auxiliary_rules,
     expressions,

@@ -10,8 +10,8 @@ An excess of 0 is the measure of the paper.
 
 :func:`swap`, :func:`move` and :func:`shift` change a scene's arrays in place, evaluate only what
 the change can affect (the rest of one player's string, the rules that depend on it, its pairs), and
-return the new -log P(Y). :func:`undo` takes the last of them back. All are compiled and release the
-global lock, to be called from compiled loops::
+return the new -log P(Y); :func:`change` does all at once. :func:`undo` takes the last of them back.
+All are compiled and release the global lock, to be called from compiled loops::
 
     before = scene.total[0]
     if rng.random() >= exp(before - swap(scene, library, player, k, entry)):
@@ -38,10 +38,10 @@ from motiondb.scene.energy.scene_arrays import (
     ANY_TIME,
     EVERY,
     MOST_DELAY,
+    Changing,
     SceneArrays,
     SceneState,
     empty_scene,
-    grid_since,
     place_string,
 )
 from motiondb.scene.language.semantic_rules import Weights
@@ -145,14 +145,14 @@ def evaluate(scene: SceneArrays, library: ClipArrays) -> float:
             scene.overlaps[p, q] = scene.overlaps[q, p] = overlaps(scene, library, p, q)
     for r in range(len(scene.rows)):
         _set_rule(scene, library, r)
-    scene.back[0] = -1
+    scene.last[0] = -1
     return _sum(scene, library)
 
 
 @compiled
 def swap(scene: SceneArrays, library: ClipArrays, player: int, k: int, entry: int) -> float:
     """Exchange clip ``k`` of a player, and return the new -log P(Y)."""
-    _keep(scene, player, k)
+    _keep(scene, player)
     scene.entry[player, k] = entry
     return _refresh(scene, library, player, k)
 
@@ -162,7 +162,7 @@ def move(
     scene: SceneArrays, library: ClipArrays, player: int, x: float, z: float, theta: float
 ) -> float:
     """Change where a player begins, and return the new -log P(Y)."""
-    _keep(scene, player, -1)
+    _keep(scene, player)
     put_origin(scene.placed[player], x, z, theta)
     return _refresh(scene, library, player, -1)
 
@@ -174,7 +174,7 @@ def shift(scene: SceneArrays, library: ClipArrays, player: int, delay: int) -> f
     The result is infinite for a delay below 0 or above MOST_DELAY; the scene is then unchanged, and
     undo does no harm.
     """
-    _keep(scene, player, -1)
+    _keep(scene, player)
     if delay < 0 or delay > MOST_DELAY:
         return math.inf
     scene.begin[player, 0] = delay
@@ -194,15 +194,14 @@ def change(
 
     ``start`` is x, z, theta and delay.
 
-    The result is infinite for a delay out of range; the scene is then unchanged. :func:`unchange`
-    takes the change back.
+    The result is infinite for a delay out of range; the scene is then unchanged.
     """
     x, z, theta, delay = start
     origin = scene.placed[player, 0]
     same = origin[0] == x and origin[1] == z and origin[2] == theta
     if same and delay == scene.begin[player, 0]:
         return swap(scene, library, player, k, entry)
-    _keep(scene, player, -1)
+    _keep(scene, player)
     if delay < 0 or delay > MOST_DELAY:
         return math.inf
     scene.entry[player, k] = entry
@@ -212,51 +211,11 @@ def change(
 
 
 @compiled
-def unchange(scene: SceneArrays, library: ClipArrays, player: int, k: int, entry: int) -> None:
-    """Take the last :func:`change` back; ``entry`` is the former clip ``k``."""
-    undo(scene)
-    scene.entry[player, k] = entry
-    for m in range(max(k, 1), min(k + 2, scene.n_clips[player])):
-        before = library.clips[scene.entry[player, m - 1]].seam
-        after = library.clips[scene.entry[player, m]].seam
-        scene.seams[player, m] = library.seams[before, after]
-
-
-@compiled
 def undo(scene: SceneArrays) -> None:
-    """Take the last swap, move or shift back; do nothing if there is none."""
-    player = scene.back[0]
-    if player < 0:
-        return
-    _restore_string(scene, player, scene.back[1])
-    for i in range(scene.back[4]):
-        r = scene.back_rules[i, 0]
-        scene.cost[r] = scene.back_cost[i]
-        scene.seen[r], scene.meant[r] = scene.back_rules[i, 1], scene.back_rules[i, 2]
-    for q in range(len(scene.n_clips)):
-        scene.overlaps[player, q] = scene.overlaps[q, player] = scene.back_overlaps[q]
-    for a in range(5):
-        scene.total[a] = scene.back_total[a]
-    scene.back[0] = -1
-
-
-@compiled
-def _restore_string(scene: SceneArrays, player: int, k: int) -> None:
-    """Restore the clips, places and grid that a change of clip ``k`` (-1: of all) overwrote."""
-    n, since = scene.n_clips[player], max(k, 0)
-    if k >= 0:
-        scene.entry[player, k] = scene.back[2]
-        scene.seams[player, k] = scene.back_seams[0]
-        if k + 1 < n:
-            scene.seams[player, k + 1] = scene.back_seams[1]
-    for m in range(since, n + 1):
-        scene.begin[player, m] = scene.back_begin[m]
-        for a in range(5):
-            scene.placed[player, m, a] = scene.back_placed[m, a]
-    scene.filled[player] = scene.back[3]
-    for g in range(grid_since(scene, player, k), scene.filled[player] + 1):
-        for a in range(3):
-            scene.grid[player, g, a] = scene.back_grid[g, a]
+    """Take the last swap, move, shift or change back; do nothing if there is none."""
+    if scene.last[0] >= 0:
+        _copy(scene.kept, scene.now, scene.last[0])
+        scene.last[0] = -1
 
 
 @compiled
@@ -309,27 +268,33 @@ def _share_collisions(scene: SceneArrays, library: ClipArrays, errors: FloatArra
 
 
 @compiled
-def _keep(scene: SceneArrays, player: int, k: int) -> None:
-    """Save the values that a change of clip ``k`` (-1: of all) of a player will overwrite."""
-    n, since = scene.n_clips[player], max(k, 0)
-    back = scene.back
-    back[0], back[1], back[3], back[4] = player, k, scene.filled[player], 0
-    if k >= 0:
-        back[2] = scene.entry[player, k]
-        scene.back_seams[0] = scene.seams[player, k]
-        if k + 1 < n:
-            scene.back_seams[1] = scene.seams[player, k + 1]
-    for m in range(since, n + 1):
-        scene.back_begin[m] = scene.begin[player, m]
+def _keep(scene: SceneArrays, player: int) -> None:
+    """Save what a change of a player will overwrite."""
+    _copy(scene.now, scene.kept, player)
+    scene.last[0] = player
+
+
+@compiled
+def _copy(source: Changing, goal: Changing, player: int) -> None:
+    """Copy what belongs to a player, and the costs of all rules."""
+    goal.filled[player] = source.filled[player]
+    for k in range(source.entry.shape[1]):
+        goal.entry[player, k] = source.entry[player, k]
+        goal.seams[player, k] = source.seams[player, k]
+    for k in range(source.begin.shape[1]):
+        goal.begin[player, k] = source.begin[player, k]
         for a in range(5):
-            scene.back_placed[m, a] = scene.placed[player, m, a]
-    for g in range(grid_since(scene, player, k), scene.filled[player] + 1):
+            goal.placed[player, k, a] = source.placed[player, k, a]
+    for g in range(source.filled[player] + 1):
         for a in range(3):
-            scene.back_grid[g, a] = scene.grid[player, g, a]
-    for q in range(len(scene.n_clips)):
-        scene.back_overlaps[q] = scene.overlaps[player, q]
+            goal.grid[player, g, a] = source.grid[player, g, a]
+    for q in range(source.overlaps.shape[1]):
+        goal.overlaps[player, q] = goal.overlaps[q, player] = source.overlaps[player, q]
+    for r in range(len(source.cost)):
+        goal.cost[r], goal.seen[r] = source.cost[r], source.seen[r]
+        goal.meant[r] = source.meant[r]
     for a in range(5):
-        scene.back_total[a] = scene.total[a]
+        goal.total[a] = source.total[a]
 
 
 @compiled
@@ -341,16 +306,11 @@ def _refresh(scene: SceneArrays, library: ClipArrays, player: int, k: int) -> fl
             touching = overlaps(scene, library, player, q)
             scene.overlaps[player, q] = scene.overlaps[q, player] = touching
     since = scene.begin[player, max(k, 0)]
-    kept = 0
     for i in range(scene.depends_first[player], scene.depends_first[player + 1]):
         r, reach = scene.depends[i]
         touched = k < reach or (reach == ANY_TIME and scene.seen[r] >= since)
         if k < 0 or touched:
-            scene.back_rules[kept, 0], scene.back_rules[kept, 1] = r, scene.seen[r]
-            scene.back_rules[kept, 2], scene.back_cost[kept] = scene.meant[r], scene.cost[r]
-            kept += 1
             _set_rule(scene, library, r)
-    scene.back[4] = kept
     return _sum(scene, library)
 
 

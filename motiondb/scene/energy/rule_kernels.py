@@ -132,24 +132,30 @@ def _throughout(scene: SceneArrays, r: int) -> tuple[float, int]:
 
 
 @compiled
+def lateness(scene: SceneArrays, library: ClipArrays, r: int, m: int) -> float:
+    """Return the frames by which the partner's clip is later than synchronisation ``r`` asks."""
+    row = scene.rows[r]
+    k, frame = moment_of(scene, library, r)
+    clip = library.clips[scene.entry[row.player, k]]
+    theirs = library.clips[scene.entry[row.partner, m]]
+    lag = row.lag
+    if math.isnan(lag):
+        x, z, _ = place_in_clip(scene.placed[row.player], library.path, clip.path_start + frame, k)
+        at = theirs.path_start + theirs.event
+        px, pz, _ = place_in_clip(scene.placed[row.partner], library.path, at, m)
+        lag = math.hypot(px - x, pz - z) / PASS_SPEED
+    time = scene.begin[row.player, k] + frame
+    return float(scene.begin[row.partner, m] + theirs.event - time - lag * MOTION_FPS)
+
+
+@compiled
 def _synchronisation(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[float, int]:
     """Return f_synch, s, for the partner's clip that fulfils it best, and that clip."""
     row = scene.rows[r]
-    k, frame = moment_of(scene, library, r)
-    time = scene.begin[row.player, k] + frame
-    clip = library.clips[scene.entry[row.player, k]]
-    x, z, _ = place_in_clip(scene.placed[row.player], library.path, clip.path_start + frame, k)
     best, meant = math.inf, -1
     for n in range(row.partner_first, row.partner_last):
         m = scene.partners[n]
-        theirs = library.clips[scene.entry[row.partner, m]]
-        lag = row.lag
-        if math.isnan(lag):
-            at = theirs.path_start + theirs.event
-            px, pz, _ = place_in_clip(scene.placed[row.partner], library.path, at, m)
-            lag = math.hypot(px - x, pz - z) / PASS_SPEED
-        later = scene.begin[row.partner, m] + theirs.event - time
-        error = abs(later / MOTION_FPS - lag)
+        error = abs(lateness(scene, library, r, m)) / MOTION_FPS
         if error < best:
             best, meant = error, m
     return best, meant

@@ -71,10 +71,25 @@ MOST_DELAY = 900  # Most frames that a player may stand before the first clip: 3
 ANY_TIME = -1  # Reach of a rule that looks at a player at a time, not at one of their clips
 
 
+class Changing(NamedTuple):
+    """What a change of one player overwrites; the fields are those of :class:`SceneArrays`."""
+
+    entry: IntArray
+    begin: IntArray
+    placed: FloatArray
+    grid: FloatArray
+    filled: IntArray
+    cost: FloatArray
+    seen: IntArray
+    meant: IntArray
+    seams: FloatArray
+    overlaps: IntArray
+    total: FloatArray
+
+
 class SceneArrays(NamedTuple):
     """Arrays of P players, at most L clips each, R rules, G grid points."""
 
-    n_clips: IntArray  # (P,), int: number of clips of every player
     entry: IntArray  # (P, L), int: clips, as entries of the library
     # (P, L + 1), int: first frame of every clip; after the last, the end. begin[:, 0] is the delay
     begin: IntArray
@@ -88,8 +103,12 @@ class SceneArrays(NamedTuple):
     meant: IntArray  # (R,), int: the partner's clip that counts for a synchronisation
     seams: FloatArray  # (P, L): mismatch at the beginning of every clip, unweighted
     overlaps: IntArray  # (P, P), int: number of grid points at which two touch
-    near: IntArray  # (P, P), int: 1 if two are meant to touch
     total: FloatArray  # (5,): -log P(Y), and its parts: rules, smoothness, collision, effort
+    now: Changing  # The arrays above
+    kept: Changing  # What they held before the last change of a player
+    last: IntArray  # (1,), int: the player who was changed last, or -1
+    n_clips: IntArray  # (P,), int: number of clips of every player
+    near: IntArray  # (P, P), int: 1 if two are meant to touch
     scale: FloatArray  # (4,): 1 / w_2, 1 / w_3, 1 / w_4, excess
     every: IntArray  # (1,), int: frames between grid points
     rows: NDArray[np.void]  # (R,), ROW: of the rule table
@@ -99,16 +118,6 @@ class SceneArrays(NamedTuple):
     # k matters if k < reach (or :data:`ANY_TIME`)
     depends: IntArray
     depends_first: IntArray  # (P + 1,), int: first row of ``depends`` of each player
-    # (5,), int: the last change: player, clip, its former entry, ``filled``, and number of rules
-    back: IntArray
-    back_begin: IntArray  # (L + 1,), int: overwritten row of ``begin``
-    back_placed: FloatArray  # (L + 1, 5): overwritten row of ``placed``
-    back_grid: FloatArray  # (G, 3): overwritten row of ``grid``
-    back_cost: FloatArray  # (R,): overwritten costs, in the order of ``back_rules``
-    back_rules: IntArray  # (R, 3), int: overwritten rules: number, ``seen``, ``meant``
-    back_seams: FloatArray  # (2,): overwritten seams before and after the clip
-    back_overlaps: IntArray  # (P,), int: overwritten row of ``overlaps``
-    back_total: FloatArray  # (5,): overwritten ``total``
 
 
 def empty_scene(
@@ -126,8 +135,7 @@ def empty_scene(
     n_grid, n_rules = longest // every + 2, len(table.rows)
     depends, depends_first = _dependencies(table)
     scale = [1.0 / weight for weight in (weights.smooth, weights.collision, weights.effort)]
-    scene = SceneArrays(
-        n_clips=np.array([len(player.entries) for player in players]),
+    now = Changing(
         entry=np.zeros((n, most), np.int64),
         begin=np.zeros((n, most + 1), np.int64),
         placed=np.zeros((n, most + 1, 5)),
@@ -138,8 +146,15 @@ def empty_scene(
         meant=np.zeros(n_rules, np.int64),
         seams=np.zeros((n, most)),
         overlaps=np.zeros((n, n), np.int64),
-        near=_near(table, n),
         total=np.zeros(5),
+    )
+    scene = SceneArrays(
+        *now,
+        now=now,
+        kept=Changing._make(array.copy() for array in now),
+        last=np.full(1, -1),
+        n_clips=np.array([len(player.entries) for player in players]),
+        near=_near(table, n),
         scale=np.array([*scale, excess]),
         every=np.array([every]),
         rows=table.rows,
@@ -147,15 +162,6 @@ def empty_scene(
         contacts=table.contacts,
         depends=depends,
         depends_first=depends_first,
-        back=np.full(5, -1),
-        back_begin=np.zeros(most + 1, np.int64),
-        back_placed=np.zeros((most + 1, 5)),
-        back_grid=np.zeros((n_grid, 3)),
-        back_cost=np.zeros(n_rules),
-        back_rules=np.zeros((n_rules, 3), np.int64),
-        back_seams=np.zeros(2),
-        back_overlaps=np.zeros(n, np.int64),
-        back_total=np.zeros(5),
     )
     for number, player in enumerate(players):
         scene.entry[number, : len(player.entries)] = player.entries
@@ -232,12 +238,6 @@ def place_of(
 
 
 @compiled
-def grid_since(scene: SceneArrays, player: int, k: int) -> int:
-    """Return the first grid point that a change of clip ``k`` (-1: of all) can affect."""
-    return 0 if k < 0 else -(-scene.begin[player, k] // scene.every[0])
-
-
-@compiled
 def place_string(scene: SceneArrays, library: ClipArrays, player: int, k: int) -> None:
     """Place everything after clip ``k`` (-1: everything) of a player; update seams and grid."""
     n, since, every = scene.n_clips[player], max(k, 0), scene.every[0]
@@ -247,7 +247,7 @@ def place_string(scene: SceneArrays, library: ClipArrays, player: int, k: int) -
         before, after = library.clips[entry[m - 1]].seam, library.clips[entry[m]].seam
         scene.seams[player, m] = library.seams[before, after]
     grid = scene.grid[player]
-    g = grid_since(scene, player, k)
+    g = 0 if k < 0 else -(-begin[k] // every)  # the first that can change
     while g * every < begin[0]:
         grid[g, 0], grid[g, 1], grid[g, 2] = placed[0, 0], placed[0, 1], placed[0, 2]
         g += 1

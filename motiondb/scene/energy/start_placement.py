@@ -37,9 +37,8 @@ from motiondb.scene.energy.binding import (
 )
 from motiondb.scene.energy.energy import evaluate
 from motiondb.scene.energy.placement import ClipArrays, compiled, place_in_clip, put_origin
-from motiondb.scene.energy.rule_kernels import moment_of
+from motiondb.scene.energy.rule_kernels import lateness, moment_of
 from motiondb.scene.energy.scene_arrays import MOST_DELAY, SceneArrays, place_of, place_string
-from motiondb.scene.language.semantic_rules import PASS_SPEED
 
 _SWEEPS = 4  # Rounds over all players: directions and delays depend on the places of the others
 _RELAXATIONS = 200  # Rounds of relaxation; enough for chains of a dozen players to converge
@@ -126,31 +125,14 @@ def _later(
         if row.kind != SYNCHRONISATION or row.player == row.partner:
             continue
         if row.player == player or row.partner == player:
-            asked = _lateness(scene, library, r)
+            first = scene.partners[row.partner_first]
+            asked = lateness(scene, library, r, first) / MOTION_FPS
             asked += starts[row.partner] - starts[row.player]
             later += (asked if row.player == player else -asked) / row.weight
             links += 1.0 / row.weight
             linked = min(group[row.player], group[row.partner])
             group[row.player] = group[row.partner] = linked
     return later / links if links > 0.0 else 0.0
-
-
-@compiled
-def _lateness(scene: SceneArrays, library: ClipArrays, r: int) -> float:
-    """Return by how many seconds a synchronisation's player should begin later than now."""
-    row = scene.rows[r]
-    k, frame = moment_of(scene, library, r)
-    m = scene.partners[row.partner_first]
-    clip = library.clips[scene.entry[row.player, k]]
-    theirs = library.clips[scene.entry[row.partner, m]]
-    lag = row.lag
-    if math.isnan(lag):
-        placed, there = scene.placed[row.player], scene.placed[row.partner]
-        x, z, _ = place_in_clip(placed, library.path, clip.path_start + frame, k)
-        tx, tz, _ = place_in_clip(there, library.path, theirs.path_start + theirs.event, m)
-        lag = math.hypot(tx - x, tz - z) / PASS_SPEED
-    thrown = scene.begin[row.player, k] + frame
-    return (scene.begin[row.partner, m] + theirs.event - thrown) / MOTION_FPS - lag
 
 
 @compiled

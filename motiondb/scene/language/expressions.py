@@ -21,6 +21,7 @@ Forum 35 (2016), section 4, equation (8).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice, pairwise
@@ -125,6 +126,11 @@ class Item:
     other_item: int = -1
     # Points from the player's place to the end of the move; one point if the player stays
     way: tuple[Spot, ...] = ()
+
+    @property
+    def metres(self) -> float:
+        """The length of the way."""
+        return sum(math.hypot(b.x - a.x, b.z - a.z) for a, b in pairwise(self.way))
 
     def __str__(self) -> str:
         """Return the class in the notation of the paper."""
@@ -307,7 +313,7 @@ def _shared_out(intervals: list[tuple[int, int]], items: Sequence[Item]) -> list
             last += 1
         if last > number + 1:
             first, end = intervals[number][0], intervals[last - 1][1]
-            ways = np.cumsum([max(_metres(item), 1e-9) for item in items[number:last]])
+            ways = np.cumsum([max(item.metres, 1e-9) for item in items[number:last]])
             shares = np.round((end - first) * ways / ways[-1]).astype(int)
             cuts = [first, *(first + shares).tolist()]
             n = last - number
@@ -318,9 +324,32 @@ def _shared_out(intervals: list[tuple[int, int]], items: Sequence[Item]) -> list
     return intervals
 
 
-def _metres(item: Item) -> float:
-    """Return the length of an item's way, m."""
-    return sum(float(np.hypot(b.x - a.x, b.z - a.z)) for a, b in pairwise(item.way))
+def aligned(
+    acts: Sequence[tuple[int, int]], replies: Sequence[tuple[int, int]]
+) -> list[tuple[int, int]]:
+    """Return pairs of acts and answers in order, as many as possible, of the same step if possible.
+
+    Acts and answers are given by number and step. -1 stands for one that is missing.
+
+    >>> aligned([(0, 1), (3, 2)], [(1, 2)])
+    [(0, -1), (3, 1)]
+    """
+    best: list[list[tuple[float, list[tuple[int, int]]]]]
+    best = [[(0.0, [(-1, m) for m, _ in replies[:j]]) for j in range(len(replies) + 1)]]
+    for i, (k, step) in enumerate(acts, start=1):
+        row = [(best[i - 1][0][0], [*best[i - 1][0][1], (k, -1)])]
+        for j, (m, their) in enumerate(replies, start=1):
+            (left, one), (up, two), (both, three) = row[j - 1], best[i - 1][j], best[i - 1][j - 1]
+            row.append(
+                max(
+                    (up, [*two, (k, -1)]),  # the earliest of several that are as good
+                    (left, [*one, (-1, m)]),
+                    (both + 1.0 + 0.5 * (step == their), [*three, (k, m)]),
+                    key=lambda found: found[0],
+                )
+            )
+        best.append(row)
+    return best[-1][-1][1]
 
 
 def auxiliary_rules(diagram: Diagram, grammar: MotionGrammar) -> tuple[DiagramRule, ...]:

@@ -51,7 +51,7 @@ from dataclasses import dataclass, replace
 
 from motiondb.body import body
 from motiondb.errors import SceneError, suggestion
-from motiondb.grammar.cfg.context_free import EMPTY, Grammar, productive_symbols
+from motiondb.grammar.cfg.context_free import EMPTY, Grammar, productive_symbols, share_out
 from motiondb.scene.language.activity import DEEDS, PLAYER, ROLES
 from motiondb.scene.language.activity_text import (
     STATEMENTS,
@@ -62,7 +62,7 @@ from motiondb.scene.language.activity_text import (
     read_place,
 )
 from motiondb.scene.language.motion_grammar import Annotation, MotionGrammar, Start, Terminal
-from motiondb.scene.language.production_text import read_alternatives, share_out
+from motiondb.scene.language.production_text import read_alternatives
 from motiondb.scene.language.semantic_rules import (
     END,
     INSTANTS,
@@ -294,8 +294,12 @@ def read_motion_grammar(text: str, where: str = "grammar") -> MotionGrammar:
     for cursor in statements(text, where):
         _read_statement(cursor, reading)
     _check(reading)
-    numbers = share_out(reading.alternatives)
-    grammar = Grammar(reading.starts[0][0].symbol, numbers, tuple(reading.terminals))
+    place = {
+        left: k for k, left in enumerate(dict.fromkeys(row[0] for row in reading.alternatives))
+    }
+    by_left = sorted(reading.alternatives, key=lambda row: place[row[0]])
+    rules = tuple(share_out(by_left))
+    grammar = Grammar(reading.starts[0][0].symbol, rules, tuple(reading.terminals))
     _refuse_endless(grammar, reading)
     annotations = tuple(_annotations(reading))
     linked = [

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import combinations
 
-from motiondb.grammar.cfg.context_free import EMPTY, Rule
+from motiondb.grammar.cfg.context_free import EMPTY
 from motiondb.scene.language.tokens import Cursor, Token
 
 Alternative = tuple[str, tuple[str, ...], float | None]
@@ -142,26 +142,3 @@ def _read_probability(cursor: Cursor) -> float | None:
         cursor.fail("a probability above 0 and at most 1", "Leave out what never happens.", token)
     cursor.expect("]", "Close the bracket.")
     return value
-
-
-def share_out(alternatives: list[Alternative]) -> tuple[Rule, ...]:
-    """Return the rules with probabilities that sum to 1 for every left side, in their order.
-
-    Alternatives without a probability share the remainder equally. If there is no remainder, each
-    gets the smallest probability of the others, and all are scaled.
-    """
-    groups: dict[str, list[Alternative]] = {}
-    for row in alternatives:
-        groups.setdefault(row[0], []).append(row)
-    rules: list[Rule] = []
-    for rows in groups.values():
-        stated = [p for _, _, p in rows if p is not None]
-        open_ones = len(rows) - len(stated)
-        rest = (1.0 - sum(stated)) / open_ones if open_ones else 0.0
-        share = rest if rest > 1e-9 else min(stated, default=1.0)
-        weights = [share if p is None else p for _, _, p in rows]
-        rules += [
-            Rule(left, right, weight / sum(weights))
-            for (left, right, _), weight in zip(rows, weights, strict=True)
-        ]
-    return tuple(rules)

@@ -203,7 +203,7 @@ def warm_up(play: Play, settings: SamplerSettings, rng: np.random.Generator) -> 
     chain = Chain(play, bootstrap(play, rng), rng)
     groups = tempered(play.groups, play.library, play.grammar.weights.smooth, 1.0)
     for step in (chain.grow, chain.recast, chain.jump):
-        step(10, groups, 1.0, settings.sums, settings.attention)
+        chain.move(step, 10, groups, 1.0, settings.sums, settings.attention)
     chain.walk(10, groups, 1.0, settings.sums)
 
 
@@ -213,9 +213,8 @@ def _block(settings: SamplerSettings, temperature: float, groups: ClipGroups, ch
     kinds = [settings.growth, settings.growth + settings.recasting]
     for _ in range(settings.jumps):
         kind = min(bisect_right(kinds, float(chain.rng.random())), 2)
-        (chain.grow, chain.recast, chain.jump)[kind](
-            settings.inner, groups, temperature, sums, settings.attention
-        )
+        propose = (chain.grow, chain.recast, chain.jump)[kind]
+        chain.move(propose, settings.inner, groups, temperature, sums, settings.attention)
         chain.note_best()
         chain.walk(settings.steps, groups, temperature, sums)
         chain.assign_all()

@@ -30,13 +30,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from motiondb.records import MOTION_FPS, FloatArray, IntArray
+from motiondb.records import FloatArray, IntArray
 from motiondb.scene.energy.binding import SYNCHRONISATION
-from motiondb.scene.energy.energy import change, move, shift, swap, token_errors, unchange, undo
-from motiondb.scene.energy.placement import ClipArrays, compiled, place_in_clip
-from motiondb.scene.energy.rule_kernels import moment_of
+from motiondb.scene.energy.energy import change, move, shift, swap, token_errors, undo
+from motiondb.scene.energy.placement import ClipArrays, compiled
+from motiondb.scene.energy.rule_kernels import lateness
 from motiondb.scene.energy.scene_arrays import MOST_DELAY, SceneArrays
-from motiondb.scene.language.semantic_rules import PASS_SPEED
 from motiondb.scene.sampling.clip_choice import (
     ClipGroups,
     smooth_entry,
@@ -80,24 +79,6 @@ def linked(scene: SceneArrays, player: int) -> int:
             if row.kind == SYNCHRONISATION and (group >> row.player | group >> row.partner) & 1:
                 group |= 1 << row.player | 1 << row.partner
     return group
-
-
-@compiled
-def lateness(scene: SceneArrays, library: ClipArrays, r: int) -> int:
-    """Return the frames by which the partner is later than synchronisation ``r`` asks."""
-    row = scene.rows[r]
-    k, frame = moment_of(scene, library, r)
-    time = scene.begin[row.player, k] + frame
-    m = scene.meant[r]
-    theirs = library.clips[scene.entry[row.partner, m]]
-    lag = row.lag
-    if math.isnan(lag):
-        clip = library.clips[scene.entry[row.player, k]]
-        x, z, _ = place_in_clip(scene.placed[row.player], library.path, clip.path_start + frame, k)
-        at = theirs.path_start + theirs.event
-        px, pz, _ = place_in_clip(scene.placed[row.partner], library.path, at, m)
-        lag = math.hypot(px - x, pz - z) / PASS_SPEED
-    return round(scene.begin[row.partner, m] + theirs.event - time - lag * MOTION_FPS)
 
 
 EXCHANGE, SMOOTH, VARIANT, PLACE, DELAY, MEET = range(6)
@@ -293,7 +274,7 @@ def _clip_step(
     now = change(scene, library, player, k, new, begin) + price(scene, how)
     if accepts(u[6], (energy - now) / how.temperature + ratio):
         return True
-    unchange(scene, library, player, k, old)
+    undo(scene)
     return False
 
 
@@ -361,7 +342,7 @@ def _meet_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Walk
     player, sign = (row.player, 1) if u[2] < 0.5 else (row.partner, -1)
     meant = scene.meant[r]
     delay = scene.begin[player, 0]
-    wanted = delay + sign * lateness(scene, library, r)
+    wanted = delay + sign * round(lateness(scene, library, r, meant))
     new = wanted + round(TAIL * math.tan(math.pi * (u[3] - 0.5)))
     energy = float(scene.total[0]) + price(scene, how)
     now = shift(scene, library, player, new) + price(scene, how)

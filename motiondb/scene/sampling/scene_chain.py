@@ -32,7 +32,7 @@ Forum 35 (2016), section 5, algorithm 1.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -100,6 +100,22 @@ def least_error(
 AROUND = 3
 """Clips before and after an inserted or removed link that the following inner steps favour."""
 LONGEST = 5  # Largest number of actions whose clips are drawn again together
+
+
+class Offer(NamedTuple):
+    """Another structure that is proposed."""
+
+    player: int  # Whose tree or clips change
+    shape: TreeShape  # Of the tree
+    structure: Structure
+    near: tuple[int, int]  # Clips [since, until) of the player that the inner steps favour
+    log_ratio: float  # log q(old) / q(new), but for the choice of the reverse move
+    # From the scene after the inner steps, and all shapes: log of that choice's probability
+    log_back: Callable[[SceneArrays, Sequence[TreeShape]], float] = lambda _scene, _shapes: 0.0
+
+
+Propose = Callable[[ClipGroups, bool], Offer | None]
+"""From the groups of clips, and whether the ratio is to be exact."""
 
 
 @dataclass
@@ -196,45 +212,29 @@ class Chain:
         draws = self.rng.random((steps, DRAWS))
         walk(scene, play.library, groups, draws, how, self.jumps.steps)
 
-    def jump(
+    def move(
         self,
+        propose: Propose,
         steps: int,
         groups: ClipGroups,
         temperature: float,
         shares: FloatArray,
         attention: float,
     ) -> bool:
-        """Derive a node of a tree again and do ``steps`` inner steps; return whether accepted."""
+        """Propose another structure, do ``steps`` inner steps, and accept it or stay.
+
+        ``propose`` is :meth:`jump`, :meth:`grow` or :meth:`recast`; returns whether it was
+        accepted.
+        """
         self.jumps.tried += 1
-        errors = self._subtree_errors(self.scene, self.shapes)
-        sums = np.cumsum(np.concatenate(errors))
-        drawn = float(self.rng.random()) * sums[-1]
-        number = min(int(np.searchsorted(sums, drawn, "right")), len(sums) - 1)
-        player = 0
-        while number >= len(errors[player]):
-            number -= len(errors[player])
-            player += 1
-        offer = self._offer(player, number, groups, steps == 0)
+        offer = propose(groups, steps == 0)
         if offer is None:
             self.jumps.refused += 1
             return False
-        shape, new, log_ratio = offer
-        focus = player, 0, self.play.most_actions, attention
-        self._walk(new.scene, steps, groups, temperature, shares, focus)
-        shapes = [*self.shapes[:player], shape, *self.shapes[player + 1 :]]
-        after = self._subtree_errors(new.scene, shapes)
-        log_ratio += math.log(after[player][number] / sum(e.sum() for e in after))
-        log_ratio -= math.log(errors[player][number] / sums[-1])
-        return self._taken(shapes, new, temperature, log_ratio)
-
-    def _taken(
-        self,
-        shapes: list[TreeShape],
-        new: Structure,
-        temperature: float,
-        log_ratio: float,
-    ) -> bool:
-        """Accept another structure or stay; return whether it was accepted."""
+        player, new = offer.player, offer.structure
+        self._walk(new.scene, steps, groups, temperature, shares, (player, *offer.near, attention))
+        shapes = [*self.shapes[:player], offer.shape, *self.shapes[player + 1 :]]
+        log_ratio = offer.log_ratio + offer.log_back(new.scene, shapes)
         gain = (self.energy - self.play.energy(new.scene, new.table)) / temperature + log_ratio
         if gain < 0.0 and self.rng.random() >= math.exp(gain):
             return False
@@ -243,68 +243,74 @@ class Chain:
         self.jumps.taken += 1
         return True
 
-    def grow(
-        self,
-        steps: int,
-        groups: ClipGroups,
-        temperature: float,
-        shares: FloatArray,
-        attention: float,
-    ) -> bool:
-        """Insert or remove a link of a chain in one of the trees; return whether accepted."""
-        self.jumps.tried += 1
+    def jump(self, groups: ClipGroups, exact: bool) -> Offer | None:
+        """Derive a node of a tree again, chosen by its error."""
+        play = self.play
+        errors = self._subtree_errors(self.scene, self.shapes)
+        sums = np.cumsum(np.concatenate(errors))
+        drawn = float(self.rng.random()) * sums[-1]
+        node = min(int(np.searchsorted(sums, drawn, "right")), len(sums) - 1)
+        player = 0
+        while node >= len(errors[player]):
+            node -= len(errors[player])
+            player += 1
+        shape, derivations = self.shapes[player], play.derivations[player]
+        end, first, last = shape.spans[node].tolist()
+        since = derivations.run(shape.actions[:first])[-1]
+        ends = derivations.ends_before(shape.actions[last:])
+        kept = len(shape.actions) - (last - first)
+        room = play.most_actions - kept
+        new = derivations.draw(shape.symbols[node], since, ends, self.rng, room)
+        if new is None or kept + len(new.actions) == 0:
+            return None
+        after = exchanged(derivations.grammar, shape, node, new.rules)
+        ratio = derivations.log_probability(shape.rules[node:end])
+        ratio -= derivations.log_probability(new.rules)
+        ratio -= math.log(errors[player][node] / sums[-1])
+
+        def log_back(scene: SceneArrays, shapes: Sequence[TreeShape]) -> float:
+            back = self._subtree_errors(scene, shapes)
+            return math.log(back[player][node] / sum(e.sum() for e in back))
+
+        offer = self._offer(player, after, (first, last), new.actions, groups, exact)
+        return offer and offer._replace(
+            near=(0, play.most_actions), log_ratio=offer.log_ratio + ratio, log_back=log_back
+        )
+
+    def grow(self, groups: ClipGroups, exact: bool) -> Offer | None:
+        """Insert or remove a link of a chain in one of the trees."""
         growing = bool(self.rng.random() < 0.5)
         nodes = places(self.play.chains, self.shapes, growing)
-        offer = linked = None
-        if nodes:
-            player, node = nodes[int(self.rng.integers(len(nodes)))]
-            old, known = self.shapes[player], self.play.chains[player]
-            room = self.play.most_actions - len(old.actions)
-            linked = known.grown(old, node, room, self.rng) if growing else known.shrunk(old, node)
-        if linked is not None:
-            shape = tree_shape(self.play.derivations[player].grammar, linked.rules)
-            span, actions = linked.span, linked.actions
-            offer = self._respelled_scene(player, shape, span, actions, groups, steps == 0)
-        if offer is None or linked is None:
-            self.jumps.refused += 1
-            return False
-        new, clip_ratio = offer
-        shapes = [*self.shapes[:player], shape, *self.shapes[player + 1 :]]
-        log_ratio = linked.log_ratio + clip_ratio + math.log(len(nodes))
-        log_ratio -= math.log(len(places(self.play.chains, shapes, not growing)))
-        near = max(span[0] - AROUND, 0), span[0] + len(actions) + AROUND
-        self._walk(new.scene, steps, groups, temperature, shares, (player, *near, attention))
-        return self._taken(shapes, new, temperature, log_ratio)
+        if not nodes:
+            return None
+        player, node = nodes[int(self.rng.integers(len(nodes)))]
+        old, known = self.shapes[player], self.play.chains[player]
+        room = self.play.most_actions - len(old.actions)
+        linked = known.grown(old, node, room, self.rng) if growing else known.shrunk(old, node)
+        if linked is None:
+            return None
+        ratio = linked.log_ratio + math.log(len(nodes))
 
-    def recast(
-        self,
-        steps: int,
-        groups: ClipGroups,
-        temperature: float,
-        shares: FloatArray,
-        attention: float,
-    ) -> bool:
-        """Draw the clips of some consecutive actions again by their seams; return whether accepted.
+        def log_back(_: SceneArrays, shapes: Sequence[TreeShape]) -> float:
+            return -math.log(len(places(self.play.chains, shapes, not growing)))
+
+        shape = tree_shape(self.play.derivations[player].grammar, linked.rules)
+        offer = self._offer(player, shape, linked.span, linked.actions, groups, exact)
+        return offer and offer._replace(log_ratio=offer.log_ratio + ratio, log_back=log_back)
+
+    def recast(self, groups: ClipGroups, exact: bool) -> Offer | None:
+        """Draw the clips of some consecutive actions again by their seams.
 
         Steps in continuous motion cannot be exchanged one by one, because each fits its neighbours
         only.
         """
-        self.jumps.tried += 1
         n_clips = self.scene.n_clips
         player = int(np.searchsorted(np.cumsum(n_clips), self.rng.integers(n_clips.sum()), "right"))
         n = int(n_clips[player])
         first = int(self.rng.integers(n))
         span = first, min(first + int(self.rng.integers(2, 1 + LONGEST)), n)
         shape = self.shapes[player]
-        actions = shape.actions[span[0] : span[1]]
-        offer = self._respelled_scene(player, shape, span, actions, groups, steps == 0)
-        if offer is None:
-            self.jumps.refused += 1
-            return False
-        new, log_ratio = offer
-        near = max(span[0] - AROUND, 0), span[1] + AROUND
-        self._walk(new.scene, steps, groups, temperature, shares, (player, *near, attention))
-        return self._taken(self.shapes, new, temperature, log_ratio)
+        return self._offer(player, shape, span, shape.actions[slice(*span)], groups, exact)
 
     def _subtree_errors(self, scene: SceneArrays, shapes: Sequence[TreeShape]) -> list[FloatArray]:
         """Return E of all nodes of all players' trees."""
@@ -318,29 +324,6 @@ class Chain:
         return errors_of_players
 
     def _offer(
-        self, player: int, node: int, groups: ClipGroups, exact: bool
-    ) -> tuple[TreeShape, Structure, float] | None:
-        """Return a proposal with a node derived again and log q(old) / q(new), or None."""
-        play, shape = self.play, self.shapes[player]
-        derivations = play.derivations[player]
-        end, first, last = shape.spans[node].tolist()
-        since = derivations.run(shape.actions[:first])[-1]
-        ends = derivations.ends_before(shape.actions[last:])
-        kept = len(shape.actions) - (last - first)
-        room = play.most_actions - kept
-        new = derivations.draw(shape.symbols[node], since, ends, self.rng, room)
-        if new is None or kept + len(new.actions) == 0:
-            return None
-        after = exchanged(derivations.grammar, shape, node, new.rules)
-        ratio = derivations.log_probability(shape.rules[node:end])
-        ratio -= derivations.log_probability(new.rules)
-        offer = self._respelled_scene(player, after, (first, last), new.actions, groups, exact)
-        if offer is None:
-            return None
-        new_structure, clip_ratio = offer
-        return after, new_structure, ratio + clip_ratio
-
-    def _respelled_scene(
         self,
         player: int,
         shape: TreeShape,
@@ -348,7 +331,7 @@ class Chain:
         actions: Sequence[str],
         groups: ClipGroups,
         exact: bool,
-    ) -> tuple[Structure, float] | None:
+    ) -> Offer | None:
         """Return the scene with other actions in ``span``, and the log ratio of their clips."""
         play, state = self.play, self.state
         entries, log_ratio = self._clips(player, span, actions, groups)
@@ -363,7 +346,8 @@ class Chain:
         if not same:
             spans[player] = play.binder.assignments(player, shape.actions)[0]
         new = least_error(play, SceneState(players), trees, spans, player)
-        return new, log_ratio if exact else 0.0
+        near = max(span[0] - AROUND, 0), span[0] + len(actions) + AROUND
+        return Offer(player, shape, new, near, log_ratio if exact else 0.0)
 
     def _clips(
         self, player: int, span: tuple[int, int], actions: Sequence[str], groups: ClipGroups

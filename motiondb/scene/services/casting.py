@@ -1,22 +1,41 @@
 """Casting: the shortest string of actions for each player of a diagram, or why there is none.
 
-Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
-Forum 35 (2016), section 4.
+Before, the times of the diagram are checked, by a network of earliest and latest times. Every act
+of a player begins and ends; a way takes as long as a fast run; acts of one player follow one
+another; what is given is caught later, what is linked happens at one time; and a diagram may say
+how long after a step another one comes. Each of these asks that one time is at least so many
+seconds after another. The times are possible if and only if no circle of such demands asks that a
+time is later than itself. The circle is found by the algorithm of Bellman and Ford, and told.
+
+Sources: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+Forum 35 (2016), section 4; R. Dechter, I. Meiri and J. Pearl, "Temporal constraint networks",
+Artificial Intelligence 49 (1991).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
 
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.context_free import Tree, reachable_symbols
-from motiondb.scene.language.activity import OPPONENT, PARTNER, ROLES, TARGET
+from motiondb.records import FloatArray
+from motiondb.scene.language.activity import GIVE, OPPONENT, PARTNER, ROLES, TARGET
 from motiondb.scene.language.expressions import MOST_ACTIONS, Item, exact_actions, expressions
 from motiondb.scene.language.motion_grammar import MotionGrammar
-from motiondb.scene.language.semantic_rules import RULE_NAMES, SemanticRule
-from motiondb.scene.language.tactics import Diagram, Element
+from motiondb.scene.language.semantic_rules import (
+    PASS_SPEED,
+    RULE_NAMES,
+    SemanticRule,
+    Spot,
+    line_error,
+)
+from motiondb.scene.language.tactics import Diagram, Element, Stretch
 from motiondb.scene.services.services import plan
-from motiondb.scene.services.times import check_times
 
 
 def cast(diagram: Diagram, grammar: MotionGrammar, where: str = "") -> dict[str, Tree]:
@@ -165,3 +184,171 @@ def _refuse_role(
         f"{where}:{line}: '{element or name}': expected {who} of {name}, whom the rule"
         f" {RULE_NAMES[type(rule)]} of {action} is about, found none. {advice}{rest}"
     )
+
+
+FASTEST = 8.0  # Speed of a pelvis, m/s, that nobody exceeds
+SHORTEST = 0.2  # Seconds that any act takes at least: the shortest clip
+_SLACK = 0.1  # By how much a time that a diagram states may be missed, s: about two frames
+_NEAR = 1.0  # How far from the drawing people may be, m
+
+_Time = tuple[str, int, str]  # Player, act, and "begin", "event" or "end"
+
+
+@dataclass(frozen=True)
+class _Demand:
+    """One time is at least ``seconds`` after another."""
+
+    before: _Time
+    after: _Time
+    seconds: float
+    why: str
+
+
+def check_times(diagram: Diagram, where: str = "") -> None:
+    """Refuse a diagram whose times or distances are impossible, and tell the circle."""
+    items = expressions(diagram)
+    circle = _circle(_demands(diagram, items))
+    if circle:
+        raise SceneError(f"{where or diagram.name}: {_told(circle)}")
+    for kept in diagram.stretches:
+        if kept.other:
+            _check_stretch(diagram, items, kept, where or diagram.name)
+
+
+def _demands(diagram: Diagram, items: dict[str, tuple[Item, ...]]) -> list[_Demand]:
+    demands = []
+    for name, row in items.items():
+        for k, item in enumerate(row):
+            begin, event, end = (name, k, "begin"), (name, k, "event"), (name, k, "end")
+            demands += [_Demand(begin, event, 0.0, ""), _Demand(event, end, 0.0, "")]
+            metres = item.metres
+            seconds = max(metres / FASTEST, SHORTEST)
+            run = f"{name} would have to run {metres:.1f} m" if metres > FASTEST * SHORTEST else ""
+            demands.append(_Demand(begin, end, seconds, run or f"{name} does {item}"))
+            if k + 1 < len(row):
+                demands.append(_Demand(end, (name, k + 1, "begin"), 0.0, ""))
+            if item.other and item.other_item >= 0 and item.element >= 0:
+                demands += _links(diagram, items, name, k)
+    return demands + _stated(diagram, items)
+
+
+def _links(
+    diagram: Diagram, items: dict[str, tuple[Item, ...]], name: str, k: int
+) -> list[_Demand]:
+    """Return the demands of an act that is linked with another player's, from its own side."""
+    item = items[name][k]
+    if diagram.elements[item.element].player != name:
+        return []
+    theirs = items[item.other][item.other_item]
+    one, other = (name, k, "event"), (item.other, item.other_item, "event")
+    gives = any(diagram.activity.deed(action) == GIVE for action in item.actions)
+    apart = math.hypot(item.way[-1].x - theirs.way[0].x, item.way[-1].z - theirs.way[0].z)
+    lag = max(apart - 2.0 * _NEAR, 0.0) / PASS_SPEED if gives else 0.0
+    why = f"{item.other} does {theirs} when {name} does {item}"
+    back = [] if gives else [_Demand(other, one, 0.0, why)]
+    return [_Demand(one, other, lag, why), *back]
+
+
+def _stated(diagram: Diagram, items: dict[str, tuple[Item, ...]]) -> list[_Demand]:
+    """Return the demands of ``step 3 comes 0.6 s after 2``, as their first acts are measured."""
+    of: dict[int, _Time] = {}
+    for name, row in items.items():
+        for k, item in enumerate(row):
+            if item.element >= 0:
+                of.setdefault(diagram.elements[item.element].step, (name, k, "event"))
+    demands = []
+    for step, seconds, since in diagram.times:
+        if step in of and since in of:
+            why = f"in {seconds:g} s between steps {since} and {step}"
+            demands.append(_Demand(of[since], of[step], seconds - _SLACK, why))
+            demands.append(_Demand(of[step], of[since], -seconds - _SLACK, why))
+    return demands
+
+
+def _circle(demands: list[_Demand]) -> list[_Demand]:
+    """Return demands whose sum asks that a time is later than itself; [] if there are none."""
+    latest: dict[_Time, float] = {}
+    because: dict[_Time, _Demand] = {}
+    for demand in demands:
+        latest.setdefault(demand.before, 0.0)
+        latest.setdefault(demand.after, 0.0)
+    for _ in range(len(latest) + 1):
+        changed = None
+        for demand in demands:
+            asked = latest[demand.before] + demand.seconds
+            if asked > latest[demand.after] + 1e-9:
+                latest[demand.after], because[demand.after] = asked, demand
+                changed = demand.after
+        if changed is None:
+            return []
+    at = changed
+    assert at is not None
+    for _ in range(len(latest)):  # into the circle
+        at = because[at].before
+    circle, here = [], at
+    while True:
+        circle.append(because[here])
+        here = because[here].before
+        if here == at:
+            return circle[::-1]
+
+
+def _told(circle: list[_Demand]) -> str:
+    """Return a circle of demands as a sentence."""
+    runs = [demand.why for demand in circle if "have to run" in demand.why]
+    stated = [demand.why for demand in circle if demand.why.startswith("in ")]
+    if stated:
+        done = " and ".join(runs) or "; ".join(d.why for d in circle if d.why and d.seconds > 0.0)
+        return (
+            f"expected times that people can keep, found that {done} {stated[0]}."
+            " Give them longer, or draw a shorter way."
+        )
+    acts = [demand.why for demand in circle if demand.why]
+    return (
+        "expected acts that can come one after another, found a circle:"
+        f" {'; '.join(dict.fromkeys(acts))}. Change the steps so that one of them comes first."
+    )
+
+
+def _check_stretch(
+    diagram: Diagram, items: dict[str, tuple[Item, ...]], kept: Stretch, where: str
+) -> None:
+    """Refuse a place that is drawn for somebody too far from whom they keep a distance to."""
+    theirs = _places(diagram, items, kept.other, kept)
+    ways = list(pairwise([*theirs, theirs[-1]]))
+    for item in items[kept.player]:
+        if item.element < 0 or not _inside(diagram, item, kept):
+            continue
+        for spot in (item.way[0], item.way[-1]):
+            ends = [line_error(_point(spot), _point(a), _point(b)) for a, b in ways]
+            apart = float(min(ends))
+            if apart > kept.far + _NEAR:
+                element = diagram.elements[item.element]
+                raise SceneError(
+                    f"{where}:{kept.line}: '{kept}': expected places that are as near, found"
+                    f" {kept.player} at {spot.x:g} {spot.z:g} in '{element}' (line {element.line}),"
+                    f" {apart:.1f} m from wherever {kept.other} is drawn then. Draw it nearer, or"
+                    " let the stretch end before."
+                )
+
+
+def _inside(diagram: Diagram, item: Item, kept: Stretch) -> bool:
+    step = diagram.elements[item.element].step
+    return kept.first <= step <= (kept.last or step)
+
+
+def _places(
+    diagram: Diagram, items: dict[str, tuple[Item, ...]], name: str, kept: Stretch
+) -> list[Spot]:
+    """Return the points of a player's ways in a stretch, and where they are before."""
+    places = [diagram.player[name].at]
+    for item in items[name]:
+        if item.element >= 0 and diagram.elements[item.element].step < kept.first:
+            places = [item.way[-1]]
+        elif item.element < 0 or _inside(diagram, item, kept):
+            places += item.way
+    return places
+
+
+def _point(spot: Spot) -> FloatArray:
+    return np.array([spot.x, spot.z])

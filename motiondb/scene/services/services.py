@@ -24,15 +24,16 @@ from motiondb.grammar.cfg.context_free import (
     reachable_symbols,
 )
 from motiondb.grammar.cfg.parse import count_trees, explain, parse
-from motiondb.grammar.cfg.prefix import prefix_log_probability
+from motiondb.grammar.cfg.prefix import best_strings, prefix_log_probability
 from motiondb.grammar.derivation.plan import best_plan
 from motiondb.scene.language.motion_grammar import MotionGrammar
-from motiondb.scene.services.lr import Conflict, lr1_automaton
 
 LONGEST_STRING = 400
 """Most actions of a string. Parsing takes time in proportion to the cube of the length: 400 actions
 of the basketball grammar are answered in 1 s, 1,600 in a minute. A player acts about once a second,
 so 400 are some minutes."""
+_STRINGS, _STEPS = 50, 1000
+"""Most probable strings whose trees are counted, and prefixes that are extended to find them."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +43,9 @@ class StartReport:
     symbol: str
     team: str  # The role that begins with it, or ""
     empty: bool  # Whether it derives the empty string, which no character may have
-    n_states: int  # Number of states of the canonical LR(1) automaton
-    conflicts: tuple[Conflict, ...]  # LR(1) conflicts; () if the grammar is LR(1)
+    n_strings: int  # Number of its most probable strings whose trees were counted
+    ambiguous: tuple[str, ...]  # The first of these with several trees; () if each has one
+    n_trees: float = 1.0  # Number of its trees, perhaps infinite
 
 
 @dataclass(frozen=True)
@@ -124,26 +126,26 @@ class Suggestions:
 
 
 def check(grammar: MotionGrammar) -> GrammarReport:
-    """Report useless and nullable symbols of a grammar, and whether it is LR(1).
+    """Report useless and nullable symbols of a grammar, and whether it is ambiguous.
 
     A symbol is useless if no start symbol leads to it. (Nonterminals that never end are refused
-    when the file is read.)
+    when the file is read.) No program can decide whether any grammar is ambiguous; the trees of the
+    most probable strings are counted.
     """
     reached: set[str] = set()
     starts = []
     for start in grammar.starts:
         rules = grammar.started(start.symbol)
         reached |= reachable_symbols(rules)
-        automaton = lr1_automaton(rules)
-        starts.append(
-            StartReport(
-                start.symbol,
-                start.team,
-                start.symbol in nullable_symbols(rules),
-                automaton.n_states,
-                automaton.conflicts,
-            )
-        )
+        empty, counted = start.symbol in nullable_symbols(rules), 0
+        several: tuple[tuple[str, ...], float] = (), 1.0
+        for string, _ in best_strings(rules, _STRINGS, steps=_STEPS):
+            counted += 1
+            n_trees = count_trees(rules, string)
+            if string and n_trees > 1.0:
+                several = string, n_trees
+                break
+        starts.append(StartReport(start.symbol, start.team, empty, counted, *several))
     whole = grammar.grammar
     names = tuple(terminal.name for terminal in grammar.terminals)
     useless = tuple(s for s in (*whole.nonterminals, *names) if s not in reached)

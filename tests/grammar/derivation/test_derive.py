@@ -20,15 +20,16 @@ from motiondb.grammar.cfg.context_free import (
     derive_by,
     read_grammar,
 )
-from motiondb.grammar.cfg.lengths import (
+from motiondb.grammar.cfg.parse import accepts, compiled_form, log_probability
+from motiondb.grammar.derivation.derive import (
+    damped,
+    derive,
     length_weights,
     longest_length,
     mean_length,
     nearest_length,
     shortest_length,
 )
-from motiondb.grammar.cfg.parse import accepts, compiled_form, log_probability
-from motiondb.grammar.derivation.derive import damped, derive
 from motiondb.grammar.languages import finite_language
 
 

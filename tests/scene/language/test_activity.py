@@ -9,17 +9,15 @@ from motiondb.body import body
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.parse import parse
 from motiondb.scene.clips.clip_cutting import found_instant
-from motiondb.scene.energy.answering import aligned
 from motiondb.scene.energy.binding import DISTANCE, SYNCHRONISATION, UNMET, bind
 from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
-from motiondb.scene.language.expressions import exact_actions, expressions
+from motiondb.scene.language.expressions import aligned, exact_actions, expressions
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.possession import first_holder, has_ball
 from motiondb.scene.language.semantic_rules import Spot
 from motiondb.scene.language.tactics_file import format_diagram, parse_diagram, read_diagram
-from motiondb.scene.services.casting import cast
-from motiondb.scene.services.times import check_times
+from motiondb.scene.services.casting import cast, check_times
 from motiondb.scene.thing.thing_acts import thing_acts
 from motiondb.scene.timing.timeline import sampled_timeline
 

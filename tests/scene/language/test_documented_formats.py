@@ -31,7 +31,7 @@ def test_the_grammar_of_the_page_is_one() -> None:
     ]
     assert len(grammar.annotations) == 4
     (start,) = services.check(grammar).starts
-    assert start.conflicts == ()
+    assert start.ambiguous == ()
 
 
 def test_the_activity_of_the_page_is_the_shipped_one() -> None:

@@ -12,7 +12,7 @@ from motiondb.errors import SceneError
 from motiondb.grammar.cfg.parse import parse
 from motiondb.scene.clips.clips import ClipLibrary, ClipSource
 from motiondb.scene.energy.binding import bind
-from motiondb.scene.energy.energy import change, scene_arrays, token_errors, unchange
+from motiondb.scene.energy.energy import change, scene_arrays, token_errors, undo
 from motiondb.scene.energy.placement import clip_arrays
 from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
 from motiondb.scene.language.grammar_file import read_motion_grammar
@@ -40,7 +40,7 @@ def test_what_stands_behind_stays_and_the_way_back_is_the_same(wandering) -> Non
     np.testing.assert_allclose(gap - turns * np.round(gap / turns) * [0, 0, 1], 0.0, atol=1e-9)
     back = origin_for_tail(scene, play.library, 0, 1, 6)
     np.testing.assert_allclose(back, before[0, 0, :3], atol=1e-9)
-    unchange(scene, play.library, 0, 1, 6)
+    undo(scene)
     np.testing.assert_array_equal(scene.placed, before)
     np.testing.assert_array_equal(scene.total, total)
     np.testing.assert_array_equal(scene.seams, seams)
@@ -58,7 +58,7 @@ def test_jumps_that_let_stand_what_stands_behind_keep_it(wandering) -> None:
     for _ in range(20):
         chain = Chain(play, state, rng)
         end, begin = chain.scene.placed[0, 3, :3].copy(), chain.scene.begin[0, 3]
-        if chain.jump(0, groups, 1e9, EXCHANGES, 0.0):
+        if chain.move(chain.jump, 0, groups, 1e9, EXCHANGES, 0.0):
             n = chain.scene.n_clips[0]
             np.testing.assert_allclose(chain.scene.placed[0, n, :3], end, atol=1e-9)
             assert chain.scene.begin[0, n] == begin

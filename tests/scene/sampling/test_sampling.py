@@ -23,6 +23,7 @@ from scene_energy import energy
 from motiondb.grammar.cfg.context_free import derive_by
 from motiondb.records import MOTION_FPS
 from motiondb.scene.energy.binding import ROW, SYNCHRONISATION, bind
+from motiondb.scene.energy.rule_kernels import lateness
 from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
@@ -32,7 +33,6 @@ from motiondb.scene.sampling.metropolis import (
     MEET,
     SMOOTH,
     VARIANT,
-    lateness,
     linked,
 )
 from motiondb.scene.sampling.play import Prices, make_play
@@ -133,7 +133,7 @@ def test_frequencies_of_the_outer_loop_are_exact_without_the_inner(wandering, se
     chain = Chain(play, toy_state(play, (0, 1, 3), (0, 4)), np.random.default_rng(seed))
     seen = count_states(  # in three rounds a jump at the root is tried about once
         chain, 3000, 3,
-        lambda: chain.jump(0, groups, 1.0, EXCHANGES, 0.0),
+        lambda: chain.move(chain.jump, 0, groups, 1.0, EXCHANGES, 0.0),
         lambda: chain.walk(2, groups, 1.0, EXCHANGES),
     )  # fmt: skip
     assert p_value(seen, exact) > 0.001
@@ -174,7 +174,7 @@ def test_frequencies_of_growths_alone_are_exact(wandering, seed: int) -> None:
     chain = Chain(play, toy_state(play, (0, 3, 4), (0, 4)), np.random.default_rng(seed))
     seen = count_states(  # links that are put in are taken away, and others come
         chain, 4000, 4,
-        lambda: chain.grow(0, groups, 1.0, EXCHANGES, 0.0),
+        lambda: chain.move(chain.grow, 0, groups, 1.0, EXCHANGES, 0.0),
         lambda: chain.walk(4, groups, 1.0, EXCHANGES),
     )  # fmt: skip
     assert p_value(seen, exact) > 0.001
@@ -187,7 +187,9 @@ def test_frequencies_of_recastings_alone_are_exact(wandering, seed: int) -> None
     groups = clip_groups(play.library, TOY.weights.smooth, 1.0)
     chain = Chain(play, toy_state(play, (0, 1, 4, 2), (0, 6, 2)), np.random.default_rng(seed))
     # in three rounds every clip is drawn anew about twice
-    seen = count_states(chain, 3000, 3, lambda: chain.recast(0, groups, 1.0, EXCHANGES, 0.0))
+    seen = count_states(
+        chain, 3000, 3, lambda: chain.move(chain.recast, 0, groups, 1.0, EXCHANGES, 0.0)
+    )
     assert len(seen) > 4
     assert p_value(seen, exact) > 0.001
 
@@ -268,7 +270,8 @@ def test_meeting_is_meeting(wandering) -> None:
     library = wandering(["a"], each=2, seed=1)
     play = make_play(TWO, PAIR, library)
     chain = Chain(play, _standing(play, 40, 9), np.random.default_rng(0))
-    frames = lateness(chain.scene, play.library, 0)
+    meant = int(chain.scene.meant[0])
+    frames = round(lateness(chain.scene, play.library, 0, meant))
     after = Chain(play, _standing(play, 40 + frames, 9), np.random.default_rng(0))
     assert frames != 0
     assert after.scene.cost[0] == pytest.approx(0.0, abs=1e-9)
