@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from postures import FPS, POSTURES, in_world, positions, rotations, walk
 
-from motiondb.body import body, retarget, rotation, world
+from motiondb.body import body, kinematics, retarget, rotation, world
 from motiondb.records import Clip
 
 HEADINGS = [0, 45, 90, 135, 180, 225, 270, 315]
@@ -199,6 +199,26 @@ def test_hips_that_sink_otherwise_than_legs_bend_are_told(factor: float) -> None
     notes = world.travel_notes(points, FPS, retarget.legs_of(points[:1]))
     assert len(notes) == (factor != 1.0)
     assert all(f"travels {factor:.2g} times" in note for note in notes)
+
+
+def test_hips_that_rest_while_feet_swing_are_told() -> None:
+    """A walk whose root is in metres among centimetres; one who sits and swings the legs is not."""
+    points = walk()
+    bob = 0.02 * np.sin(10.0 * np.arange(len(points)) / FPS)
+    points[:, :, 1] += bob[:, None]
+    leg = retarget.legs_of(points)
+    pinned = points - 0.99 * points[:, :1]
+    (note,) = world.travel_notes(pinned, FPS, leg)
+    assert note.endswith("another unit than the bones. Export the capture again with one unit.")
+    turns = rotations("chair", 90)
+    swing = 40.0 * np.sin(np.arange(90) / 5.0)
+    for side, way in (("l", 1.0), ("r", -1.0)):
+        angles = np.zeros((90, 3))
+        angles[:, 0] = 60.0 + way * swing
+        turns[:, body.INDEX[f"{side}_knee"]] = rotation.from_euler(angles, "XYZ")
+    root = np.tile([0.0, 0.5, 0.0], (90, 1))
+    sits, _ = kinematics.forward(body.PARENTS, body.OFFSETS, turns, root)
+    assert world.travel_notes(sits, FPS, retarget.legs_of(sits)) == ()
 
 
 def test_radians_read_as_degrees_are_told() -> None:
