@@ -20,6 +20,7 @@ from __future__ import annotations
 import csv
 import io
 import re
+from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from operator import add
@@ -163,6 +164,12 @@ def capture_name(file: str) -> str:
     return str(path.with_suffix("")) if path.suffix.lower() in CAPTURE_ENDINGS else str(path)
 
 
+def _ending(file: str) -> str:
+    """Return the ending of a file if it is that of captures, else ""."""
+    suffix = PurePosixPath(file.strip().replace("\\", "/")).suffix
+    return suffix if suffix.lower() in CAPTURE_ENDINGS else ""
+
+
 def read_sheet(path: Path | str) -> Sheet:
     """Read a sheet of words."""
     path = Path(path)
@@ -236,24 +243,35 @@ def _events_of(path: Path, foreign: list[Annotation]) -> EventSheet:
     return EventSheet(str(path), entries, notes, others)
 
 
-def resolved(sheet: AnySheet, names: Iterable[str]) -> AnySheet:
-    """Return a sheet whose rows name captures as they are called, where only one may be meant."""
-    if not sheet.others:
-        return sheet
-    known = list(names)
+def resolved(sheet: AnySheet, files: Mapping[str, str]) -> AnySheet:
+    """Return a sheet whose rows name captures as they are called, where only one may be meant.
 
-    def called(name: str) -> str:
-        for other in (name, *sheet.others.get(name, ())):
-            fitting = [n for n in known if n == other] or [
-                n for n in known if n.endswith(f"/{other}")
+    `files`: The file of each capture, by name.
+    """
+    by_stem: dict[str, list[str]] = {}  # Of captures whose names have an ending
+    for each in files:
+        by_stem.setdefault(capture_name(each), []).append(each)
+
+    def called(name: str) -> list[str]:
+        if name in files:
+            return [name]
+        for other in (name, *sheet.others[name]) if name in sheet.others else ():
+            fitting = [n for n in files if n == other] or [
+                n for n in files if n.endswith(f"/{other}")
             ]
             if len(fitting) == 1:
-                return fitting[0]
-        return name
+                return fitting
+        stem, ending = capture_name(name), _ending(name)
+        alike = by_stem.get(stem, [])
+        if ending:  # one of several files of this name in the sheet
+            alike = [n for n in alike if n == name or files[n].endswith(ending)]
+        return alike or [name]
 
     entries: dict[str, Any] = {}
     for name, entry in cast(Any, sheet).entries.items():
-        entries.setdefault(called(name), entry)
+        spelled = name + _ending(getattr(entry, "file", ""))
+        for each in [spelled] if spelled in files else called(name):
+            entries.setdefault(each, entry)
     return cast(AnySheet, replace(cast(Any, sheet), entries=entries))
 
 
@@ -358,6 +376,10 @@ def _gather(
     `join`: Joins two entries of one capture.
     """
     entries, seen = dict[str, T](), dict[Hashable, int]()
+    column = header.index("file")
+    spelled = {row[column].strip() for _, row in rows if len(row) > column}
+    counts = Counter(capture_name(file) for file in spelled if _ending(file))
+    several = {name for name, count in counts.items() if count > 1}  # names of several files
     faults, repeats = list[str](), list[str]()
     for line, row in rows:
         if len(row) > len(header):
@@ -366,7 +388,10 @@ def _gather(
             )
             continue
         try:
-            name, same, entry = read({c: cell.strip() for c, cell in zip(header, row)}, line)
+            cells = {c: cell.strip() for c, cell in zip(header, row)}
+            name, same, entry = read(cells, line)
+            if name in several:
+                name += _ending(cells["file"])
             first = seen.setdefault((name, same), line)
             if first == line:
                 entries[name] = join(entries[name], entry) if name in entries else entry

@@ -10,7 +10,9 @@ from page_serving import Serve, get, post, refused
 from starlette.testclient import TestClient
 
 import motiondb
+from motiondb.answers import SplitChoice
 from motiondb.page.motion import read_tracks
+from motiondb.page.routes import asking
 
 
 def test_search_gives_what_the_class_gives(client: TestClient, learned_file: Path) -> None:
@@ -47,6 +49,25 @@ def test_symbols_have_a_place_and_their_segments(client: TestClient) -> None:
     likely = [s["log_likelihood"] for s in facts["segments"]]
     assert likely == sorted(likely, reverse=True)
     assert "expected 0 to" in refused(client, "/api/symbol", 400, symbol=9999)
+
+
+def test_choices_of_a_few_shares_are_kept(
+    client: TestClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = []
+
+    def choose(_db: object, share: float) -> asking.ChoiceReply:
+        made.append(share)
+        choice = SplitChoice(
+            split="", performers=(), seconds=9.0, chosen=1.0, intervals=1, distance=1.0, bound=1.0
+        )
+        return asking.ChoiceReply(choice, [], {})
+
+    monkeypatch.setattr(asking, "_choice", choose)
+    monkeypatch.setattr(asking, "MOST_CHOICES", 2)
+    for share in (0.1, 0.2, 0.1, 0.3, 0.2, 0.1):
+        get(client, "/api/choice", share=share)
+    assert made == [0.1, 0.2, 0.3, 0.1]
 
 
 def test_variants_have_their_seeds_and_say_what_they_show(client: TestClient) -> None:

@@ -7,6 +7,7 @@ killed, the batches that were saved stay, whole; the same command then adds the 
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
@@ -60,16 +61,9 @@ def add_captures(
     usable, unusable = _text_names([path for path, _ in at_hand])
     readable = set(usable)
     paths = {path: folder for path, folder in reversed(at_hand) if path in readable}
-    named = {path: settings.prefix + capture_name(_below(path, paths[path])) for path in paths}
-    names = {name: path for path, name in named.items()}
-    sheets = sheets.resolved(names)
-    problems = unusable + [
-        f"{path}: expected one file per name, found "
-        f"{names[name].name if names[name].parent == path.parent else names[name]} beside it. "
-        "Rename one of them."
-        for path, name in sorted(named.items())
-        if names[name] != path
-    ]
+    names, shared, doubles = _names(paths, settings.prefix)
+    sheets = sheets.resolved({name: str(path) for name, path in names.items()})
+    problems = unusable + doubles
     jobs = [
         FileToRead(name, path, sheets.entry(name), paths[path], settings)
         for name, path in sorted(names.items())
@@ -96,6 +90,12 @@ def add_captures(
         if adding.n_read == len(jobs):
             break
     others = [sentence for folder in folders for sentence in files.not_read(folder)]
+    if shared & {name.partition("#")[0] for name in report.added}:
+        others.append(
+            f"{len(shared)} files have the name of another one but for its ending: their captures "
+            f"are called by the whole name ({', '.join(sorted(shared)[:4])}"
+            f"{', ...' if len(shared) > 4 else ''})"
+        )
     asked = (settings.up, settings.mirror_world, settings.swap_sides, settings.unit, settings.fps)
     if report.known and any(asked):
         others.append(
@@ -109,6 +109,27 @@ def add_captures(
         notes=(*others, *report.notes),
         problems=(*unknown, *report.problems),
     )
+
+
+def _names(paths: Mapping[Path, Path], prefix: str) -> tuple[dict[str, Path], set[str], list[str]]:
+    """Name the captures of files (path -> folder): files by name, names with ending, problems.
+
+    Where files of a folder differ only in their ending, this is a part of their names.
+    """
+    whole = {path: prefix + _below(path, folder) for path, folder in paths.items()}
+    alike = Counter(capture_name(name) for name in set(whole.values()))
+    shared = {name for name in whole.values() if alike[capture_name(name)] > 1}
+    names: dict[str, Path] = {}
+    problems = []
+    for path in sorted(whole):
+        name = whole[path] if whole[path] in shared else capture_name(whole[path])
+        first = names.setdefault(name, path)
+        if first != path:
+            problems.append(
+                f"{path}: expected one file per name, found {first} with the same one. Add it by "
+                "itself with --prefix FOLDER/, or rename one of them."
+            )
+    return names, shared, problems
 
 
 def _renamed(readings: Sequence[ReadFile], chosen: _Chosen) -> dict[str, str]:

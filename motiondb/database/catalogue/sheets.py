@@ -54,11 +54,10 @@ class Sheets:
         """The same for captures whose names begin with a prefix that the sheets do not have."""
         return Sheets(*(_below(sheet, prefix) for sheet in (self.words, self.events)))
 
-    def resolved(self, names: Iterable[str]) -> Sheets:
+    def resolved(self, files: Mapping[str, str]) -> Sheets:
         """The same for captures as they are called, where a sheet may name one in another way."""
-        known = list(names)
         return Sheets(
-            self.words and resolved(self.words, known), self.events and resolved(self.events, known)
+            self.words and resolved(self.words, files), self.events and resolved(self.events, files)
         )
 
     def entry(self, name: str) -> SheetEntry | None:
@@ -160,7 +159,7 @@ def import_words(opened: store.Store, path: str | Path) -> ImportReport:
     sheet = read_sheet(path)
     with store.transaction(opened):
         infos = _captures_by_name(opened)
-        sheet = resolved(sheet, infos)
+        sheet = resolved(sheet, {name: info.path for name, info in infos.items()})
         named = [(infos[name], entry) for name, entry in sheet.entries.items() if name in infos]
         notes = [*sheet.notes, *_read_already(sheet, infos)]
         problems = sheet.unknown(infos)
@@ -233,7 +232,7 @@ def import_events(opened: store.Store, path: str | Path) -> EventReport:
     captures = count = 0
     with store.transaction(opened):
         infos = _captures_by_name(opened)
-        sheet = resolved(sheet, infos)
+        sheet = resolved(sheet, {name: info.path for name, info in infos.items()})
         problems = sheet.unknown(infos)
         named = [infos[name] for name in sheet.entries if name in infos]
         numbers = [info.capture_id for info in named]

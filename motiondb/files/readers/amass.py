@@ -138,6 +138,12 @@ def read_amass(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Cl
     return replace(clip, up=options.up) if options.up else _with_y_up(clip)
 
 
+_DOUBTFUL = (
+    "z is taken for up, as in AMASS: the motion does not show for certain which axis is up. Give "
+    "the axis (--up) if this is wrong."
+)
+
+
 def _with_y_up(clip: Clip) -> Clip:
     """Turn the world of the data, in which z is up unless the motion shows otherwise."""
     positions, _ = kinematics.clip_positions(clip)
@@ -146,12 +152,7 @@ def _with_y_up(clip: Clip) -> Clip:
         if joint >= 0:
             points[:, body.INDEX[role]] = positions[:, joint]
     found = world.find_up(points, clip.fps, usual="z")
-    up, notes = (found.up, found.notes) if found.is_sure else ("z", ())
-    stands = world.upright(points)
-    other = "y" if found.up == "y" else max(stands, key=lambda axis: stands[axis])
-    is_sunk = (positions[..., 2].min(axis=1) < 0.0).mean() > 0.5  # a body on the floor is not
-    if not found.is_sure and other != "z" and (found.up != "z" or is_sunk):
-        notes = (f"z is taken for up, as in AMASS; it may be {other}. Give the axis (--up) if so.",)
+    up, notes = (found.up, found.notes) if found.is_sure else ("z", (_DOUBTFUL,))
     turn = np.broadcast_to(world.to_y_up(up), (clip.n_frames, 4))
     rotations = clip.local_rotations.copy()
     rotations[:, 0] = rotation.multiply(turn, rotations[:, 0])

@@ -49,6 +49,7 @@ from motiondb.search.chances import LIKELY
 
 OFFERED, MOST_ASKED = 5, 14  # Questions that are offered, and most that are tried for it
 MOST_WORDS = 8  # Words that are offered where no question is proven
+MOST_CHOICES = 20  # Shares of which the choice is kept
 MOST_CAPTIONS = 40  # Captions whose own order of actions is tried
 
 
@@ -207,7 +208,12 @@ def router(page: Page) -> APIRouter:
     def choice(share: Annotated[float, Query(gt=0.0, le=1.0)]) -> ChoiceReply:
         """The choice of `curate`, in a library of which all captures were measured."""
         with page.held.use() as db:
-            return db.session.kept(("choice", share), lambda: _choice(db, share))
+            made = db.session.kept("choices", dict[float, ChoiceReply])
+            reply = made.get(share) or _choice(db, share)
+            made[share] = reply
+            for oldest in list(made)[:-MOST_CHOICES]:
+                made.pop(oldest, None)
+            return reply
 
     @routes.get("/api/symbol")
     def symbol(

@@ -164,8 +164,46 @@ def test_broken_files_are_listed_and_the_good_ones_added(tmp_path: Path, some: P
             "file. Put the ASF beside the AMC, or name it in the sheet's column 'skeleton'."
             in report.problems
         )
-        assert "expected one file per name, found twin.bvh beside it" in problems
         assert len(report.problems) == 5
+
+
+def test_files_that_differ_in_their_ending_are_captures_of_their_own(
+    tmp_path: Path, some: Path
+) -> None:
+    folder, other = tmp_path / "takes", tmp_path / "other"
+    (folder / "sub").mkdir(parents=True)
+    other.mkdir()
+    sources = sorted(some.rglob("*.bvh"))
+    for file, source in zip(("walk.bvh", "walk.BVH", "Walk.bvh", "sub/walk.bvh"), sources):
+        (folder / file).write_bytes(source.read_bytes())
+    (other / "sub").mkdir()
+    shutil.copy(sources[0], other / "sub" / "walk.bvh")
+    sheet = tmp_path / "s.tsv"
+    sheet.write_text("file\twords\nwalk.BVH\tbow\nwalk.bvh\tstroll\nWalk\tkick\n")
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        shutil.move(folder / "walk.BVH", tmp_path / "later")
+        assert db.add(folder, sheet).added == ("Walk", "sub/walk", "walk")
+        shutil.move(tmp_path / "later", folder / "walk.BVH")
+        report = db.add([folder, other], sheet)
+        assert report.added == ("walk.BVH",)  # the other keeps the name that it has
+        assert any("(walk.BVH, walk.bvh)" in note for note in report.notes)
+        (problem,) = report.problems
+        assert "sub/walk.bvh: expected one file per name, found" in problem
+        said = {
+            info.name: [c.words for c in db.words.captions(info.name)] for info in db.captures()
+        }
+        assert said == {"Walk": ["kick"], "sub/walk": [], "walk": ["stroll"], "walk.BVH": ["bow"]}
+        again = db.add([folder, other], sheet)
+        assert (again.added, len(again.known), len(again.problems)) == ((), 4, 1)
+        db.words.export(tmp_path / "out.tsv")
+        db.words.import_sheet(tmp_path / "out.tsv")
+        assert {i.name: [c.words for c in db.words.captions(i.name)] for i in db.captures()} == said
+    with motiondb.open(tmp_path / "n.duckdb") as db:
+        sheet.write_text("file\twords\nwalk\tboth\n")
+        db.add(folder, sheet)
+        assert [c.words for n in ("walk.bvh", "walk.BVH") for c in db.words.captions(n)] == [
+            "both"
+        ] * 2
 
 
 def test_odd_sheets(tmp_path: Path, some: Path) -> None:
