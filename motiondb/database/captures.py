@@ -228,8 +228,7 @@ class Captures(Topic):
             parameters = {"names": [info.name for info in infos]}
             if numbers:
                 with updating.changing(self.store, "remove", parameters, numbers):
-                    for number in numbers:
-                        store.remove_capture(self.store, number)
+                    store.remove_captures(self.store, numbers)
         return [info.name for info in infos]
 
     def rename(self, old: str, new: str, captures: Iterable[str] | None = None) -> dict[str, str]:
@@ -570,7 +569,9 @@ class Captures(Topic):
 
 def chosen(session: Session, names: Iterable[str], where: Where) -> list[CaptureInfo]:
     """The captures of some names, and those that match a filter; each once."""
-    infos = [store.load_capture(session.store, name) for name in listed("names", names)]
+    wanted = listed("names", names)
+    known = {info.name: info for info in store.load_captures(session.store)} if wanted else {}
+    infos = [known.get(name) or store.load_capture(session.store, name) for name in wanted]
     where = session.filter(where)
     infos += store.load_captures(session.store, where) if where.strip() else []
     return list({info.capture_id: info for info in infos}.values())

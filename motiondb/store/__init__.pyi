@@ -82,7 +82,7 @@ from .catalogue.captures import (
     load_totals as load_totals,
 )
 from .catalogue.captures import (
-    remove_capture as remove_capture,
+    remove_captures as remove_captures,
 )
 from .catalogue.captures import (
     rename_captures as rename_captures,
@@ -193,7 +193,7 @@ from .catalogue.trash import (
     load_trash as load_trash,
 )
 from .catalogue.trash import (
-    restore_capture as restore_capture,
+    restore_captures as restore_captures,
 )
 from .catalogue.where import (
     CAPTION as CAPTION,

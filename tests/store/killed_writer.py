@@ -22,7 +22,7 @@ if __name__ == "__main__":
                         store_samples.add(database, f"{turn}/{number}", n_frames=40)
             elif what == "remove":
                 store_samples.add(database, f"{turn}/take")
-                store.remove_capture(database, turn + 1)
+                store.remove_captures(database, [turn + 1])
             elif what == "grammar":
                 infos = store.load_captures(database)
                 with store.transaction(database):

@@ -27,7 +27,7 @@ def test_compacting_gives_the_room_back_and_loses_nothing(
     infos = store.load_captures(database)
     learning = samples.learning(infos, store.start_run(database, "learn"))
     store.save_learning(database, learning)
-    store.remove_capture(database, 2)
+    store.remove_captures(database, [2])
     counts = {k: n for k, n in store.count_rows(database).items() if not k.startswith("trash.")}
     database.close()
     sizes = store.compact(database.path)

@@ -98,14 +98,14 @@ def test_a_grammar_outlives_its_captures_and_finds_them_again(
 ) -> None:
     save(filled, samples)
     derive(filled)
-    store.remove_capture(filled, 2)
+    store.remove_captures(filled, [2])
     learned = store.load_grammar(filled, "dance")
     assert [source.name for source in learned.sources] == ["a", "bb"]
     assert store.load_source_numbers(filled, learned.sources) == {0: 1}
     assert store.check_store(filled) == []
     samples.add(filled, "bb")
     assert store.load_source_numbers(filled, learned.sources) == {0: 1, 1: 4}
-    store.remove_capture(filled, 3)
+    store.remove_captures(filled, [3])
     assert store.count_rows(filled)["derivation"] == 0
     assert store.check_store(filled) == []
 
@@ -114,7 +114,7 @@ def test_a_source_of_another_length_is_not_the_source(
     filled: store.Store, samples: ModuleType
 ) -> None:
     save(filled, samples)
-    store.remove_capture(filled, 1)
+    store.remove_captures(filled, [1])
     samples.add(filled, "a", n_frames=9)  # the same file, read in another way
     assert store.load_source_numbers(filled, store.load_grammar(filled, "dance").sources) == {1: 2}
 

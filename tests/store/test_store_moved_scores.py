@@ -111,7 +111,7 @@ def test_scores_of_other_captures_stay_where_they_are(
     """As when a capture is removed, or added, and what follows from it is saved anew."""
     store.move_motions(learned, str(tmp_path / "out"))
     before, files = bits(learned), score_files(learned)
-    store.remove_capture(learned, 3)
+    store.remove_captures(learned, [3])
     samples.add(learned, "dddd")
     new = store.load_captures(learned, "name=dddd")
     made = samples.learning(new, store.start_run(learned, "add"))

@@ -356,12 +356,12 @@ def test_a_removed_capture_comes_back_and_files_without_captures_are_forgotten(
     store.move_motions(filled, str(tmp_path / "out"))
     before, files = content(filled), store.load_parquet_files(filled)
     for number in (1, 2):
-        store.remove_capture(filled, number)
-    store.restore_capture(filled, 2)
-    store.restore_capture(filled, 1)
+        store.remove_captures(filled, [number])
+    store.restore_captures(filled, [2])
+    store.restore_captures(filled, [1])
     assert content(filled) == before
     for number in (1, 2):
-        store.remove_capture(filled, number)
+        store.remove_captures(filled, [number])
     filled.close()
     done = store.compact(filled.path)
     assert (done.moved, done.unused) == (0, (files[0].path,))
@@ -395,7 +395,7 @@ def test_compacting_moves_and_gives_the_room_back(
 
 def test_a_database_of_version_5_takes_part(filled: store.Store, tmp_path: Path) -> None:
     before = content(filled)
-    store.remove_capture(filled, 1)
+    store.remove_captures(filled, [1])
     for schema in ("main", "trash"):
         for column in (
             "source DROP data_at",
@@ -415,7 +415,7 @@ def test_a_database_of_version_5_takes_part(filled: store.Store, tmp_path: Path)
     with store.open_store(filled.path) as opened:
         assert migrations.schema_version(opened.connection, "") == migrations.newest_version()
         assert store.check_store(opened, sources=True) == []
-        store.restore_capture(opened, 1)
+        store.restore_captures(opened, [1])
         assert content(opened) == before
         store.move_motions(opened, str(tmp_path / "out"))
         assert content(opened) == before
@@ -453,7 +453,7 @@ def test_a_place_has_one_name(tmp_path: Path) -> None:
 
 
 def test_a_place_that_is_refused_leaves_the_trash(filled: store.Store, tmp_path: Path) -> None:
-    store.remove_capture(filled, 1)
+    store.remove_captures(filled, [1])
     filled.close()
     (tmp_path / "file").touch()
     for text, found in (
@@ -464,7 +464,7 @@ def test_a_place_that_is_refused_leaves_the_trash(filled: store.Store, tmp_path:
             store.compact(filled.path, motions_to=f"{tmp_path}/{text}")
         assert str(error.value) == f"{tmp_path}/{text}: {found.format(tmp_path)}"
     with store.open_store(filled.path) as opened:
-        store.restore_capture(opened, 1)
+        store.restore_captures(opened, [1])
 
 
 def test_a_url_needs_its_package(filled: store.Store, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -504,7 +504,7 @@ def test_a_folder_that_was_moved_away_is_not_made_anew(
 ) -> None:
     out = tmp_path / "out"
     store.move_motions(filled, str(out))
-    store.remove_capture(filled, 1)
+    store.remove_captures(filled, [1])
     samples.add(filled, "new")
     filled.close()
     out.rename(tmp_path / "away")

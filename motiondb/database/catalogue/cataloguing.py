@@ -415,7 +415,7 @@ class _Kept:
         number = info.capture_id
         captions = store.load_captions(opened, [number]).get(number, ())
         events = store.load_events(opened, [number]).get(number, ())
-        store.remove_capture(opened, number)
+        store.remove_captures(opened, [number])
         return cls(info.tags, captions, events)
 
     def save_events(self, opened: store.Store, info: CaptureInfo, notes: list[str]) -> None:

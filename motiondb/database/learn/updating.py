@@ -82,8 +82,7 @@ def undo(session: Session, run: int | None) -> answers.Undone:
         counts = bool(added or removed or store.SYNONYMS in there)
         counts |= any(e.captions is not None for e in changed)
         with changing(opened, store.UNDO, parameters, there, counts) as change:
-            for edit in added:
-                store.remove_capture(opened, edit.capture_id)
+            store.remove_captures(opened, [edit.capture_id for edit in added])
             renamed = [e for e in changed if names[e.capture_id] != e.name]
             moving = {e.capture_id for e in (*renamed, *added)}
             held = {name for capture, name in names.items() if capture not in moving}
@@ -94,9 +93,9 @@ def undo(session: Session, run: int | None) -> answers.Undone:
                         "Rename or remove that one first."
                     )
             store.rename_captures(opened, {edit.capture_id: edit.name for edit in renamed})
-            for edit in removed:
-                store.restore_capture(opened, edit.capture_id)
-                change.added.append(edit.capture_id)
+            restored = [edit.capture_id for edit in removed]
+            store.restore_captures(opened, restored)
+            change.added.extend(restored)
             for edit in changed:
                 _restore_parts(opened, edit)
     return answers.Undone(

@@ -331,8 +331,7 @@ class Scenes(Topic):
             numbers = [store.load_capture(database, capture).capture_id for capture in captures]
             with updating.changing(database, "scene remove", {"scene": name}, numbers):
                 store.remove_scene(database, name)
-                for number in numbers:
-                    store.remove_capture(database, number)
+                store.remove_captures(database, numbers)
         return captures
 
     def motions(self, record: store.StoredScene) -> dict[str, Motion]:

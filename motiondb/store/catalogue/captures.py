@@ -84,29 +84,31 @@ def save_capture(
     return info
 
 
-def remove_capture(store: Store, capture_id: int) -> None:
-    """Remove a capture and everything that belongs to it, in one transaction.
+def remove_captures(store: Store, numbers: Sequence[int]) -> None:
+    """Remove captures and everything that belongs to them, in one transaction.
 
-    This includes its file, motion, tags, captions, events, relations, segments and findings; all
-    but the segments and findings go into the trash. Players of scenes whose motion it held stay,
-    with ``capture_id`` -1.
+    This includes their files, motions, tags, captions, events, relations, segments and findings;
+    all but the segments and findings go into the trash. Players of scenes whose motion they held
+    stay, with ``capture_id`` -1.
     """
+    if not numbers:
+        return
+    chosen = "(SELECT unnest($numbers))"
+    own = [table for table in OWN_TABLES if table not in ("capture", "scene_player")]
     with transaction(store) as connection:
-        put_in_trash(store, capture_id)
-        for table in OWN_TABLES:
-            if table not in ("capture", "scene_player"):
-                connection.execute(f"DELETE FROM {table} WHERE capture_id = ?", [capture_id])
-        for table in ("segment", "segment_score", "finding", "capture_quality"):
-            connection.execute(f"DELETE FROM {table} WHERE capture_id = ?", [capture_id])
-        connection.execute(
-            "UPDATE scene_player SET capture_id = -1 WHERE capture_id = ?", [capture_id]
-        )
-        connection.execute("DELETE FROM relation WHERE ? IN (capture_id, other_id)", [capture_id])
-        connection.execute(
-            "DELETE FROM source WHERE sha256 = (SELECT sha256 FROM capture WHERE capture_id = ?)",
-            [capture_id],
-        )
-        connection.execute("DELETE FROM capture WHERE capture_id = ?", [capture_id])
+        put_in_trash(store, numbers)
+        for statement in (
+            *(
+                f"DELETE FROM {table} WHERE capture_id IN {chosen}"
+                for table in (*own, "segment", "segment_score", "finding", "capture_quality")
+            ),
+            f"UPDATE scene_player SET capture_id = -1 WHERE capture_id IN {chosen}",
+            f"DELETE FROM relation WHERE capture_id IN {chosen} OR other_id IN {chosen}",
+            "DELETE FROM source WHERE sha256 IN "
+            f"(SELECT sha256 FROM capture WHERE capture_id IN {chosen})",
+            f"DELETE FROM capture WHERE capture_id IN {chosen}",
+        ):
+            connection.execute(statement, {"numbers": list(numbers)})
         touch(store, motions=True)
 
 

@@ -6,6 +6,8 @@ A capture keeps its number in the trash, and so when it is restored.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from motiondb.errors import QueryError
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.transactions import touch, transaction
@@ -23,10 +25,12 @@ OWN_TABLES = (
     "scene_player",
 )  # Whose rows have the number of their capture
 _OF_CAPTURE = {
-    **dict.fromkeys(OWN_TABLES, "capture_id = $number"),
-    "relation": "$number IN (capture_id, other_id)",
-    "source": "sha256 = (SELECT sha256 FROM {schema}.capture WHERE capture_id = $number)",
-}  # Table -> its rows that belong to a capture
+    **dict.fromkeys(OWN_TABLES, "capture_id IN (SELECT unnest($numbers))"),
+    "relation": "(capture_id IN (SELECT unnest($numbers)) "
+    "OR other_id IN (SELECT unnest($numbers)))",
+    "source": "sha256 IN (SELECT sha256 FROM {schema}.capture "
+    "WHERE capture_id IN (SELECT unnest($numbers)))",
+}  # Table -> its rows that belong to captures
 _THERE = {
     "relation": "AND capture_id IN (SELECT capture_id FROM main.capture) "
     "AND other_id IN (SELECT capture_id FROM main.capture)",
@@ -40,9 +44,9 @@ _LEFT_OUT = "octet_length(data) = 0 AND data_at IS NULL"
 # restored; one without its bytes makes place for any other
 
 
-def put_in_trash(store: Store, capture_id: int) -> None:
-    """Copy a capture and everything that belongs to it into the trash; inside a transaction."""
-    connection = store.connection
+def put_in_trash(store: Store, numbers: Sequence[int]) -> None:
+    """Copy captures and everything that belongs to them into the trash; inside a transaction."""
+    connection, asked = store.connection, {"numbers": list(numbers)}
     connection.execute("CREATE SCHEMA IF NOT EXISTS trash")
     for table, rows in _OF_CAPTURE.items():
         connection.execute(
@@ -50,37 +54,35 @@ def put_in_trash(store: Store, capture_id: int) -> None:
         )
         rows = rows.format(schema="main")
         if table == "source":
-            connection.execute(
-                f"DELETE FROM trash.source WHERE {rows} AND {_LEFT_OUT}", {"number": capture_id}
-            )
+            connection.execute(f"DELETE FROM trash.source WHERE {rows} AND {_LEFT_OUT}", asked)
             rows = f"{rows} {_ONCE}"
         connection.execute(
-            f"INSERT INTO trash.{table} BY NAME SELECT * FROM main.{table} WHERE {rows}",
-            {"number": capture_id},
+            f"INSERT INTO trash.{table} BY NAME SELECT * FROM main.{table} WHERE {rows}", asked
         )
 
 
-def restore_capture(store: Store, capture_id: int) -> None:
-    """Take a capture out of the trash, in one transaction; QueryError if it is not there."""
+def restore_captures(store: Store, numbers: Sequence[int]) -> None:
+    """Take captures out of the trash, in one transaction; QueryError if one is not there."""
+    if not numbers:
+        return
     with transaction(store) as connection:
-        names = dict(load_trash(store))
-        if capture_id not in names:
+        asked = {"numbers": list(numbers)}
+        for number in sorted(set(numbers) - dict(load_trash(store)).keys()):
             raise QueryError(
-                f"capture {capture_id}: expected it in the trash, found that it was emptied "
+                f"capture {number}: expected it in the trash, found that it was emptied "
                 "(motiondb compact). Add the file again."
             )
-        name = names[capture_id]
-        taken = connection.value(
-            "SELECT c.name FROM capture c JOIN trash.capture t ON t.capture_id = $number "
-            "WHERE c.name = t.name OR c.sha256 = t.sha256",
-            {"number": capture_id},
-        )
+        taken = connection.execute(
+            "SELECT t.name, c.name FROM capture c JOIN trash.capture t "
+            "ON c.name = t.name OR c.sha256 = t.sha256 "
+            "WHERE t.capture_id IN (SELECT unnest($numbers)) ORDER BY t.capture_id",
+            asked,
+        ).fetchone()
         if taken is not None:
             raise QueryError(
-                f"{name}: expected its name and its content to be free, found the capture {taken}."
-                f" Rename or remove that one first."
+                f"{taken[0]}: expected its name and its content to be free, found the capture"
+                f" {taken[1]}. Rename or remove that one first."
             )
-        asked = {"number": capture_id}
         for table, rows in _OF_CAPTURE.items():
             if table != "scene_player":
                 rows = f"{rows.format(schema='trash')} {_THERE.get(table, '')}"
@@ -91,8 +93,9 @@ def restore_capture(store: Store, capture_id: int) -> None:
                     asked,
                 )
         connection.execute(
-            "UPDATE main.scene_player p SET capture_id = $number FROM trash.scene_player t WHERE "
-            "t.capture_id = $number AND p.capture_id = -1 AND p.scene_id = t.scene_id "
+            "UPDATE main.scene_player p SET capture_id = t.capture_id "
+            "FROM trash.scene_player t WHERE t.capture_id IN (SELECT unnest($numbers)) "
+            "AND p.capture_id = -1 AND p.scene_id = t.scene_id "
             "AND p.ordinal = t.ordinal AND p.run_id = t.run_id",
             asked,
         )

@@ -113,7 +113,7 @@ def test_a_change_before_one_that_cannot_be_undone_stays(base: MotionDB) -> None
     words = base.words.set("ana/bow_1", "a bow").run_id
     number = base.captures("name=ana/bow_1")[0].capture_id
     with updating.changing(base.store, "scene remove", {}, [number]):  # as of a player of a scene
-        store.remove_capture(base.store, number)
+        store.remove_captures(base.store, [number])
     with pytest.raises(QueryError) as error:
         base.undo()
     assert str(error.value) == (

@@ -98,7 +98,7 @@ def test_only_rows_of_new_captures_are_made_and_old_files_go(
     assert list(store.lacking_rows(filled, "places")) == [4]
     assert store.cached_rows(filled, "places", make).bounds.tolist() == [0, 5, 11, 18, 20]
     assert make.made == [5, 6, 7, 2]
-    store.remove_capture(filled, 2)
+    store.remove_captures(filled, [2])
     held = store.cached_rows(filled, "places", make)
     assert held.capture_ids.tolist() == [1, 3, 4]
     np.testing.assert_array_equal(held.rows, _place_rows(filled, [1, 3, 4]))
@@ -130,10 +130,10 @@ def test_what_belongs_to_removed_captures_goes_where_it_is_more_than_half(
 ) -> None:
     store.cached_rows(full, "places", Maker())
     before = set(_folder(full).iterdir())
-    store.remove_capture(full, 1)
+    store.remove_captures(full, [1])
     for number, n_files, changes in ((1, 2, False), (2, 1, True), (3, 0, True)):
         if number > 1:
-            store.remove_capture(full, number)
+            store.remove_captures(full, [number])
         make = Maker()
         held = store.cached_rows(full, "places", make)
         assert held.capture_ids.tolist() == list(range(number + 1, 4))
@@ -146,7 +146,7 @@ def test_rows_of_several_batches_are_looked_at_as_one_array(
 ) -> None:
     store.cached_rows(full, "places", Maker())
     samples.add(full, "dddd", n_frames=12)
-    store.remove_capture(full, 2)
+    store.remove_captures(full, [2])
     held = store.cached_rows(full, "places", Maker())
     expected = _place_rows(full, [1, 3, 4])
     assert (held.rows.shape, held.rows.size, len(held.rows)) == ((24, 2), 48, 24)

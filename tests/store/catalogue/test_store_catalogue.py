@@ -97,7 +97,7 @@ def test_removing_takes_everything_and_no_number_comes_back(
     store.save_relations(database, [Relation("bb", "a", "mirror", 0.0, 0.4, 0.01)])
     store.save_learning(database, samples.learning(infos, store.start_run(database, "learn")))
     before = store.count_rows(database)
-    store.remove_capture(database, infos[1].capture_id)
+    store.remove_captures(database, [infos[1].capture_id])
     assert [info.name for info in store.load_captures(database)] == ["a", "ccc"]
     assert store.load_relations(database) == []
     assert set(store.load_segments(database).capture_ids) == {1, 3}
@@ -106,7 +106,7 @@ def test_removing_takes_everything_and_no_number_comes_back(
     assert before["motion"] - after["motion"] == 1
     assert before["source"] - after["source"] == 1
     assert store.check_store(database) == []
-    store.remove_capture(database, 3)
+    store.remove_captures(database, [3])
     assert samples.add(database, "bb").capture_id == 4
 
 

@@ -52,7 +52,7 @@ def test_events_go_with_their_capture_and_leave_the_revision(
     before = store.content_revision(database)
     store.save_events(database, info.capture_id, [CATCH])
     assert store.content_revision(database) == before
-    store.remove_capture(database, info.capture_id)
+    store.remove_captures(database, [info.capture_id])
     assert store.content_revision(database) != before
     assert store.load_events(database) == {}
     assert store.check_store(database) == []

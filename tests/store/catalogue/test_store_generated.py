@@ -36,10 +36,10 @@ def test_provenance_comes_back_with_licences(filled: store.Store, samples: Modul
 def test_provenance_outlives_its_source_and_goes_with_its_capture(filled: store.Store) -> None:
     provenance = store.to_provenance(filled, np.full(5, 2), np.arange(5))
     store.save_provenance(filled, 4, provenance)
-    store.remove_capture(filled, 2)
+    store.remove_captures(filled, [2])
     assert store.load_provenance(filled, 4).licences == ("research only",) * 5
     assert store.check_store(filled) == []
-    store.remove_capture(filled, 4)
+    store.remove_captures(filled, [4])
     assert store.count_rows(filled)["frame_source"] == 0
     assert store.count_rows(filled)["generated_source"] == 0
 
