@@ -145,6 +145,11 @@ class WordAnswer(Tabled):
     )
     suggests: tuple[Callable[[], tuple[str, ...]], ...] = field(default=(), repr=False)
 
+    def __getstate__(self) -> dict[str, object]:
+        """What another process gets: the explanations themselves, not what would find them."""
+        made = {"reasons": self.reasons, "explanations": self.explanations}
+        return {**vars(self), "explains": (), "suggests": (), **made}
+
     def _rows(self) -> tuple[str, list[dict[str, object]]]:
         title = "; ".join(filter(None, (self.not_understood, self.understood, self.nothing)))
         return title, match_rows(self.matches)

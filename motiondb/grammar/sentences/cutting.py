@@ -1,10 +1,11 @@
 """Random search of cuts: many partitions are drawn, changed and judged quickly.
 
-The ends of strings are always cuts. Further cuts are allowed anywhere, but no nearer to each other
-than the shortest sentence. Sentences longer than the longest are made only if no other cut is
-allowed. A candidate is judged by the grammar that ``context_bits`` induces for it. (The paper
-allows no cut inside a chosen repeat, which forbids its own partition: in a long string, nearly
-every true border lies inside some repeat by chance.)
+The ends of strings are always cuts. Further cuts are allowed anywhere except inside a chosen
+occurrence of a repeat (``repeats.cover_repeats``), and no nearer to each other than the shortest
+sentence. Sentences longer than the longest are made only if no other cut is allowed. A candidate
+is judged by the grammar that ``context_bits`` induces for it. In a *free* room no repeats are
+chosen, so that cuts are allowed anywhere: in a long string, nearly every true border lies inside
+some repeat by chance.
 
 The paper draws candidates at random and keeps the best. Here a quarter of the evaluations does the
 same. The others change the best candidate: single cuts are moved, added and removed, or some or all
@@ -21,41 +22,27 @@ least total cost that keep the allowed lengths are found exactly, by dynamic pro
 allowed places. Random changes of the gains give different cuts each time. If only some places are
 chosen again and the others are kept, this is a large neighbourhood search.
 
-*Cutting by rules.* Given rules, every part of a string has a price. A part that the start symbol
-derives costs the bits of its cheapest derivation, log2 of the number of alternatives at each node.
-Any other part costs a new rule: its left side, a separator, and each symbol of the shortest right
-side of current nonterminals and terminals, with the bits of what these derive. The cuts of least
-price are found exactly, by dynamic programming. These are the cuts that a learner with these rules
-would make. Rules learned from the new sentences take no more bits, and so on (learning by hard
-assignment, as in segmental k-means).
-
-The prices of what nonterminals derive are those of :mod:`motiondb.grammar.induction.refitting`,
-here of all parts of at most L symbols. With N symbols and M symbols in all right sides the time is
-at most M N L^2 for rules without loops, and far less where few parts are derived.
-
 Sources: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
-Computer Graphics Forum 30 (2011), sections 5.1 and 5.2; R. Bellman, "Dynamic Programming" (1957),
-for shortest paths; D. Pisinger and S. Ropke, "Large Neighborhood Search", Handbook of
-Metaheuristics (2010); B.-H. Juang and L. R. Rabiner, "The segmental K-means algorithm", IEEE
-Transactions on Acoustics, Speech, and Signal Processing 38 (1990), for cutting by rules.
+Computer Graphics Forum 30 (2011), section 5.2; R. Bellman, "Dynamic Programming" (1957), for
+shortest paths; D. Pisinger and S. Ropke, "Large Neighborhood Search", Handbook of Metaheuristics
+(2010).
 """
 
 from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numba import njit
 
 from motiondb.grammar.cfg.context_free import GrammarError
-from motiondb.grammar.induction.refitting import cheapest_parts, costs_of
 from motiondb.grammar.rules.description_length import Sentence
-from motiondb.grammar.rules.rule_set import RuleSet
-from motiondb.grammar.sentences.context_bits import context_bits
+from motiondb.grammar.sentences.context_bits import CoveredString, context_bits, cover_string
+from motiondb.grammar.sentences.repeats import join_strings
 from motiondb.records import BoolArray, FloatArray, IntArray
 
 _TOO_LONG = 1e3
@@ -210,8 +197,7 @@ _WARMTH = 0.004  # First temperature of the annealing, as a share of the bits of
 class Room:
     """Strings with the places where cuts are allowed, and the limits of sentence lengths."""
 
-    symbols: IntArray  # (N,): the joined strings, with a separator at the end of each
-    n_terminals: int
+    covered: CoveredString  # The joined strings with their cover
     bounds: tuple[int, ...]  # Start of each string, and the length of the joined strings
     allowed: tuple[int, ...]  # Places in the joined strings where inner cuts are allowed, ascending
     shortest: int  # Shortest sentence, in symbols
@@ -225,13 +211,15 @@ class Room:
 
     def bits(self, cuts: Sequence[int]) -> float:
         """Return the description length of a partition."""
-        return context_bits(self.symbols, self.n_terminals, *self.spans(cuts))
+        return context_bits(self.covered, *self.spans(cuts))
 
 
 def cutting_room(
     strings: Sequence[Sentence],
     shortest: int = SHORTEST,
     longest: int = LONGEST,
+    *,
+    free: bool = False,
 ) -> Room:
     """Find the places of strings where cuts are allowed."""
     if not 1 <= shortest <= longest:
@@ -251,12 +239,27 @@ def cutting_room(
             " A grammar of one symbol says nothing: find more terminals, or take longer captures."
         )
     symbols, bounds = join_strings(strings)
+    covered = cover_string(symbols, len(kinds))
+    if free:
+        covered = _uncovered(covered)
     allowed = [
         place
         for low, high in pairwise(bounds.tolist())
         for place in range(low + shortest, high - shortest)
+        if not covered.inside[place]
     ]
-    return Room(symbols, len(kinds), tuple(bounds.tolist()), tuple(allowed), shortest, longest)
+    return Room(covered, tuple(bounds.tolist()), tuple(allowed), shortest, longest)
+
+
+def _uncovered(covered: CoveredString) -> CoveredString:
+    none = np.zeros(0, dtype=np.int64)
+    return replace(
+        covered,
+        repeat_at=np.full_like(covered.repeat_at, -1),
+        repeat_starts=none,
+        repeat_lengths=none,
+        inside=np.zeros_like(covered.inside),
+    )
 
 
 def search_cuts(
@@ -344,7 +347,7 @@ def _changed(room: Room, cuts: tuple[int, ...], rng: np.random.Generator) -> tup
 
 def _recut(room: Room, cuts: tuple[int, ...], rng: np.random.Generator) -> tuple[int, ...]:
     lengths = room.shortest, room.longest
-    return recut(room.symbols, room.allowed, room.bounds, lengths, cuts, rng)
+    return recut(room.covered.symbols, room.allowed, room.bounds, lengths, cuts, rng)
 
 
 def _placed(
@@ -366,117 +369,3 @@ def _placed(
 def _between(places: Sequence[int], low: int, high: int) -> Sequence[int]:
     """Return those of ascending places that are at least ``low`` and less than ``high``."""
     return places[bisect_left(places, low) : bisect_right(places, high - 1)]
-
-
-def join_strings(strings: Sequence[Sequence[Hashable]]) -> tuple[IntArray, IntArray]:
-    """Join strings into one array of numbers, with a different separator after each.
-
-    The K symbols become 0..K-1 in the order of their names; the separators are K, K+1, ...
-
-    >>> join_strings(["ab", "ba"])
-    (array([0, 1, 2, 1, 0, 3]), array([0, 3, 6]))
-    """
-    names = sorted({symbol for string in strings for symbol in string}, key=str)
-    number = {name: place for place, name in enumerate(names)}
-    joined: list[int] = []
-    bounds = [0]
-    for place, string in enumerate(strings):
-        joined.extend(number[symbol] for symbol in string)
-        joined.append(len(names) + place)
-        bounds.append(len(joined))
-    return np.array(joined, dtype=np.int64), np.array(bounds, dtype=np.int64)
-
-
-def cut_by_rules(
-    symbols: IntArray,
-    bounds: IntArray,
-    rule_set: RuleSet,
-    lengths: tuple[int, int],
-    *,
-    novelty: float = 1.0,
-    shaken: FloatArray | None = None,
-) -> tuple[tuple[int, ...], ...]:
-    """Return the inner cuts of least price for each string.
-
-    Shapes: `symbols`, `shaken` (N,); `bounds` (strings + 1,).
-
-    `lengths`: Shortest and longest sentence, in symbols. A string that cannot be cut into such
-    sentences stays whole.
-
-    `novelty`: Factor of the price of new rules. A lower factor gives more new sentences.
-
-    >>> rules = RuleSet(3, {3: {(0, 4): 3}, 4: {(1,): 2, (2,): 1}})  # S -> a A, A -> b | c
-    >>> symbols, bounds = np.array([0, 1, 0, 2, 0, 1, 3]), np.array([0, 7])
-    >>> cut_by_rules(symbols, bounds, rules, (1, 7))
-    ((2, 4),)
-    """
-    shortest, longest = lengths
-    longest = min(longest, int(np.diff(bounds).max()) - 1)  # a larger value only needs memory
-    price = sentence_prices(symbols, rule_set, longest, novelty)
-    if shaken is not None:
-        price += shaken[:, None]
-    cuts = []
-    for low, high in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
-        places = _cheapest(price[low : high - 1], shortest)
-        cuts.append(tuple(places.tolist()))
-    return tuple(cuts)
-
-
-def sentence_prices(
-    symbols: IntArray, rule_set: RuleSet, longest: int, novelty: float = 1.0
-) -> FloatArray:
-    """Return the price of each part of the strings as a sentence.
-
-    Shapes: `symbols` (N,); result (N, longest + 1).
-    """
-    costs, _, _ = costs_of(rule_set)
-    bits, letter = cheapest_parts(costs, symbols, longest)[:, :-1], costs.symbol_bits
-    new = _new_rule_bits(symbols, bits, rule_set.n_terminals, letter)
-    more = np.log2(len(rule_set.rules[rule_set.start]) + 1.0)
-    return np.minimum(bits[0], novelty * (new + 2.0 * letter) + more)
-
-
-@njit(cache=True)
-def _new_rule_bits(
-    symbols: IntArray, bits: FloatArray, n_terminals: int, letter: float
-) -> FloatArray:
-    """Return the bits of each part as the right side of a new rule (N, longest + 1)."""
-    n_lefts, n, width = bits.shape
-    new = np.full((n + 1, width), np.inf)
-    new[:, 0] = 0.0
-    for i in range(n - 1, -1, -1):
-        if symbols[i] >= n_terminals:  # the end of a string
-            continue
-        for m in range(1, width):
-            piece = letter if m == 1 else np.inf
-            for left in range(n_lefts):
-                piece = min(piece, letter + bits[left, i, m])
-            if piece == np.inf or i + m > n:
-                continue
-            for q in range(width - m):
-                new[i, m + q] = min(new[i, m + q], piece + new[i + m, q])
-    return new[:n]
-
-
-@njit(cache=True)
-def _cheapest(price: FloatArray, shortest: int) -> IntArray:
-    """Return the inner cuts of least price of one string, given prices (N, longest + 1)."""
-    n, width = price.shape
-    least = np.full(n + 1, np.inf)
-    before = np.zeros(n + 1, dtype=np.int64)
-    least[0] = 0.0
-    for i in range(n):
-        if least[i] == np.inf:
-            continue
-        for m in range(shortest, min(width - 1, n - i) + 1):
-            if least[i] + price[i, m] < least[i + m]:
-                least[i + m], before[i + m] = least[i] + price[i, m], i
-    cuts = np.empty(n, dtype=np.int64)
-    n_cuts = 0
-    if least[n] < np.inf:
-        j = before[n]
-        while j > 0:
-            cuts[n_cuts] = j
-            n_cuts += 1
-            j = before[j]
-    return cuts[:n_cuts][::-1].copy()
