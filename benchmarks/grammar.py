@@ -21,7 +21,7 @@ from pathlib import Path
 from grammar_tasks.completion import completion_rows
 from grammar_tasks.curve import LANGUAGES as CURVES
 from grammar_tasks.curve import curve_rows
-from grammar_tasks.foresight_table import ACTIVITIES, foresight_rows
+from grammar_tasks.foresight_table import ACTIVITIES, ask_rows, foresight_rows
 from grammar_tasks.long_takes import PERFORMERS
 from grammar_tasks.pictures import pictures
 from grammar_tasks.real_takes import STYLES, real
@@ -34,7 +34,7 @@ from grammar_tasks.truth import PARTS, truth
 NOTES = Path(__file__).with_name("grammar_tasks") / "notes.md"
 TASKS = (
     "speed", "truth", "recursive", "development", "curve", "completion", "real", "pictures",
-    "foresight", "errors",
+    "foresight", "errors", "ask",
 )  # fmt: skip
 WITHOUT_DATA = ("truth", "recursive", "development", "curve", "completion", "errors")
 RECURSIVE = "Known truth: languages that repeat and nest"
@@ -42,6 +42,7 @@ DEVELOPED = "Known truth: languages of development"
 ERRORS = "Known truth: wrong sentences"
 CURVE = "Known truth: held-out sentences by number of sentences"
 FORESIGHT = "Real takes: foresight and freedom"
+ASKED = "Real takes: answers to ten questions"
 COMPLETION = "Completion of patterns"
 COMMAND = "python benchmarks/grammar.py --data DIR"
 
@@ -110,6 +111,8 @@ def _from_data(chosen: argparse.Namespace, known: dict[str, str]) -> Jobs:
         command = f"{COMMAND} --task foresight"
         section = known.get(FORESIGHT, "")
         jobs[FORESIGHT] = command, lambda: foresight_rows(chosen.data, chosen.activity, section)
+    if "ask" in chosen.task:
+        jobs[ASKED] = f"{COMMAND} --task ask", lambda: ask_rows(chosen.data)
     if "speed" in chosen.task:
         jobs["Speed"] = f"{COMMAND} --task speed", lambda: speed(chosen.data)
     for style in chosen.style if "real" in chosen.task else ():
@@ -137,6 +140,7 @@ def _write(page: Path, title: str, body: str) -> None:
         *loops,
         COMPLETION,
         FORESIGHT,
+        ASKED,
         *(_title(style) for style in STYLES),
         "Pictures",
     ]

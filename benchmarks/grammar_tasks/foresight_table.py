@@ -14,6 +14,7 @@ of ten windows in a row.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -28,9 +29,10 @@ from motiondb.grammar.cfg.context_free import Grammar
 from motiondb.grammar.foresight import ABOVE, String, Take
 from motiondb.grammar.induction.induction import induce_quickly
 from motiondb.grammar.languages import finite_state_grammar
+from motiondb.grammar.pair_questions import PairQuestion, find_questions
 from motiondb.grammar.sentences.partition import find_sentences
 from motiondb.grammar.terminals.distances import pose_vectors
-from motiondb.grammar.terminals.pose_runs import choose_clusters, divided
+from motiondb.grammar.terminals.pose_runs import choose_clusters, divided, find_clusters
 from motiondb.grammar.terminals.terminals import find_terminals, strings_of
 from motiondb.records import FloatArray
 from quality_protocol.captures import Capture, load_cmu
@@ -44,6 +46,7 @@ ACTIVITIES: dict[str, Callable[[Capture], bool]] = {
     "Indian dance": lambda c: c.performer == "94",
 }
 BLOCK, DRAWS = 10, 1000  # Windows of a block, and draws, of the intervals
+ASKED_TERMINALS, ASKED_SECONDS = 12, 0.65  # The middle of what is tried
 HEADS = ["activity", "terminals", "model", "windows", "foreseen", "strict", "right of two",
          "accepts", "freedom", "motiondb at this freedom"]  # fmt: skip
 
@@ -131,6 +134,67 @@ def _strict(model: foresight.Model, window: String) -> float:
         if orders
         else np.nan
     )
+
+
+def ask_rows(data: Path) -> str:
+    """The section of ``grammar ask``: pairs with the answers to ten questions.
+
+    A held-out part is cut in two. A pair that its first half shows is answered with yes, one that
+    it does not show after three of its first terminal with no, others are unknown; windows of the
+    second half are judged. *All* has answers of the whole part, as of somebody who knows it.
+    """
+    rows = []
+    captures = load_cmu(data)
+    for name, is_one in ACTIVITIES.items():
+        poses = [pose_vectors(capture.motion) for capture in captures if is_one(capture)]
+        parts = divided(poses, np.random.default_rng(0))
+        found: dict[str, list[float]] = {"before": [], "half": [], "all": []}
+        for held in parts:
+            training = [take for part in parts if part is not held for take in part]
+            clusters = find_clusters(training, ASKED_TERMINALS, ASKED_SECONDS, 0)
+            strings = [clusters.string(take) for take in training]
+            names = [str(k) for k in range(ASKED_TERMINALS)]
+            tested = [clusters.string(take) for take in held]
+            halves = [(s[: len(s) // 2], s[len(s) // 2 :]) for s in tested]
+            asked = find_questions([[s] for s in strings], names, (), 10, repetitions=False)
+            windows = [w for _, s in halves for w in foresight.windows_of(s)]
+            for kind, known in (
+                ("before", []), ("half", [first for first, _ in halves]), ("all", tested)
+            ):  # fmt: skip
+                pairs = foresight.Pairs(strings, names, _answers(asked, known))
+                found[kind] += [float(is_foreseen(pairs, window)) for window in windows]
+        before, half, every = (np.array(found[kind]) for kind in ("before", "half", "all"))
+        low, high = _interval(half - before)
+        cells = [f"{values.mean():.2f}" for values in (before, half, every)]
+        rows.append([name, str(len(before)), *cells, f"{low:+.2f} to {high:+.2f}"])
+        print("  " + " | ".join(rows[-1]), flush=True)
+    heads = ["activity", "windows", "before", "answers of half", "answers of all",
+             "gain by half"]  # fmt: skip
+    said = f"{ASKED_TERMINALS} terminals of {ASKED_SECONDS} s; foreseen by smoothed pairs."
+    return f"{table(heads, rows)}\n\n{said}"
+
+
+def _answers(
+    asked: Sequence[PairQuestion], strings: Sequence[String]
+) -> dict[tuple[str, str], bool]:
+    """What strings say about questions."""
+    observed = Counter(pair for string in strings for pair in pairwise(string))
+    often = Counter(symbol for string in strings for symbol in string[:-1])
+    return {
+        (one.first, one.then): observed[one.first, one.then] > 0
+        for one in asked
+        if observed[one.first, one.then] or often[one.first] >= 3
+    }
+
+
+def is_foreseen(pairs: foresight.Pairs, window: String) -> bool:
+    """Whether a window is more probable than 95 % of its shuffles."""
+
+    def bits(string: String) -> float:
+        return sum(np.log(pairs.chance(b, a)) for a, b in pairwise((None, *string)) if b)
+
+    others = np.array([bits(order) for order in foresight.shuffles_of(window)])
+    return bool(np.mean(others < bits(window) - 1e-9) > ABOVE)
 
 
 def _row(
