@@ -17,7 +17,7 @@ from grammar_tasks.speed_table import random_grammar
 from grammar_tasks.tables import table
 from motiondb.grammar.cfg.context_free import Grammar, read_grammar
 from motiondb.grammar.cfg.parse import compiled_form
-from motiondb.grammar.derivation.complete import complete, sample_completion
+from motiondb.grammar.derivation.complete import complete, sample_completions
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.derivation.pattern import ANY, GAP, Pattern, read_pattern
 
@@ -48,7 +48,7 @@ def _times(grammar: Grammar) -> list[str]:
             patterns.append(read_pattern(_holes(string, rng)))
     works: tuple[Callable[[int], object], ...] = (
         lambda k: complete(compiled, patterns[k], STRINGS),
-        lambda k: sample_completion(compiled, patterns[k], np.random.default_rng(k)),
+        lambda k: next(sample_completions(compiled, patterns[k], np.random.default_rng(k))),
     )
     cells = []
     for work in works:

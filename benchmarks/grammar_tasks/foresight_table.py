@@ -15,9 +15,10 @@ of ten windows in a row.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
@@ -114,9 +115,11 @@ def _models(cut: Sequence[Take], grammar: Grammar) -> dict[str, foresight.Model]
     return models
 
 
-def _pairs(takes: Sequence[Take]) -> foresight.Model:
+def _pairs(
+    takes: Sequence[Take], answers: Mapping[tuple[str, str], bool] = MappingProxyType({})
+) -> foresight.Model:
     sentences = [tuple(sentence) for take in takes for sentence in take]
-    return foresight.make_model(finite_state_grammar(sentences), takes, 0.0)
+    return foresight.make_model(finite_state_grammar(sentences), takes, 0.0, answers)
 
 
 def _ranks(model: foresight.Model, takes: Sequence[Take]) -> FloatArray:
@@ -148,7 +151,7 @@ def ask_rows(data: Path) -> str:
     for name, is_one in ACTIVITIES.items():
         poses = [pose_vectors(capture.motion) for capture in captures if is_one(capture)]
         parts = divided(poses, np.random.default_rng(0))
-        found: dict[str, list[float]] = {"before": [], "half": [], "all": []}
+        found: dict[str, list[bool]] = {"before": [], "half": [], "all": []}
         for held in parts:
             training = [take for part in parts if part is not held for take in part]
             clusters = find_clusters(training, ASKED_TERMINALS, ASKED_SECONDS, 0)
@@ -161,9 +164,9 @@ def ask_rows(data: Path) -> str:
             for kind, known in (
                 ("before", []), ("half", [first for first, _ in halves]), ("all", tested)
             ):  # fmt: skip
-                pairs = foresight.Pairs(strings, names, _answers(asked, known))
-                found[kind] += [float(is_foreseen(pairs, window)) for window in windows]
-        before, half, every = (np.array(found[kind]) for kind in ("before", "half", "all"))
+                model = _pairs([[s] for s in strings], _answers(asked, known))
+                found[kind] += (foresight.ranks(model, windows)[:, 0] > ABOVE).tolist()
+        before, half, every = (np.array(found[kind], float) for kind in ("before", "half", "all"))
         low, high = _interval(half - before)
         cells = [f"{values.mean():.2f}" for values in (before, half, every)]
         rows.append([name, str(len(before)), *cells, f"{low:+.2f} to {high:+.2f}"])
@@ -185,16 +188,6 @@ def _answers(
         for one in asked
         if observed[one.first, one.then] or often[one.first] >= 3
     }
-
-
-def is_foreseen(pairs: foresight.Pairs, window: String) -> bool:
-    """Whether a window is more probable than 95 % of its shuffles."""
-
-    def bits(string: String) -> float:
-        return sum(np.log(pairs.chance(b, a)) for a, b in pairwise((None, *string)) if b)
-
-    others = np.array([bits(order) for order in foresight.shuffles_of(window)])
-    return bool(np.mean(others < bits(window) - 1e-9) > ABOVE)
 
 
 def _row(

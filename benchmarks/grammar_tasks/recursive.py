@@ -23,8 +23,8 @@ import numpy as np
 
 from grammar_tasks.recursive_languages import DEVELOPMENT, LANGUAGES
 from grammar_tasks.tables import table, table_rows
-from motiondb.grammar.cfg.context_free import Grammar, Rule, read_grammar
-from motiondb.grammar.cfg.parse import accepts
+from motiondb.grammar.cfg.context_free import Grammar, Rule, choices_of, read_grammar
+from motiondb.grammar.cfg.parse import accepts, parse
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.induction.induction import induce, induce_quickly
 from motiondb.grammar.languages import coverage, derived_strings, finite_state_grammar
@@ -122,7 +122,8 @@ def error_rows() -> str:
                     sample = _drawn(truth, ERROR_SENTENCES, seed)
                     wrong = _make_errors(truth, sample, share, np.random.default_rng(seed))
                     learned = induce_quickly(sample)
-                    named = {one.sentence for one in find_doubtful(learned, sample)}
+                    parses = [choices_of(parse(learned, string)) for string in sample]
+                    named = {one.sentence for one in find_doubtful(learned, sample, parses)}
                     counts += len(wrong), len(wrong & named), len(named - wrong)
                     rest = [s for n, s in enumerate(sample) if n not in named]
                     again = induce_quickly(rest) if named else learned

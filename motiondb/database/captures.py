@@ -258,10 +258,8 @@ class Captures(Topic):
         with store.transaction(opened):
             everyone = {info.name: info for info in store.load_captures(opened)}
             if captures is not None:
-                chosen = [
-                    store.load_capture(opened, name).name for name in listed("captures", captures)
-                ]
-                renamed = names_by_pattern(chosen, old, new)
+                chosen = store.load_named(opened, listed("captures", captures))
+                renamed = names_by_pattern([info.name for info in chosen], old, new)
             elif old.endswith(FOLDER):
                 renamed = folder_names(everyone, old, new)
             elif ANY in old and old not in everyone:
@@ -569,9 +567,7 @@ class Captures(Topic):
 
 def chosen(session: Session, names: Iterable[str], where: Where) -> list[CaptureInfo]:
     """The captures of some names, and those that match a filter; each once."""
-    wanted = listed("names", names)
-    known = {info.name: info for info in store.load_captures(session.store)} if wanted else {}
-    infos = [known.get(name) or store.load_capture(session.store, name) for name in wanted]
+    infos = store.load_named(session.store, listed("names", names))
     where = session.filter(where)
     infos += store.load_captures(session.store, where) if where.strip() else []
     return list({info.capture_id: info for info in infos}.values())

@@ -58,7 +58,7 @@ class Session:
         if isinstance(where, str):
             return where
         with self.reading():
-            numbers = [str(store.load_capture(self.store, name).capture_id) for name in where]
+            numbers = [str(info.capture_id) for info in store.load_named(self.store, list(where))]
         return f"capture_id in ({', '.join(numbers or ['-1'])})"
 
     @contextmanager

@@ -79,6 +79,9 @@ from .catalogue.captures import (
     load_motion as load_motion,
 )
 from .catalogue.captures import (
+    load_named as load_named,
+)
+from .catalogue.captures import (
     load_totals as load_totals,
 )
 from .catalogue.captures import (

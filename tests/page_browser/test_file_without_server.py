@@ -112,7 +112,7 @@ def _plays(page) -> None:
 def test_a_sequence_that_grammar_generate_writes_opens_and_plays(
     grammar_database, command, new_page, tmp_path
 ):
-    options = ("--seed", 3, "--html", "new.html", "--db", grammar_database)
+    options = ("--like", "a b c d b e", "--html", "new.html", "--db", grammar_database)
     ended = command("grammar", "generate", "play", "-o", "new.bvh", *options)
     assert ended.code == 0, ended.err
     page = new_page((tmp_path / "new.html").as_uri())

@@ -17,7 +17,7 @@ from typing import Any, cast
 import numpy as np
 
 from motiondb import answers, pictures, store
-from motiondb.database.grammars.grammar_sequences import Material
+from motiondb.database.grammars.grammar_sequences import Material, shown_at
 from motiondb.database.loading import LearnedGrammar
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError, choices_of
@@ -26,7 +26,6 @@ from motiondb.grammar.induction.induction import induce
 from motiondb.grammar.pair_questions import Pair, find_questions, spliced, without_pairs
 from motiondb.grammar.rules.description_length import description_length
 from motiondb.grammar.synthesis import synthesise
-from motiondb.records import MOTION_FPS
 
 ANSWER = "grammar answer"  # Kind of the run of an answer
 SAID = ("yes", "no", "unknown")
@@ -53,20 +52,15 @@ def questions(
     names = learned.terminals.names
     answered = terminal_answers(learned, known, SAID).keys()
     found = find_questions(learned.takes, names, answered, n, repeats)
+    medoids = dict(zip(names, learned.terminals.medoids.tolist(), strict=True))
     return [
         answers.GrammarQuestion(
             one.first, one.then, one.observed, round(one.gain, 3),
-            _medoid(learned, one.first), _medoid(learned, one.then),
+            shown_at(learned, medoids[one.first]), shown_at(learned, medoids[one.then]),
             words.get(one.first, ""), words.get(one.then, ""),
         )
         for one in found
     ]  # fmt: skip
-
-
-def _medoid(learned: LearnedGrammar, name: str) -> answers.Medoid:
-    digest, start, end = _segment(learned, name)
-    capture = next(source.name for source in learned.sources if source.sha256 == digest)
-    return answers.Medoid(capture, round(start / MOTION_FPS, 3), round(end / MOTION_FPS, 3))
 
 
 def _segment(learned: LearnedGrammar, name: str) -> tuple[str, int, int]:

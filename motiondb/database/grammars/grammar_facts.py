@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, cast
 
@@ -20,7 +21,7 @@ import numpy as np
 from motiondb import answers, store
 from motiondb.database.grammars import grammar_asking
 from motiondb.database.grammars.grammar_editing import EDIT, FORESIGHT, UNDONE
-from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
+from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material, shown_at
 from motiondb.database.grammars.grammar_words import Meaning
 from motiondb.database.loading import LearnedGrammar
 from motiondb.database.session import Session
@@ -105,7 +106,7 @@ def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> answers.Gr
 def _doubtful_sentences(learned: LearnedGrammar) -> tuple[answers.DoubtfulSentence, ...]:
     """The sentences that look like errors."""
     rows = []
-    for one in find_doubtful(learned.grammar, learned.strings):
+    for one in find_doubtful(learned.grammar, learned.strings, learned.parses):
         first, end = learned.sentences[one.sentence].tolist()
         string = learned.string(first, end)
         if one.found and one.expected:
@@ -114,7 +115,7 @@ def _doubtful_sentences(learned: LearnedGrammar) -> tuple[answers.DoubtfulSenten
             fault = f"symbol {one.position}, {one.found}, where none is expected"
         else:
             fault = f"no {one.expected} before symbol {one.position}"
-        at = _interval(learned, first, end)
+        at = shown_at(learned, first, end)
         says = (
             f"sentence {one.sentence + 1} ({at.capture} {at.start:.2f}-{at.end:.2f} s) looks like"
             f" an error: {' '.join(string)}: {fault}"
@@ -125,26 +126,14 @@ def _doubtful_sentences(learned: LearnedGrammar) -> tuple[answers.DoubtfulSenten
 
 def _left_out(learned: LearnedGrammar) -> tuple[answers.Medoid, ...]:
     """The segments that belong to no sentence."""
-    takes = learned.terminals.takes.tolist()
-    held = {n for first, end in learned.sentences.tolist() for n in range(first, end)}
-    stretches: list[list[int]] = []
-    for n, take in enumerate(takes):
-        if n in held:
-            continue
-        if stretches and stretches[-1][-1] == n - 1 and takes[n - 1] == take:
-            stretches[-1].append(n)
-        else:
-            stretches.append([n])
-    return tuple(_interval(learned, one[0], one[-1] + 1) for one in stretches)
-
-
-def _interval(learned: LearnedGrammar, first: int, end: int) -> answers.Medoid:
-    """Where segments [first, end) of one take are."""
-    terminals = learned.terminals
-    return answers.Medoid(
-        learned.sources[int(terminals.takes[first])].name,
-        round(float(terminals.starts[first]) / MOTION_FPS, 3),
-        round(float(terminals.ends[end - 1]) / MOTION_FPS, 3),
+    takes = learned.terminals.takes
+    edges = [0, *learned.sentences.ravel().tolist(), len(takes)]
+    begins = (np.flatnonzero(np.diff(takes)) + 1).tolist()  # of the takes but the first
+    return tuple(
+        shown_at(learned, first, end)
+        for low, high in zip(edges[::2], edges[1::2], strict=True)
+        for first, end in pairwise((low, *(n for n in begins if low < n < high), high))
+        if first < end
     )
 
 
@@ -208,7 +197,7 @@ def terminal_rows(
                 round(length, 3),
                 tuple(answers.DescribedWord(w, p) for w, p in meaning.words),
                 tuple(answers.TerminalSymbol(s, p) for s, p in meaning.symbols),
-                _interval(learned, medoid, medoid + 1),
+                shown_at(learned, medoid, medoid + 1),
             )
         )
     return tuple(rows)

@@ -125,7 +125,7 @@ def default_terminals(n_frames: int) -> int:
 
 def _sources(database: store.Store, captures: Sequence[str]) -> list[CaptureInfo]:
     """Load the records of the captures; raise QueryError if one cannot be learned from."""
-    infos = [store.load_capture(database, capture) for capture in captures]
+    infos = store.load_named(database, captures)
     if not infos:
         raise QueryError("captures: expected at least one to learn from, found none. Name some.")
     for number, info in enumerate(infos):
@@ -200,11 +200,13 @@ def _search(
     tell("parses", 0.0, 1.0)
     grammar, bits = found.grammar, found.bits
     intervals, sentences = _intervals(found.sentences), list(found.sentences)
-    if settings.without_errors and (odd := find_doubtful(grammar, sentences)):
+    parses = _parses(grammar, sentences)
+    if settings.without_errors and (odd := find_doubtful(grammar, sentences, parses)):
         kept = sorted(set(range(len(sentences))) - {one.sentence for one in odd})
         intervals, sentences = intervals[kept], [sentences[n] for n in kept]
         made = induce_with_bits(sentences)
         grammar, bits = made.grammar, made.bits
+        parses = _parses(grammar, sentences)
     return LearnedGrammar(
         name,
         tuple(store.GrammarSource(i.name, i.sha256, i.motion_frames) for i in infos),
@@ -212,9 +214,16 @@ def _search(
         symbols,
         context_free.Grammar(grammar.start, grammar.rules, terminals.names),
         intervals,
-        tuple(context_free.choices_of(parse.parse(grammar, sentence)) for sentence in sentences),
+        parses,
         {"sentences": bits.sentences, "rules": bits.grammar},
     )
+
+
+def _parses(
+    grammar: context_free.Grammar, sentences: Sequence[Sequence[str]]
+) -> tuple[tuple[int, ...], ...]:
+    """The rules of the tree of each sentence."""
+    return tuple(context_free.choices_of(parse.parse(grammar, each)) for each in sentences)
 
 
 def _found(

@@ -11,13 +11,14 @@ depend on the motion that precedes it.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain, islice
 
 import numpy as np
 
-from motiondb import store
+from motiondb import answers, store
 from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.generated_files import keep_generated
 from motiondb.database.loading import LearnedGrammar, load_learned_grammar
@@ -25,7 +26,7 @@ from motiondb.errors import QueryError, suggestion
 from motiondb.grammar import synthesis
 from motiondb.grammar.cfg import context_free, parse
 from motiondb.grammar.derivation import edit
-from motiondb.records import CaptureInfo, Motion
+from motiondb.records import MOTION_FPS, CaptureInfo, Motion
 from motiondb.tabled import Tabled
 
 MAX_NAME = 200
@@ -112,15 +113,22 @@ def load_material(database: store.Store, name: str) -> Material:
     return Material(database, learned, store.load_source_numbers(database, learned.sources))
 
 
-def new_or_first(material: Material, drawn: Iterable[context_free.Tree]) -> context_free.Tree:
-    """Return the first derivation of a string that no take has, else the first one."""
-    known, first = frozenset(material.learned.strings), None
-    for tree in drawn:
-        if tree.leaves() not in known:
-            return tree
-        first = first or tree
-    assert first is not None
-    return first
+def shown_at(learned: LearnedGrammar, first: int, end: int | None = None) -> answers.Medoid:
+    """Where a segment is, or segments [first, end) of one take."""
+    terminals = learned.terminals
+    last = first if end is None else end - 1
+    return answers.Medoid(
+        learned.sources[int(terminals.takes[first])].name,
+        round(float(terminals.starts[first]) / MOTION_FPS, 3),
+        round(float(terminals.ends[last]) / MOTION_FPS, 3),
+    )
+
+
+def new_or_first(material: Material, drawn: Iterator[context_free.Tree]) -> context_free.Tree:
+    """Return the first of some draws whose string no take has, else the first one."""
+    known, draws = frozenset(material.learned.strings), islice(drawn, DRAWS)
+    first = next(draws)
+    return next((tree for tree in chain([first], draws) if tree.leaves() not in known), first)
 
 
 def play(

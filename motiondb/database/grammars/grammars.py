@@ -5,7 +5,8 @@ The session keeps a loaded grammar until the database changes.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,9 +36,9 @@ from motiondb.database.session import Topic
 from motiondb.database.values import listed, seeded
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg import prefix
-from motiondb.grammar.cfg.context_free import GrammarError, derive_by
+from motiondb.grammar.cfg.context_free import GrammarError, Tree, derive_by
 from motiondb.grammar.cfg.loops import with_loops, with_loops_around
-from motiondb.grammar.derivation.complete import Completions, complete, sample_completion
+from motiondb.grammar.derivation.complete import Completions, complete, sample_completions
 from motiondb.grammar.derivation.derive import derive, draw_chain
 from motiondb.grammar.derivation.edit import alternatives, narrower, region_at, wider
 from motiondb.grammar.derivation.plan import Plan, plan
@@ -383,6 +384,9 @@ class Grammars(Topic):
     ) -> GrammarSequence:
         """Return a sentence as motion; a new one, where one of some draws is new.
 
+        A sentence that no take has is preferred, where one of 20 draws is new, and a motion from
+        several places of the takes to a replay of one (:meth:`facts` says which).
+
         Parameters
         ----------
         length : int, optional
@@ -391,9 +395,6 @@ class Grammars(Topic):
         like : str, optional
             A pattern that the sentence must match, see :meth:`complete`. The sentence is drawn from
             those that match, by their probabilities in the grammar.
-
-        A sentence that no take has is preferred, where one of 20 draws is new, and a
-        motion from several places of the takes to a replay of one (:meth:`facts` says which).
 
         Raises
         ------
@@ -412,14 +413,11 @@ class Grammars(Topic):
         grammar = material.learned.grammar
         rng = seeded(seed)
         if like is None:
-            drawn = (derive(grammar, rng, length=length) for _ in range(grammar_sequences.DRAWS))
+            drawn: Iterator[Tree] = (derive(grammar, rng, length=length) for _ in count())
         else:
             pattern = grammar_words.pattern_of(material, self._learned(), like, exact)
             allowed = grammar_words.playable(material)
-            drawn = (
-                sample_completion(grammar, pattern, rng, allowed=allowed)
-                for _ in range(grammar_sequences.DRAWS)
-            )
+            drawn = sample_completions(grammar, pattern, rng, allowed=allowed)
         return grammar_sequences.play(material, grammar_sequences.new_or_first(material, drawn))
 
     def edit(

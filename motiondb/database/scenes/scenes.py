@@ -328,7 +328,7 @@ class Scenes(Topic):
         database = self.store
         with store.transaction(database):  # others may remove captures meanwhile
             captures = store.load_scene_captures(database, name)
-            numbers = [store.load_capture(database, capture).capture_id for capture in captures]
+            numbers = [info.capture_id for info in store.load_named(database, captures)]
             with updating.changing(database, "scene remove", {"scene": name}, numbers):
                 store.remove_scene(database, name)
                 store.remove_captures(database, numbers)

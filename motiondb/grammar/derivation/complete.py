@@ -137,22 +137,23 @@ def _best_trees(meeting: Intersection) -> Iterator[tuple[Tree, float]]:
         yield derive_by(compiled.grammar, choices), chance
 
 
-def sample_completion(
+def sample_completions(
     grammar: AnyGrammar,
     pattern: Pattern,
     rng: np.random.Generator,
     *,
     allowed: frozenset[str] | None = None,
-) -> Tree:
-    """Draw a tree from those of sentences that match a pattern, by their probabilities."""
+) -> Iterator[Tree]:
+    """Draw trees of sentences that match a pattern, by their probabilities, endlessly."""
     meeting = intersect(grammar, pattern, allowed)
     compiled, ends = meeting.compiled, meeting.ends
     if ends.sum() <= 0.0:
         raise _impossible(compiled, pattern, allowed)
     trees = Trees(compiled, meeting.sums, compiled.weights(SUM))
-    tree = trees.draw((compiled.start, 0, drawn(ends, rng)), rng)
-    assert tree is not None
-    return derive_by(compiled.grammar, tree[0])
+    while True:
+        tree = trees.draw((compiled.start, 0, drawn(ends, rng)), rng)
+        assert tree is not None
+        yield derive_by(compiled.grammar, tree[0])
 
 
 def _impossible(

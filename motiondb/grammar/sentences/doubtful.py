@@ -24,9 +24,9 @@ import numpy as np
 
 from motiondb.grammar.cfg import automata
 from motiondb.grammar.cfg.closure import BEST
-from motiondb.grammar.cfg.context_free import Grammar, choices_of, derive_by
+from motiondb.grammar.cfg.context_free import Grammar, derive_by
 from motiondb.grammar.cfg.inside import inside
-from motiondb.grammar.cfg.parse import accepts, compiled_form, parse
+from motiondb.grammar.cfg.parse import accepts, compiled_form
 from motiondb.grammar.cfg.trees import Trees
 
 String = tuple[str, ...]
@@ -45,31 +45,34 @@ class Doubtful:
     instead: String  # The sentence of the others
 
 
-def find_doubtful(grammar: Grammar, sentences: Sequence[String]) -> list[Doubtful]:
+def find_doubtful(
+    grammar: Grammar, sentences: Sequence[String], parses: Sequence[Sequence[int]]
+) -> list[Doubtful]:
     r"""Return the sentences that look like errors, in their order.
 
-    >>> from motiondb.grammar.cfg.context_free import read_grammar
+    `parses`: The numbers of the rules of the tree of each sentence (``choices_of``).
+
+    >>> from motiondb.grammar.cfg.context_free import choices_of, read_grammar
+    >>> from motiondb.grammar.cfg.parse import parse
     >>> toy = read_grammar("S -> a B c\nB -> b | x")
-    >>> found, = find_doubtful(toy, [tuple("abc")] * 9 + [tuple("axc")])
+    >>> sentences = [tuple("abc")] * 9 + [tuple("axc")]
+    >>> found, = find_doubtful(toy, sentences, [choices_of(parse(toy, s)) for s in sentences])
     >>> found.sentence, found.position, found.found, found.expected
     (9, 1, 'x', 'b')
     """
     counts = Counter(sentences)
     if len(sentences) < FEWEST:
         return []
-    trees = {sentence: choices_of(parse(grammar, sentence)) for sentence in counts}
-    uses = np.zeros(len(grammar.rules))
-    for sentence, rules in trees.items():
-        np.add.at(uses, list(rules), counts[sentence])
+    used = [np.bincount(rules, minlength=len(grammar.rules)) for rules in parses]
+    uses = np.sum(used, axis=0)
     found = []
     for number, sentence in enumerate(sentences):
         if counts[sentence] > 1:
             continue
-        left = uses.copy()
-        np.subtract.at(left, list(trees[sentence]), 1.0)
-        kept = [rule for rule, n in zip(grammar.rules, left) if n > 0.0]
+        left = uses - used[number]
+        kept = [rule for rule, n in zip(grammar.rules, left) if n > 0]
         others = Grammar(grammar.start, tuple(kept), grammar.terminals).with_probabilities(
-            left[left > 0.0].tolist()
+            left[left > 0].tolist()
         )
         instead = None if accepts(others, sentence) else nearest_sentence(others, sentence)
         if instead is not None:

@@ -177,8 +177,33 @@ def load_captured(store: Store) -> dict[int, str]:
 
 def load_capture(store: Store, name: str, *, or_file: bool = False) -> CaptureInfo:
     """Load the capture of this name, or the only one in ``/name``; `or_file`: for the message."""
-    names = store.connection.column("SELECT name FROM capture ORDER BY capture_id")
-    matching = [n for n in names if n == name] or [n for n in names if n.endswith(f"/{name}")]
+    return load_named(store, [name], or_file=or_file)[0]
+
+
+def load_named(store: Store, names: Sequence[str], *, or_file: bool = False) -> list[CaptureInfo]:
+    """Load the captures of some names as :func:`load_capture` does, in their order."""
+    known = dict.fromkeys(store.connection.column("SELECT name FROM capture ORDER BY capture_id"))
+    whole = [_whole_name(store, known, name, or_file) for name in names]
+    rows = store.connection.execute(
+        f"{_INFO} WHERE name IN (SELECT unnest($names))", {"names": whole}
+    ).fetchall()
+    tags: dict[int, dict[str, str]] = {row[0]: {} for row in rows}
+    query = (
+        "SELECT capture_id, key, value FROM capture_tag "
+        "WHERE capture_id IN (SELECT unnest($numbers)) ORDER BY key"
+    )
+    for number, key, value in store.connection.execute(query, {"numbers": [*tags]}).fetchall():
+        tags[number][key] = value
+    infos = [_to_info(row, tags[row[0]]) for row in rows]
+    by_name = {info.name: info for info in infos}
+    return [by_name[name] for name in whole]
+
+
+def _whole_name(store: Store, names: Mapping[str, None], name: str, or_file: bool) -> str:
+    """The name of a capture that is given whole or without its folder."""
+    if name in names:
+        return name
+    matching = [n for n in names if n.endswith(f"/{name}")]
     if len(matching) > 1:
         raise QueryError(
             f"{name!r}: expected one capture, found {len(matching)}: {', '.join(matching[:5])}"
@@ -193,11 +218,7 @@ def load_capture(store: Store, name: str, *, or_file: bool = False) -> CaptureIn
             f"{'no such file, and ' if or_file else ''}none in {store.path}."
             f"{near or ' motiondb list shows the names.'}"
         )
-    row = store.connection.execute(f"{_INFO} WHERE name = ?", [matching[0]]).fetchone()
-    assert row is not None
-    query = "SELECT key, value FROM capture_tag WHERE capture_id = ? ORDER BY key"
-    tags = dict(store.connection.execute(query, [row[0]]).fetchall())
-    return _to_info(row, tags)
+    return matching[0]
 
 
 def load_digests(store: Store) -> dict[str, str]:

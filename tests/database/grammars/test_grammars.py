@@ -283,7 +283,9 @@ def test_sentences_left_out_as_errors_are_told_and_the_grammar_stays_whole(
 ) -> None:
     before = dances.grammars.load("dance")
     odd = [Doubtful(1, 0, "a", "b", ("b",))]
-    monkeypatch.setattr(grammar_learning, "find_doubtful", lambda _grammar, _sentences: odd)
+    monkeypatch.setattr(
+        grammar_learning, "find_doubtful", lambda _grammar, _sentences, _parses: odd
+    )
     settings = dataclasses.replace(SETTINGS, without_errors=True)
     learned, _ = dances.grammars.learn(TAKES, "rest", settings)
     assert learned.strings == before.strings[:1] + before.strings[2:]

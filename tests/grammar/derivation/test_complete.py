@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from itertools import product
+from itertools import islice, product
 from math import exp
 
 import numpy as np
@@ -16,7 +16,7 @@ from motiondb.grammar.cfg.closure import BEST
 from motiondb.grammar.cfg.context_free import GrammarError, read_grammar
 from motiondb.grammar.cfg.inside import inside
 from motiondb.grammar.cfg.parse import compiled_form, log_probability
-from motiondb.grammar.derivation.complete import complete, intersect, sample_completion
+from motiondb.grammar.derivation.complete import complete, intersect, sample_completions
 from motiondb.grammar.derivation.pattern import (
     PatternSymbol,
     acceptor_of,
@@ -154,15 +154,16 @@ def test_completions_of_endless_languages_are_the_best_of_all_short_strings(gram
 def test_samples_have_the_distribution_of_the_grammar_given_the_pattern():
     asked = pattern("a ... b")
     rng = np.random.default_rng(5)
-    counts = Counter(sample_completion(NESTED, asked, rng).leaves() for _ in range(4000))
+    trees = islice(sample_completions(NESTED, asked, rng), 4000)
+    counts = Counter(tree.leaves() for tree in trees)
     total = intersect(NESTED, asked).ends.sum()
     assert total == pytest.approx(0.4 * 1.0)  # S -> a S b, and S always ends
     for string, number in counts.most_common(4):
         expected = exp(log_probability(NESTED, string)) / total
         assert number / 4000 == pytest.approx(expected, abs=4 * (expected / 4000) ** 0.5)
     again = np.random.default_rng(5)
-    first = sample_completion(NESTED, asked, np.random.default_rng(5))
-    assert sample_completion(NESTED, asked, again) == first
+    first = next(sample_completions(NESTED, asked, np.random.default_rng(5)))
+    assert next(sample_completions(NESTED, asked, again)) == first
 
 
 def test_a_place_takes_any_of_its_terminals_and_only_what_is_allowed():
@@ -186,7 +187,7 @@ def test_an_impossible_pattern_says_why(text, message):
     with pytest.raises(GrammarError, match=message):
         complete(NESTED, pattern(text))
     with pytest.raises(GrammarError, match=message):
-        sample_completion(NESTED, pattern(text), np.random.default_rng(0))
+        next(sample_completions(NESTED, pattern(text), np.random.default_rng(0)))
 
 
 def test_an_empty_pattern_and_one_of_too_many_states_are_refused():

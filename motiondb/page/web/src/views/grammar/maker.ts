@@ -54,8 +54,11 @@ export function makeMaker(make: (wish: Wish) => void): Maker {
     submit,
     next,
   );
+  const fields = [seed, length, like];
+  let known = fields.map((field) => field.value);
   element.addEventListener("submit", (event) => {
     event.preventDefault();
+    known = fields.map((field) => field.value);
     make({
       seed: seed.valueAsNumber || 0,
       length: length.value ? length.valueAsNumber : null,
@@ -65,9 +68,12 @@ export function makeMaker(make: (wish: Wish) => void): Maker {
   return {
     element,
     show(wish) {
-      seed.value = String(wish.seed);
-      length.value = wish.length === null ? "" : String(wish.length);
-      like.value = wish.like ?? "";
+      const values = [String(wish.seed), String(wish.length ?? ""), wish.like ?? ""];
+      // What somebody types while a sequence is made stays: only what is new is shown.
+      fields.forEach((field, k) => {
+        if (values[k] !== known[k]) field.value = values[k] ?? "";
+      });
+      known = values;
     },
     busy(busy) {
       submit.disabled = busy;
