@@ -121,11 +121,14 @@ _DIGITS = re.compile(r"[0-9]+(?:[.,][0-9]+)*")
 _SPACE = re.compile(r"\s+")
 _SEPARATORS = ("or", "while", "after", "before", "then", "stop", "comma", "but", "and")
 """Kinds that join parts; of several adjacent ones, the first in this order is used."""
+_AMOUNTS = ("number", "vague", "filler")  # Kinds between a verb and the steps of its way
+_MEASURED_IN_STEPS = VERBS - MODIFIERS - LIMBS - {"take", "step", "climb", "ascend", "descend"}
 _UNUSED = {
     "vague": "it names neither a duration nor a count",
     "only": "what else a capture shows is not compared",
     "measure": "angles, lengths and speeds are not compared",
     "number": "it says neither how often nor how long",
+    "steps": "steps are not counted",
 }
 
 
@@ -151,7 +154,8 @@ def tokenize(
     ['word', 'but_not', 'word', 'count', 'stop']
     """
     _check_length(len(text), MOST_CHARACTERS, "characters")
-    raw = _numbers_to_counts(list(_words(_scan(join_phrases(text)), synonyms or {}, lemmas)))
+    words = _words(_scan(join_phrases(text)), synonyms or {}, lemmas)
+    raw = _numbers_to_counts(_uncount_steps(list(words)))
     not_used = [NotUsed(t.text, _UNUSED[t.kind]) for t in raw if t.kind in _UNUSED]
     tokens = _join_separators([t for t in raw if t.kind not in _UNUSED and t.kind != "filler"])
     _check_length(len(tokens), MOST_TOKENS, "words")
@@ -223,6 +227,27 @@ def _word_token(piece: str, word: str | None, synonym: bool) -> Token:
         return Token("filler", piece)
     manner = None if synonym else manner_of(piece, word)
     return Token("word", piece, (word,)) if manner is None else Token("manner", piece, (manner,))
+
+
+def _uncount_steps(tokens: list[Token]) -> list[Token]:
+    """Numbers of steps are not used ("three steps back"), nor steps that measure a verb's way.
+
+    >>> [token.text for token in tokenize("walk a few steps back, then two steps to the left")[0]]
+    ['walk', 'back', ', then', 'steps', 'left']
+    """
+    resolved: list[Token] = []
+    for token in tokens:
+        amount = resolved[-1] if resolved else Token("stop", "")
+        if token.words == ("step",) and amount.kind in _AMOUNTS:
+            if amount.kind == "number" and amount.most != 1:
+                resolved[-1] = replace(amount, kind="steps", text=f"{amount.text} {token.text}")
+            verb = next(
+                (t for t in reversed(resolved) if t.kind not in (*_AMOUNTS, "steps")), token
+            )
+            if set(verb.words) & _MEASURED_IN_STEPS:
+                continue
+        resolved.append(token)
+    return resolved
 
 
 def _numbers_to_counts(tokens: list[Token]) -> list[Token]:
