@@ -47,6 +47,7 @@ from motiondb.generate.competing_words import (
 from motiondb.generate.sentence_plan import PlannedAction
 from motiondb.language.question.heads import heads_of
 from motiondb.language.question.tree import LIMBS, SIDES, NotUsed
+from motiondb.language.vocabulary import IN_A_CIRCLE
 from motiondb.learn.learned import Learned
 from motiondb.meaning.direction import (
     ALOFT,
@@ -95,6 +96,7 @@ DIRECTIONS = SIDES | {
     "in",
     "on",
     "straight",
+    IN_A_CIRCLE,
 }
 """Words of direction: if no caption has them, they are left out before other words."""
 NEIGHBOUR_WEIGHT = 1.0  # N

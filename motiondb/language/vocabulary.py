@@ -53,13 +53,15 @@ _MODIFIERS = """
 left right forward backward up down over under around through out off into across behind above
 below straight back front side sideways both upper lower inside outside away near far high low arm
 hand leg foot knee head hip shoulder elbow chin ankle body chest wrist finger toe waist quick
-quickly slow slowly fast large small wide big sudden suddenly stationary
+quickly slow slowly fast large small wide big sudden suddenly stationary circular
 """
 MODIFIERS = frozenset(_MODIFIERS.split())
 """Lemmas of manner, direction and body parts: alone they belong to the action before."""
 
 IN_PLACE = "stationary"
 """The word for "in place" and "on the spot": "walk in place" is (walk, stationary)."""
+IN_A_CIRCLE = "circular"  # Likewise for "in a circle" and "around in circles"
+_SAID = {IN_PLACE: "in place", IN_A_CIRCLE: "in a circle"}
 
 WILDCARD = "?"
 _BREAK = re.compile(r"[,;.!\n]+|\b(?:and\s+then|then|and|followed\s+by|before)\b", re.IGNORECASE)
@@ -93,6 +95,10 @@ _PHRASES = (
             re.IGNORECASE,
         ),
         rf"\1 {IN_PLACE}",
+    ),
+    (
+        re.compile(r"\b(?:a?round\s+)?in\s+(?:an?\s+)?circles?\b(?!\s+with\b)", re.IGNORECASE),
+        IN_A_CIRCLE,
     ),
 )
 SAME = (
@@ -175,6 +181,8 @@ def join_phrases(text: str) -> str:
     ("don't do a layup", 'falls and stand up')
     >>> join_phrases("runs in place"), join_phrases("a dance in place of a walk")
     ('runs stationary', 'a dance in place of a walk')
+    >>> join_phrases("walks around in circles")
+    'walks circular'
     """
     text = normalize("NFC", text).translate(_APOSTROPHES)
     for phrase, word in _PHRASES:
@@ -188,7 +196,7 @@ def as_said(word: str) -> str:
     >>> as_said(IN_PLACE), as_said("walk")
     ('in place', 'walk')
     """
-    return "in place" if word == IN_PLACE else word
+    return _SAID.get(word, word)
 
 
 def split_compound(token: str) -> list[str]:

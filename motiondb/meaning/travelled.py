@@ -13,6 +13,7 @@ sideways         way to either side                             0.2 m
 left, right      turning to that side, or, if the action does   0.35 rad (20 degrees)
                  not name a turn, way to that side              0.2 m
 around           turning to either side                         2.1 rad (120 degrees)
+in a circle      turning to either side                         4.5 rad (260 degrees)
 spin left, ...   turning to that side, or to either one         2.35 rad (135 degrees)
 in place         frames in a square of 0.45 m (half of a leg)   0.8 of them
 ===============  =============================================  ==========================
@@ -34,7 +35,7 @@ from numpy.typing import NDArray
 
 from motiondb.body.features import FEATURE_FPS, ROOT_WEIGHT, VELOCITY_SECONDS, runs
 from motiondb.language.question.tree import LIMBS, SIDES
-from motiondb.language.vocabulary import IN_PLACE, as_said
+from motiondb.language.vocabulary import IN_A_CIRCLE, IN_PLACE, as_said
 from motiondb.records import Float32Array, FloatArray
 
 LEAST = {
@@ -45,12 +46,14 @@ LEAST = {
     "left": 0.35,
     "right": 0.35,
     "around": 2.1,
+    IN_A_CIRCLE: 4.5,
     IN_PLACE: 0.8,
 }
 """Direction -> least amount, in the units of the table."""
 SQUARE = 0.45  # Side of the square on the ground that a motion in place does not leave, m
 CLEARLY = 2.0  # Least amounts of a direction from which a motion clearly goes there
-_CLEARLY = {"around": 2.5 / 2.1, IN_PLACE: 1.0 / 0.8}  # 143 degrees, and all frames
+# 143 and 315 degrees, and all frames
+_CLEARLY = {"around": 2.5 / 2.1, IN_A_CIRCLE: 5.5 / 4.5, IN_PLACE: 1.0 / 0.8}
 SHORTEST_STAY = 1.0  # Seconds for which a motion must stay in place, unless it is shorter
 SPINS = frozenset(
     ("spin", "pirouette", "twirl", "whirl")
@@ -155,8 +158,8 @@ def turning(words: Sequence[str]) -> str:
 def say_not_gone(direction: str, turn: str = "") -> str:
     """What a motion lacks that does not go in a direction.
 
-    >>> say_not_gone("left"), say_not_gone("left", "turn"), say_not_gone(IN_PLACE)
-    ('does not go left', 'does not turn left', 'does not stay in place')
+    >>> say_not_gone("left", "turn"), say_not_gone(IN_PLACE), say_not_gone(IN_A_CIRCLE)
+    ('does not turn left', 'does not stay in place', 'does not go in a circle')
     """
     verb = "stay" if direction == IN_PLACE else turn or "go"
     return f"does not {verb} {as_said(direction)}"
@@ -216,7 +219,7 @@ def ways(
         return [sign * aside / LEAST[direction] for sign in (1.0, -1.0)]
     turned = lasting_turns(speeds, fps)
     least = SPUN if turn == "spin" else LEAST[direction]
-    if direction == "around":
+    if direction in ("around", IN_A_CIRCLE):
         return [sign * turned / least for sign in (1.0, -1.0)]
     sign = 1.0 if direction == "left" else -1.0
     if turn:

@@ -12,7 +12,7 @@ import motiondb
 from motiondb.answers.questions import search_answer
 from motiondb.body.features import recognition_features
 from motiondb.body.pose_vectors import from_path
-from motiondb.language.vocabulary import IN_PLACE
+from motiondb.language.vocabulary import IN_A_CIRCLE, IN_PLACE
 from motiondb.meaning.travelled import directions_to_measure, furthest, share_of_full, speeds_of
 from motiondb.records import Float32Array
 from motiondb.search.asking import understand_learned
@@ -37,6 +37,7 @@ def moving(left: float = 0.0, ahead: float = 0.0, turning: float = 0.0) -> Float
         ("left", {"turning": 0.35}, 0.7 / 0.35),
         ("right", {"left": -0.2, "ahead": 0.1}, 0.4 / 0.2),
         ("around", {"turning": -2.1}, 4.2 / 2.1),
+        (IN_A_CIRCLE, {"turning": -3.0, "ahead": 1.0}, 6.0 / 4.5),
         ("backward", {"ahead": 0.5}, 0.0),
         ("left", {"turning": -1.0}, 0.0),
         ("sideways", {"left": 0.4, "ahead": 0.5}, 0.0),  # mostly ahead
