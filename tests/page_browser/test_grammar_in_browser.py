@@ -234,6 +234,22 @@ def test_an_alternative_that_cannot_be_played_says_why(serve_grammar, new_page, 
     assert reason.get_by_role("button", name="Choose").count() == 0
 
 
+def test_a_person_answers_questions_about_pairs(serve_grammar, new_page, tmp_path):
+    page = new_page(f"{serve_grammar()}#/grammar?name=play")
+    page.get_by_role("button", name="Show ten questions").click()
+    card = page.locator(".question").first
+    card.wait_for()
+    wait_for_figure(page, ".question .clip-canvas")
+    card.get_by_role("button", name="No:").first.click()
+    card.get_by_text("Write your name first").wait_for()
+    page.get_by_label("Your name").fill("Ana")
+    card.get_by_role("button", name="No:").first.click()
+    card.get_by_text("No: kept").wait_for()
+    with motiondb.open(tmp_path / "play.duckdb", read_only=True, wait=60.0) as db:
+        given = [run["parameters"] for run in db.runs() if run["kind"] == "grammar answer"]
+    assert [(one["said"], one["author"]) for one in given] == [("no", "Ana")]
+
+
 def test_a_tree_of_three_hundred_levels_is_shown(grammar_server, new_page):
     levels = 300
     page = new_page(f"{grammar_server}#/grammar?name=play")

@@ -122,6 +122,31 @@ class ParseBody(Body):
     capture: Text
 
 
+class AnswerBody(Body):
+    """An answer of a person: whether a terminal can come straight after another."""
+
+    grammar: Text
+    first: Text
+    then: Text
+    said: Literal["yes", "no", "unknown"]
+    author: Annotated[str, Field(min_length=1, max_length=80)]
+
+
+@dataclass(frozen=True)
+class QuestionsReply:
+    """Questions to a person, those whose answers say most first."""
+
+    questions: list[answers.GrammarQuestion]
+
+
+@dataclass(frozen=True)
+class AnswerReply:
+    """An answer that was kept."""
+
+    said: Literal["yes", "no", "unknown"]
+    obeyed: bool  # Whether rules can keep to it: not if the captures show what is ruled out
+
+
 @dataclass(frozen=True)
 class SuggestReply:
     """The terminals that may come next."""
@@ -244,6 +269,23 @@ def _question_routes(routes: APIRouter, page: Page) -> None:
             check_grammar(db, name)
             found = db.grammars.suggest(name, beginning)
         return SuggestReply([answers.NextTerminal(t, t is None, p) for t, p in found])
+
+    @routes.get("/api/grammar/questions")
+    def questions(name: Name) -> QuestionsReply:
+        """Pairs of terminals to ask a person about."""
+        with page.reading() as db:
+            check_grammar(db, name)
+            return QuestionsReply(db.grammars.questions(name))
+
+    @routes.post("/api/grammar/answers")
+    def answer(body: AnswerBody) -> AnswerReply:
+        """Keep an answer with its author."""
+        with page.changing() as db:
+            check_grammar(db, body.grammar)
+            pair = (body.first, body.then)
+            return AnswerReply(
+                body.said, db.grammars.answer(body.grammar, *pair, body.said, body.author)
+            )
 
     @routes.get("/api/grammar/compare")
     def compare(name: Name) -> CompareReply:

@@ -80,6 +80,19 @@ export interface AlternativesReply {
   alternatives: (PlayableAlternative | Unplayable)[];
 }
 
+export interface AnswerBody {
+  grammar: string;
+  first: string;
+  then: string;
+  said: "yes" | "no" | "unknown";
+  author: string;
+}
+
+export interface AnswerReply {
+  said: "yes" | "no" | "unknown";
+  obeyed: boolean;
+}
+
 export interface AnythingTree {
   kind: "anything";
 }
@@ -506,6 +519,17 @@ export interface GrammarLearned {
   no_longer_editable: string[];
 }
 
+export interface GrammarQuestion {
+  first: string;
+  then: string;
+  observed: number;
+  gain: number;
+  first_shown: Medoid;
+  then_shown: Medoid;
+  first_words: string;
+  then_words: string;
+}
+
 export interface GrammarReply {
   grammar: string;
   run: number;
@@ -929,6 +953,10 @@ export interface ProvenQuestion {
   question: string;
   capture: string;
   probability: number;
+}
+
+export interface QuestionsReply {
+  questions: GrammarQuestion[];
 }
 
 export interface RefusedFile {

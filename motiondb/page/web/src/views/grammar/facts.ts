@@ -9,6 +9,7 @@ import type { Context } from "../view.ts";
 import { coloursOf, type TerminalColours } from "./colours.ts";
 import type { GrammarReply, TerminalRow } from "../../api/types.ts";
 import { makeAsking } from "./asking.ts";
+import { makeQuestions } from "./questions.ts";
 import { askTerminalName, makeRules } from "./rules.ts";
 
 export interface FactsPanel {
@@ -39,6 +40,7 @@ export function makeFacts(context: Context): FactsPanel {
   let clip: Clip | null = null;
   const rules = makeRules(context);
   const asking = makeAsking();
+  const questions = makeQuestions(context);
   const about = h("div", {});
   const terminalsBox = h("div", {});
   const rest = h("div", {});
@@ -48,6 +50,7 @@ export function makeFacts(context: Context): FactsPanel {
     h("section", { "aria-label": "Rules" }, h("h3", {}, "Rules"), rules.element, about),
     terminalsBox,
     asking.element,
+    questions.element,
     rest,
   );
 
@@ -139,6 +142,7 @@ export function makeFacts(context: Context): FactsPanel {
       const [shortest, mean, longest] = facts.sentence_lengths;
       rules.show(facts);
       asking.show(facts);
+      questions.show(facts.grammar);
       fill(
         about,
         h(
@@ -200,6 +204,9 @@ export function makeFacts(context: Context): FactsPanel {
         ),
       );
     },
-    close: closeClip,
+    close() {
+      closeClip();
+      questions.close();
+    },
   };
 }
