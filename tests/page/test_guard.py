@@ -34,6 +34,11 @@ CHANGES = [
     ("PUT", "/api/grammar/rules", {"grammar": "g", "run": 1, "text": "x"}),
     ("PUT", "/api/grammar/terminal", {"grammar": "g", "run": 1, "terminal": "a", "to": "b"}),
     ("POST", "/api/grammar/undo", {"grammar": "g", "run": 1}),
+    (
+        "POST",
+        "/api/grammar/answers",
+        {"grammar": "g", "first": "a", "then": "b", "said": "no", "author": "Ana"},
+    ),
 ]
 
 
