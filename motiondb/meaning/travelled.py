@@ -88,8 +88,10 @@ def directions_to_measure(words: Sequence[str]) -> tuple[str, ...]:
     (('backward',), ())
     >>> directions_to_measure(("step", "left", "foot")), directions_to_measure(("walk", "around"))
     ((), ())
-    >>> directions_to_measure(("wave", IN_PLACE))
-    ('stationary',)
+    >>> directions_to_measure(("wave", IN_PLACE)), directions_to_measure(("run", IN_A_CIRCLE))
+    (('stationary',), ('circular',))
+    >>> directions_to_measure(("move", "arm", IN_A_CIRCLE))
+    ()
     """
     turns, travels = not TURNS.isdisjoint(words), not TRAVELS.isdisjoint(words)
     return tuple(
@@ -102,6 +104,7 @@ def directions_to_measure(words: Sequence[str]) -> tuple[str, ...]:
                 or (turns if word == "around" else travels or (turns and word in SIDES))
             )
             and not (word in SIDES and following in LIMBS)
+            and not (word == IN_A_CIRCLE and not LIMBS.isdisjoint(words))
         )
     )
 
