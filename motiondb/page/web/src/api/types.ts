@@ -35,6 +35,7 @@ export interface ActionVerdict {
 }
 
 export interface AddBody {
+  sample?: boolean;
   upload?: string | null;
   folder?: FolderBody | null;
   words?: string | null;
