@@ -68,6 +68,8 @@ _RADII = {
 
 RADII = tuple(_RADII[point[2:] if point[1] == "_" else point] for point in POINTS)
 """Radius of the capsule from each point to its parent, metres; 0 for the pelvis."""
+_ENDS = [n for n, point in enumerate(POINTS) if point.endswith("_end")]
+_MOST_STEP = 0.3  # Metres that a point moves in a frame at most; more is a fault of the capture
 BALL_RADIUS = 0.12  # Radius of an object without a size, metres
 
 
@@ -109,6 +111,37 @@ def facing_forward(points: FloatArray) -> FloatArray:
     return np.stack([c * x + s * z, moved[..., 1], c * z - s * x], axis=-1)
 
 
+def best_moment(points: FloatArray, length: int) -> tuple[int, int, int, float, FloatArray]:
+    """Return the part of a motion in which the body moves most, and the pose that shows it.
+
+    The part has `length` frames, or all there are. The pose is the one of the part whose head,
+    hands and feet are farthest from where they are in most of the motion, as seen from the pelvis
+    and in height: a raised leg, the top of a jump. It does not depend on place or heading.
+
+    Shapes: `points` (frames, 26, 3). Gives the first frame, the one after the last, the frame of
+    the pose, the mean speed of the points against the pelvis in the part, metres a frame, and the
+    pose as these distances and heights (11,), metres.
+    """
+    n_frames = len(points)
+    seen = points - points[:, :1]
+    steps = np.linalg.norm(np.diff(seen, axis=0), axis=-1)
+    speeds = np.minimum(steps, _MOST_STEP).mean(axis=-1)
+    total = np.concatenate([[0.0], np.cumsum(speeds)])
+    n_steps = min(max(length - 1, 1), n_frames - 1)
+    if n_steps < 1:
+        return 0, n_frames, 0, 0.0, np.zeros(2 * len(_ENDS) + 1)
+    moved = total[n_steps:] - total[:-n_steps]
+    first = int(np.argmax(moved))
+    ends = points[:, _ENDS]
+    facts = np.concatenate(
+        [np.linalg.norm(seen[:, _ENDS], axis=-1), ends[..., 1], points[:, :1, 1]], axis=1
+    )
+    unlike = np.abs(facts - np.median(facts, axis=0)).sum(axis=1)
+    last = first + n_steps + 1
+    pose = first + int(np.argmax(unlike[first:last]))
+    return first, last, pose, float(moved[first] / n_steps), facts[pose]
+
+
 def thinned(n_frames: int, fps: float, wanted: float) -> IntArray:
     """Return the indices of the frames to keep at a lower rate: array (frames,).
 
@@ -136,6 +169,7 @@ class Track:
     team: str = ""  # Team of a player of a scene, or ""
     leg_length: float | None = None  # The performer's leg length, metres
     radius: float = BALL_RADIUS  # Of a ball, metres
+    moment: float | None = None  # Of a thumbnail: time in the take of the pose that shows it
 
 
 def body_track(
@@ -199,6 +233,7 @@ def _pack_track(track: Track, store: Callable[[bytes], int]) -> dict[str, Any]:
         "origin": [float(x) for x in origin],
         "scale": [float(x) for x in scale],
         "contacts": None,
+        "moment": track.moment,
     }
     if is_ball:
         return facts | {"radius": track.radius}

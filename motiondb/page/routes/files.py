@@ -7,6 +7,7 @@ import re
 import tempfile
 import zipfile
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -29,6 +30,7 @@ from motiondb.page.motion import (
     MEDIA_TYPE,
     POINTS,
     Track,
+    best_moment,
     body_track,
     facing_forward,
     figure_of,
@@ -36,6 +38,7 @@ from motiondb.page.motion import (
 )
 from motiondb.page.routes.parameters import LONGEST_TEXT, Body, End, Part, RefText, Start, Text
 from motiondb.page.state import (
+    Moment,
     Page,
     Ref,
     find_kept,
@@ -46,7 +49,7 @@ from motiondb.page.state import (
     read_ref,
 )
 from motiondb.page.uploads import UploadReply
-from motiondb.records import MOTION_FPS
+from motiondb.records import MOTION_FPS, Caption, CaptureInfo
 
 _PLAIN = re.compile(r"[^A-Za-z0-9._-]+")
 _TYPES = {".zip": "application/zip", ".glb": "model/gltf-binary"}
@@ -279,7 +282,9 @@ def _plain(name: str) -> str:
 
 
 MOST_THUMBS = 200  # Largest number of thumbnails of one request
-THUMB_FRAMES, THUMB_SECONDS = 24, 4.0  # Frames of a thumbnail, and the seconds that they span
+THUMB_SECONDS, THUMB_RATE = 2.0, 15.0  # Length of a thumbnail, and its frames per second
+SEARCHED = 60.0  # Seconds of a capture in which its moment is looked for
+MOST_TILES = 60  # Largest number of captures of the wall
 MOST_MOTIONS = 64  # Largest number of motions of one request
 _CONTAINER: dict[int | str, dict[str, Any]] = {
     200: {
@@ -330,9 +335,18 @@ def motion_router(page: Page) -> APIRouter:
             Query(min_length=1, max_length=MOST_THUMBS),
         ],
     ) -> Response:
-        """Thumbnails of stored captures, facing forward; unknown captures have no frames."""
+        """Thumbnails of stored captures: the seconds in which most happens, facing forward.
+
+        Unknown captures have no frames.
+        """
         with page.reading() as db:
-            return _binary([_thumb(db, each) for each in name])
+            return _binary([_thumb(page, db, each) for each in name])
+
+    @routes.get("/api/wall")
+    def wall(count: Annotated[int, Query(ge=1, le=MOST_TILES)] = 24) -> WallReply:
+        """Captures that move, from everywhere in the catalogue, each with its moment."""
+        with page.reading() as db:
+            return WallReply(wall_of(page, db, count))
 
     return routes
 
@@ -347,18 +361,89 @@ def tracks_of(page: Page, db: MotionDB, part: Part, fps: float) -> list[Track]:
     return [body_track(ref.name, part.ref, figure_of(loaded), first, fps)]
 
 
-def _thumb(db: MotionDB, name: str) -> Track:
+@dataclass(frozen=True, kw_only=True)
+class WallTile:
+    """A capture of the wall: what people wrote about its moment, and when it is."""
+
+    capture: str
+    words: str
+    start: float
+    end: float
+    duration: float
+
+
+@dataclass(frozen=True)
+class WallReply:
+    """Captures that move, from everywhere in the catalogue, in its order."""
+
+    tiles: list[WallTile]
+
+
+def wall_of(page: Page, db: MotionDB, count: int) -> list[WallTile]:
+    """Return up to `count` captures: of twice as many, evenly spread, those that differ most."""
+    rows = [row for row in db.captures.browse(limit=10**6).rows if row.info.motion_frames > 1]
+    share = max(len(rows) / (2 * count), 1.0)
+    spread = [rows[int(n * share)] for n in range(min(2 * count, len(rows)))]
+    moments = [(row, _moment(page, db, row.info)) for row in spread]
+    kept = _unlike([moment for _, moment in moments], count)
+    return [
+        WallTile(
+            capture=row.info.name,
+            words=_said(row.captions, moment.pose),
+            start=moment.start,
+            end=moment.end,
+            duration=round(row.info.duration, 3),
+        )
+        for row, moment in (moments[n] for n in kept)
+    ]
+
+
+def _unlike(moments: Sequence[Moment], count: int) -> list[int]:
+    """Return which moments to show: each moves, and is unlike the others, first of all in its pose.
+
+    Beginning with the fastest, the next is the one of the largest speed times distance to the
+    nearest that was chosen.
+    """
+    shapes = np.array([moment.shape for moment in moments])
+    scores = speeds = np.array([moment.speed for moment in moments])
+    near = np.full(len(moments), np.inf)
+    chosen: list[int] = []
+    for _ in range(min(count, len(moments))):
+        chosen.append(int(np.argmax(np.where(np.isin(np.arange(len(scores)), chosen), -1, scores))))
+        near = np.minimum(near, np.linalg.norm(shapes - shapes[chosen[-1]], axis=1))
+        scores = near * speeds
+    return sorted(chosen)
+
+
+def _said(captions: Sequence[Caption], time: float) -> str:
+    """Return a caption of a time, else one of the whole capture, else ""."""
+    timed = [c for c in captions if c.start is not None and c.start <= time < (c.end or np.inf)]
+    whole = [caption for caption in captions if caption.start is None]
+    return next((caption.words for caption in (*timed, *whole)), "")
+
+
+def _moment(page: Page, db: MotionDB, info: CaptureInfo) -> Moment:
+    """Return the moment of a capture; it is looked for in its first minute, and kept."""
+    key = (info.capture_id, info.sha256)
+    if key not in page.moments:
+        end = SEARCHED if info.motion_frames > SEARCHED * MOTION_FPS else None
+        points = figure_of(db.motion(info.name, None, end)).points
+        first, last, pose, step, shape = best_moment(points, round(THUMB_SECONDS * MOTION_FPS))
+        start, stop, at = (round(frame / MOTION_FPS, 3) for frame in (first, last, pose))
+        page.moments[key] = Moment(start, stop, at, step * MOTION_FPS, shape)
+    return page.moments[key]
+
+
+def _thumb(page: Page, db: MotionDB, name: str) -> Track:
     ref = str(Ref("capture", name))
     row = db.captures.browsed(name)
-    if row is None:
+    if row is None or row.info.motion_frames == 0:
         return Track(name, ref, np.zeros((0, len(POINTS), 3)))
-    seconds = min(row.info.duration, THUMB_SECONDS)
-    frames = row.info.motion_frames
-    end = THUMB_SECONDS if frames > THUMB_SECONDS * MOTION_FPS else None
-    shown = figure_of(db.motion(name, None, end))
-    rate = min(MOTION_FPS, THUMB_FRAMES / max(seconds, 1e-3))
-    track = body_track(name, ref, shown, 0.0, rate)
-    return Track(name, ref, facing_forward(track.points[:THUMB_FRAMES]), fps=track.fps)
+    at = _moment(page, db, row.info)
+    whole = at.start == 0.0 and row.info.motion_frames <= THUMB_SECONDS * MOTION_FPS
+    shown = db.motion(name, *((None, None) if whole else (at.start, at.end)))
+    track = body_track(name, ref, figure_of(shown), at.start, THUMB_RATE)
+    return replace(track, points=facing_forward(track.points), contacts=None, moment=at.pose)
 
 
 def _binary(tracks: list[Track]) -> Response:

@@ -1394,6 +1394,18 @@ export interface VocabularyReply {
   words: WordRow[];
 }
 
+export interface WallReply {
+  tiles: WallTile[];
+}
+
+export interface WallTile {
+  capture: string;
+  words: string;
+  start: number;
+  end: number;
+  duration: number;
+}
+
 export interface WithoutTree {
   kind: "without";
   part: ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree;

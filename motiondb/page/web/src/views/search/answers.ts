@@ -4,6 +4,7 @@ import type { Motions } from "../../api/motions.ts";
 import type { LikeReply, SearchReply, ShownMatch } from "../../api/types.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { emptyState } from "../../parts/states.ts";
+import { land } from "../../dom/flights.ts";
 import { plural } from "../../parts/text.ts";
 import type { Stage } from "../../player/stage.ts";
 import { makeAnswer, type AnswerCard } from "./answer.ts";
@@ -129,6 +130,7 @@ export function makeAnswers(
       );
       selection?.onClear(() => cards.forEach((card) => card.setSelected(false)));
       fill(element, verdict(answer, among), groups());
+      land(ordered.map((match, i) => [match.capture, cards[i]!.element]));
     },
   };
 }

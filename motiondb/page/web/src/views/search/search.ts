@@ -6,8 +6,9 @@ import { fill, h } from "../../dom/element.ts";
 import { onDrop } from "../../parts/dropping.ts";
 import { go, routeTo } from "../../shell/router.ts";
 import type { Interval } from "../../timeline/timeline.ts";
-import type { Context, OpenView, View } from "../view.ts";
+import type { Context, OpenView } from "../view.ts";
 import { filterOf } from "../catalogue/filter.ts";
+import { wordsQuery } from "./query.ts";
 import { faultWithWords } from "../known_words.ts";
 import { notLearned } from "../not_learned.ts";
 import { makeAnswers } from "./answers.ts";
@@ -29,7 +30,7 @@ interface Wanted {
 
 const NAMES = ["q", "like", "start", "end", "where", "limit", "exact", "symbols"] as const;
 
-function open(host: HTMLElement, context: Context): OpenView {
+export function open(host: HTMLElement, context: Context): OpenView {
   let wanted = {} as Wanted;
   let asked = "";
   let abort = new AbortController();
@@ -140,11 +141,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     try {
       const rest = { where: filterOf(wanted.where), limit: wanted.limit || "10" };
       if (wanted.q) {
-        const answer = await get<SearchReply>(
-          "/api/search",
-          { q: wanted.q, ...rest, exact: wanted.exact !== "", by_symbols: wanted.symbols !== "" },
-          signal,
-        );
+        const answer = await get<SearchReply>(...wordsQuery(new URLSearchParams({ ...wanted })), signal);
         fill(
           understood,
           questionElement(
@@ -224,5 +221,3 @@ function open(host: HTMLElement, context: Context): OpenView {
     },
   };
 }
-
-export const search: View = { name: "search", title: "Search", place: "asking", open };
