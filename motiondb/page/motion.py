@@ -111,35 +111,41 @@ def facing_forward(points: FloatArray) -> FloatArray:
     return np.stack([c * x + s * z, moved[..., 1], c * z - s * x], axis=-1)
 
 
-def best_moment(points: FloatArray, length: int) -> tuple[int, int, int, float, FloatArray]:
-    """Return the part of a motion in which the body moves most, and the pose that shows it.
+@dataclass(frozen=True, eq=False)
+class BestFrames:
+    """The part of a motion in which the body moves most, and the pose that shows it."""
 
-    The part has `length` frames, or all there are. The pose is the one of the part whose head,
-    hands and feet are farthest from where they are in most of the motion, as seen from the pelvis
-    and in height: a raised leg, the top of a jump. It does not depend on place or heading.
+    first: int
+    stop: int  # The frame after the last
+    pose: int  # The frame of the pose
+    speed: float  # Mean speed of the points against the pelvis in the part, metres per second
+    # (11,): how far the ends of head, hands and feet are from the pelvis in the pose; the heights
+    # of these and of the pelvis; metres
+    shape: FloatArray
 
-    Shapes: `points` (frames, 26, 3). Gives the first frame, the one after the last, the frame of
-    the pose, the mean speed of the points against the pelvis in the part, metres a frame, and the
-    pose as these distances and heights (11,), metres.
+
+def best_moment(points: FloatArray, length: int) -> BestFrames:
+    """Return the part of `length` frames, or fewer, in which most happens.
+
+    Its pose is the one whose head, hands and feet are farthest from where they are in most of the
+    motion, as seen from the pelvis and in height: a raised leg, the top of a jump. It does not
+    depend on place or heading.
+
+    Shapes: `points` (frames, 26, 3), at 30 frames a second.
     """
-    n_frames = len(points)
     seen = points - points[:, :1]
-    steps = np.linalg.norm(np.diff(seen, axis=0), axis=-1)
-    speeds = np.minimum(steps, _MOST_STEP).mean(axis=-1)
-    total = np.concatenate([[0.0], np.cumsum(speeds)])
-    n_steps = min(max(length - 1, 1), n_frames - 1)
-    if n_steps < 1:
-        return 0, n_frames, 0, 0.0, np.zeros(2 * len(_ENDS) + 1)
-    moved = total[n_steps:] - total[:-n_steps]
-    first = int(np.argmax(moved))
-    ends = points[:, _ENDS]
-    facts = np.concatenate(
-        [np.linalg.norm(seen[:, _ENDS], axis=-1), ends[..., 1], points[:, :1, 1]], axis=1
-    )
+    reach = np.linalg.norm(seen[:, _ENDS], axis=-1)
+    facts = np.concatenate([reach, points[:, _ENDS, 1], points[:, 0, 1:2]], axis=1)
     unlike = np.abs(facts - np.median(facts, axis=0)).sum(axis=1)
-    last = first + n_steps + 1
-    pose = first + int(np.argmax(unlike[first:last]))
-    return first, last, pose, float(moved[first] / n_steps), facts[pose]
+    steps = np.minimum(np.linalg.norm(np.diff(seen, axis=0), axis=-1), _MOST_STEP).mean(axis=-1)
+    total = np.concatenate([[0.0], np.cumsum(steps)])
+    n_steps = min(max(length, 1), len(points)) - 1
+    moved = total[n_steps:] - total[: len(total) - n_steps]
+    first = int(np.argmax(moved))
+    stop = first + n_steps + 1
+    pose = first + int(np.argmax(unlike[first:stop]))
+    speed = float(moved[first]) / max(n_steps, 1) * MOTION_FPS
+    return BestFrames(first, stop, pose, speed, facts[pose])
 
 
 def thinned(n_frames: int, fps: float, wanted: float) -> IntArray:

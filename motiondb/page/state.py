@@ -153,8 +153,8 @@ class Page:
         self.made: Shelf[MadeMotion] = Shelf("m", "generated motion")
         self.sequences: Shelf[MadeSequence] = Shelf("q", "sequence")
         self.edits: deque[Edit] = deque(maxlen=MOST_UNDONE)
-        # Number and digest of a capture -> the part in which most happens, once it was looked for
-        self.moments: dict[tuple[int, str], Moment] = {}
+        # Number and digest of a capture -> the part in which most happens, once looked for
+        self.moments: dict[tuple[int, str], Moment | None] = {}
         self.editing = threading.Lock()
         self.closing = threading.Event()
         self.watch = Watch(self.held, settings.warm)

@@ -23,6 +23,8 @@ from starlette.responses import Response
 from motiondb.body.features import FEATURE_STEP
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.exporting import MotionChanges, write_motion
+from motiondb.database.catalogue.parts import cut_motion
+from motiondb.errors import MotionDBError
 from motiondb.files.limits import MAX_FPS, MIN_FPS
 from motiondb.files.rigs import JointProposal, propose_joints
 from motiondb.page.errors import ERRORS, PageError
@@ -50,6 +52,7 @@ from motiondb.page.state import (
 )
 from motiondb.page.uploads import UploadReply
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo
+from motiondb.store import load_motion as load_stored
 
 _PLAIN = re.compile(r"[^A-Za-z0-9._-]+")
 _TYPES = {".zip": "application/zip", ".glb": "model/gltf-binary"}
@@ -381,10 +384,11 @@ class WallReply:
 
 def wall_of(page: Page, db: MotionDB, count: int) -> list[WallTile]:
     """Return up to `count` captures: of twice as many, evenly spread, those that differ most."""
-    rows = [row for row in db.captures.browse(limit=10**6).rows if row.info.motion_frames > 1]
+    rows = db.captures.browse(limit=10**6).rows
     share = max(len(rows) / (2 * count), 1.0)
     spread = [rows[int(n * share)] for n in range(min(2 * count, len(rows)))]
-    moments = [(row, _moment(page, db, row.info)) for row in spread]
+    looked = [(row, _moment(page, db, row.info)) for row in spread]
+    moments = [(row, moment) for row, moment in looked if moment is not None]
     kept = _unlike([moment for _, moment in moments], count)
     return [
         WallTile(
@@ -422,27 +426,34 @@ def _said(captions: Sequence[Caption], time: float) -> str:
     return next((caption.words for caption in (*timed, *whole)), "")
 
 
-def _moment(page: Page, db: MotionDB, info: CaptureInfo) -> Moment:
-    """Return the moment of a capture; it is looked for in its first minute, and kept."""
+def _moment(page: Page, db: MotionDB, info: CaptureInfo) -> Moment | None:
+    """Return the moment of a capture, which is looked for in its first minute, and kept.
+
+    None without a body.
+    """
     key = (info.capture_id, info.sha256)
     if key not in page.moments:
-        end = SEARCHED if info.motion_frames > SEARCHED * MOTION_FPS else None
-        points = figure_of(db.motion(info.name, None, end)).points
-        first, last, pose, step, shape = best_moment(points, round(THUMB_SECONDS * MOTION_FPS))
-        start, stop, at = (round(frame / MOTION_FPS, 3) for frame in (first, last, pose))
-        page.moments[key] = Moment(start, stop, at, step * MOTION_FPS, shape)
+        try:
+            motion = load_stored(db.store, info.capture_id)
+        except MotionDBError:  # markers only, or damaged
+            page.moments[key] = None
+            return None
+        looked = cut_motion(motion, None, SEARCHED)
+        best = best_moment(figure_of(looked).points, round(THUMB_SECONDS * MOTION_FPS))
+        start, stop, at = (round(n / MOTION_FPS, 3) for n in (best.first, best.stop, best.pose))
+        page.moments[key] = Moment(start, stop, at, best.speed, best.shape)
     return page.moments[key]
 
 
 def _thumb(page: Page, db: MotionDB, name: str) -> Track:
     ref = str(Ref("capture", name))
     row = db.captures.browsed(name)
-    if row is None or row.info.motion_frames == 0:
+    at = None if row is None else _moment(page, db, row.info)
+    if row is None or at is None:
         return Track(name, ref, np.zeros((0, len(POINTS), 3)))
-    at = _moment(page, db, row.info)
-    whole = at.start == 0.0 and row.info.motion_frames <= THUMB_SECONDS * MOTION_FPS
-    shown = db.motion(name, *((None, None) if whole else (at.start, at.end)))
-    track = body_track(name, ref, figure_of(shown), at.start, THUMB_RATE)
+    motion = load_stored(db.store, row.info.capture_id)
+    shown = figure_of(cut_motion(motion, at.start, at.end))
+    track = body_track(name, ref, shown, at.start, THUMB_RATE)
     return replace(track, points=facing_forward(track.points), contacts=None, moment=at.pose)
 
 

@@ -1185,6 +1185,7 @@ export interface ShownMatch {
   licence: string | null;
   kind: string;
   timeline: Timeline;
+  poster: string | null;
 }
 
 export interface SideOfAction {

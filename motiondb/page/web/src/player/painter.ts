@@ -84,6 +84,27 @@ export function figureShades(): Shades {
   ];
 }
 
+/** The same for a figure that shows what was asked for. */
+export function litShades(): Shades {
+  const [, , , ground, shadow] = figureShades();
+  const lit = getComputedStyle(document.documentElement).getPropertyValue("--figure-lit");
+  const mixed = (by: string): string => `color-mix(in srgb, ${lit} 72%, ${by})`;
+  return [mixed("black"), lit, mixed(ground), ground, shadow];
+}
+
+/** Draw one pose on a canvas that nothing was drawn on yet, as a player will show it. */
+export function paintPoster(canvas: HTMLCanvasElement, motion: Motion, shades: Shades): void {
+  const scale = Math.min(devicePixelRatio, 2);
+  Object.assign(canvas, { width: canvas.clientWidth * scale, height: canvas.clientHeight * scale });
+  const context = canvas.getContext("2d", { alpha: false });
+  if (!context) return;
+  const { width, height } = context.canvas;
+  context.fillStyle = shades[3];
+  context.fillRect(0, 0, width, height);
+  const seen = height * 0.86; // as large as the camera of a clip shows it
+  paintAt(context, sketchOf(motion), motion.start, shades, [width / 2, height * 0.9, seen]);
+}
+
 /** Draw a motion at a time; the figure stays in the middle of the canvas. */
 export function paint(
   context: CanvasRenderingContext2D,

@@ -28,6 +28,8 @@ interface Wanted {
   symbols: string;
 }
 
+/** Milliseconds after which a question that is not answered yet says so. */
+const UNSAID = 150;
 const NAMES = ["q", "like", "start", "end", "where", "limit", "exact", "symbols"] as const;
 
 export function open(host: HTMLElement, context: Context): OpenView {
@@ -52,6 +54,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
   const exact = h("input", { type: "checkbox", id: "search-exact" });
   const symbols = h("input", { type: "checkbox", id: "search-symbols" });
   const understood = h("div", { "aria-live": "polite" });
+  const waiting = h("p", { class: "muted", role: "status" });
   const exampleBox = h("div", { class: "example-box" });
   const more = h(
     "details",
@@ -90,6 +93,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     host,
     h("h1", { class: "hidden-heading" }, "Search"),
     h("div", { class: "search-head" }, understood, form),
+    waiting,
     exampleBox,
     answers.element,
     selection.element,
@@ -138,6 +142,15 @@ export function open(host: HTMLElement, context: Context): OpenView {
     if (!wanted.q && !wanted.like) return go(routeTo("catalogue"), true); // the unfiltered answer
     busy(true);
     if (!wanted.q) understood.replaceChildren(); // the chips of another question
+    const late = setTimeout(() => {
+      answers.wait();
+      fill(waiting, wanted.q ? `Looking for “${wanted.q}”…` : "Looking for others that move like it…");
+    }, UNSAID);
+    const told = (): void => {
+      clearTimeout(late);
+      waiting.replaceChildren();
+    };
+    signal.addEventListener("abort", told);
     try {
       const rest = { where: filterOf(wanted.where), limit: wanted.limit || "10" };
       if (wanted.q) {
@@ -170,6 +183,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       const choose = (word: string): void => go(routeTo("search", { q: word }));
       fill(answers.element, notLearned(fault, context) ?? faultWithWords(fault, choose));
     }
+    told();
     busy(false);
   }
 
