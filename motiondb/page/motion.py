@@ -119,24 +119,47 @@ class BestFrames:
     stop: int  # The frame after the last
     pose: int  # The frame of the pose
     speed: float  # Mean speed of the points against the pelvis in the part, metres per second
-    # (11,): how far the ends of head, hands and feet are from the pelvis in the pose; the heights
-    # of these and of the pelvis; metres
-    shape: FloatArray
+    shape: FloatArray  # (11,): the pose as `shapes_of` gives it
+
+
+def _at_ease() -> FloatArray:
+    """Return the points of the standard body that stands with hanging arms: (1, 26, 3)."""
+    offsets = [*body.OFFSETS, *(np.array(offset) for _, offset in body.END_SITES)]
+    points = np.zeros((len(POINTS), 3))
+    for n, (name, parent, offset) in enumerate(zip(POINTS, PARENTS, offsets)):
+        if name[2:] in ("elbow", "wrist", "hand_end"):
+            offset = np.array([0.0, -np.linalg.norm(offset), 0.0])
+        points[n] = (0.0 if parent < 0 else points[parent]) + offset
+    points[:, 1] -= points[:, 1].min()
+    return points[None]
+
+
+AT_EASE = _at_ease()
+
+
+def shapes_of(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return poses as numbers, and how far each is from standing at ease: a raised leg, a seat.
+
+    The numbers are the distances of head, hands and feet from the pelvis, and the heights of these
+    and of the pelvis, metres; they do not depend on place or heading.
+
+    Shapes: `points` (frames, 26, 3); result (frames, 11) and (frames,).
+    """
+    reach = np.linalg.norm(points[:, _ENDS] - points[:, :1], axis=-1)
+    shapes = np.concatenate([reach, points[:, _ENDS, 1], points[:, 0, 1:2]], axis=1)
+    ease = shapes[:1] if points is AT_EASE else shapes_of(AT_EASE)[0]
+    return shapes, np.abs(shapes - ease).sum(axis=1)
 
 
 def best_moment(points: FloatArray, length: int) -> BestFrames:
     """Return the part of `length` frames, or fewer, in which most happens.
 
-    Its pose is the one whose head, hands and feet are farthest from where they are in most of the
-    motion, as seen from the pelvis and in height: a raised leg, the top of a jump. It does not
-    depend on place or heading.
+    Its pose is the one farthest from standing at ease, as `shapes_of` says.
 
     Shapes: `points` (frames, 26, 3), at 30 frames a second.
     """
     seen = points - points[:, :1]
-    reach = np.linalg.norm(seen[:, _ENDS], axis=-1)
-    facts = np.concatenate([reach, points[:, _ENDS, 1], points[:, 0, 1:2]], axis=1)
-    unlike = np.abs(facts - np.median(facts, axis=0)).sum(axis=1)
+    shapes, unlike = shapes_of(points)
     steps = np.minimum(np.linalg.norm(np.diff(seen, axis=0), axis=-1), _MOST_STEP).mean(axis=-1)
     total = np.concatenate([[0.0], np.cumsum(steps)])
     n_steps = min(max(length, 1), len(points)) - 1
@@ -145,7 +168,7 @@ def best_moment(points: FloatArray, length: int) -> BestFrames:
     stop = first + n_steps + 1
     pose = first + int(np.argmax(unlike[first:stop]))
     speed = float(moved[first]) / max(n_steps, 1) * MOTION_FPS
-    return BestFrames(first, stop, pose, speed, facts[pose])
+    return BestFrames(first, stop, pose, speed, shapes[pose])
 
 
 def thinned(n_frames: int, fps: float, wanted: float) -> IntArray:

@@ -12,6 +12,8 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from motiondb import answers
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.browsing import BrowsedCapture
@@ -31,7 +33,7 @@ from motiondb.database.scenes.scene_records import action_captions, record_text
 from motiondb.errors import MotionDBError
 from motiondb.language.vocabulary import as_said
 from motiondb.page.diagrams import DiagramShape, diagram_shape
-from motiondb.page.motion import Track, best_moment, figure_of, pack
+from motiondb.page.motion import Track, figure_of, pack, shapes_of
 from motiondb.page.state import Block
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Finding, Match, Relation
 from motiondb.search.by_example import ExampleAnswer
@@ -43,7 +45,6 @@ if TYPE_CHECKING:
 
 
 MOST_POSTERS = 20  # Matches that get a poster: as many as are seen before one scrolls
-LONGEST_LOOK = 4.0  # Seconds of a long match among which its pose is chosen
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,10 +166,8 @@ def _poster(db: MotionDB, match: Match, info: CaptureInfo) -> str | None:
         whole = load_motion(db.store, info.capture_id)
     except MotionDBError:  # markers, or damaged: the player says it
         return None
-    middle, half = (match.start + match.end) / 2.0, LONGEST_LOOK / 2.0
-    start, end = max(match.start, middle - half), min(match.end, middle + half)
-    points = figure_of(cut_motion(whole, start, end)).points
-    pose = best_moment(points, len(points)).pose
+    points = figure_of(cut_motion(whole, match.start, match.end)).points
+    pose = int(np.argmax(shapes_of(points)[1]))
     track = Track(info.name, f"capture:{info.name}", points[pose : pose + 1])
     return base64.b64encode(pack([track])).decode()
 

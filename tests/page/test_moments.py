@@ -11,15 +11,21 @@ from page_serving import Serve, get
 from starlette.testclient import TestClient
 
 import motiondb
-from motiondb.page.motion import POINTS, best_moment, read_tracks
+from motiondb.page.motion import AT_EASE, POINTS, best_moment, read_tracks, shapes_of
 
 HAND = POINTS.index("r_hand_end")
 
 
 def standing(n_frames: int) -> np.ndarray:
     """Points of a body that stands still: (frames, 26, 3)."""
-    pose = np.linspace([0.0, 0.0, 0.0], [0.2, 1.7, 0.1], len(POINTS))
-    return np.repeat(pose[None], n_frames, axis=0)
+    return np.repeat(AT_EASE, n_frames, axis=0)
+
+
+def test_standing_at_ease_is_the_pose_that_shows_nothing() -> None:
+    head, left, right = (POINTS.index(f"{end}_end") for end in ("head", "l_hand", "r_hand"))
+    assert 1.6 < AT_EASE[0, head, 1] < 1.9  # metres
+    assert AT_EASE[0, left, 1] == AT_EASE[0, right, 1] < AT_EASE[0, 0, 1]
+    assert shapes_of(standing(3))[1].tolist() == [0.0, 0.0, 0.0]
 
 
 def test_the_best_part_is_where_the_body_moves() -> None:

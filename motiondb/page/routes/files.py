@@ -56,6 +56,7 @@ from motiondb.store import load_motion as load_stored
 
 _PLAIN = re.compile(r"[^A-Za-z0-9._-]+")
 _TYPES = {".zip": "application/zip", ".glb": "model/gltf-binary"}
+PROVENANCE = ".provenance.json"  # Ending of the file beside a generated motion
 LICENCES = "LICENCES.txt"  # In a zip: the licence of each capture, as BVH has no place for it
 MOST_ITEMS = 500  # Largest number of captures of one download
 Format = Literal["bvh", "glb", "fbx", "usd", "npz", "csv", "parquet", "source"]
@@ -94,11 +95,15 @@ _FILE: dict[int | str, dict[str, Any]] = {
 
 
 class DownloadBody(Body):
-    """What to download, in which format, at which rate, and onto which uploaded rig."""
+    """What to download, in which format, at which rate, and onto which uploaded rig.
+
+    `alone`: Without the origin of generated motions in files beside them.
+    """
 
     items: Annotated[list[Part], Field(min_length=1, max_length=MOST_ITEMS)]
     format: Format = "bvh"
     canonical: bool = False
+    alone: bool = False
     fps: Annotated[float, Field(ge=MIN_FPS, le=MAX_FPS, allow_inf_nan=False)] | None = None
     onto: Text | None = None
 
@@ -190,13 +195,16 @@ def download(page: Page, asked: DownloadBody) -> Response:
                     _write(page, db, part, target, asked, changes)
             licences = _licences(db, asked.items)
         files = sorted(path for path in folder.rglob("*") if path.is_file())
+        if asked.alone:
+            files = [path for path in files if not path.name.endswith(PROVENANCE)]
         if len(files) == 1:
             name, data = files[0].name, files[0].read_bytes()
         else:
             if licences:
                 files.append(folder / LICENCES)
                 files[-1].write_text(licences, encoding="utf-8")
-            name, data = "motiondb.zip", _zip(files)
+            first, more = _stem(page, targets[0][1], targets[0][0]), len(targets) - 1
+            name, data = f"{first}-and-{more}-more.zip" if more else f"{first}.zip", _zip(files)
     return Response(
         data,
         media_type=_TYPES.get(Path(name).suffix, "application/octet-stream"),
@@ -238,7 +246,7 @@ def _write(
     if ending == "source":
         _write_source(db, ref, part, folder)
         return
-    path = folder / f"{_stem(ref, part)}.{ending}"
+    path = folder / f"{_stem(page, ref, part)}.{ending}"
     whole = part.start is None and part.end is None
     if ref.kind == "capture":
         find_row(db, ref.name)
@@ -268,11 +276,28 @@ def _write_source(db: MotionDB, ref: Ref, part: Part, folder: Path) -> None:
     db.export(ref.name, folder / f"{_plain(ref.name)}.{_plain(ending)}")
 
 
-def _stem(ref: Ref, part: Part) -> str:
+def _stem(page: Page, ref: Ref, part: Part) -> str:
+    """Return a name that says what is in a file: the sentence, the grammar, the capture."""
     stem = _plain(ref.name)
+    if ref.kind == "made":
+        stem = spoken(page.made.get(ref.name).generated.words)
+    elif ref.kind == "sequence":
+        stem = spoken(page.sequences.get(ref.name).sequence.grammar)
+    elif ref.kind in ("scene", "first"):
+        stem = "scene"
     if part.start is None and part.end is None:
         return stem
     return f"{stem}_{part.start or 0.0:.2f}-{'end' if part.end is None else f'{part.end:.2f}'}"
+
+
+def spoken(words: str) -> str:
+    """Return words as the name of a file.
+
+    >>> spoken("Walk, then jump!"), spoken("läuft")
+    ('walk-then-jump', 'l-uft')
+    """
+    said = re.sub(r"[^a-z0-9]+", "-", words.lower()).strip("-")
+    return said[:60].rstrip("-") or "motion"
 
 
 def _plain(name: str) -> str:

@@ -319,6 +319,7 @@ export interface DownloadBody {
   items: Part[];
   format?: "bvh" | "glb" | "fbx" | "usd" | "npz" | "csv" | "parquet" | "source";
   canonical?: boolean;
+  alone?: boolean;
   fps?: number | null;
   onto?: string | null;
 }

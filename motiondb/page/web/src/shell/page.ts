@@ -148,7 +148,11 @@ export async function startPage(root: HTMLElement): Promise<void> {
     const view = VIEWS.find((one) => one.name === route.view);
     if (!view) return go(routeTo(FIRST), true);
     if (shown !== view.name) {
-      const loaded = Promise.all([view.load(), view.flat ? null : loadStage()]);
+      const loaded = Promise.all([view.load(), view.flat ? null : loadStage()]).catch(() => {
+        throw new Error(
+          "A part of this page cannot be loaded. motiondb may be a newer one by now: reload the page.",
+        );
+      });
       await open?.leave?.(route);
       const [module] = await loaded;
       if (mine !== turn) return; // the user went on
