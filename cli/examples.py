@@ -47,6 +47,8 @@ motiondb backup copy.duckdb
 motiondb learn
 motiondb learn --start cmu
 motiondb learn --where 'performer!=16'
+motiondb demo
+motiondb demo --db demo.duckdb
 motiondb evaluate --where 'performer=16'
 motiondb symbols --png space.png
 motiondb search "walk, turn left, sit down"

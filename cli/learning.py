@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from typing import Annotated
 
 import motiondb
@@ -69,6 +70,28 @@ def learn(
             "No words yet: `like` works, `search` needs words (motiondb words set, or motiondb "
             "learn --start cmu)."
         )
+
+
+@app.command()
+def demo(shared: options.Shared) -> None:
+    """Add the 101 sample captures with their words, and learn from them: a database to try.
+
+    They are synthetic, made by a program, and CC0-1.0. The database may hold no other captures.
+    """
+    with (
+        shared.database(writing=True, create=True) as base,
+        printing.progress(shared) as tell,
+    ):
+        base.captures.add_sample(tell)
+        learning = base.learn(progress=lambda what, share: tell(what, share, 1.0))
+    size = motiondb.learned_summary(learning)
+    if printing.as_json(shared, size):
+        return
+    db = "" if shared.db == options.Shared.db else f" --db {shlex.quote(str(shared.db))}"
+    printing.say(
+        f"{printing.number(size.captures, 'capture')} and {printing.number(size.words, 'word')} in"
+        f" {shared.db}. Now: motiondb search kick{db}, or motiondb serve{db}"
+    )
 
 
 @app.command()

@@ -21,7 +21,7 @@ COMMANDS = {
     "cataloguing": ("add", "show", "export", "joints", "fetch"),
     "listing": ("list", "sql"),
     "archive": ("remove", "undo", "rename", "merge", "backup", "tags"),
-    "learning": ("learn", "evaluate", "symbols"),
+    "learning": ("learn", "demo", "evaluate", "symbols"),
     "quality": ("quality",),
     "curation": ("curate", "coverage", "diff"),
     "search": ("search", "like", "describe", "compare", "batch"),

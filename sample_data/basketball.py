@@ -10,9 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from sample_data.gestures import GRAVITY, flight
-from sample_data.locomotion import WALK, other_side, personal, travel
-from sample_data.score import HOLD, STAND, Take
+from .gestures import GRAVITY, flight
+from .locomotion import WALK, other_side, personal, travel
+from .score import HOLD, STAND, Take
 
 _INWARD = -0.13
 """How far inside its shoulder a hand on the ball is, arm lengths."""

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from sample_data.locomotion import WALK, personal, travel
-from sample_data.score import STAND, Take, hands
+from .locomotion import WALK, personal, travel
+from .score import STAND, Take, hands
 
 _INWARD = -0.16
 """How far inside its shoulder a hand at the box is, arm lengths."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sample_data.score import Take
+from .score import Take
 
 BAR = 1.1
 """Seconds that a step of the dance lasts at the usual tempo."""

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from sample_data.footwork import shuffle
-from sample_data.gestures import flight
-from sample_data.locomotion import other_side
-from sample_data.score import HOLD, STAND, Posture, Take, hands
+from .footwork import shuffle
+from .gestures import flight
+from .locomotion import other_side
+from .score import HOLD, STAND, Posture, Take, hands
 
 DEFEND: Posture = (
     STAND

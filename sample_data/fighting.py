@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sample_data.score import FISTS, READY, STAND, Take
+from .score import FISTS, READY, STAND, Take
 
 Place = tuple[float, float, float]
 _KICKS: dict[str, tuple[Place, Place, float]] = {

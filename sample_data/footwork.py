@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from sample_data.locomotion import other_side
-from sample_data.score import Take
+from .locomotion import other_side
+from .score import Take
 
 
 def turn(take: Take, angle: float = 90.0) -> None:

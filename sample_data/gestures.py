@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sample_data.score import HANG, SEATED, STAND, Take
+from .score import HANG, SEATED, STAND, Take
 
 SEAT = 0.50
 """Height of the hip joints of somebody seated, metres on the standard body."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sample_data.repertoire import Move
+from .repertoire import Move
 
 Rules = dict[str, tuple[tuple[str, ...], ...]]
 Tree = tuple[str, tuple["Tree | str", ...]]

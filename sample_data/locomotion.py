@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sample_data.score import Take
+from .score import Take
 
 
 @dataclass(frozen=True)

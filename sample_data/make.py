@@ -17,14 +17,16 @@ import numpy as np
 
 if __package__ in (None, ""):  # run as a program: make the package importable
     sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+    __package__ = "sample_data"
 
 from motiondb.body import rotation
 from motiondb.records import Clip
-from sample_data.grammars import GRAMMARS, Derivation
-from sample_data.phrases import long_captions, short_captions, timed_caption
-from sample_data.repertoire import coarse
-from sample_data.score import FPS, Take
-from sample_data.takes import Capture, activities, captures, perform
+
+from .grammars import GRAMMARS, Derivation
+from .phrases import long_captions, short_captions, timed_caption
+from .repertoire import coarse
+from .score import FPS, Take
+from .takes import Capture, activities, captures, perform
 
 LICENCE = "CC0-1.0"
 _RESTS = ("idle", "hold", "sit", "ready", "hold_box")

@@ -14,7 +14,8 @@ from sample_data import (
     gestures,
     locomotion,
 )
-from sample_data.score import Take
+
+from .score import Take
 
 Move = tuple[str, dict[str, object]]
 """An action's name in :data:`ACTIONS` and the arguments for it."""

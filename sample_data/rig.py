@@ -12,7 +12,8 @@ import numpy as np
 
 from motiondb.body import rotation
 from motiondb.records import FloatArray, Skeleton
-from sample_data.performers import INDEX, ROLES, Performer
+
+from .performers import INDEX, ROLES, Performer
 
 Channels = dict[str, FloatArray]
 

@@ -20,7 +20,8 @@ from scipy.interpolate import PchipInterpolator
 from motiondb.body import rotation
 from motiondb.records import Clip, FloatArray
 from sample_data import rig
-from sample_data.performers import ROLES, Performer, skeleton
+
+from .performers import ROLES, Performer, skeleton
 
 FPS = 30.0
 BODY = ("px", "py", "pz", "yaw", "tilt", "roll", "lean", "side", "twist", "nod", "look")

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from sample_data.carrying import CARRY
-from sample_data.gestures import idle
-from sample_data.grammars import Derivation, derive
-from sample_data.performers import PERFORMERS
-from sample_data.repertoire import ACTIONS, Move, coarse
-from sample_data.score import HOLD, READY, SEATED, STAND, Posture, Take
+from .carrying import CARRY
+from .gestures import idle
+from .grammars import Derivation, derive
+from .performers import PERFORMERS
+from .repertoire import ACTIONS, Move, coarse
+from .score import HOLD, READY, SEATED, STAND, Posture, Take
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ from motiondb.tabled import Listed, Tupled
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
     from matplotlib.figure import Figure
 
-    from motiondb.database.catalogue import sheets
+    from motiondb.database.catalogue import cataloguing, sheets
     from motiondb.database.generated_files import Made
     from motiondb.database.session import Session
     from motiondb.database.values import Example
@@ -107,6 +107,15 @@ class Captures(Topic):
 
         with self.session.reading():
             return filter_words.take_filter_words(self.store, where)[1]
+
+    def add_sample(self, progress: cataloguing.Progress | None = None) -> answers.AddReport:
+        """Add the sample data: 101 synthetic captures, CC0-1.0, with words and events.
+
+        MotionDBError is raised, and nothing added, where the database has captures of others.
+        """
+        from motiondb.database.catalogue import sample
+
+        return sample.add_sample(self.store, progress)
 
     def unlearned(self) -> list[str]:
         """Names of captured captures that no question searches: added and not counted."""

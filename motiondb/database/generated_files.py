@@ -69,7 +69,11 @@ def write_with_provenance(
     kept = {k: v for k, v in told if k != "question" and (k != "words_from" or v)}
     beside = provenance_path(path)
     check_overwriting(beside)
-    done = write_motion(made.motion, path, asked)
+    owner = "; ".join(
+        f"{source.name}, licence {source.licence or 'not known'}"
+        for source in made.provenance.sources
+    )
+    done = write_motion(made.motion, path, asked, owner)
     said = (*said, *done.said)
     written: dict[str, object] = {"written_by": WRITER, "sha256": digest_of(path)}
     if said or asked.are_any:

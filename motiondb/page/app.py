@@ -115,7 +115,7 @@ def _error_handlers(application: FastAPI, folder: Path) -> None:
     application.add_exception_handler(HTTPException, cast(Handler, failed))
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=64)
 def _compressed(path: Path, _modified: int) -> bytes:
     """Return a file of the page, compressed to a quarter of its size."""
     return gzip.compress(path.read_bytes(), mtime=0)

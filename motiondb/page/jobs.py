@@ -42,23 +42,27 @@ _ENDED = (DONE, FAILED, CANCELLED)
 _RESULTS: dict[str, Callable[..., Any]] = {
     "add": answers.AddResult,
     "learn": answers.LearnResult,
+    "sample": answers.LearnResult,
     "grammar": answers.GrammarLearned,
     "scene": answers.SceneMade,
     "scene-update": answers.SceneMade,
 }
 # Step of a kind of job -> its share of the time, measured on the sample data and on real captures
+_ADD = {"reading captures": 0.6, "saving captures": 0.4}
+_LEARN = {
+    "features": 0.14,
+    "symbols compete": 0.14,
+    "cutting anew": 0.04,
+    "cutting": 0.1,
+    "scoring": 0.02,
+    "symbol space": 0.04,
+    "words": 0.5,
+    "saving": 0.02,
+}
 _STEPS: dict[str, dict[str, float]] = {
-    "add": {"reading captures": 0.6, "saving captures": 0.4},
-    "learn": {
-        "features": 0.14,
-        "symbols compete": 0.14,
-        "cutting anew": 0.04,
-        "cutting": 0.1,
-        "scoring": 0.02,
-        "symbol space": 0.04,
-        "words": 0.5,
-        "saving": 0.02,
-    },
+    "add": _ADD,
+    "learn": _LEARN,
+    "sample": {**_ADD, **{step: 1.6 * share for step, share in _LEARN.items()}},
     "grammar": {
         "describe poses": 0.03,
         "search terminals": 0.55,
@@ -90,7 +94,7 @@ class JobReply(JobStep):
     """A job: long work in a separate process."""
 
     id: str
-    kind: str  # "add", "learn", "grammar", "scene" or "scene-update"
+    kind: str  # "add", "learn", "sample", "grammar", "scene" or "scene-update"
     title: str
     state: State
     started: float  # Seconds since 1970

@@ -68,6 +68,8 @@ _RADII = {
 
 RADII = tuple(_RADII[point[2:] if point[1] == "_" else point] for point in POINTS)
 """Radius of the capsule from each point to its parent, metres; 0 for the pelvis."""
+_ENDS = [n for n, point in enumerate(POINTS) if point.endswith("_end")]
+_MOST_STEP = 0.3  # Metres that a point moves in a frame at most; more is a fault of the capture
 BALL_RADIUS = 0.12  # Radius of an object without a size, metres
 
 
@@ -109,6 +111,66 @@ def facing_forward(points: FloatArray) -> FloatArray:
     return np.stack([c * x + s * z, moved[..., 1], c * z - s * x], axis=-1)
 
 
+@dataclass(frozen=True, eq=False)
+class BestFrames:
+    """The part of a motion in which the body moves most, and the pose that shows it."""
+
+    first: int
+    stop: int  # The frame after the last
+    pose: int  # The frame of the pose
+    speed: float  # Mean speed of the points against the pelvis in the part, metres per second
+    shape: FloatArray  # (11,): the pose as `shapes_of` gives it
+
+
+def _at_ease() -> FloatArray:
+    """Return the points of the standard body that stands with hanging arms: (1, 26, 3)."""
+    offsets = [*body.OFFSETS, *(np.array(offset) for _, offset in body.END_SITES)]
+    points = np.zeros((len(POINTS), 3))
+    for n, (name, parent, offset) in enumerate(zip(POINTS, PARENTS, offsets)):
+        if name[2:] in ("elbow", "wrist", "hand_end"):
+            offset = np.array([0.0, -np.linalg.norm(offset), 0.0])
+        points[n] = (0.0 if parent < 0 else points[parent]) + offset
+    points[:, 1] -= points[:, 1].min()
+    return points[None]
+
+
+AT_EASE = _at_ease()
+
+
+def shapes_of(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return poses as numbers, and how far each is from standing at ease: a raised leg, a seat.
+
+    The numbers are the distances of head, hands and feet from the pelvis, and the heights of these
+    and of the pelvis, metres; they do not depend on place or heading.
+
+    Shapes: `points` (frames, 26, 3); result (frames, 11) and (frames,).
+    """
+    reach = np.linalg.norm(points[:, _ENDS] - points[:, :1], axis=-1)
+    shapes = np.concatenate([reach, points[:, _ENDS, 1], points[:, 0, 1:2]], axis=1)
+    ease = shapes[:1] if points is AT_EASE else shapes_of(AT_EASE)[0]
+    return shapes, np.abs(shapes - ease).sum(axis=1)
+
+
+def best_moment(points: FloatArray, length: int) -> BestFrames:
+    """Return the part of `length` frames, or fewer, in which most happens.
+
+    Its pose is the one farthest from standing at ease, as `shapes_of` says.
+
+    Shapes: `points` (frames, 26, 3), at 30 frames a second.
+    """
+    seen = points - points[:, :1]
+    shapes, unlike = shapes_of(points)
+    steps = np.minimum(np.linalg.norm(np.diff(seen, axis=0), axis=-1), _MOST_STEP).mean(axis=-1)
+    total = np.concatenate([[0.0], np.cumsum(steps)])
+    n_steps = min(max(length, 1), len(points)) - 1
+    moved = total[n_steps:] - total[: len(total) - n_steps]
+    first = int(np.argmax(moved))
+    stop = first + n_steps + 1
+    pose = first + int(np.argmax(unlike[first:stop]))
+    speed = float(moved[first]) / max(n_steps, 1) * MOTION_FPS
+    return BestFrames(first, stop, pose, speed, shapes[pose])
+
+
 def thinned(n_frames: int, fps: float, wanted: float) -> IntArray:
     """Return the indices of the frames to keep at a lower rate: array (frames,).
 
@@ -136,6 +198,7 @@ class Track:
     team: str = ""  # Team of a player of a scene, or ""
     leg_length: float | None = None  # The performer's leg length, metres
     radius: float = BALL_RADIUS  # Of a ball, metres
+    moment: float | None = None  # Of a thumbnail: time in the take of the pose that shows it
 
 
 def body_track(
@@ -199,6 +262,7 @@ def _pack_track(track: Track, store: Callable[[bytes], int]) -> dict[str, Any]:
         "origin": [float(x) for x in origin],
         "scale": [float(x) for x in scale],
         "contacts": None,
+        "moment": track.moment,
     }
     if is_ball:
         return facts | {"radius": track.radius}
@@ -250,6 +314,7 @@ def _read_track(row: dict[str, Any], n_points: int, payload: bytes) -> Track:
         row["team"] or "",
         row.get("leg_length"),
         row.get("radius", BALL_RADIUS),
+        row.get("moment"),
     )
 
 

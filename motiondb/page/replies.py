@@ -5,15 +5,19 @@ The routes give them, and files without a server (:mod:`motiondb.page.standalone
 
 from __future__ import annotations
 
+import base64
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from motiondb import answers
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.browsing import BrowsedCapture
+from motiondb.database.catalogue.parts import cut_motion
 from motiondb.database.generated_files import Stretch, sources_of, stretches
 from motiondb.database.generating import Generated
 from motiondb.database.grammars.grammar_facts import (
@@ -26,16 +30,21 @@ from motiondb.database.grammars.grammar_facts import (
 from motiondb.database.grammars.grammar_sequences import GrammarSequence
 from motiondb.database.scenes.scene_folder import report_facts
 from motiondb.database.scenes.scene_records import action_captions, record_text
+from motiondb.errors import MotionDBError
 from motiondb.language.vocabulary import as_said
 from motiondb.page.diagrams import DiagramShape, diagram_shape
+from motiondb.page.motion import Track, figure_of, pack, shapes_of
 from motiondb.page.state import Block
-from motiondb.records import MOTION_FPS, Caption, Finding, Match, Relation
+from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Finding, Match, Relation
 from motiondb.search.by_example import ExampleAnswer
 from motiondb.search.by_words import WordAnswer
-from motiondb.store import StoredScene
+from motiondb.store import StoredScene, load_motion
 
 if TYPE_CHECKING:
     from motiondb.database.scenes.scenes import Scene
+
+
+MOST_POSTERS = 20  # Matches that get a poster: as many as are seen before one scrolls
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,6 +73,7 @@ class ShownMatch(answers.ExplainedMatch):
     licence: str | None
     kind: str
     timeline: Timeline
+    poster: str | None  # Its pose at the found moment: a motion of one frame, in base64
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -146,7 +156,20 @@ def _with_take(db: MotionDB, match: Match) -> ShownMatch:
         licence=row.info.tags.get("licence"),
         kind=row.info.kind,
         timeline=Timeline(worded_segments(db, match.capture), row.captions),
+        poster=_poster(db, match, row.info) if match.rank <= MOST_POSTERS else None,
     )
+
+
+def _poster(db: MotionDB, match: Match, info: CaptureInfo) -> str | None:
+    """Return the pose of a match that shows most; None for a capture without a body."""
+    try:
+        whole = load_motion(db.store, info.capture_id)
+    except MotionDBError:  # markers, or damaged: the player says it
+        return None
+    points = figure_of(cut_motion(whole, match.start, match.end)).points
+    pose = int(np.argmax(shapes_of(points)[1]))
+    track = Track(info.name, f"capture:{info.name}", points[pose : pose + 1])
+    return base64.b64encode(pack([track])).decode()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -102,4 +102,4 @@ def bundle_file(bundle: Path, name: str) -> Path | None:
 
 def is_built(bundle: Path = BUNDLE) -> bool:
     """Return whether the page was built."""
-    return all((bundle / name).is_file() for name in ("index.html", "app.js", "app.css"))
+    return all((bundle / name).is_file() for name in ("index.html", "app.js", "app.css", "file.js"))

@@ -43,7 +43,10 @@ from motiondb.search.by_words import WordAnswer
 if TYPE_CHECKING:
     from motiondb.database.scenes.scenes import Scene
 
-STYLE, SCRIPT = '<link rel="stylesheet" href="app.css">', '<script defer src="app.js"></script>'
+STYLE, SCRIPT = (
+    '<link rel="stylesheet" href="app.css">',
+    '<script type="module" src="app.js"></script>',
+)
 """Elements that the page's ``index.html`` contains exactly once."""
 GENERATOR = f'<meta name="generator" content="{SEAL}">'
 MARGIN = 1.0  # Seconds that are shown before and after a match
@@ -160,7 +163,7 @@ def standalone_page(shown: StandalonePage) -> str:
     """Return the text of the file."""
     index, script, style = (
         (BUNDLE / name).read_text(encoding="utf-8").replace("\r\n", "\n")
-        for name in ("index.html", "app.js", "app.css")
+        for name in ("index.html", "file.js", "app.css")
     )
     if index.count(STYLE) != 1 or index.count(SCRIPT) != 1 or "</body>" not in index:
         raise MotionDBError(

@@ -31,7 +31,7 @@ from motiondb.page.jobs import FACTS_FILE, FIRST_FILE, MOTION_FILE, Jobs
 from motiondb.page.motion import Track, part_of, read_tracks, scene_tracks
 from motiondb.page.settings import PageSettings
 from motiondb.page.uploads import Uploads
-from motiondb.records import MOTION_FPS, Motion
+from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.scene.language.activity import Thing
 from motiondb.store import StoredScene
 
@@ -82,6 +82,17 @@ class Shelf(Generic[T]):
         with self._lock:
             if name in self._values:
                 self._values[name] = value
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """The part of a capture in which most happens, and the pose that shows it; seconds."""
+
+    start: float
+    end: float
+    pose: float
+    speed: float  # Mean speed of the body against its pelvis, metres per second
+    shape: FloatArray  # The pose as numbers, as `best_moment` gives them
 
 
 @dataclass(frozen=True)
@@ -142,6 +153,8 @@ class Page:
         self.made: Shelf[MadeMotion] = Shelf("m", "generated motion")
         self.sequences: Shelf[MadeSequence] = Shelf("q", "sequence")
         self.edits: deque[Edit] = deque(maxlen=MOST_UNDONE)
+        # Number and digest of a capture -> the part in which most happens, once looked for
+        self.moments: dict[tuple[int, str], Moment | None] = {}
         self.editing = threading.Lock()
         self.closing = threading.Event()
         self.watch = Watch(self.held, settings.warm)

@@ -79,6 +79,7 @@ class Workshop:
         self._does = {
             "add": self._add,
             "learn": self._learn,
+            "sample": self._add_sample,
             "grammar": self._learn_grammar,
             "scene": self._make_scene,
             "scene-update": self._update_scene,
@@ -149,6 +150,12 @@ class Workshop:
             counted=report.counted,
             seconds=round(report.seconds, 2),
         )
+
+    def _add_sample(self, _parameters: Parameters, progress: Events) -> answers.LearnResult:
+        self.database.captures.add_sample(
+            lambda what, done, total: progress.progress(what, done / max(total, 1e-9))
+        )
+        return self._learn({"symbols": None, "seed": 0, "start": None}, progress)
 
     def _learn(self, parameters: Parameters, progress: Events) -> answers.LearnResult:
         from motiondb.learn.recognition import LearnSettings

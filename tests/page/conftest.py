@@ -21,7 +21,8 @@ def bundle(tmp_path: Path) -> Path:
     folder = tmp_path / "bundle"
     folder.mkdir()
     (folder / "index.html").write_text(INDEX)
-    (folder / "app.js").write_text("const page = '<!-- </script>';")
+    for name in ("app.js", "file.js"):
+        (folder / name).write_text("const page = '<!-- </script>';")
     (folder / "app.css").write_text("body { margin: 0 }")
     return folder
 

@@ -11,7 +11,7 @@ ADDRESS = "http://127.0.0.1:8765"
 INDEX = (
     "<!doctype html><html><head><title>motiondb</title>"
     '<link rel="stylesheet" href="app.css"></head><body><main></main>'
-    '<script defer src="app.js"></script></body></html>\n'
+    '<script type="module" src="app.js"></script></body></html>\n'
 )
 
 

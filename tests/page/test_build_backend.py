@@ -14,7 +14,7 @@ NPM = """#!/bin/sh
 echo "$@" >> calls
 if [ "$1" = run ]; then
   mkdir -p ../bundle
-  for name in index.html app.js app.css; do echo x > ../bundle/$name; done
+  for name in index.html app.js app.css file.js; do echo x > ../bundle/$name; done
 fi
 """
 

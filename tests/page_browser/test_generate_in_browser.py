@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 from page_tools import wait_for, wait_for_figure
@@ -48,7 +49,15 @@ def test_made_motion_is_downloaded_and_kept(serve_copy, new_page):
     page = new_page(f"{serve_copy()}{ASKED}")
     with page.expect_download() as download:
         page.get_by_role("button", name="Download as glTF").click()
-    assert download.value.path().stat().st_size > 1000
+    assert download.value.suggested_filename == "a-person-walks-then-kicks.glb"
+    data = download.value.path().read_bytes()
+    asset = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])["asset"]
+    assert "licence CC0-1.0" in asset["copyright"]
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Download as BVH").click()
+    assert download.value.suggested_filename == "a-person-walks-then-kicks.bvh"
+    assert download.value.path().read_text().startswith("HIERARCHY")
+    page.get_by_text("A BVH file has no place for its licence, which is CC0-1.0").wait_for()
     page.get_by_role("button", name="Keep…").click()
     page.get_by_label("Name of the capture").fill("new/walk_kick")
     page.get_by_role("button", name="Keep", exact=True).click()

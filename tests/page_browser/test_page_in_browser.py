@@ -8,6 +8,7 @@ from page_tools import AXE, serious, wait_for, wait_for_figure
 import motiondb
 
 VIEWS = {
+    "wall": ("#/", ".tile"),
     "catalogue": ("#/catalogue?capture=ana/long_1", ".caption"),
     "copies": ("#/catalogue?show=duplicates", ".duplicate-group"),
     "search": ("#/search?q=walk,+turn+left&limit=5", ".answer"),
@@ -123,7 +124,7 @@ def test_a_server_that_ended_is_noticed(browser, asked_server, new_page):
     page.get_by_role("heading", name="motiondb cannot be reached").wait_for()
     page.unroute("**/api/status")
     page.get_by_role("button", name="Try again").click()
-    page.locator(".row-capture").first.wait_for()
+    page.locator(".tile").first.wait_for()
 
 
 def test_a_change_by_another_program_appears(serve_copy, new_page, tmp_path):
@@ -134,16 +135,15 @@ def test_a_change_by_another_program_appears(serve_copy, new_page, tmp_path):
     page.locator(".row-capture", has_text="a deep curtsy").wait_for()
 
 
-def test_an_unknown_address_shows_the_catalogue(asked_server, new_page):
+def test_an_unknown_address_shows_the_wall(asked_server, new_page):
     page = new_page(f"{asked_server}#/nowhere")
-    page.locator(".row-capture").first.wait_for()
-    assert page.url.endswith("#/catalogue")
+    page.locator(".tile").first.wait_for()
+    assert page.url.endswith("#/wall")
 
 
 def test_the_page_opens_on_a_question_that_finds_something(asked_server, new_page):
     page = new_page(asked_server)
     page.get_by_text("A library of human motion that you can ask.").wait_for()
-    page.locator(".row-capture").first.wait_for()  # the unfiltered answer
     box = page.get_by_role("searchbox", name="What to search for")
     examples = page.locator(".examples .chip")
     examples.first.wait_for()
@@ -215,4 +215,4 @@ def test_small_things_are_where_they_are_looked_for(asked_server, new_page):
     )
     script = page.request.get(f"{asked_server}app.js", headers={"Accept-Encoding": "gzip"})
     assert script.headers["content-encoding"] == "gzip"
-    assert script.text().startswith('"use strict"')
+    assert "import" in script.text()

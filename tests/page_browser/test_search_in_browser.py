@@ -176,10 +176,53 @@ def test_a_card_says_the_probability_of_all_that_was_asked(asked_server, new_pag
 
     page.route("**/api/search?*", elsewhere)
     page.goto(f"{asked_server}#/search?q=walk&limit=2")
-    page.get_by_text("at this place only 0.04").wait_for()
+    page.locator(".answer.unlikely .time[title*='0.04']", has_text="about").wait_for()
     assert page.locator(".rank").all_text_contents() == ["1", "2"]
     placed = page.locator(".answer.unlikely").locator(".timeline-lit:not(.unlikely)")
     assert placed.count() == 0
+
+
+COLOURS = """canvas => {
+    const image = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+    return new Set(Array.from({ length: image.length / 28 }, (_, i) =>
+        image[28 * i] + 256 * image[28 * i + 1] + 65536 * image[28 * i + 2])).size;
+}"""
+
+
+def test_no_box_is_empty_while_one_waits(asked_server, new_page):
+    page = _open(new_page, asked_server, "#/catalogue")
+    asked = []
+    page.route("**/api/search?*", lambda route: asked.append(route))
+    page.route("**/api/motion*", lambda _route: None)  # none arrives
+    _ask(page, "kick")
+    page.get_by_text("Looking for “kick”…").wait_for()
+    assert page.locator(".skeleton").count() > 3
+    asked[0].continue_()
+    page.locator(".answer").first.wait_for()
+    assert page.locator(".skeleton").count() == 0
+    page.locator(".answer .clip-canvas[width='300']").first.wait_for(state="detached")
+    canvas = page.locator(".answer .clip-canvas").first
+    wait_for(page, f"() => ({COLOURS})(document.querySelector('.answer .clip-canvas')) > 12")
+    assert canvas.evaluate(COLOURS) > 12  # a figure in the found pose
+
+
+def test_a_place_plays_and_numbers_do_not_rise(asked_server, new_page):
+    page = _open(new_page, asked_server, "#/search?like=capture:fatou/kick_1&start=0.4&end=1.8")
+    page.locator(".answer").first.wait_for()
+    chances = [float(text) for text in page.locator(".answer .meter-value").all_text_contents()]
+    assert len(chances) > 1
+    for group in page.locator(".answer-grid").all():
+        told = [float(text) for text in group.locator(".meter-value").all_text_contents()]
+        assert told == sorted(told, reverse=True)
+    assert page.locator(".answer .capture-name", has_text="fatou/kick_1").count() == 0
+    card = page.locator(".answer").first
+    wait_for_figure(page, ".answer .clip-canvas")
+    card.get_by_role("button", name="Play").wait_for()  # still: no motion is wanted
+    place = "() => document.querySelector('.answer .timeline-cursor').style.left"
+    before = page.evaluate(place)
+    card.locator(".found .time").click()
+    card.get_by_role("button", name="Pause").wait_for()
+    wait_for(page, f"before => ({place})() !== before", before)
 
 
 def test_figures_stand_still_while_an_answer_is_awaited(asked_server, new_page):

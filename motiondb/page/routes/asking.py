@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from itertools import islice, pairwise
 from typing import Annotated, Literal
 
+import numpy as np
 from fastapi import APIRouter, Query
 from pydantic import Field
 
@@ -44,7 +45,8 @@ from motiondb.page.routes.parameters import (
     Text,
     Where,
 )
-from motiondb.page.state import Block, MadeMotion, Page, load_motion, read_ref
+from motiondb.page.state import Block, MadeMotion, Page, Ref, load_motion, read_ref
+from motiondb.records import Match
 from motiondb.search.chances import LIKELY
 
 OFFERED, MOST_ASKED = 5, 14  # Questions that are offered, and most that are tried for it
@@ -168,8 +170,12 @@ def router(page: Page) -> APIRouter:
         """Intervals that move like a capture, an uploaded file, or a generated motion."""
         began = time.perf_counter()
         with page.reading() as db:
-            example = load_motion(page, db, read_ref(ref), start, end)
-            answer = db.like(example, None, None, where, limit, meaning)
+            asked = read_ref(ref)
+            example = load_motion(page, db, asked, start, end)
+            answer = db.like(example, None, None, where, limit + 1, meaning)
+            others = [each for each in answer.matches if not _is_example(each, asked, start, end)]
+            kept = tuple(replace(each, rank=n) for n, each in enumerate(others[:limit], 1))
+            answer = replace(answer, matches=kept)
             took = round(time.perf_counter() - began, 4)
             return like_reply(db, answer, ref, start, end, took)
 
@@ -227,6 +233,14 @@ def router(page: Page) -> APIRouter:
         return SegmentsReply(symbol, len(rows), _playable(rows[offset : offset + limit]))
 
     return routes
+
+
+def _is_example(match: Match, ref: Ref, start: float | None, end: float | None) -> bool:
+    """Whether a match is the example that was asked with: more than half of it is in its part."""
+    if ref.kind != "capture" or match.capture != ref.name:
+        return False
+    low, high = start or 0.0, np.inf if end is None else end
+    return min(match.end, high) - max(match.start, low) > 0.5 * (match.end - match.start)
 
 
 def _choice(db: MotionDB, share: float) -> ChoiceReply:

@@ -7,6 +7,7 @@ import re
 import tempfile
 import zipfile
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -22,6 +23,8 @@ from starlette.responses import Response
 from motiondb.body.features import FEATURE_STEP
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.exporting import MotionChanges, write_motion
+from motiondb.database.catalogue.parts import cut_motion
+from motiondb.errors import MotionDBError
 from motiondb.files.limits import MAX_FPS, MIN_FPS
 from motiondb.files.rigs import JointProposal, propose_joints
 from motiondb.page.errors import ERRORS, PageError
@@ -29,6 +32,7 @@ from motiondb.page.motion import (
     MEDIA_TYPE,
     POINTS,
     Track,
+    best_moment,
     body_track,
     facing_forward,
     figure_of,
@@ -36,6 +40,7 @@ from motiondb.page.motion import (
 )
 from motiondb.page.routes.parameters import LONGEST_TEXT, Body, End, Part, RefText, Start, Text
 from motiondb.page.state import (
+    Moment,
     Page,
     Ref,
     find_kept,
@@ -46,10 +51,12 @@ from motiondb.page.state import (
     read_ref,
 )
 from motiondb.page.uploads import UploadReply
-from motiondb.records import MOTION_FPS
+from motiondb.records import MOTION_FPS, Caption, CaptureInfo
+from motiondb.store import load_motion as load_stored
 
 _PLAIN = re.compile(r"[^A-Za-z0-9._-]+")
 _TYPES = {".zip": "application/zip", ".glb": "model/gltf-binary"}
+PROVENANCE = ".provenance.json"  # Ending of the file beside a generated motion
 LICENCES = "LICENCES.txt"  # In a zip: the licence of each capture, as BVH has no place for it
 MOST_ITEMS = 500  # Largest number of captures of one download
 Format = Literal["bvh", "glb", "fbx", "usd", "npz", "csv", "parquet", "source"]
@@ -88,11 +95,15 @@ _FILE: dict[int | str, dict[str, Any]] = {
 
 
 class DownloadBody(Body):
-    """What to download, in which format, at which rate, and onto which uploaded rig."""
+    """What to download, in which format, at which rate, and onto which uploaded rig.
+
+    `alone`: Without the origin of generated motions in files beside them.
+    """
 
     items: Annotated[list[Part], Field(min_length=1, max_length=MOST_ITEMS)]
     format: Format = "bvh"
     canonical: bool = False
+    alone: bool = False
     fps: Annotated[float, Field(ge=MIN_FPS, le=MAX_FPS, allow_inf_nan=False)] | None = None
     onto: Text | None = None
 
@@ -184,13 +195,16 @@ def download(page: Page, asked: DownloadBody) -> Response:
                     _write(page, db, part, target, asked, changes)
             licences = _licences(db, asked.items)
         files = sorted(path for path in folder.rglob("*") if path.is_file())
+        if asked.alone:
+            files = [path for path in files if not path.name.endswith(PROVENANCE)]
         if len(files) == 1:
             name, data = files[0].name, files[0].read_bytes()
         else:
             if licences:
                 files.append(folder / LICENCES)
                 files[-1].write_text(licences, encoding="utf-8")
-            name, data = "motiondb.zip", _zip(files)
+            first, more = _stem(page, targets[0][1], targets[0][0]), len(targets) - 1
+            name, data = f"{first}-and-{more}-more.zip" if more else f"{first}.zip", _zip(files)
     return Response(
         data,
         media_type=_TYPES.get(Path(name).suffix, "application/octet-stream"),
@@ -232,7 +246,7 @@ def _write(
     if ending == "source":
         _write_source(db, ref, part, folder)
         return
-    path = folder / f"{_stem(ref, part)}.{ending}"
+    path = folder / f"{_stem(page, ref, part)}.{ending}"
     whole = part.start is None and part.end is None
     if ref.kind == "capture":
         find_row(db, ref.name)
@@ -262,11 +276,28 @@ def _write_source(db: MotionDB, ref: Ref, part: Part, folder: Path) -> None:
     db.export(ref.name, folder / f"{_plain(ref.name)}.{_plain(ending)}")
 
 
-def _stem(ref: Ref, part: Part) -> str:
+def _stem(page: Page, ref: Ref, part: Part) -> str:
+    """Return a name that says what is in a file: the sentence, the grammar, the capture."""
     stem = _plain(ref.name)
+    if ref.kind == "made":
+        stem = spoken(page.made.get(ref.name).generated.words)
+    elif ref.kind == "sequence":
+        stem = spoken(page.sequences.get(ref.name).sequence.grammar)
+    elif ref.kind in ("scene", "first"):
+        stem = "scene"
     if part.start is None and part.end is None:
         return stem
     return f"{stem}_{part.start or 0.0:.2f}-{'end' if part.end is None else f'{part.end:.2f}'}"
+
+
+def spoken(words: str) -> str:
+    """Return words as the name of a file.
+
+    >>> spoken("Walk, then jump!"), spoken("läuft")
+    ('walk-then-jump', 'l-uft')
+    """
+    said = re.sub(r"[^a-z0-9]+", "-", words.lower()).strip("-")
+    return said[:60].rstrip("-") or "motion"
 
 
 def _plain(name: str) -> str:
@@ -279,7 +310,9 @@ def _plain(name: str) -> str:
 
 
 MOST_THUMBS = 200  # Largest number of thumbnails of one request
-THUMB_FRAMES, THUMB_SECONDS = 24, 4.0  # Frames of a thumbnail, and the seconds that they span
+THUMB_SECONDS, THUMB_RATE = 2.0, 15.0  # Length of a thumbnail, and its frames per second
+SEARCHED = 60.0  # Seconds of a capture in which its moment is looked for
+MOST_TILES = 60  # Largest number of captures of the wall
 MOST_MOTIONS = 64  # Largest number of motions of one request
 _CONTAINER: dict[int | str, dict[str, Any]] = {
     200: {
@@ -330,9 +363,18 @@ def motion_router(page: Page) -> APIRouter:
             Query(min_length=1, max_length=MOST_THUMBS),
         ],
     ) -> Response:
-        """Thumbnails of stored captures, facing forward; unknown captures have no frames."""
+        """Thumbnails of stored captures: the seconds in which most happens, facing forward.
+
+        Unknown captures have no frames.
+        """
         with page.reading() as db:
-            return _binary([_thumb(db, each) for each in name])
+            return _binary([_thumb(page, db, each) for each in name])
+
+    @routes.get("/api/wall")
+    def wall(count: Annotated[int, Query(ge=1, le=MOST_TILES)] = 24) -> WallReply:
+        """Captures that move, from everywhere in the catalogue, each with its moment."""
+        with page.reading() as db:
+            return WallReply(wall_of(page, db, count))
 
     return routes
 
@@ -347,18 +389,97 @@ def tracks_of(page: Page, db: MotionDB, part: Part, fps: float) -> list[Track]:
     return [body_track(ref.name, part.ref, figure_of(loaded), first, fps)]
 
 
-def _thumb(db: MotionDB, name: str) -> Track:
+@dataclass(frozen=True, kw_only=True)
+class WallTile:
+    """A capture of the wall: what people wrote about its moment, and when it is."""
+
+    capture: str
+    words: str
+    start: float
+    end: float
+    duration: float
+
+
+@dataclass(frozen=True)
+class WallReply:
+    """Captures that move, from everywhere in the catalogue, in its order."""
+
+    tiles: list[WallTile]
+
+
+def wall_of(page: Page, db: MotionDB, count: int) -> list[WallTile]:
+    """Return up to `count` captures: of twice as many, evenly spread, those that differ most."""
+    rows = db.captures.browse(limit=10**6).rows
+    share = max(len(rows) / (2 * count), 1.0)
+    spread = [rows[int(n * share)] for n in range(min(2 * count, len(rows)))]
+    looked = [(row, _moment(page, db, row.info)) for row in spread]
+    moments = [(row, moment) for row, moment in looked if moment is not None]
+    kept = _unlike([moment for _, moment in moments], count)
+    return [
+        WallTile(
+            capture=row.info.name,
+            words=_said(row.captions, moment.pose),
+            start=moment.start,
+            end=moment.end,
+            duration=round(row.info.duration, 3),
+        )
+        for row, moment in (moments[n] for n in kept)
+    ]
+
+
+def _unlike(moments: Sequence[Moment], count: int) -> list[int]:
+    """Return which moments to show: each moves, and is unlike the others, first of all in its pose.
+
+    Beginning with the fastest, the next is the one of the largest speed times distance to the
+    nearest that was chosen.
+    """
+    shapes = np.array([moment.shape for moment in moments])
+    scores = speeds = np.array([moment.speed for moment in moments])
+    near = np.full(len(moments), np.inf)
+    chosen: list[int] = []
+    for _ in range(min(count, len(moments))):
+        chosen.append(int(np.argmax(np.where(np.isin(np.arange(len(scores)), chosen), -1, scores))))
+        near = np.minimum(near, np.linalg.norm(shapes - shapes[chosen[-1]], axis=1))
+        scores = near * speeds
+    return sorted(chosen)
+
+
+def _said(captions: Sequence[Caption], time: float) -> str:
+    """Return a caption of a time, else one of the whole capture, else ""."""
+    timed = [c for c in captions if c.start is not None and c.start <= time < (c.end or np.inf)]
+    whole = [caption for caption in captions if caption.start is None]
+    return next((caption.words for caption in (*timed, *whole)), "")
+
+
+def _moment(page: Page, db: MotionDB, info: CaptureInfo) -> Moment | None:
+    """Return the moment of a capture, which is looked for in its first minute, and kept.
+
+    None without a body.
+    """
+    key = (info.capture_id, info.sha256)
+    if key not in page.moments:
+        try:
+            motion = load_stored(db.store, info.capture_id)
+        except MotionDBError:  # markers only, or damaged
+            page.moments[key] = None
+            return None
+        looked = cut_motion(motion, None, SEARCHED)
+        best = best_moment(figure_of(looked).points, round(THUMB_SECONDS * MOTION_FPS))
+        start, stop, at = (round(n / MOTION_FPS, 3) for n in (best.first, best.stop, best.pose))
+        page.moments[key] = Moment(start, stop, at, best.speed, best.shape)
+    return page.moments[key]
+
+
+def _thumb(page: Page, db: MotionDB, name: str) -> Track:
     ref = str(Ref("capture", name))
     row = db.captures.browsed(name)
-    if row is None:
+    at = None if row is None else _moment(page, db, row.info)
+    if row is None or at is None:
         return Track(name, ref, np.zeros((0, len(POINTS), 3)))
-    seconds = min(row.info.duration, THUMB_SECONDS)
-    frames = row.info.motion_frames
-    end = THUMB_SECONDS if frames > THUMB_SECONDS * MOTION_FPS else None
-    shown = figure_of(db.motion(name, None, end))
-    rate = min(MOTION_FPS, THUMB_FRAMES / max(seconds, 1e-3))
-    track = body_track(name, ref, shown, 0.0, rate)
-    return Track(name, ref, facing_forward(track.points[:THUMB_FRAMES]), fps=track.fps)
+    motion = load_stored(db.store, row.info.capture_id)
+    shown = figure_of(cut_motion(motion, at.start, at.end))
+    track = body_track(name, ref, shown, at.start, THUMB_RATE)
+    return replace(track, points=facing_forward(track.points), contacts=None, moment=at.pose)
 
 
 def _binary(tracks: list[Track]) -> Response:

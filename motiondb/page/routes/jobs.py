@@ -54,8 +54,12 @@ class FolderBody(Body):
 
 
 class AddBody(Body):
-    """The source of captures: an upload, or a folder on the server's computer."""
+    """The source of captures: an upload, or a folder on the server's computer.
 
+    `sample`: The sample captures, which are also learned from; nothing else counts then.
+    """
+
+    sample: bool = False
     upload: Text | None = None
     folder: FolderBody | None = None
     words: Text | None = None
@@ -83,15 +87,7 @@ def router(page: Page) -> APIRouter:
     @routes.post("/api/add", status_code=202)
     def add(body: AddBody) -> JobReply:
         """Add captures, as a job."""
-        page.check_writable()
-        if body.unit:
-            unit_from_name(body.unit)
-        check_up(body.up, "up")
-        folder, words, within = _places(page, body)
-        places = {"folder": folder, "words": words, "within": within}
-        parameters = body.model_dump(exclude={"upload", "folder", "words"})
-        parameters |= {name: str(place) if place else None for name, place in places.items()}
-        return page.jobs.start("add", "add captures", parameters).reply()
+        return _begin_adding(page, body)
 
     @routes.post("/api/learn", status_code=202)
     def learn(body: LearningBody) -> JobReply:
@@ -131,6 +127,21 @@ def router(page: Page) -> APIRouter:
         return _stream(_page_events(page))
 
     return routes
+
+
+def _begin_adding(page: Page, body: AddBody) -> JobReply:
+    """Start the job that adds what a request names."""
+    page.check_writable()
+    if body.sample:
+        return page.jobs.start("sample", "try the sample captures", {}).reply()
+    if body.unit:
+        unit_from_name(body.unit)
+    check_up(body.up, "up")
+    folder, words, within = _places(page, body)
+    places = {"folder": folder, "words": words, "within": within}
+    parameters = body.model_dump(exclude={"sample", "upload", "folder", "words"})
+    parameters |= {name: str(place) if place else None for name, place in places.items()}
+    return page.jobs.start("add", "add captures", parameters).reply()
 
 
 def _check_start(start: str | None) -> None:

@@ -1,4 +1,4 @@
-// Build the page: `node build.mjs` writes ../bundle/{index.html,app.js,app.css}.
+// Build the page: `node build.mjs` writes ../bundle/{index.html,app.js,app.css,file.js} and the views.
 // `--watch` builds again at every change; `--tests` compiles the tests of the pure modules.
 import { copyFile, mkdir, readdir, rm } from "node:fs/promises";
 import { fileURLToPath } from "node:url";
@@ -25,23 +25,28 @@ async function buildTests() {
 async function buildPage() {
   const watch = process.argv.includes("--watch");
   await mkdir(bundle, { recursive: true });
+  for (const name of await readdir(bundle)) if (name.endsWith(".js")) await rm(`${bundle}${name}`);
   const options = {
     ...shared,
-    // A classic script, so that the same file also runs inside a page opened from a disk.
-    format: "iife",
-    entryPoints: [
-      { in: `${here}src/app.ts`, out: "app" },
-      { in: `${here}src/style/app.css`, out: "app" },
-    ],
     outdir: bundle,
     minify: !watch,
     legalComments: "inline", // the licence of three.js travels with its code
   };
+  const page = {
+    ...options,
+    entryPoints: [
+      { in: `${here}src/app.ts`, out: "app" },
+      { in: `${here}src/style/app.css`, out: "app" },
+    ],
+    splitting: true, // a view is loaded when it is opened
+    chunkNames: "[name]-[hash]",
+  };
+  // A classic script, which runs inside a page opened from a disk.
+  const file = { ...options, format: "iife", entryPoints: [{ in: `${here}src/file.ts`, out: "file" }] };
   await copyFile(`${here}src/index.html`, `${bundle}index.html`);
-  if (watch) {
-    await (await esbuild.context(options)).watch();
-  } else {
-    await esbuild.build(options);
+  for (const one of [page, file]) {
+    if (watch) await (await esbuild.context(one)).watch();
+    else await esbuild.build(one);
   }
 }
 

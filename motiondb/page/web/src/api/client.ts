@@ -69,9 +69,23 @@ function withBody(method: string, body: unknown): RequestInit {
   return { method, headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
 }
 
+/** Answers that were asked for before the view that shows them was open. */
+const early = new Map<string, Promise<unknown>>();
+
+/** Ask now for what the next view asks for; ends when the answer is there, or cannot be. */
+export async function prefetch(path: string, parameters: Parameters): Promise<void> {
+  const asked = get(path, parameters);
+  early.clear();
+  early.set(withParameters(path, parameters), asked);
+  await asked.catch(() => undefined); // the view tells it
+}
+
 /** Request JSON. */
 export async function get<T>(path: string, parameters: Parameters = {}, signal?: AbortSignal): Promise<T> {
-  return (await send(withParameters(path, parameters), signal ? { signal } : {})).json() as Promise<T>;
+  const address = withParameters(path, parameters);
+  const known = early.get(address);
+  if (early.delete(address)) return known as Promise<T>;
+  return (await send(address, signal ? { signal } : {})).json() as Promise<T>;
 }
 
 export async function post<T>(path: string, body: unknown): Promise<T> {

@@ -14,6 +14,7 @@ interface TrackHeader {
   origin: [number, number, number];
   scale: [number, number, number];
   contacts: number | null;
+  moment?: number | null;
   radius?: number;
 }
 
@@ -65,7 +66,9 @@ function readTrack(buffer: ArrayBuffer, payload: number, header: Header, track: 
   }
   const contacts = track.contacts === null ? null : new Uint8Array(buffer, payload + track.contacts, frames);
   const { parents, radii } = header;
-  const motion = { fps, frames, start, points: header.points, parents, radii, positions, contacts };
+  const { points: names } = header;
+  const moment = track.moment ?? null;
+  const motion = { fps, frames, start, points: names, parents, radii, positions, contacts, moment };
   return { kind: "body", name, ref: track.ref ?? null, team: track.team ?? null, motion };
 }
 

@@ -14,7 +14,8 @@ export interface Motions {
 }
 
 const KEPT_TAKES = 80;
-const THUMBS_AT_ONCE = 100;
+/** The first of many come sooner. Chosen by hand. */
+const THUMBS_AT_ONCE = 12;
 /** The server answers up to 64; fewer at once come sooner. Chosen by hand. */
 const MOTIONS_AT_ONCE = 8;
 

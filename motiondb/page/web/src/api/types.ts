@@ -35,6 +35,7 @@ export interface ActionVerdict {
 }
 
 export interface AddBody {
+  sample?: boolean;
   upload?: string | null;
   folder?: FolderBody | null;
   words?: string | null;
@@ -331,6 +332,7 @@ export interface DownloadBody {
   items: Part[];
   format?: "bvh" | "glb" | "fbx" | "usd" | "npz" | "csv" | "parquet" | "source";
   canonical?: boolean;
+  alone?: boolean;
   fps?: number | null;
   onto?: string | null;
 }
@@ -1212,6 +1214,7 @@ export interface ShownMatch {
   licence: string | null;
   kind: string;
   timeline: Timeline;
+  poster: string | null;
 }
 
 export interface SideOfAction {
@@ -1419,6 +1422,18 @@ export interface UploadReply {
 
 export interface VocabularyReply {
   words: WordRow[];
+}
+
+export interface WallReply {
+  tiles: WallTile[];
+}
+
+export interface WallTile {
+  capture: string;
+  words: string;
+  start: number;
+  end: number;
+  duration: number;
 }
 
 export interface WithoutTree {

@@ -31,9 +31,10 @@ export function saveBlob(name: string, blob: Blob): void {
   setTimeout(() => URL.revokeObjectURL(address), 60_000);
 }
 
-/** Download parts as one file, or as a zip of several. */
+/** Download parts as one file, or as a zip of several with the origin of generated motions. */
 export async function download(items: readonly Part[], format: FileFormat): Promise<void> {
-  const { name, blob } = await postForFile("/api/download", { items, format, canonical: false });
+  const alone = items.length === 1;
+  const { name, blob } = await postForFile("/api/download", { items, format, canonical: false, alone });
   saveBlob(name, blob);
 }
 

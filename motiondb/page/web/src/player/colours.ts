@@ -1,7 +1,6 @@
 /** Colours of the stage, read from the style tokens; and a colour for every number. */
 
 import * as THREE from "three";
-import type { Shades } from "./painter.ts";
 
 export interface StageColours {
   background: THREE.Color;
@@ -34,11 +33,4 @@ export function stageColours(): StageColours {
     contact: token("contact"),
     court: token("stage-court"),
   };
-}
-
-/** The colours of painted figures: near, middle and far strokes. */
-export function figureShades(): Shades {
-  const style = getComputedStyle(document.documentElement);
-  const shade = (name: string): string => style.getPropertyValue(`--figure-${name}`);
-  return [shade("near"), shade("middle"), shade("far")];
 }

@@ -57,7 +57,7 @@ export function makeGhosts(screen: Screen): Ghosts {
   function draw(): void {
     clear();
     const { contact } = stageColours();
-    group.add(...ghosts.map((ghost) => boxOf(ghost, contact)));
+    for (const ghost of ghosts) group.add(boxOf(ghost, contact));
     tell(screen.playback.time);
     screen.redraw();
   }

@@ -14,6 +14,8 @@ export interface Motion {
   positions: Float32Array;
   /** (frames,): bit 0 the left foot is on the ground, bit 1 the right foot; null where not known. */
   contacts: Uint8Array | null;
+  /** Of a thumbnail: the time in the take of the pose that shows what happens. */
+  moment?: number | null;
 }
 
 /** A ball over time. */

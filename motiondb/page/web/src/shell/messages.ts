@@ -1,4 +1,4 @@
-/** Messages in a corner of the page: news goes away by itself, faults stay until closed. */
+/** Messages in a corner of the page: news goes away by itself; faults and offers stay until closed. */
 
 import { button } from "../dom/button.ts";
 import { h } from "../dom/element.ts";
@@ -20,6 +20,7 @@ const CORNERS = ["", "left", "top"];
 /** What messages should not cover, and how bad that is: players and the bar of a selection above all. */
 const KEPT_FREE: readonly [string, number][] = [
   [".player-bar, .clip-play, .selection-bar", 100],
+  [".timeline, .report", 10],
   ["main :is(button, input, select, summary)", 1],
 ];
 
@@ -63,7 +64,7 @@ export function makeMessages(): Messages {
           })
         : null;
       const message: HTMLElement = add(news, "news", text, ...(offer ? [" ", offer] : []));
-      setTimeout(() => message.remove(), SHOWN_FOR);
+      if (!offer) setTimeout(() => message.remove(), SHOWN_FOR);
     },
     fail(text, kind = "") {
       for (const old of faults.children) if (old.textContent === text) old.remove();

@@ -1,12 +1,12 @@
 /** The frame around all views: navigation, state of the database, jobs, messages. */
 
 import { ApiError, get, isAbort, messageOf, UNREACHABLE } from "../api/client.ts";
-import { openLive } from "../api/live.ts";
+import { openLive, type News } from "../api/live.ts";
 import { serverMotions } from "../api/motions.ts";
 import type { Status } from "../api/types.ts";
 import { fill, h } from "../dom/element.ts";
 import { emptyState } from "../parts/states.ts";
-import { makeStage } from "../player/stage.ts";
+import type { Stage } from "../player/stage.ts";
 import { VIEWS } from "../views/registry.ts";
 import type { Context, OpenView } from "../views/view.ts";
 import { makeJobs } from "./jobs.ts";
@@ -29,6 +29,9 @@ function titleOf(parameters: URLSearchParams): string {
 /** Start the page: ask for the state of the database, then show the view of the address. */
 export async function startPage(root: HTMLElement): Promise<void> {
   let status: Status;
+  const named = parseRoute(location.hash, FIRST).view;
+  const wanted = VIEWS.find((view) => view.name === named) ?? VIEWS[0]!;
+  void wanted.load().catch(() => undefined); // its code comes while the state is asked for
   try {
     status = await get<Status>("/api/status");
   } catch (fault) {
@@ -45,10 +48,13 @@ export async function startPage(root: HTMLElement): Promise<void> {
     return;
   }
   let asking: Promise<Status> | null = null;
+  let stage: Stage | null = null;
   const messages = makeMessages();
   const live = openLive();
   const context: Context = {
-    stage: makeStage(),
+    get stage() {
+      return stage!; // there when a view that needs it is opened
+    },
     motions: serverMotions(),
     live,
     status: () => status,
@@ -78,6 +84,7 @@ export async function startPage(root: HTMLElement): Promise<void> {
     h("summary", { class: "nav-link" }, "Explore"),
     h("div", { class: "nav-menu" }, linksOf("explore")),
   );
+  const navigation = h("nav", { "aria-label": "Views", class: "nav" }, linksOf(), explore);
   const database = h("span", { class: "database" });
   const lost = h(
     "p",
@@ -98,7 +105,7 @@ export async function startPage(root: HTMLElement): Promise<void> {
         "motiondb",
       ),
       question.element,
-      h("nav", { "aria-label": "Views", class: "nav" }, linksOf(), explore),
+      navigation,
       database,
       jobs.element,
     ),
@@ -123,11 +130,35 @@ export async function startPage(root: HTMLElement): Promise<void> {
   const places = keepPlaces();
   let open: OpenView | null = null;
   let shown = "";
-  function show(): void {
+  let turn = 0;
+
+  /** Let the question box stand where the view has a place for it. */
+  function placeBox(): void {
+    const slot = open?.slot?.() ?? null;
+    if (slot ? question.element.parentElement === slot : question.element.nextSibling === navigation) return;
+    if (slot) slot.append(question.element);
+    else navigation.before(question.element);
+  }
+
+  async function loadStage(): Promise<void> {
+    stage ??= (await import("../player/stage.ts")).makeStage();
+  }
+
+  async function show(): Promise<void> {
+    turn += 1;
+    const mine = turn;
     const route = parseRoute(location.hash, FIRST);
     const view = VIEWS.find((one) => one.name === route.view);
     if (!view) return go(routeTo(FIRST), true);
     if (shown !== view.name) {
+      const loaded = Promise.all([view.load(), view.flat ? null : loadStage()]).catch(() => {
+        throw new Error(
+          "A part of this page cannot be loaded: the server does not answer, or motiondb is a newer one by now. Reload the page.",
+        );
+      });
+      await open?.leave?.(route);
+      const [module] = await loaded;
+      if (mine !== turn) return; // the user went on
       open?.close();
       host.replaceChildren();
       host.className = `view view-${view.name}`;
@@ -138,13 +169,19 @@ export async function startPage(root: HTMLElement): Promise<void> {
       }
       explore.classList.toggle("current", view.place === "explore");
       explore.open = false;
-      open = view.open(host, context);
+      open = module.open(host, context);
+      placeBox();
     }
     const about = titleOf(route.parameters);
-    document.title = [...(about ? [about] : []), view.title, "motiondb"].join(" · ");
+    document.title = [about, view.title, "motiondb"].filter(Boolean).join(" · ");
     question.show(view.name === "search" ? (route.parameters.get("q") ?? "") : "");
     open?.update(route.parameters);
     places.arrive([view.name, ...["q", "like"].map((name) => route.parameters.get(name))].join(" "));
+  }
+
+  function tellView(news: News): void {
+    open?.news?.(news);
+    placeBox();
   }
 
   // The revision that was last passed to the view; any request for the state may bring a new one.
@@ -153,7 +190,7 @@ export async function startPage(root: HTMLElement): Promise<void> {
     const { revision } = status;
     if (revision === told) return;
     told = revision;
-    open?.news?.({ kind: "revision", revision });
+    tellView({ kind: "revision", revision });
   }
 
   /** Ask for the state of a revision, unless what was just asked for tells it already. */
@@ -174,10 +211,11 @@ export async function startPage(root: HTMLElement): Promise<void> {
       void context.refresh().catch(context.fail);
     } else if (news.kind === "forgotten") {
       return;
-    } else if (news.kind === "job") open?.news?.(news);
+    } else if (news.kind === "job") tellView(news);
     else void catchUp(news.revision).catch(context.fail);
   });
-  addEventListener("hashchange", show);
+  const showView = (): void => void show().catch(context.fail);
+  addEventListener("hashchange", showView);
   addEventListener("keydown", (event) => {
     const typed = event.target as HTMLElement;
     if (event.key === "/" && !typed.matches("input, textarea, select") && !event.ctrlKey) {
@@ -193,5 +231,5 @@ export async function startPage(root: HTMLElement): Promise<void> {
     if (!explore.contains(event.target as Node)) explore.open = false;
   });
   showStatus();
-  show();
+  showView();
 }

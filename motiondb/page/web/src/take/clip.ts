@@ -4,6 +4,8 @@ import { REDUCED } from "../dom/wishes.ts";
 import type { Track } from "../api/container.ts";
 import type { Motions } from "../api/motions.ts";
 import { messageOf } from "../api/client.ts";
+import type { Motion } from "../player/motion.ts";
+import { figureShades, litShades, paintPoster } from "../player/painter.ts";
 import { h } from "../dom/element.ts";
 import { icon } from "../dom/icons.ts";
 import { seek, toggle, type Playback } from "../player/playback.ts";
@@ -18,6 +20,8 @@ export interface ClipOptions {
   part?: readonly [number, number];
   lit?: readonly [number, number] | null;
   onTime?(time: number): void;
+  /** What is seen until it plays. */
+  poster?: Motion | null;
 }
 
 export interface Clip {
@@ -27,6 +31,8 @@ export interface Clip {
   ready(): Promise<void>;
   /** Play from the start. */
   replay(): void;
+  /** Play from a time on. */
+  playFrom(time: number): Promise<void>;
   /** Show a time; a time outside the loaded part is loaded first. */
   seek(time: number): Promise<void>;
   close(): void;
@@ -38,7 +44,7 @@ const AROUND = 1;
 /** Make a clip; it loads when it comes near the window. */
 export function makeClip(context: { stage: Stage; motions: Motions }, options: ClipOptions): Clip {
   const canvas = h("canvas", { class: "clip-canvas", role: "img", "aria-label": options.label });
-  const message = h("p", { class: "player-message" }, "Loading…");
+  const message = h("p", { class: "player-message" }, options.poster ? "" : "Loading…");
   const screen = makeScreen(context.stage, canvas);
   steer(screen, false);
   const button = h("button", { class: "clip-play tool", type: "button", on: { click: () => press() } });
@@ -96,6 +102,8 @@ export function makeClip(context: { stage: Stage; motions: Motions }, options: C
   const near = new IntersectionObserver(
     (changes) => {
       if (!changes.some((change) => change.isIntersecting)) return;
+      if (options.poster && tracks.length === 0)
+        paintPoster(canvas, options.poster, options.lit ? litShades() : figureShades());
       void ready();
     },
     { rootMargin: "200px" },
@@ -104,19 +112,22 @@ export function makeClip(context: { stage: Stage; motions: Motions }, options: C
   if (options.onTime) screen.onTime(options.onTime);
   refresh();
 
+  async function goTo(time: number, playing: boolean): Promise<void> {
+    await ready();
+    const [start, end] = spanOf(tracks);
+    if (time < start || time > end) await load(true);
+    setPlayback({ ...seek(screen.playback, time), playing });
+  }
+
   return {
     element,
     screen,
     ready,
+    playFrom: (time) => goTo(time, true),
+    seek: (time) => goTo(time, false),
     replay() {
       const { playback } = screen;
       setPlayback({ ...seek(playback, playback.from), playing: true });
-    },
-    async seek(time) {
-      await ready();
-      const [start, end] = spanOf(tracks);
-      if (time < start || time > end) await load(true);
-      setPlayback({ ...seek(screen.playback, time), playing: false });
     },
     close() {
       near.disconnect();

@@ -4,6 +4,7 @@ import type { Live, News } from "../api/live.ts";
 import type { Motions } from "../api/motions.ts";
 import type { Status } from "../api/types.ts";
 import type { Stage } from "../player/stage.ts";
+import type { Route } from "../shell/router.ts";
 
 export interface Context {
   readonly stage: Stage;
@@ -24,15 +25,21 @@ export interface OpenView {
   /** Called when the parameters of the route change, and once at the start. */
   update(parameters: URLSearchParams): void;
   news?(news: News): void;
+  /** Called before another view is opened, which waits for it. */
+  leave?(route: Route): Promise<void>;
+  /** Where the question box stands in place of the head of the page; null: there. */
+  slot?(): HTMLElement | null;
   close(): void;
 }
 
 export interface View {
   /** The name in the address. */
   readonly name: string;
-  /** The word in the navigation. */
+  /** The word in the navigation; "" for the first view. */
   readonly title: string;
   /** Where it is reached: the navigation if absent, its menu "Explore", or only by asking. */
   readonly place?: "explore" | "asking";
-  open(host: HTMLElement, context: Context): OpenView;
+  /** Whether nothing plays on the stage, which is then not loaded. */
+  readonly flat?: boolean;
+  load(): Promise<{ open(host: HTMLElement, context: Context): OpenView }>;
 }

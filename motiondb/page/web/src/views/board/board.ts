@@ -7,7 +7,7 @@ import { icon } from "../../dom/icons.ts";
 import { askWhether } from "../../parts/asking.ts";
 import { banner, faultState } from "../../parts/states.ts";
 import { go, routeTo } from "../../shell/router.ts";
-import type { Context, OpenView, View } from "../view.ts";
+import type { Context, OpenView } from "../view.ts";
 import { makeDrawing } from "./drawing.ts";
 import { dropDraft, keepDraft, olderDraft, readDraft, type Edited } from "./draft.ts";
 import {
@@ -58,7 +58,7 @@ function spoken(board: BoardReply): BoardReply {
 /** Whether a board was opened since the page was loaded: then an address names no scene to begin with. */
 let opened = false;
 
-function open(host: HTMLElement, context: Context): OpenView {
+export function open(host: HTMLElement, context: Context): OpenView {
   let name = "";
   /** The text of the file of this board when it was opened or saved; "": a new board. */
   let fileText = "";
@@ -473,5 +473,3 @@ function open(host: HTMLElement, context: Context): OpenView {
     },
   };
 }
-
-export const boardView: View = { name: "board", title: "Board", open };

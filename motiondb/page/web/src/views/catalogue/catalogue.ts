@@ -2,7 +2,6 @@
 
 import { ApiError, get, isAbort, messageOf } from "../../api/client.ts";
 import type { Caption, CapturePage, CaptureRow, UndoState } from "../../api/types.ts";
-import { isActive } from "../../api/jobs.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
@@ -10,7 +9,7 @@ import { onDrop } from "../../parts/dropping.ts";
 import { banner, emptyState, type Action } from "../../parts/states.ts";
 import { plural, seconds } from "../../parts/text.ts";
 import { go, routeTo } from "../../shell/router.ts";
-import type { Context, OpenView, View } from "../view.ts";
+import type { Context, OpenView } from "../view.ts";
 import { openAdding } from "./adding.ts";
 import { makeDetails, type Details, type Place } from "./details.ts";
 import { showDuplicates } from "./duplicates.ts";
@@ -24,7 +23,7 @@ import { makeRows } from "./rows.ts";
 import { makeGrid } from "./grid.ts";
 import { makeTable, type Table } from "./table.ts";
 import { makeThumbs } from "./thumbs.ts";
-import { makeWelcome } from "./welcome.ts";
+import { emptyDatabase } from "../empty_database.ts";
 
 interface Wanted {
   typed: string;
@@ -63,7 +62,7 @@ async function allNames(where: string, sort: string): Promise<string[]> {
   }
 }
 
-function open(host: HTMLElement, context: Context): OpenView {
+export function open(host: HTMLElement, context: Context): OpenView {
   let wanted: Wanted = {
     typed: "",
     picks: [],
@@ -78,7 +77,7 @@ function open(host: HTMLElement, context: Context): OpenView {
   let shown = "";
 
   const rows = makeRows(() => table.refresh(), context.fail);
-  const thumbs = makeThumbs(context);
+  const thumbs = makeThumbs(context.motions, () => context.stage.resting);
   const actions = makeWordsActions(context, (capture, words) => void wordsChanged(capture, words));
   const facets = makeFacets((pick) => route({ picks: togglePick(wanted.picks, pick) }));
   const listed = makeTable({
@@ -93,7 +92,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     onPick: (names, picked) => picking.set(names, picked),
     failed: context.fail,
   });
-  const previews = makeThumbs(context, true);
+  const previews = makeThumbs(context.motions, () => context.stage.resting, true);
   const grid = makeGrid({
     rows,
     thumbs: previews,
@@ -140,6 +139,7 @@ function open(host: HTMLElement, context: Context): OpenView {
   const tools = h(
     "div",
     { class: "row" },
+    h("a", { class: "button plain", href: routeTo("wall"), title: "All captures in motion" }, "Wall"),
     asGrid,
     duplicates,
     canWrite
@@ -162,13 +162,11 @@ function open(host: HTMLElement, context: Context): OpenView {
     h("summary", {}, "Filter by value"),
     facets.element,
   );
-  const welcome = makeWelcome(context);
   const content = h("div", { class: "catalogue-content" });
   const side = h("div", { class: "catalogue-side", hidden: true });
   fill(
     host,
     h("h1", { class: "hidden-heading" }, "Catalogue"),
-    welcome.element,
     h("div", { class: "catalogue-bar" }, form, summary, tools),
     filterFault,
     notice,
@@ -260,7 +258,6 @@ function open(host: HTMLElement, context: Context): OpenView {
     host.classList.toggle("no-facets", facets.element.childElementCount === 0);
     table.leaveOut(new Set([...facets.columns(), ...rows.tags()]));
     showRows();
-    welcome.load();
   }
 
   /** What to do instead: the box above answers questions, this one only looks for words. */
@@ -309,29 +306,8 @@ function open(host: HTMLElement, context: Context): OpenView {
           ],
         ),
       );
-    } else if (isAdding()) {
-      fill(content, emptyState("Adding captures…", "They stand here as soon as they are saved."));
-    } else {
-      fill(
-        content,
-        emptyState(
-          "This database is empty",
-          canWrite
-            ? [
-                "Drop motion-capture files or a folder anywhere on this page: BVH, ASF/AMC, C3D, npz and others.",
-                h("br"),
-                "Then choose Learn… and ask: words that were learned from other captures are shipped.",
-              ]
-            : "It was opened read-only.",
-          canWrite ? [{ label: "Add captures", run: () => openAdding(context) }] : [],
-        ),
-      );
-    }
+    } else fill(content, emptyDatabase(context));
   }
-
-  const isAdding = (): boolean => context.live.jobs().some((job) => job.kind === "add" && isActive(job));
-  /** Whether captures were being added when this was last looked at. */
-  let adding = isAdding();
 
   /** Nothing to filter, to learn from or to compare yet: one step at a time. */
   const showTools = (): void => void host.classList.toggle("no-captures", context.status().captures === 0);
@@ -390,8 +366,6 @@ function open(host: HTMLElement, context: Context): OpenView {
       table.choose(wanted.capture || null);
       asGrid.setAttribute("aria-pressed", String(wanted.grid));
       duplicates.setAttribute("aria-pressed", String(wanted.duplicates));
-      const narrowed = wanted.typed !== "" || wanted.picks.length > 0 || wanted.duplicates;
-      welcome.element.hidden = narrowed || wanted.capture !== "";
       const key = JSON.stringify([wanted.typed, wanted.picks, wanted.sort, wanted.duplicates, wanted.grid]);
       if (key !== asked) {
         asked = key;
@@ -401,10 +375,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       showSide();
     },
     news(news) {
-      if (adding !== isAdding()) {
-        adding = !adding;
-        if (context.status().captures === 0) showRows();
-      }
+      if (context.status().captures === 0 && news.kind === "job") showRows();
       if (news.kind !== "revision") return;
       showNotice();
       context.motions.forget();
@@ -422,5 +393,3 @@ function open(host: HTMLElement, context: Context): OpenView {
     },
   };
 }
-
-export const catalogue: View = { name: "catalogue", title: "Catalogue", open };

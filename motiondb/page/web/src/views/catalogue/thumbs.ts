@@ -1,10 +1,8 @@
 /** Small moving figures: one clock paints all that are on screen. */
 
 import { DARK, REDUCED } from "../../dom/wishes.ts";
-import { figureShades } from "../../player/colours.ts";
 import type { Motions } from "../../api/motions.ts";
-import type { Stage } from "../../player/stage.ts";
-import { paint, sketchOf, type Sketch } from "../../player/painter.ts";
+import { figureShades, paint, sketchOf, type Sketch } from "../../player/painter.ts";
 
 export interface Thumbs {
   /** Show the figure of a capture on a canvas; null clears it. */
@@ -15,10 +13,16 @@ export interface Thumbs {
 }
 
 /** Pictures per second: enough for a thumbnail. */
-const RATE = 20;
+const RATE = 24;
+/** Seconds at both ends of a thumbnail in which it fades, so that it does not jump as it begins anew. */
+const FADE = 0.08;
 
-/** `still`: the figures stand until they are pointed at. */
-export function makeThumbs({ motions, stage }: { motions: Motions; stage: Stage }, still = false): Thumbs {
+/** Dozens of small pictures are drawn sooner by the processor than they are sent to a graphics processor. */
+const pencilOf = (canvas: HTMLCanvasElement): CanvasRenderingContext2D | null =>
+  canvas.getContext("2d", { willReadFrequently: true });
+
+/** `still`: the figures stand until they are pointed at. `resting`: whether all are to stand still. */
+export function makeThumbs(motions: Motions, resting: () => boolean, still = false): Thumbs {
   const moving = new Set<HTMLCanvasElement>();
   const wanted = new Map<HTMLCanvasElement, string>();
   const sketches = new Map<HTMLCanvasElement, Sketch>();
@@ -27,25 +31,32 @@ export function makeThumbs({ motions, stage }: { motions: Motions; stage: Stage 
   let closed = false;
 
   function draw(canvas: HTMLCanvasElement, sketch: Sketch, now: number): void {
-    const context = canvas.getContext("2d");
-    const length = sketch.motion.frames / sketch.motion.fps;
-    if (context) paint(context, sketch, sketch.motion.start + (now % Math.max(length, 0.1)), colours);
+    const context = pencilOf(canvas);
+    const length = Math.max((sketch.motion.frames - 1) / sketch.motion.fps, 0.1);
+    const time = (now + sketch.motion.start) % length; // they do not all begin at once
+    if (!context) return;
+    context.globalAlpha = Math.min(1, Math.min(time, length - time) / FADE);
+    paint(context, sketch, sketch.motion.start + time, colours);
+    context.globalAlpha = 1;
   }
 
   function frame(now: number): void {
     if (closed) return;
     requestAnimationFrame(frame);
-    if ((REDUCED.matches && moving.size === 0) || stage.resting || now - painted < 1000 / RATE) return;
+    if ((REDUCED.matches && moving.size === 0) || resting() || now - painted < 1000 / RATE) return;
     painted = now;
     for (const [canvas, sketch] of sketches) {
       if (canvas.isConnected && (!still || moving.has(canvas))) draw(canvas, sketch, now / 1000);
     }
   }
-  /** The moment that a standing figure shows, seconds from its start. */
-  const momentOf = (sketch: Sketch): number => 0.5 * Math.min(sketch.motion.frames / sketch.motion.fps, 2);
+  /** Draw the pose that shows what happens. */
+  function stand(canvas: HTMLCanvasElement, sketch: Sketch): void {
+    const context = pencilOf(canvas);
+    if (context) paint(context, sketch, sketch.motion.moment ?? sketch.motion.start, colours);
+  }
   function recolour(): void {
     colours = figureShades();
-    for (const [canvas, sketch] of sketches) draw(canvas, sketch, momentOf(sketch));
+    for (const [canvas, sketch] of sketches) stand(canvas, sketch);
   }
   DARK.addEventListener("change", recolour);
   requestAnimationFrame(frame);
@@ -54,7 +65,7 @@ export function makeThumbs({ motions, stage }: { motions: Motions; stage: Stage 
     show(canvas, capture) {
       if (capture !== null && wanted.get(canvas) === capture) return;
       sketches.delete(canvas);
-      canvas.getContext("2d")?.clearRect(0, 0, canvas.width, canvas.height);
+      pencilOf(canvas)?.clearRect(0, 0, canvas.width, canvas.height);
       if (capture === null) {
         wanted.delete(canvas);
         return;
@@ -65,14 +76,17 @@ export function makeThumbs({ motions, stage }: { motions: Motions; stage: Stage 
           if (!motion || wanted.get(canvas) !== capture) return;
           const sketch = sketchOf(motion);
           sketches.set(canvas, sketch);
-          draw(canvas, sketch, momentOf(sketch));
+          stand(canvas, sketch);
         },
         () => undefined, // a row without a figure is still a row
       );
     },
     move(canvas, on) {
       if (on) moving.add(canvas);
-      else moving.delete(canvas);
+      else if (moving.delete(canvas) && still) {
+        const sketch = sketches.get(canvas);
+        if (sketch) stand(canvas, sketch);
+      }
     },
     close() {
       closed = true;

@@ -14,7 +14,7 @@ import { spanOf } from "../../player/screen.ts";
 import { go, routeTo } from "../../shell/router.ts";
 import type { Lane } from "../../timeline/lanes.ts";
 import { makeTimeline, type Interval, type Timeline } from "../../timeline/timeline.ts";
-import type { Context, OpenView, View } from "../view.ts";
+import type { Context, OpenView } from "../view.ts";
 import {
   addressOf,
   comparisonOf,
@@ -51,7 +51,7 @@ const css = (i: number): string =>
 /** The name of what a ref plays. */
 const nameOf = (ref: string): string => ref.slice(ref.indexOf(":") + 1);
 
-function open(host: HTMLElement, context: Context): OpenView {
+export function open(host: HTMLElement, context: Context): OpenView {
   let wanted: Comparison = { parts: [], at: "middle", overlaid: false, time: null };
   let asked = "";
   let loads = 0;
@@ -253,5 +253,3 @@ function open(host: HTMLElement, context: Context): OpenView {
     },
   };
 }
-
-export const compare: View = { name: "compare", title: "Compare", place: "asking", open };

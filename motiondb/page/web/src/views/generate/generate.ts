@@ -6,11 +6,11 @@ import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { emptyState, faultState } from "../../parts/states.ts";
 import { go, routeTo } from "../../shell/router.ts";
-import { offeredQuestions } from "../catalogue/welcome.ts";
+import { offeredQuestions } from "../wall/offered.ts";
 import { faultWithWords } from "../known_words.ts";
 import { notLearned } from "../not_learned.ts";
 import { questionElement } from "../search/question.ts";
-import type { Context, OpenView, View } from "../view.ts";
+import type { Context, OpenView } from "../view.ts";
 import { blocksOf, type Wish } from "./blocks.ts";
 import { makeVariant, type Variant } from "./variant.ts";
 
@@ -19,7 +19,7 @@ const METHODS: readonly [string, string][] = [
   ["trajectory", "most likely trajectory"],
 ];
 
-function open(host: HTMLElement, context: Context): OpenView {
+export function open(host: HTMLElement, context: Context): OpenView {
   let variants: Variant[] = [];
   let asked = "";
   let running = 0;
@@ -246,5 +246,3 @@ function open(host: HTMLElement, context: Context): OpenView {
     close: clear,
   };
 }
-
-export const generate: View = { name: "generate", title: "Generate", open };

@@ -121,7 +121,14 @@ export function makeVariant(
     askToKeep("Keep this motion", suggestedName(made.words, made.seed), keep);
   }
 
-  const save = (format: FileFormat): void => void run(download([{ ref: made.ref }], format));
+  async function saveAs(format: FileFormat): Promise<void> {
+    await download([{ ref: made.ref }], format);
+    if (format !== "bvh") return;
+    const licences = [...new Set(made.sources.map((source) => source.licence || "not known"))].join("; ");
+    actions?.notify(`Saved. A BVH file has no place for its licence, which is ${licences}.`);
+  }
+
+  const save = (format: FileFormat): void => void run(saveAs(format));
   if (made.saved) showSaved(made.saved);
   const blocks = actions?.blocks(made, (time) => void clip.seek(time)) ?? null;
   const element = h(

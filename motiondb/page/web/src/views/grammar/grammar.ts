@@ -5,7 +5,7 @@ import { fill, h } from "../../dom/element.ts";
 import { askWhether } from "../../parts/asking.ts";
 import { faultState } from "../../parts/states.ts";
 import { go, routeTo } from "../../shell/router.ts";
-import type { Context, OpenView, View } from "../view.ts";
+import type { Context, OpenView } from "../view.ts";
 import { addressOf, routeOf } from "./address.ts";
 import { makeEditor } from "./editor.ts";
 import { makeFacts, summaryOf } from "./facts.ts";
@@ -15,7 +15,7 @@ import { makeMaker } from "./maker.ts";
 import type { GrammarReply, GrammarsReply, SequenceReply } from "../../api/types.ts";
 import type { Wish } from "./selection.ts";
 
-function open(host: HTMLElement, context: Context): OpenView {
+export function open(host: HTMLElement, context: Context): OpenView {
   let route = routeOf(new URLSearchParams());
   let facts: GrammarReply | null = null;
   let loads = 0;
@@ -184,5 +184,3 @@ function open(host: HTMLElement, context: Context): OpenView {
     },
   };
 }
-
-export const grammar: View = { name: "grammar", title: "Grammars", place: "explore", open };

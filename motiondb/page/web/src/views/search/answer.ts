@@ -9,7 +9,9 @@ import { routeTo } from "../../shell/router.ts";
 import { makeClip, type Clip } from "../../take/clip.ts";
 import { captionLane, symbolLane, wordLane, type Lane } from "../../timeline/lanes.ts";
 import { makeTimeline, type Interval } from "../../timeline/timeline.ts";
+import { fromBase64, readContainer } from "../../api/container.ts";
 import type { Motions } from "../../api/motions.ts";
+import type { Motion } from "../../player/motion.ts";
 import type { Stage } from "../../player/stage.ts";
 import {
   certaintyOf,
@@ -105,29 +107,33 @@ function verdictOf(match: ShownMatch, certainty: Certainty, options: AnswerOptio
   );
 }
 
-/** Where the parts are, each with what is known about it; the part of a single one has its verdict. */
-function placesOf(match: ShownMatch, options: AnswerOptions, seek: (time: number) => void): Child {
+/** The pose of the found moment. */
+function posterOf({ poster }: ShownMatch): Motion | null {
+  const [track] = poster ? readContainer(fromBase64(poster)) : [];
+  return track?.kind === "body" ? track.motion : null;
+}
+
+/**
+ * Where the parts are. The card says how certain it is once: a place that is less certain than the
+ * answer is "about" there, and its number is in its title.
+ */
+function placesOf(match: ShownMatch, options: AnswerOptions, play: (time: number) => void): Child {
   const { parts } = match;
-  if (parts.length === 0) return null;
+  const moment = (start: number, end: number, sure: boolean, title = "Play from there"): Child =>
+    button("time", `${sure ? "" : "about "}${interval(start, end)}`, () => play(start), { title });
+  if (parts.length === 0)
+    return match.place === "unknown"
+      ? null
+      : h("p", { class: "found" }, moment(match.start, match.end, true));
   const alone = saysAll(match);
   const place = (part: MatchPart): Child => {
     if (part.place !== "known") return h("span", {}, "somewhere in it, as its caption says");
     if (isWhole(part, match.duration)) return h("span", {}, "from beginning to end");
-    return [
-      button(
-        "time",
-        `${part.interval_probability === null ? "about " : ""}${interval(part.start, part.end)}`,
-        () => seek(part.start),
-        { title: "Go there" },
-      ),
-      part.interval_probability === null
-        ? null
-        : h(
-            "span",
-            { title: "The probability that it is shown at this place" },
-            ` at this place ${isPlaced(part) ? "" : "only "}${probability(part.interval_probability)}`,
-          ),
-    ];
+    const chance = part.interval_probability;
+    const sure = chance !== null && isPlaced(part);
+    const title =
+      chance === null ? undefined : `Shown at this place: ${probability(chance)}. Play from there`;
+    return moment(part.start, part.end, sure, title);
   };
   return h(
     "ul",
@@ -140,10 +146,10 @@ function placesOf(match: ShownMatch, options: AnswerOptions, seek: (time: number
         {},
         h("b", {}, said.words),
         said.instead ? `, for “${said.instead}”` : "",
-        part.probability !== null
-          ? ` ${probability(part.probability)} · `
-          : match.parts.every((one) => one.probability === null)
-            ? " " // the verdict says it
+        match.probability !== null || match.parts.every((one) => one.probability === null)
+          ? " " // the verdict says it
+          : part.probability !== null
+            ? ` ${probability(part.probability)} · `
             : " not measured · ",
         place(part),
       );
@@ -176,7 +182,8 @@ export function makeAnswer(
   const clip: Clip = makeClip(context, {
     ref: match.ref,
     part,
-    lit: lit[1].includes(true) ? part : null,
+    lit: certainty.grade === "likely" ? part : null,
+    poster: posterOf(match),
     label: `${match.capture}, ${interval(...part)}`,
     onTime: (time) => timeline.setTime(time),
   });
@@ -226,7 +233,7 @@ export function makeAnswer(
   fill(
     facts,
     verdictOf(match, certainty, options),
-    placesOf(match, options, (time) => void clip.seek(time)),
+    placesOf(match, options, (time) => void clip.playFrom(time)),
     whole.length > 0 ? h("p", { class: "answer-caption", title: whole.join("; ") }, `“${whole[0]}”`) : null,
     match.parts.length === 0 && match.words.length > 0
       ? h("p", { class: "small" }, `likely words: ${match.words.join(", ")}`)

@@ -4,6 +4,7 @@ import type { Motions } from "../../api/motions.ts";
 import type { LikeReply, SearchReply, ShownMatch } from "../../api/types.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { emptyState } from "../../parts/states.ts";
+import { land } from "../../dom/flights.ts";
 import { plural } from "../../parts/text.ts";
 import type { Stage } from "../../player/stage.ts";
 import { makeAnswer, type AnswerCard } from "./answer.ts";
@@ -20,6 +21,8 @@ export interface Answers {
   /** `among`: not the whole database was asked, but the captures of a filter. */
   show(answer: Answer, among?: boolean): void;
   clear(): void;
+  /** Show that there will be answers, while there are none. */
+  wait(): void;
 }
 
 export function makeAnswers(
@@ -97,9 +100,25 @@ export function makeAnswers(
     ];
   }
 
+  /** Cards without content, while there are none with. */
+  function wait(): void {
+    if (cards.length > 0) return;
+    const empty = Array.from({ length: 8 }, () =>
+      h(
+        "div",
+        { class: "skeleton", "aria-hidden": "true" },
+        h("div", { class: "skeleton-picture" }),
+        h("div", { class: "skeleton-line" }),
+        h("div", { class: "skeleton-line short" }),
+      ),
+    );
+    fill(element, h("div", { class: "answer-grid" }, empty));
+  }
+
   return {
     element,
     clear,
+    wait,
     show(answer, among = false) {
       clear();
       selection?.clear();
@@ -109,8 +128,11 @@ export function makeAnswers(
       }
       const replaced = "taken" in answer ? replacedWords(answer) : NOTHING_REPLACED;
       // The groups are read one after the other: their answers are numbered as they stand.
+      const sure = (match: ShownMatch): number => certaintyOf(match).value ?? -1;
       const ordered = GROUPS.flatMap((grades) =>
-        answer.matches.filter((match) => grades.includes(certaintyOf(match).grade)),
+        answer.matches
+          .filter((match) => grades.includes(certaintyOf(match).grade))
+          .sort((a, b) => sure(b) - sure(a)),
       );
       cards = ordered.map((match: ShownMatch, i) =>
         makeAnswer(
@@ -129,6 +151,7 @@ export function makeAnswers(
       );
       selection?.onClear(() => cards.forEach((card) => card.setSelected(false)));
       fill(element, verdict(answer, among), groups());
+      land(ordered.map((match, i) => [match.capture, cards[i]!.element]));
     },
   };
 }

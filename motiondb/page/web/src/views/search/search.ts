@@ -6,8 +6,9 @@ import { fill, h } from "../../dom/element.ts";
 import { onDrop } from "../../parts/dropping.ts";
 import { go, routeTo } from "../../shell/router.ts";
 import type { Interval } from "../../timeline/timeline.ts";
-import type { Context, OpenView, View } from "../view.ts";
+import type { Context, OpenView } from "../view.ts";
 import { filterOf } from "../catalogue/filter.ts";
+import { wordsQuery } from "./query.ts";
 import { faultWithWords } from "../known_words.ts";
 import { notLearned } from "../not_learned.ts";
 import { makeAnswers } from "./answers.ts";
@@ -27,9 +28,11 @@ interface Wanted {
   symbols: string;
 }
 
+/** Milliseconds after which a question that is not answered yet says so. */
+const UNSAID = 150;
 const NAMES = ["q", "like", "start", "end", "where", "limit", "exact", "symbols"] as const;
 
-function open(host: HTMLElement, context: Context): OpenView {
+export function open(host: HTMLElement, context: Context): OpenView {
   let wanted = {} as Wanted;
   let asked = "";
   let abort = new AbortController();
@@ -51,6 +54,7 @@ function open(host: HTMLElement, context: Context): OpenView {
   const exact = h("input", { type: "checkbox", id: "search-exact" });
   const symbols = h("input", { type: "checkbox", id: "search-symbols" });
   const understood = h("div", { "aria-live": "polite" });
+  const waiting = h("p", { class: "muted", role: "status" });
   const exampleBox = h("div", { class: "example-box" });
   const more = h(
     "details",
@@ -89,6 +93,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     host,
     h("h1", { class: "hidden-heading" }, "Search"),
     h("div", { class: "search-head" }, understood, form),
+    waiting,
     exampleBox,
     answers.element,
     selection.element,
@@ -137,14 +142,19 @@ function open(host: HTMLElement, context: Context): OpenView {
     if (!wanted.q && !wanted.like) return go(routeTo("catalogue"), true); // the unfiltered answer
     busy(true);
     if (!wanted.q) understood.replaceChildren(); // the chips of another question
+    const late = setTimeout(() => {
+      answers.wait();
+      fill(waiting, wanted.q ? `Looking for “${wanted.q}”…` : "Looking for others that move like it…");
+    }, UNSAID);
+    const told = (): void => {
+      clearTimeout(late);
+      waiting.replaceChildren();
+    };
+    signal.addEventListener("abort", told);
     try {
       const rest = { where: filterOf(wanted.where), limit: wanted.limit || "10" };
       if (wanted.q) {
-        const answer = await get<SearchReply>(
-          "/api/search",
-          { q: wanted.q, ...rest, exact: wanted.exact !== "", by_symbols: wanted.symbols !== "" },
-          signal,
-        );
+        const answer = await get<SearchReply>(...wordsQuery(new URLSearchParams({ ...wanted })), signal);
         fill(
           understood,
           questionElement(
@@ -173,6 +183,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       const choose = (word: string): void => go(routeTo("search", { q: word }));
       fill(answers.element, notLearned(fault, context) ?? faultWithWords(fault, choose));
     }
+    told();
     busy(false);
   }
 
@@ -224,5 +235,3 @@ function open(host: HTMLElement, context: Context): OpenView {
     },
   };
 }
-
-export const search: View = { name: "search", title: "Search", place: "asking", open };

@@ -1,12 +1,11 @@
 /** Small moving figures on the dots of the map, painted on one canvas under it. */
 
 import { DARK, REDUCED } from "../../dom/wishes.ts";
-import { figureShades } from "../../player/colours.ts";
 import type { BodyTrack } from "../../api/container.ts";
 import type { Motions } from "../../api/motions.ts";
 import type { PlacedSymbol } from "../../api/types.ts";
 import { h } from "../../dom/element.ts";
-import { paintAt, sketchOf, type Sketch } from "../../player/painter.ts";
+import { figureShades, paintAt, sketchOf, type Sketch } from "../../player/painter.ts";
 import { alignTracks } from "../compare/aligned.ts";
 import { FIGURE } from "./labels.ts";
 

@@ -9,14 +9,14 @@ import { interval, plural, seconds } from "../../parts/text.ts";
 import { go, routeTo } from "../../shell/router.ts";
 import { makeClip, type Clip } from "../../take/clip.ts";
 import { notLearned } from "../not_learned.ts";
-import type { Context, OpenView, View } from "../view.ts";
+import type { Context, OpenView } from "../view.ts";
 import { axisEnds, clustersOf, foundSymbols } from "./clusters.ts";
 import { makeChoice } from "./choice.ts";
 import { makeSymbolMap } from "./map.ts";
 
 const PAGE = 30;
 
-function open(host: HTMLElement, context: Context): OpenView {
+export function open(host: HTMLElement, context: Context): OpenView {
   let space: SpaceReply | null = null;
   let chosen: number | null = null;
   let axes: [number, number] = [0, 1];
@@ -297,5 +297,3 @@ function open(host: HTMLElement, context: Context): OpenView {
     },
   };
 }
-
-export const symbols: View = { name: "symbols", title: "Symbols", place: "explore", open };
