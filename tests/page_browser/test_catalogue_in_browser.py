@@ -156,7 +156,7 @@ def test_dropped_files_are_added_and_a_reload_keeps_the_job(
     sheet.write_text("file\twords\nwalk_1\ta person walks\n")
     files = [samples_folder / "ana" / f"{name}_1.bvh" for name in ("walk", "run", "jump")]
     drop_files(page, "#view", [*files, sheet])
-    page.get_by_text("3 captures ready to be added.").wait_for()
+    page.get_by_text("3 files ready to be added.").wait_for()
     page.get_by_text("How the files are to be read").click()
     page.get_by_label("Axis up").select_option("y")
     page.get_by_role("button", name="Add to the database").click()
@@ -296,7 +296,7 @@ def test_bad_files_are_named_and_what_was_added_is_linked(
     page.get_by_role("button", name="Add captures").click()
     names = ("good.bvh", "odd.txt", "empty.bvh", "binary.bvh")
     page.get_by_label("Choose files…").set_input_files([tmp_path / name for name in names])
-    page.get_by_text("3 captures ready to be added.").wait_for()
+    page.get_by_text("3 files ready to be added.").wait_for()
     refused = page.locator(".refused").inner_text()
     assert "odd.txt" in refused
     assert "found BVH. Let its name end in .bvh." in refused

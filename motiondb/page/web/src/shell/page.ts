@@ -29,6 +29,9 @@ function titleOf(parameters: URLSearchParams): string {
 /** Start the page: ask for the state of the database, then show the view of the address. */
 export async function startPage(root: HTMLElement): Promise<void> {
   let status: Status;
+  const named = parseRoute(location.hash, FIRST).view;
+  const wanted = VIEWS.find((view) => view.name === named) ?? VIEWS[0]!;
+  void wanted.load().catch(() => undefined); // its code comes while the state is asked for
   try {
     status = await get<Status>("/api/status");
   } catch (fault) {

@@ -58,7 +58,7 @@ export function symbolLane(segments: readonly Segment[]): Lane {
     blocks: segments.map(({ symbol, start, end, known, word, word_probability: p }) => ({
       start,
       end,
-      label: word ? (p! >= SURE ? word : `${word}?`) : String(symbol),
+      label: word ? (p! >= SURE ? word : `${word}?`) : `movement ${symbol}`,
       title: `${word ? `most often called ${word} (${probability(p)}), ` : ""}symbol ${symbol}, ${span(start, end)}${known ? "" : "; unlike everything learned"}`,
       faint: !known || (word !== null && word !== undefined && p! < SURE),
       more: { href: routeTo("symbols", { symbol }), text: "Show on the map of movements" },

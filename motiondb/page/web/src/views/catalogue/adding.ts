@@ -77,7 +77,11 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
     }
     const sheets = sent.files.filter((file) => file.kind === "sheet").map((file) => file.name);
     return [
-      h("p", {}, `${plural(captures, "capture")} ready to be added.`),
+      h(
+        "p",
+        {},
+        `${plural(captures, "file")} ready to be added. Those that cannot be read are left out, and named.`,
+      ),
       refusedList(refused),
       addForm(sheets, (words) => ({ upload: sent.upload, words })),
     ];

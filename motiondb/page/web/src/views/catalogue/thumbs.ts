@@ -17,6 +17,10 @@ const RATE = 24;
 /** Seconds at both ends of a thumbnail in which it fades, so that it does not jump as it begins anew. */
 const FADE = 0.08;
 
+/** Dozens of small pictures are drawn sooner by the processor than they are sent to a graphics processor. */
+const pencilOf = (canvas: HTMLCanvasElement): CanvasRenderingContext2D | null =>
+  canvas.getContext("2d", { willReadFrequently: true });
+
 /** `still`: the figures stand until they are pointed at. `resting`: whether all are to stand still. */
 export function makeThumbs(motions: Motions, resting: () => boolean, still = false): Thumbs {
   const moving = new Set<HTMLCanvasElement>();
@@ -27,7 +31,7 @@ export function makeThumbs(motions: Motions, resting: () => boolean, still = fal
   let closed = false;
 
   function draw(canvas: HTMLCanvasElement, sketch: Sketch, now: number): void {
-    const context = canvas.getContext("2d");
+    const context = pencilOf(canvas);
     const length = Math.max((sketch.motion.frames - 1) / sketch.motion.fps, 0.1);
     const time = (now + sketch.motion.start) % length; // they do not all begin at once
     if (!context) return;
@@ -47,7 +51,7 @@ export function makeThumbs(motions: Motions, resting: () => boolean, still = fal
   }
   /** Draw the pose that shows what happens. */
   function stand(canvas: HTMLCanvasElement, sketch: Sketch): void {
-    const context = canvas.getContext("2d");
+    const context = pencilOf(canvas);
     if (context) paint(context, sketch, sketch.motion.moment ?? sketch.motion.start, colours);
   }
   function recolour(): void {
@@ -61,7 +65,7 @@ export function makeThumbs(motions: Motions, resting: () => boolean, still = fal
     show(canvas, capture) {
       if (capture !== null && wanted.get(canvas) === capture) return;
       sketches.delete(canvas);
-      canvas.getContext("2d")?.clearRect(0, 0, canvas.width, canvas.height);
+      pencilOf(canvas)?.clearRect(0, 0, canvas.width, canvas.height);
       if (capture === null) {
         wanted.delete(canvas);
         return;

@@ -42,11 +42,11 @@ export interface AnswerCard {
   close(): void;
 }
 
-/** The intervals that were found, those of the parts where they are known, and which are sure. */
+/** The intervals that were found, those of the parts where they are known, and which are likely. */
 function litParts(match: ShownMatch, likely: boolean): [Interval[], boolean[]] {
   const known = match.parts.filter((part) => part.place === "known");
   if (known.length > 0) {
-    const placed = known.map((part) => isPlaced(part) || isWhole(part, match.duration));
+    const placed = known.map((part) => likely && (isPlaced(part) || isWhole(part, match.duration)));
     return [known.map((part): Interval => [part.start, part.end]), placed];
   }
   return match.place === "unknown" ? [[], []] : [[[match.start, match.end]], [likely]];
