@@ -314,6 +314,7 @@ def _read_track(row: dict[str, Any], n_points: int, payload: bytes) -> Track:
         row["team"] or "",
         row.get("leg_length"),
         row.get("radius", BALL_RADIUS),
+        row.get("moment"),
     )
 
 

@@ -89,7 +89,7 @@ def test_a_poster_is_the_pose_of_the_found_moment(client: TestClient) -> None:
         (track,) = read_tracks(base64.b64decode(match["poster"]))
         assert track.points.shape == (1, len(POINTS), 3)
         feet = track.points[0, [POINTS.index("l_toe_end"), POINTS.index("r_toe_end")], 1]
-        assert feet.max() > 0.4  # metres: a foot is up
+        assert feet.max() > 0.3  # metres: a foot is up
 
 
 def test_an_example_is_not_among_its_answers(client: TestClient) -> None:

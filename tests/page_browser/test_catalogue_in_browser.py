@@ -268,6 +268,7 @@ def test_after_a_restart_of_the_server_nothing_stale_stays(serve_copy, new_page,
     page.route("**/api/jobs", lambda route: route.fulfill(json={"jobs": [lost]}))
     page.reload()
     page.locator(".jobs-button", has_text="learn 50 %").wait_for()
+    page.locator(".row-capture .capture-name").first.wait_for()
     page.unroute("**/api/jobs")
     page.context.set_offline(True)
     page.get_by_label("Filter").fill("bow")

@@ -153,7 +153,7 @@ export async function startPage(root: HTMLElement): Promise<void> {
     if (shown !== view.name) {
       const loaded = Promise.all([view.load(), view.flat ? null : loadStage()]).catch(() => {
         throw new Error(
-          "A part of this page cannot be loaded. motiondb may be a newer one by now: reload the page.",
+          "A part of this page cannot be loaded: the server does not answer, or motiondb is a newer one by now. Reload the page.",
         );
       });
       await open?.leave?.(route);
