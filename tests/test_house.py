@@ -107,7 +107,8 @@ def test_the_contract_of_the_commands_names_every_room() -> None:
 def test_every_package_is_installed() -> None:
     listed = set(PROJECT["tool"]["setuptools"]["packages"])
     packages = [*ROOT.glob("motiondb/**/__init__.py"), *ROOT.glob("cli/**/__init__.py")]
-    names = {short(p.parent).replace("/", ".") for p in packages} | {"motiondb.schema"}
+    names = {short(p.parent).replace("/", ".") for p in packages}
+    names |= {"motiondb.schema", "motiondb.sample_data"}
     assert {re.sub(r"^cli\b", "motiondb.cli", name) for name in names} == listed
     assert "py.typed" in PROJECT["tool"]["setuptools"]["package-data"]["motiondb"]
     assert (ROOT / "motiondb" / "py.typed").is_file()

@@ -44,7 +44,8 @@ if TYPE_CHECKING:
     from motiondb.database.scenes.scenes import Scene
 
 
-MOST_POSTERS = 20  # Matches that get a poster: as many as are seen before one scrolls
+KEPT_POSTERS = 500  # Posters of earlier answers in memory, 1.5 kB each
+MOST_POSTERS = 8  # Matches that get a poster: as many as are seen before one scrolls
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,15 +162,22 @@ def _with_take(db: MotionDB, match: Match) -> ShownMatch:
 
 
 def _poster(db: MotionDB, match: Match, info: CaptureInfo) -> str | None:
-    """Return the pose of a match that shows most; None for a capture without a body."""
-    try:
-        whole = load_motion(db.store, info.capture_id)
-    except MotionDBError:  # markers, or damaged: the player says it
-        return None
-    points = figure_of(cut_motion(whole, match.start, match.end)).points
-    pose = int(np.argmax(shapes_of(points)[1]))
-    track = Track(info.name, f"capture:{info.name}", points[pose : pose + 1])
-    return base64.b64encode(pack([track])).decode()
+    """Return the pose that shows most of a match, kept for a revision; None without a body."""
+    made = db.session.kept("posters", dict[tuple[str, float, float], str | None])
+    key = (match.capture, match.start, match.end)
+    if key not in made:
+        try:
+            whole = load_motion(db.store, info.capture_id)
+        except MotionDBError:  # markers, or damaged: the player says it
+            made[key] = None
+            return None
+        points = figure_of(cut_motion(whole, match.start, match.end)).points
+        pose = int(np.argmax(shapes_of(points)[1]))
+        track = Track(info.name, f"capture:{info.name}", points[pose : pose + 1])
+        made[key] = base64.b64encode(pack([track])).decode()
+        for oldest in list(made)[:-KEPT_POSTERS]:
+            made.pop(oldest, None)
+    return made[key]
 
 
 @dataclass(frozen=True, kw_only=True)

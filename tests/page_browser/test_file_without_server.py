@@ -78,9 +78,9 @@ def test_damaged_data_is_said(new_page, tmp_path):
         (_BUNDLE / "index.html")
         .read_text()
         .replace(
-            '<script defer src="app.js"></script>',
+            '<script type="module" src="app.js"></script>',
             '<script type="application/json" id="motiondb-data">{"format": 9}</script>'
-            f'<script defer src="{(_BUNDLE / "app.js").as_uri()}"></script>',
+            f'<script defer src="{(_BUNDLE / "file.js").as_uri()}"></script>',
         )
     )
     path.write_text(html)

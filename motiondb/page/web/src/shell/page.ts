@@ -16,6 +16,8 @@ import { keepPlaces } from "./places.ts";
 import { go, parseRoute, routeTo } from "./router.ts";
 
 const FIRST = VIEWS[0]!.name;
+/** Milliseconds without a connection after which it is said: a busy computer answers late. */
+const PATIENCE = 4000;
 
 /** Parameters that say what a view is about, the most telling first. */
 const TELLING = ["capture", "q", "like", "name", "open", "board", "symbol", "where"];
@@ -199,11 +201,17 @@ export async function startPage(root: HTMLElement): Promise<void> {
     if (revision !== told) await context.refresh();
   }
 
+  let gone = 0;
   live.listen((news) => {
     if (news.kind === "connection") {
-      const wasLost = !lost.hidden;
-      lost.hidden = news.open;
-      if (!news.open) return;
+      const wasLost = gone > 0;
+      if (!news.open) {
+        gone ||= window.setTimeout(() => (lost.hidden = false), PATIENCE);
+        return;
+      }
+      clearTimeout(gone);
+      gone = 0;
+      lost.hidden = true;
       messages.settle(UNREACHABLE);
       // Changes made before the connection was open were not reported. What a view could not ask
       // for meanwhile, it asks for now, whether or not the database changed.
