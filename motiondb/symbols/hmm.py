@@ -413,7 +413,7 @@ def _rescore_blocks(piece: _Rescored, symbols: MotionSymbols) -> Float32Array:
     for low, high, intervals, which in blocks:
         own = np.column_stack([intervals[:, :2], np.arange(len(intervals))])
         scores = np.empty((len(intervals), len(which)), dtype=np.float32)
-        some = kernels.LogSymbols(*(each[which] for each in prepared))
+        some = kernels.LogSymbols._make(each[which] for each in prepared)
         frames = part.frames[low - part.first : high - part.first]
         for first, densities in log_density_blocks(symbols, frames, which):
             kernels.score_block(densities, first, some, False, scores, own)
