@@ -279,20 +279,29 @@ def load_outlines(
 
 
 def find_relations(
-    opened: store.Store, new: set[str], workers: Workers = HERE
+    opened: store.Store,
+    new: set[str],
+    workers: Workers = HERE,
+    at_hand: Mapping[str, Motion] = MappingProxyType({}),
 ) -> tuple[list[Relation], dict[int, OutlineMade]]:
     """Copies, mirror images and cuts among the captures, of which at least one is new.
 
     Also gives the outlines of the new ones, by number of the capture.
 
-    `new`: Names of captures.
+    `new`: Names of captures. `at_hand`: Motions of some of them, by name: these are not loaded.
     """
     from motiondb.search import copies  # compiled code
     from motiondb.search.copy_outlines import N_AXES
 
-    held = load_outlines(opened)
+    infos = store.load_captures(opened)
+    ready = {
+        info.capture_id: _make_outlines([at_hand[info.name]])[0]
+        for info in infos
+        if info.has_body and info.name in at_hand
+    }
+    held = load_outlines(opened, ready)
     place_of = {number: place for place, number in enumerate(held.capture_ids.tolist())}
-    infos = [info for info in store.load_captures(opened) if info.capture_id in place_of]
+    infos = [info for info in infos if info.capture_id in place_of]
     numbers = [info.capture_id for info in infos]
 
     def poses_of(n: int) -> Float32Array:

@@ -32,6 +32,8 @@ Source: Rabiner, A tutorial on hidden Markov models, 1989; left to right as in p
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -51,6 +53,7 @@ from motiondb.symbols.hmm_kernels import check_symbols, log_density_blocks, log_
 from motiondb.symbols.spread import Frames, Part, Spread, as_spread
 from motiondb.workers import is_array, runs, trusted
 
+RESCORED_AT_ONCE = 256  # Frames of a block that is scored again. By hand
 SELF_LOOP_BOUNDS = (0.01, 0.999)
 """EM keeps self-loops in these bounds, so that a state can be left and can be repeated. By hand."""
 
@@ -108,6 +111,8 @@ def fit(
 ) -> tuple[MotionSymbols, FloatArray]:
     """Baum-Welch for all symbols at once, each from the segments assigned to it.
 
+    Gives the symbols, and the log-likelihood before each iteration and after the last.
+
     Shapes: `frames` (frames, dimensions); `starts`, `ends`, `assignment` (segments,);
     `variance_floor` (dimensions,) or float.
 
@@ -115,20 +120,66 @@ def fit(
     as in generation and ``segment_by_symbols``. Segments of fewer frames than states may then end
     in any state. If False, all segments may end in any state, as in hmmlearn.
     """
-    check_symbols(symbols)
-    held = as_spread(frames)
-    starts, ends = check_segments(symbols, held.frames, starts, ends)
-    segments = check_assignment(symbols, starts, ends, assignment)
-    n_dims = held.frames.shape[1]
-    floor = np.broadcast_to(np.asarray(variance_floor, dtype=np.float64), (n_dims,))
-    symbols = _within_bounds(symbols, floor)
-    trace = np.empty(n_iterations + 1)
-    for iteration in range(n_iterations + 1):
-        statistics, log_likelihoods = _expectations(symbols, held, segments, exit_required)
-        trace[iteration] = log_likelihoods.sum()
-        if iteration < n_iterations:
-            symbols = _maximise(symbols, statistics, floor)
-    return symbols, trace
+    steps = _Steps.of(symbols, frames, (starts, ends, assignment), variance_floor, exit_required)
+    symbols, trace = steps.take(symbols, n_iterations)
+    last = _expectations(symbols, steps.held, steps.segments, exit_required)[1].sum()
+    return symbols, np.array([*trace, last])
+
+
+def refit(
+    symbols: MotionSymbols,
+    frames: Frames,
+    segments: tuple[IntArray, IntArray, IntArray],
+    *,
+    n_iterations: int,
+    variance_floor: ArrayLike,
+) -> MotionSymbols:
+    """The symbols of :func:`fit`, without the last log-likelihood: that takes an E step more.
+
+    `segments`: Starts, ends and symbols of the segments.
+    """
+    return _Steps.of(symbols, frames, segments, variance_floor, True).take(symbols, n_iterations)[0]
+
+
+@dataclass(frozen=True, eq=False)
+class _Steps:
+    """What all iterations of a fit share."""
+
+    held: Spread
+    segments: IntArray  # (segments, 4): start, end, symbol and number, sorted by symbol
+    floor: FloatArray  # (dimensions,)
+    must_exit: bool
+
+    @classmethod
+    def of(
+        cls,
+        symbols: MotionSymbols,
+        frames: Frames,
+        segments: tuple[IntArray, IntArray, IntArray],
+        variance_floor: ArrayLike,
+        must_exit: bool,
+    ) -> _Steps:
+        """Check symbols, frames and segments."""
+        check_symbols(symbols)
+        held = as_spread(frames)
+        starts, ends = check_segments(symbols, held.frames, *segments[:2])
+        floor = np.asarray(variance_floor, dtype=np.float64)
+        return cls(
+            held,
+            check_assignment(symbols, starts, ends, segments[2]),
+            np.broadcast_to(floor, (held.frames.shape[1],)),
+            must_exit,
+        )
+
+    def take(self, symbols: MotionSymbols, n_steps: int) -> tuple[MotionSymbols, list[float]]:
+        """The symbols after some iterations, and the log-likelihood before each of them."""
+        symbols, trace = _within_bounds(symbols, self.floor), list[float]()
+        for _ in range(n_steps):
+            expected = _expectations(symbols, self.held, self.segments, self.must_exit)
+            statistics, log_likelihoods = expected
+            trace.append(float(log_likelihoods.sum()))
+            symbols = _maximise(symbols, statistics, self.floor)
+        return symbols, trace
 
 
 def _expectations(
@@ -304,6 +355,70 @@ def _score_blocks(
             kernels.score_block(densities, first, prepared, must_exit, scores, own)
         done += len(intervals)
     return scores
+
+
+def rescore(
+    symbols: MotionSymbols,
+    frames: Frames,
+    starts: IntArray,
+    ends: IntArray,
+    scores: Float32Array,
+    n_likely: int,
+) -> Float32Array:
+    """Score segments again under symbols that changed a little: array (segments, symbols).
+
+    Segments are taken in blocks of about ``RESCORED_AT_ONCE`` frames. A block is scored under the
+    symbols that were among the ``n_likely`` likeliest of any of its segments; the other scores are
+    kept as they were.
+
+    Shapes: `starts`, `ends` (segments,); `scores` (segments, symbols), by the symbols before.
+    """
+    if symbols.n_symbols <= 2 * n_likely:
+        return score(symbols, frames, starts, ends)
+    held, fresh = as_spread(frames), scores.copy()
+    starts, ends = check_segments(symbols, held.frames, starts, ends)
+    likely = np.argpartition(scores, -n_likely, axis=1)[:, -n_likely:]
+    n_pieces = held.n_pieces(SCORE_SECONDS * int((ends - starts).sum()) * symbols.means.size / 4)
+    pieces = [
+        (part, [(*block, np.unique(likely[block[2][:, 2]])) for block in blocks])
+        for part, own in held.of_parts(starts)
+        for blocks in runs(list(frame_blocks(starts, ends, own, RESCORED_AT_ONCE)), n_pieces)
+    ]
+    results = trusted(held.workers, _are_rescored, _rescore_blocks, pieces, symbols)
+    for (_, blocks), values in results:
+        done = 0
+        for _, _, intervals, which in blocks:
+            n_values = len(intervals) * len(which)
+            some = values[done : done + n_values].reshape(len(intervals), -1)
+            fresh[np.ix_(intervals[:, 2], which)] = some
+            done += n_values
+    return fresh
+
+
+_Rescored: TypeAlias = tuple[Part, Sequence[tuple[int, int, IntArray, IntArray]]]
+"""A part, and blocks of it, each with the symbols under which its segments are scored."""
+
+
+def _are_rescored(found: Float32Array, piece: _Rescored, _: MotionSymbols) -> bool:
+    """Whether values can be the scores of the segments of blocks."""
+    n_values = sum(len(intervals) * len(which) for _, _, intervals, which in piece[1])
+    return is_array(found, (n_values,))
+
+
+def _rescore_blocks(piece: _Rescored, symbols: MotionSymbols) -> Float32Array:
+    """Scores of the segments of some blocks under the symbols of each, block after block."""
+    part, blocks = piece
+    prepared = log_symbols(symbols)
+    values = []
+    for low, high, intervals, which in blocks:
+        own = np.column_stack([intervals[:, :2], np.arange(len(intervals))])
+        scores = np.empty((len(intervals), len(which)), dtype=np.float32)
+        some = kernels.LogSymbols._make(each[which] for each in prepared)
+        frames = part.frames[low - part.first : high - part.first]
+        for first, densities in log_density_blocks(symbols, frames, which):
+            kernels.score_block(densities, first, some, False, scores, own)
+        values.append(scores.ravel())
+    return np.concatenate(values)
 
 
 def viterbi(

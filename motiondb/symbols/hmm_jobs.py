@@ -71,8 +71,13 @@ Block: TypeAlias = tuple[int, int, IntArray]
 """First frame, end, and segments (n, 3) in it: their starts and ends there, and their numbers."""
 
 
-def frame_blocks(starts: IntArray, ends: IntArray, which: IntArray) -> Iterator[Block]:
-    """Group some of the segments into ranges of frames; `starts`, `ends` (segments,)."""
+def frame_blocks(
+    starts: IntArray, ends: IntArray, which: IntArray, at_once: int = FRAMES_AT_ONCE
+) -> Iterator[Block]:
+    """Group some of the segments into ranges of frames; `starts`, `ends` (segments,).
+
+    `at_once`: Frames of a range at most, unless one segment is longer.
+    """
     order = which[np.argsort(starts[which], kind="stable")]
     first = 0
     while first < len(order):
@@ -80,7 +85,7 @@ def frame_blocks(starts: IntArray, ends: IntArray, which: IntArray) -> Iterator[
         last = first + 1
         while last < len(order):
             reach = max(high, int(ends[order[last]]))
-            if reach - low > FRAMES_AT_ONCE:
+            if reach - low > at_once:
                 break
             high, last = reach, last + 1
         some = order[first:last]

@@ -37,6 +37,7 @@ Young, Russell and Thornton, 1989.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -355,6 +356,7 @@ SIMD_WIDTH = 8  # Symbols are taken in multiples of this: floats in a vector reg
 _SINGLE_PRECISION_LIMIT = 2e4  # sum_d m^2 / v up to which single precision errs by some 1e-3 nats
 
 
+@lru_cache(maxsize=4)
 def log_symbols(symbols: MotionSymbols) -> LogSymbols:
     """Compute the logarithms and reciprocals of the parameters that the kernels use."""
     loops = np.asarray(symbols.self_loops, dtype=np.float64)
@@ -406,16 +408,19 @@ def check_symbols(symbols: MotionSymbols) -> None:
 
 
 def log_density_blocks(
-    symbols: MotionSymbols, frames: FloatArray | Float32Array
+    symbols: MotionSymbols, frames: FloatArray | Float32Array, which: IntArray | None = None
 ) -> Iterator[tuple[int, Float32Array]]:
     """Log densities of the frames under every state, some symbols at a time.
 
-    Shapes: `frames` (frames, dimensions).
+    Shapes: `frames` (frames, dimensions); `which` (symbols,): numbers of the symbols, None: all.
     """
-    n_symbols, n_padded, _ = symbols.means.shape
+    n_padded = symbols.means.shape[1]
     width = BLOCK_VALUES // max(1, len(frames) * n_padded)
     width = max(width // SIMD_WIDTH, 1) * SIMD_WIDTH
     weights, constants, centre = _weights(symbols)
+    if which is not None:
+        weights, constants = weights[:, :, which], constants[:, which]
+    n_symbols = weights.shape[2]
     centred = (frames - centre).astype(weights.dtype)
     terms = np.concatenate([np.square(centred), centred], axis=1)
     for first in range(0, n_symbols, width):
@@ -446,6 +451,7 @@ def _add_product(rows: FloatArray, columns: FloatArray, out: FloatArray) -> None
                 total[j] += row[d] * columns[d, j]
 
 
+@lru_cache(maxsize=4)  # the same for all captures that are scored or cut one after another
 def _weights(symbols: MotionSymbols) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Weights (2 * dimensions, states, symbols), constants (states, symbols), centre."""
     real = np.arange(symbols.means.shape[1]) < symbols.n_states[:, None]

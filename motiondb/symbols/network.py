@@ -59,18 +59,18 @@ def _pass_tokens(
     n_symbols, n_padded = symbols.self_loops.shape
     n_frames = len(frames)
     n_ages = max(1, minimum_duration if minimum_duration > symbols.n_states.min() else 1)
-    tokens = np.full((n_symbols, n_padded, n_ages), NEVER)
-    begun = np.zeros((n_symbols, n_padded), dtype=np.int64)
-    entry, leaving = np.zeros(n_symbols), np.zeros(n_symbols)
+    tokens = np.full((n_padded, n_ages, n_symbols), NEVER)
+    begun = np.zeros((n_padded, n_symbols), dtype=np.int64)
+    leaving = np.zeros(n_symbols)
     entered = np.empty((n_frames, n_symbols), dtype=np.int64)
     before = np.empty(n_frames, dtype=np.int64)
     prepared = log_symbols(symbols)
-    step = max(1, BLOCK_VALUES // (n_symbols * n_padded))
+    entry, step = 0.0, max(1, BLOCK_VALUES // (n_symbols * n_padded))
     for low in range(0, n_frames, step):
         blocks = [block for _, block in log_density_blocks(symbols, frames[low : low + step])]
         densities = blocks[0] if len(blocks) == 1 else np.concatenate(blocks, axis=2)
-        state, records = (tokens, begun, entry, leaving), (entered, before)
-        _advance(densities, low, prepared, switch_cost, state, records)
+        state, records = (tokens, begun, leaving), (entered, before)
+        entry = _advance(densities, low, prepared, (switch_cost, entry), state, records)
     return entered, before, int(np.argmax(leaving))
 
 
@@ -79,65 +79,100 @@ def _advance(
     densities: Float32Array,
     low: int,
     symbols: LogSymbols,
-    switch_cost: float,
-    state: tuple[FloatArray, IntArray, FloatArray, FloatArray],
+    costs: tuple[float, float],
+    state: tuple[FloatArray, IntArray, FloatArray],
     records: tuple[IntArray, IntArray],
-) -> None:
-    """Pass the tokens through a block of frames; ``state`` and ``records`` are changed in place."""
-    tokens, begun, entry, leaving = state
+) -> float:
+    """Pass the tokens through a block of frames; ``state`` and ``records`` are changed in place.
+
+    `costs`: That of a switch, and the score with which symbols are entered at the first frame.
+    Gives the latter for the frame after the block.
+    """
+    tokens, begun, leaving = state
     entered, before = records
+    switch_cost, entry = costs
     n_symbols = len(symbols.n_states)
+    stay, onward = _moves(symbols)
     for number in range(len(densities)):
         t = low + number
+        for k in range(len(tokens) - 1, -1, -1):
+            _advance_state(tokens, begun, (stay, onward), densities[number, k], (k, t, entry))
         for s in range(n_symbols):
             last = symbols.n_states[s] - 1
-            _advance_symbol(
-                densities[number, :, s],
-                symbols.log_stay[s],
-                symbols.log_leave[s],
-                (tokens[s, : last + 1], begun[s]),
-                (t, entry[s]),
-            )
-            leaving[s] = tokens[s, last, -1] + symbols.log_leave[s, last]
-            entered[t, s] = begun[s, last]
+            leaving[s] = tokens[last, -1, s] + symbols.log_leave[s, last]
+            entered[t, s] = begun[last, s]
         best = np.argmax(leaving)
         before[t] = best
-        entry[:] = max(leaving[best] - switch_cost, NEVER)
+        entry = max(leaving[best] - switch_cost, NEVER)
+    return entry
 
 
 @njit(cache=True, nogil=True)
-def _advance_symbol(
+def _moves(symbols: LogSymbols) -> tuple[FloatArray, FloatArray]:
+    """Log probabilities to stay, and to move to the next state of the symbol: (states, symbols)."""
+    n_symbols, n_padded = symbols.log_stay.shape
+    stay, onward = np.empty((n_padded, n_symbols)), np.full((n_padded, n_symbols), NEVER)
+    for s in range(n_symbols):
+        for k in range(n_padded):
+            stay[k, s] = symbols.log_stay[s, k]
+            if k + 1 < symbols.n_states[s]:
+                onward[k, s] = symbols.log_leave[s, k]
+    return stay, onward
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _advance_state(
+    tokens: FloatArray,
+    begun: IntArray,
+    moves: tuple[FloatArray, FloatArray],
     densities: Float32Array,
-    stay: FloatArray,
-    leave: FloatArray,
-    state: tuple[FloatArray, IntArray],
-    entrant: tuple[int, float],
+    at: tuple[int, int, float],
 ) -> None:
-    """One frame of one symbol; the last age stands for all from ``minimum_duration`` on."""
-    tokens, begun = state
-    t, entry = entrant
-    old = tokens.shape[1] - 1
-    for k in range(len(tokens) - 1, -1, -1):
-        best, when = tokens[k, old] + stay[k], begun[k]
-        if k > 0 and tokens[k - 1, old] + leave[k - 1] > best:
-            best, when = tokens[k - 1, old] + leave[k - 1], begun[k - 1]
-        if old == 0:
-            if k == 0 and entry > best:
-                best, when = entry, t
-        else:
-            grown = tokens[k, old - 1] + stay[k]
-            if k > 0:
-                grown = max(grown, tokens[k - 1, old - 1] + leave[k - 1])
-            if grown > best:
-                best, when = grown, t - old
-        tokens[k, old], begun[k] = max(best + densities[k], NEVER), when
-        for age in range(old - 1, 0, -1):
-            value = tokens[k, age - 1] + stay[k]
-            if k > 0:
-                value = max(value, tokens[k - 1, age - 1] + leave[k - 1])
-            tokens[k, age] = max(value + densities[k], NEVER)
-        if old > 0:
-            tokens[k, 0] = max(entry + densities[0], NEVER) if k == 0 else NEVER
+    """One frame of one state of all symbols; the state before it is still that of the last frame.
+
+    The last age stands for all from ``minimum_duration`` on. A token cannot be in state k before
+    age k. `at`: the state, the frame, and the score with which symbols are entered.
+    """
+    k, t, entry = at
+    stay, onward = moves
+    old, n_symbols = tokens.shape[1] - 1, tokens.shape[2]
+    here, there, loop, move = tokens[k], tokens[k - 1], stay[k], onward[k - 1]
+    if k == 0:  # is entered, and not moved to
+        there, move = np.full_like(here, NEVER), np.full_like(loop, NEVER)
+    grown = np.full_like(loop, entry if k == 0 else NEVER)
+    if old > 0:
+        for s in range(n_symbols):
+            grown[s] = max(here[old - 1, s] + loop[s], there[old - 1, s] + move[s])
+    _oldest(
+        here[old], there[old], (loop, move, grown, densities), (begun[k], begun[k - 1], t - old)
+    )
+    for age in range(old - 1, max(k, 1) - 1, -1):
+        new, younger, moving = here[age], here[age - 1], there[age - 1]
+        for s in range(n_symbols):
+            value = max(younger[s] + loop[s], moving[s] + move[s])
+            new[s] = max(value + densities[s], NEVER)
+    if old > 0 and k == 0:
+        for s in range(n_symbols):
+            here[0, s] = max(entry + densities[s], NEVER)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _oldest(
+    here: FloatArray,
+    there: FloatArray,
+    scores: tuple[FloatArray, FloatArray, FloatArray, Float32Array],
+    begun: tuple[IntArray, IntArray, int],
+) -> None:
+    """The tokens of the last age: those that stay, that move on, and that have grown old enough."""
+    loop, move, grown, densities = scores
+    since, since_there, now = begun
+    for s in range(len(here)):
+        best, when, moved = here[s] + loop[s], since[s], there[s] + move[s]
+        if moved > best:
+            best, when = moved, since_there[s]
+        if grown[s] > best:
+            best, when = grown[s], now
+        here[s], since[s] = max(best + densities[s], NEVER), when
 
 
 def _trace_back(entered: IntArray, before: IntArray, last: int) -> list[tuple[int, int, int]]:

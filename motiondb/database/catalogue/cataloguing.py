@@ -277,7 +277,9 @@ class _Adding:
                     store.fill_in(opened, source)
                 part = _save(opened, sheets, settings, chosen, part, run_id)
             if chosen.new:
-                found, made = loading.find_relations(opened, set(part.added), self.workers)
+                motions = {each.name: each.motion for each in chosen.new if each.motion}
+                new = set(part.added)
+                found, made = loading.find_relations(opened, new, self.workers, motions)
                 store.save_relations(opened, found)
                 part = replace(part, relations=tuple(found))
             self._save_notes()
@@ -346,6 +348,7 @@ def _save(
     replaced = {r.name: old[r.name] for r in chosen.new if r.name in old}
     touched = [info.capture_id for info in replaced.values()]
     with updating.counted(opened, run_id, touched) as change:
+        new, every = list[store.NewCapture](), list[_Kept]()
         for reading in chosen.new:
             info = _info(reading, sheets.entry(reading.name), run_id)
             captions = sheets.words.within(info.name, info.duration, faults) if sheets.words else ()
@@ -354,7 +357,10 @@ def _save(
             kept = _Kept.of(opened, replaced[info.name]) if info.name in replaced else _Kept()
             info = replace(info, tags={**kept.tags, **info.tags})
             captions = captions or captions_within(info.name, kept.captions, info.duration, notes)
-            info = store.save_capture(opened, info, reading.motion, reading.source, captions)
+            new.append((info, reading.motion, reading.source, captions))
+            every.append(kept)
+        saved = store.save_captures(opened, new)
+        for info, reading, kept in zip(saved, chosen.new, every):
             given = _save_events(opened, sheets.events, info, faults)
             if not given and kept.events:
                 kept.save_events(opened, info, notes)

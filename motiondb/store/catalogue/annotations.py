@@ -7,14 +7,14 @@ captures that repeat another one, its mirror image or a part of it.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
 from motiondb.errors import QueryError, StoreError
 from motiondb.records import Caption, Event, Relation
 from motiondb.store.connection.handle import Store
-from motiondb.store.connection.statements import columns_of
+from motiondb.store.connection.statements import Connection, columns_of
 from motiondb.store.connection.transactions import touch, transaction
 
 
@@ -22,28 +22,35 @@ def save_tags(store: Store, capture_id: int, tags: Mapping[str, str]) -> None:
     """Replace all tags of a capture."""
     with transaction(store) as connection:
         connection.execute("DELETE FROM capture_tag WHERE capture_id = ?", [capture_id])
-        connection.insert(
-            "capture_tag",
-            capture_id=capture_id,
-            key=list(tags),
-            value=[str(value) for value in tags.values()],
-        )
+        insert_tags(connection, {capture_id: tags})
+
+
+def insert_tags(connection: Connection, tags: Mapping[int, Mapping[str, str]]) -> None:
+    """Insert all tags of captures that have none, by their numbers."""
+    rows = [(n, key, str(value)) for n, of_one in tags.items() for key, value in of_one.items()]
+    numbers, keys, values = zip(*rows) if rows else ((), (), ())
+    connection.insert("capture_tag", capture_id=numbers, key=keys, value=values)
 
 
 def save_captions(store: Store, capture_id: int, captions: Iterable[Caption]) -> None:
     """Replace all captions of a capture; the learned model is then no longer current."""
-    rows = list(captions)
     with transaction(store) as connection:
         connection.execute("DELETE FROM caption WHERE capture_id = ?", [capture_id])
-        connection.insert(
-            "caption",
-            capture_id=capture_id,
-            ordinal=list(range(len(rows))),
-            start_s=np.array([row.start for row in rows], dtype=float),  # None becomes NaN: NULL
-            end_s=np.array([row.end for row in rows], dtype=float),
-            words=[row.words for row in rows],
-        )
+        insert_captions(connection, {capture_id: tuple(captions)})
         touch(store)
+
+
+def insert_captions(connection: Connection, captions: Mapping[int, Sequence[Caption]]) -> None:
+    """Insert all captions of captures that have none, by their numbers."""
+    rows = [(n, at, row) for n, of_one in captions.items() for at, row in enumerate(of_one)]
+    connection.insert(
+        "caption",
+        capture_id=[number for number, _, _ in rows],
+        ordinal=[at for _, at, _ in rows],
+        start_s=np.array([row.start for *_, row in rows], dtype=float),  # None becomes NaN: NULL
+        end_s=np.array([row.end for *_, row in rows], dtype=float),
+        words=[row.words for *_, row in rows],
+    )
 
 
 def _some(captures: Iterable[int] | None) -> str:

@@ -18,7 +18,7 @@ from motiondb.errors import QueryError, StoreError, suggestion
 from motiondb.files.packed_files import Source
 from motiondb.files.safe_files import odd_kind
 from motiondb.records import Caption, CaptureInfo, Float32Array, Motion
-from motiondb.store.catalogue.annotations import load_captions, save_captions, save_tags
+from motiondb.store.catalogue.annotations import insert_captions, insert_tags, load_captions
 from motiondb.store.catalogue.parquet_files import load_part
 from motiondb.store.catalogue.quality import UNMEASURED, load_measured
 from motiondb.store.catalogue.trash import OWN_TABLES, put_in_trash
@@ -48,6 +48,10 @@ N_JOINTS = 21  # Of the canonical body (:data:`motiondb.body.body.JOINTS`)
 _INFO = f"SELECT {', '.join(COLUMNS)}, notes FROM capture"
 
 
+NewCapture = tuple[CaptureInfo, Motion, Source, Iterable[Caption]]
+"""A capture to save; its number, digest and sizes are set when it is saved."""
+
+
 def save_capture(
     store: Store,
     info: CaptureInfo,
@@ -56,32 +60,54 @@ def save_capture(
     captions: Iterable[Caption] = (),
 ) -> CaptureInfo:
     """Add one capture with all that belongs to it; number, digest and sizes are set here."""
+    return save_captures(store, [(info, motion, source, captions)])[0]
+
+
+def save_captures(store: Store, captures: Sequence[NewCapture]) -> list[CaptureInfo]:
+    """Add captures with all that belongs to them, all or none; a statement takes as long for all.
+
+    Gives them with their numbers, digests and sizes.
+    """
+    infos = list[CaptureInfo]()
+    if not captures:
+        return infos
+    with transaction(store) as connection:
+        _refuse_repeated(store, captures)
+        number = int(read_meta(store, "next_capture_id"))
+        write_meta(store, "next_capture_id", str(number + len(captures)))
+        for info, motion, source, _ in captures:
+            poses = _finite_poses(info.name, motion)
+            infos.append(
+                replace(
+                    info,
+                    capture_id=number + len(infos),
+                    sha256=source.sha256,
+                    motion_frames=motion.n_frames,
+                    leg_length=float(motion.leg_length),
+                )
+            )
+            _insert_identity(connection, infos[-1], motion.notes, source)
+            connection.execute(
+                "INSERT INTO motion VALUES (?, ?, ?, NULL)",
+                [infos[-1].capture_id, len(poses), pack_poses(poses)],
+            )
+        insert_tags(connection, {info.capture_id: info.tags for info in infos})
+        said = {info.capture_id: tuple(given[3]) for info, given in zip(infos, captures)}
+        insert_captions(connection, said)
+        touch(store, motions=True)
+    return infos
+
+
+def _finite_poses(name: str, motion: Motion) -> Float32Array:
+    """The poses of a motion: array (frames, 87); StoreError if a number is not finite."""
     poses = flatten_motion(motion)
     if not np.isfinite(poses).all():
         frame = int(np.argmin(np.isfinite(poses).all(axis=1)))
         raise StoreError(
-            f"{info.name}: expected finite numbers in the motion, found others in frame {frame}. "
+            f"{name}: expected finite numbers in the motion, found others in frame {frame}. "
             "Nothing was saved; report the file."
         )
-    with transaction(store) as connection:
-        _refuse_repeated(store, info.name, source.sha256)
-        number = int(read_meta(store, "next_capture_id"))
-        write_meta(store, "next_capture_id", str(number + 1))
-        info = replace(
-            info,
-            capture_id=number,
-            sha256=source.sha256,
-            motion_frames=motion.n_frames,
-            leg_length=float(motion.leg_length),
-        )
-        _insert_identity(connection, info, motion.notes, source)
-        connection.execute(
-            "INSERT INTO motion VALUES (?, ?, ?, NULL)", [number, len(poses), pack_poses(poses)]
-        )
-        save_tags(store, number, info.tags)
-        save_captions(store, number, captions)
-        touch(store, motions=True)
-    return info
+    return poses
 
 
 def remove_captures(store: Store, numbers: Sequence[int]) -> None:
@@ -290,17 +316,28 @@ def _to_info(row: tuple[Any, ...], tags: dict[str, str]) -> CaptureInfo:
     return CaptureInfo(*values)
 
 
-def _refuse_repeated(store: Store, name: str, sha256: str) -> None:
-    row = store.connection.execute(
-        "SELECT name, sha256 FROM capture WHERE name = ? OR sha256 = ?", [name, sha256]
-    ).fetchone()
-    if row is None:
-        return
-    same = "this content under the name" if row[1] == sha256 else "another content under"
-    raise StoreError(
-        f"{name}: expected a capture that is new to {store.path}, found {same} {row[0]}. "
-        "Remove that one first, or give this one another name."
+def _refuse_repeated(store: Store, captures: Sequence[NewCapture]) -> None:
+    """Refuse captures with a name or content that the store or one before them has."""
+    given = [(info.name, source.sha256) for info, _, source, _ in captures]
+    query = (
+        "SELECT name, sha256 FROM capture WHERE name IN (SELECT unnest($1)) "
+        "OR sha256 IN (SELECT unnest($2))"
     )
+    rows = store.connection.execute(query, [list(column) for column in zip(*given)]).fetchall()
+    names, contents = {name for name, _ in rows}, {sha256: name for name, sha256 in rows}
+    for name, sha256 in given:
+        if name in names or sha256 in contents:
+            found = (
+                f"this content under the name {contents[sha256]}"
+                if sha256 in contents
+                else f"another content under {name}"
+            )
+            raise StoreError(
+                f"{name}: expected a capture that is new to {store.path}, found {found}. "
+                "Remove that one first, or give this one another name."
+            )
+        names.add(name)
+        contents[sha256] = name
 
 
 def _insert_identity(

@@ -90,6 +90,33 @@ def test_a_name_or_content_that_is_known_is_refused(
     assert [info.name for info in store.load_captures(database)] == ["a/walk"]
 
 
+def test_captures_are_saved_together_or_not_at_all(
+    database: store.Store, samples: ModuleType
+) -> None:
+    run_id = store.start_run(database, "add")
+
+    def given(name: str, content: bytes, *said: Caption) -> store.NewCapture:
+        source = packed_files.pack_source(f"{name}.bvh", content, "bvh")
+        return samples.info(name, run_id), samples.motion(len(name)), source, said
+
+    first, second = given("a", b"1", Caption("walk"), Caption("sit", 0.1, 0.2)), given("bb", b"2")
+    with pytest.raises(StoreError, match="found this content under the name a"):
+        store.save_captures(database, [first, second, given("ccc", b"1")])
+    with pytest.raises(StoreError, match="found another content under bb"):
+        store.save_captures(database, [first, second, given("bb", b"3")])
+    assert store.load_captures(database) == []
+    assert store.save_captures(database, []) == []
+    saved = store.save_captures(database, [first, second])
+    for info, loaded in zip(saved, store.load_captures(database), strict=True):
+        samples.assert_equal(loaded, info)
+    assert [info.capture_id for info in saved] == [1, 2]
+    assert store.load_captions(database) == {1: first[3]}
+    for info, (_, motion, *_) in zip(saved, (first, second)):
+        kept = store.load_motion(database, info.capture_id, or_markers=True)
+        np.testing.assert_array_equal(kept.root_positions, motion.root_positions)
+    assert samples.add(database, "dddd").capture_id == 3
+
+
 def test_removing_takes_everything_and_no_number_comes_back(
     database: store.Store, samples: ModuleType
 ) -> None:
