@@ -192,27 +192,31 @@ class _Adding:
             return self._in_one_world(batch)
 
     def _in_one_world(self, batch: list[Readings]) -> list[Readings]:
-        """Read again captures that are less sure of what is up than others of their skeleton."""
+        """Read again captures that are less sure of what is up than others of their skeleton.
+
+        One that stood as still as it may lie gives way to one that moved.
+        """
         for each in (reading for readings in batch for reading in readings):
             if each.found is not None and each.skeleton:
                 self.found.setdefault(each.skeleton, []).append(each.found)
         for place, readings in enumerate(batch):
             for of_file in readings:
                 others = self.found.get(of_file.skeleton, ())
-                if of_file.found is None or of_file.found.is_sure or len(others) < 2:
+                if of_file.found is None or of_file.is_known or len(others) < 2:
                     continue
-                if of_file.is_known:
+                is_moved = any(each.is_by_motion for each in others)
+                if of_file.found.is_by_motion or (of_file.found.is_sure and not is_moved):
                     continue
                 up, is_sure = world.pooled(others)
                 own = world.up_notes(of_file.found)
                 if up == of_file.found.up and not (is_sure and own):
                     continue
-                batch[place] = self._read_with(up, readings, own)
+                batch[place] = self._read_with(up, readings)
                 break
         return batch
 
-    def _read_with(self, up: str, readings: Readings, own: tuple[str, ...]) -> Readings:
-        """Read a file again with another axis up; `own` are the notes on its own axis."""
+    def _read_with(self, up: str, readings: Readings) -> Readings:
+        """Read a file again with another axis up."""
         name = readings[0].name
         self.together[name] = up
         job = self.jobs.get(name) or self.jobs[name.rpartition("#")[0]]
@@ -221,6 +225,7 @@ class _Adding:
             again, told = readings, () if up == readings[0].found.usual else told
         else:
             again = next(iter(read_all([replace(job, settings=replace(job.settings, up=up))], 1)))
+        own = {note for each in again if each.found for note in each.found.notes}
         return tuple(
             replace(
                 each,
