@@ -420,6 +420,14 @@ def test_one_skeleton_is_read_in_one_world(tmp_path: Path, some: Path) -> None:
         assert set(run["parameters"]["worlds"].values()) == {"z"}
 
 
+def test_a_file_of_one_frame_is_told(tmp_path: Path, some: Path) -> None:
+    clip = changes.part(read_capture(some / "ana" / "jump_1.bvh"), 0, 1)
+    (tmp_path / "takes").mkdir()
+    write_bvh(clip, tmp_path / "takes" / "pose.bvh")
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        assert "pose: The file has one frame: a pose, no motion." in db.add(tmp_path / "takes").notes
+
+
 def test_an_axis_is_given_for_all_or_in_the_sheet(tmp_path: Path, some: Path) -> None:
     folder = tmp_path / "takes"
     folder.mkdir()
