@@ -425,7 +425,9 @@ def test_a_file_of_one_frame_is_told(tmp_path: Path, some: Path) -> None:
     (tmp_path / "takes").mkdir()
     write_bvh(clip, tmp_path / "takes" / "pose.bvh")
     with motiondb.open(tmp_path / "m.duckdb") as db:
-        assert "pose: The file has one frame: a pose, no motion." in db.add(tmp_path / "takes").notes
+        assert (
+            "pose: The file has one frame: a pose, no motion." in db.add(tmp_path / "takes").notes
+        )
 
 
 def test_an_axis_is_given_for_all_or_in_the_sheet(tmp_path: Path, some: Path) -> None:
