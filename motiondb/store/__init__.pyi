@@ -61,6 +61,9 @@ from .catalogue.captures import (
     MARKERS_ONLY as MARKERS_ONLY,
 )
 from .catalogue.captures import (
+    NewCapture as NewCapture,
+)
+from .catalogue.captures import (
     has_body as has_body,
 )
 from .catalogue.captures import (
@@ -92,6 +95,9 @@ from .catalogue.captures import (
 )
 from .catalogue.captures import (
     save_capture as save_capture,
+)
+from .catalogue.captures import (
+    save_captures as save_captures,
 )
 from .catalogue.edits import (
     SYNONYMS as SYNONYMS,

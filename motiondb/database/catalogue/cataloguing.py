@@ -351,6 +351,7 @@ def _save(
     replaced = {r.name: old[r.name] for r in chosen.new if r.name in old}
     touched = [info.capture_id for info in replaced.values()]
     with updating.counted(opened, run_id, touched) as change:
+        saved, kepts = list[store.NewCapture](), list[_Kept]()
         for reading in chosen.new:
             info = _info(reading, sheets.entry(reading.name), run_id)
             captions = sheets.words.within(info.name, info.duration, faults) if sheets.words else ()
@@ -359,7 +360,10 @@ def _save(
             kept = _Kept.of(opened, replaced[info.name]) if info.name in replaced else _Kept()
             info = replace(info, tags={**kept.tags, **info.tags})
             captions = captions or captions_within(info.name, kept.captions, info.duration, notes)
-            info = store.save_capture(opened, info, reading.motion, reading.source, captions)
+            saved.append(store.NewCapture(info, reading.motion, reading.source, captions))
+            kepts.append(kept)
+        infos = store.save_captures(opened, saved) if saved else []
+        for reading, info, kept in zip(chosen.new, infos, kepts):
             given = _save_events(opened, sheets.events, info, faults)
             if not given and kept.events:
                 kept.save_events(opened, info, notes)

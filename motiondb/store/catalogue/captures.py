@@ -18,7 +18,7 @@ from motiondb.errors import QueryError, StoreError, suggestion
 from motiondb.files.packed_files import Source
 from motiondb.files.safe_files import odd_kind
 from motiondb.records import Caption, CaptureInfo, Float32Array, Motion
-from motiondb.store.catalogue.annotations import load_captions, save_captions, save_tags
+from motiondb.store.catalogue.annotations import add_captions, add_tags, load_captions
 from motiondb.store.catalogue.parquet_files import load_part
 from motiondb.store.catalogue.quality import UNMEASURED, load_measured
 from motiondb.store.catalogue.trash import OWN_TABLES, put_in_trash
@@ -34,7 +34,7 @@ from motiondb.store.catalogue.where import (
 )
 from motiondb.store.connection.faults import DamagedMotionError, damage_sentence
 from motiondb.store.connection.handle import Store
-from motiondb.store.connection.statements import Connection
+from motiondb.store.connection.statements import Connection, columns_of, ragged
 from motiondb.store.connection.transactions import read_meta, touch, transaction, write_meta
 from motiondb.store.poses import pack_poses, unpack_poses
 
@@ -45,7 +45,18 @@ MARKERS_ONLY = (
 )
 N_JOINTS = 21  # Of the canonical body (:data:`motiondb.body.body.JOINTS`)
 
+_AT_ONCE = 64  # Captures that are saved by one statement, which holds their motions packed
 _INFO = f"SELECT {', '.join(COLUMNS)}, notes FROM capture"
+
+
+@dataclass(frozen=True, eq=False)
+class NewCapture:
+    """A capture to save, with all that belongs to it."""
+
+    info: CaptureInfo  # Number, digest and sizes are set when it is saved
+    motion: Motion
+    source: Source
+    captions: Sequence[Caption] = ()
 
 
 def save_capture(
@@ -56,32 +67,55 @@ def save_capture(
     captions: Iterable[Caption] = (),
 ) -> CaptureInfo:
     """Add one capture with all that belongs to it; number, digest and sizes are set here."""
-    poses = flatten_motion(motion)
-    if not np.isfinite(poses).all():
-        frame = int(np.argmin(np.isfinite(poses).all(axis=1)))
-        raise StoreError(
-            f"{info.name}: expected finite numbers in the motion, found others in frame {frame}. "
-            "Nothing was saved; report the file."
-        )
+    return save_captures(store, [NewCapture(info, motion, source, tuple(captions))])[0]
+
+
+def save_captures(store: Store, captures: Sequence[NewCapture]) -> list[CaptureInfo]:
+    """Add captures as :func:`save_capture` does; 0.1 ms for one of 2 s among many."""
+    for new in captures:
+        finite = np.isfinite(flatten_motion(new.motion)).all(axis=1)
+        if not finite.all():
+            raise StoreError(
+                f"{new.info.name}: expected finite numbers in the motion, found others in frame "
+                f"{int(finite.argmin())}. Nothing was saved; report the file."
+            )
     with transaction(store) as connection:
-        _refuse_repeated(store, info.name, source.sha256)
-        number = int(read_meta(store, "next_capture_id"))
-        write_meta(store, "next_capture_id", str(number + 1))
-        info = replace(
-            info,
-            capture_id=number,
-            sha256=source.sha256,
-            motion_frames=motion.n_frames,
-            leg_length=float(motion.leg_length),
-        )
-        _insert_identity(connection, info, motion.notes, source)
-        connection.execute(
-            "INSERT INTO motion VALUES (?, ?, ?, NULL)", [number, len(poses), pack_poses(poses)]
-        )
-        save_tags(store, number, info.tags)
-        save_captions(store, number, captions)
+        _refuse_repeated(store, captures)
+        first = int(read_meta(store, "next_capture_id"))
+        write_meta(store, "next_capture_id", str(first + len(captures)))
+        infos = [
+            replace(
+                new.info,
+                capture_id=first + number,
+                sha256=new.source.sha256,
+                motion_frames=new.motion.n_frames,
+                leg_length=float(new.motion.leg_length),
+            )
+            for number, new in enumerate(captures)
+        ]
+        for start in range(0, len(captures), _AT_ONCE):
+            some = slice(start, start + _AT_ONCE)
+            _insert(connection, infos[some], captures[some])
         touch(store, motions=True)
-    return info
+    return infos
+
+
+def _insert(
+    connection: Connection, infos: Sequence[CaptureInfo], captures: Sequence[NewCapture]
+) -> None:
+    """Insert the rows of captures; a statement costs as much as 50 captures of 2 s in it."""
+    sources = [new.source for new in captures]
+    connection.insert("source", **columns_of(Source, sources))
+    columns: dict[str, Any] = {name: [getattr(i, name) for i in infos] for name in COLUMNS}
+    columns["notes"] = ragged([list(info.notes) for info in infos])
+    columns["motion_notes"] = ragged([list(new.motion.notes) for new in captures])
+    connection.insert("capture", **columns)
+    poses = [flatten_motion(new.motion) for new in captures]
+    numbers = [info.capture_id for info in infos]
+    lengths, packed = [len(rows) for rows in poses], [pack_poses(rows) for rows in poses]
+    connection.insert("motion", capture_id=numbers, n_frames=lengths, poses=packed)
+    add_tags(connection, {info.capture_id: info.tags for info in infos})
+    add_captions(connection, dict(zip(numbers, (new.captions for new in captures))))
 
 
 def remove_captures(store: Store, numbers: Sequence[int]) -> None:
@@ -290,44 +324,25 @@ def _to_info(row: tuple[Any, ...], tags: dict[str, str]) -> CaptureInfo:
     return CaptureInfo(*values)
 
 
-def _refuse_repeated(store: Store, name: str, sha256: str) -> None:
-    row = store.connection.execute(
-        "SELECT name, sha256 FROM capture WHERE name = ? OR sha256 = ?", [name, sha256]
-    ).fetchone()
-    if row is None:
-        return
-    same = "this content under the name" if row[1] == sha256 else "another content under"
-    raise StoreError(
-        f"{name}: expected a capture that is new to {store.path}, found {same} {row[0]}. "
-        "Remove that one first, or give this one another name."
+def _refuse_repeated(store: Store, captures: Sequence[NewCapture]) -> None:
+    """Refuse a name or a content that is there already, or twice among the new captures."""
+    query = (
+        "SELECT name, sha256 FROM capture WHERE name IN (SELECT unnest($names)) "
+        "OR sha256 IN (SELECT unnest($digests))"
     )
-
-
-def _insert_identity(
-    connection: Connection,
-    info: CaptureInfo,
-    motion_notes: tuple[str, ...],
-    source: Source,
-) -> None:
-    connection.execute(
-        "INSERT INTO source VALUES (?, ?, ?, ?, ?, ?, NULL, NULL)",
-        [
-            source.sha256,
-            source.format,
-            source.file_name,
-            source.skeleton_name,
-            source.data,
-            source.skeleton_data,
-        ],
-    )
-    connection.execute(
-        f"INSERT INTO capture VALUES ({', '.join('?' * 14)})",
-        [
-            *(getattr(info, name) for name in COLUMNS),
-            list(info.notes),
-            list(motion_notes),
-        ],
-    )
+    names, digests = ([*each] for each in zip(*((c.info.name, c.source.sha256) for c in captures)))
+    rows = store.connection.execute(query, {"names": names, "digests": digests}).fetchall()
+    named, contents = dict(rows), {sha256: name for name, sha256 in rows}
+    for name, sha256 in zip(names, digests):
+        if name in named or sha256 in contents:
+            is_same = sha256 in contents
+            same = "this content under the name" if is_same else "another content under"
+            raise StoreError(
+                f"{name}: expected a capture that is new to {store.path}, found {same} "
+                f"{contents[sha256] if is_same else name}. "
+                "Remove that one first, or give this one another name."
+            )
+        named[name], contents[sha256] = sha256, name
 
 
 def rename_captures(store: Store, names: Mapping[int, str]) -> None:

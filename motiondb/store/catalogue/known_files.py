@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from motiondb.store.connection.handle import Store
+from motiondb.store.connection.statements import columns_of
 from motiondb.store.connection.transactions import transaction
 
 
@@ -28,6 +29,5 @@ def load_known_files(store: Store, paths: Sequence[str]) -> dict[str, KnownFile]
 def save_known_files(store: Store, files: Mapping[str, KnownFile]) -> None:
     """Note files that were read, in place of what was noted of them."""
     with transaction(store) as connection:
-        for path, file in files.items():
-            row = [path, file.state, file.options, file.readings]
-            connection.execute("INSERT OR REPLACE INTO known_file VALUES (?, ?, ?, ?)", row)
+        columns = columns_of(KnownFile, list(files.values()))
+        connection.insert_or_replace("known_file", path=list(files), **columns)
