@@ -54,7 +54,8 @@ _OFF_FLOOR, _FAR = 0.12, 0.35
 """Metres from 0 of a floor that is not at 0 (real ones are within .10, or where the hips start at
 0 at -1); and of one that is certainly not, if the hips start elsewhere."""
 _HELD_LESS = 0.2
-"""By this share of the frames less a body must stand along other axes if its floor is not at 0."""
+"""By this share of the frames less a body must stand along other axes if its floor is not at 0, and
+if it is to decide for other captures."""
 _HELD = 0.5  # Share of the frames that a body stands on something, below which it flies
 _STILL, _NEAR, _LEVEL = 0.3, 0.1, 0.15
 """A point that carries the body moves slower than this (m/s), is this near to the lowest point of
@@ -139,6 +140,8 @@ class Found:
     usual: str = "y"  # The axis of the format
     rest: str = ""  # The axis along which the rest pose stands
     notes: tuple[str, ...] = ()
+    is_by_motion: bool = False
+    """Sure, and the body stands still along no other axis: these captures of a skeleton decide."""
 
 
 def to_y_up(up: str) -> FloatArray:
@@ -180,11 +183,12 @@ def find_up(
             is_sure &= is_on_floor or held[up] < held[best] - _HELD_LESS
     if held[best] < _HELD and stands[best] < _UPRIGHT:  # in the air, as in hops
         is_sure &= max(stands.values()) < _UPRIGHT
+    is_moved = is_sure and all(held[up] < held[best] - _HELD_LESS for up in UPS if up != best)
     if stated:
         doubt = f"{stated} is up, as it was said; the body moves as if {best} were."
         notes = (doubt,) if is_sure and best != stated else ()
         return Found(stated, True, tuple(scores.values()), stated, rest, notes)
-    found = Found(best, is_sure, tuple(scores.values()), usual, rest)
+    found = Found(best, is_sure, tuple(scores.values()), usual, rest, is_by_motion=is_moved)
     return replace(found, notes=up_notes(found))
 
 
@@ -204,9 +208,11 @@ def up_notes(found: Found) -> tuple[str, ...]:
 def pooled(found: Sequence[Found]) -> tuple[str, bool]:
     """Return the axis that is up for captures of one skeleton, and whether this is sure.
 
-    Those that are sure decide for the others; without any, what speaks for all together.
+    Those that are sure by their motion decide, else those that are sure; without any, what speaks
+    for all together.
     """
-    sure = Counter(each.up for each in found if each.is_sure)
+    moved = [each for each in found if each.is_by_motion]
+    sure = Counter(each.up for each in moved or found if each.is_sure)
     if sure:
         return sure.most_common(1)[0][0], True
     together = np.mean([each.scores for each in found], axis=0)

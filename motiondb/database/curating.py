@@ -106,13 +106,20 @@ def curate(
     if folder is not None:
         check_new_folder(folder)
         exporting.check_changes(asked.changes, Path(f"motion.{asked.ending}"))
+    gathered = gather(session, infos, asked, tell)
+    tell("choosing", 0, 1)
+    answer = gathered.answer()
+    tell("choosing", 1, 1)
+    return answer if folder is None else _write(session, answer, asked, folder, tell)
+
+
+def gather(
+    session: Session, infos: Sequence[CaptureInfo], asked: CurateSettings, tell: Progress
+) -> Gathered:
+    """Load all that a choice needs; to choose then needs no database."""
     reasons, lacks = _left_out(session, infos, asked, tell)
     with session.reading():
-        made = _Made(session, infos, asked, reasons, lacks)
-        tell("choosing", 0, 1)
-        answer = made.answer()
-        tell("choosing", 1, 1)
-    return answer if folder is None else _write(session, answer, asked, folder, tell)
+        return Gathered(session, infos, asked, reasons, lacks)
 
 
 def only_once(session: Session, infos: Iterable[CaptureInfo]) -> dict[str, str]:
@@ -157,8 +164,8 @@ def _left_out(
     return out, found
 
 
-class _Made:
-    """A choice with all that is told about it."""
+class Gathered:
+    """What a choice is made of, and told by; loaded at once."""
 
     def __init__(
         self,
@@ -168,7 +175,7 @@ class _Made:
         reasons: dict[int, list[str]],
         lacks: dict[str, Quality],
     ) -> None:
-        self.session, self.asked, self.reasons, self.lacks = session, asked, reasons, lacks
+        self.pool, self.asked, self.reasons, self.lacks = session.features, asked, reasons, lacks
         self.infos = {info.capture_id: info for info in infos if info.capture_id in reasons}
         self.unread = [info.name for info in infos if info.capture_id not in reasons]
         everyone = {info.capture_id: info for info in store.load_captures(session.store)}
@@ -191,7 +198,7 @@ class _Made:
             starts = self.learned.segments.starts[self.learned.rows[number]]
             borders = (starts // FEATURE_STEP).tolist()
         else:
-            borders = pieces.rests(self.session.features.of_capture(number))
+            borders = pieces.rests(self.pool.of_capture(number))
         kept = np.array([not reason for reason in why], dtype=bool)
         asked = self.asked
         found, short = pieces.cut(number, borders, kept, asked.shortest, asked.longest)
@@ -203,11 +210,9 @@ class _Made:
     def vectors(self) -> pieces.Float32Array:
         """Vectors of all windows."""
         of = np.array([each.capture for each in self.intervals])[self.windows.owner]
-        pool = self.session.features
         numbers = list(dict.fromkeys(of.tolist()))
-        return pieces.vectors(
-            [pool.of_capture(n) for n in numbers], [self.windows.first[of == n] for n in numbers]
-        )
+        features = [self.pool.of_capture(n) for n in numbers]
+        return pieces.vectors(features, [self.windows.first[of == n] for n in numbers])
 
     def words(self, each: pieces.Interval) -> tuple[str, ...]:
         """Words of the captions of an interval, or of its whole capture."""

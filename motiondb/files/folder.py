@@ -122,9 +122,9 @@ def holds_capture(path: Path) -> bool:
 def not_read(folder: Path | str) -> tuple[str, ...]:
     """Describe the contents of a folder that are not read although they may hold captures."""
     others: dict[str, list[Path]] = {}
-    sentences = []
-    for path in sorted(_visible(Path(folder))):
-        if path.is_symlink() and path.is_dir():
+    root, sentences = Path(folder), list[str]()
+    for path in (*[root][: root.is_dir()], *sorted(_visible(root))):
+        if path.is_symlink() and path.is_dir() and path != root:
             sentences.append(
                 f"{printable(path)}: a link to a folder is not followed; add that folder by itself"
             )

@@ -21,7 +21,8 @@ https://github.com/EricGuo5513/HumanML3D (motion_representation.ipynb, cal_mean_
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
@@ -29,6 +30,8 @@ from types import MappingProxyType
 import numpy as np
 
 from motiondb.body import rotation
+from motiondb.errors import QueryError
+from motiondb.files.readers.first_bytes import HUMANML3D_WIDTH
 from motiondb.language.lemmas import lemma
 from motiondb.language.vocabulary import forms_of
 from motiondb.records import Caption, FloatArray
@@ -151,28 +154,48 @@ def text_lines(captions: Sequence[Caption], seconds: float) -> str:
     return "".join(lines)
 
 
-def write_set(folder: Path, motions: Sequence[tuple[str, FloatArray, str]]) -> None:
+@dataclass(frozen=True)
+class Written:
+    """Numbers of what a folder holds."""
+
+    motions: int
+    frames: int
+    captions: int
+    without_captions: int
+
+
+def write_set(folder: Path, motions: Iterable[tuple[str, FloatArray, str]]) -> Written:
     """Write motions: name, numbers (frames, 263) and lines of text, with their mean and deviation.
 
-    `folder` is there, and empty.
+    One after the other: none but the last is held. `folder` is there, and empty.
     """
     from motiondb.files.readers.point_motion import humanml3d_positions
 
     for name in ("new_joint_vecs", "new_joints", "texts"):
         (folder / name).mkdir()
+    n_motions, n_frames, n_captions, listed = 0, 0, 0, list[str]()
+    # of all frames until now, and squares from it
+    mean, squares = np.zeros(HUMANML3D_WIDTH), np.zeros(HUMANML3D_WIDTH)
     for name, numbers, text in motions:
         np.save(folder / "new_joint_vecs" / f"{name}.npy", numbers.astype(np.float32))
         joints = humanml3d_positions(numbers).astype(np.float32)
         np.save(folder / "new_joints" / f"{name}.npy", joints)
         if text:
             (folder / "texts" / f"{name}.txt").write_text(text, encoding="utf-8")
-    listed = "".join(f"{name}\n" for name, _, text in motions if text)
-    (folder / "all.txt").write_text(listed, encoding="utf-8")
-    every = np.concatenate([numbers for _, numbers, _ in motions])
-    deviation = every.std(axis=0)
+            listed.append(f"{name}\n")
+        apart, share = numbers.mean(axis=0) - mean, len(numbers) / (n_frames + len(numbers))
+        squares += len(numbers) * (numbers.var(axis=0) + (1.0 - share) * apart**2)
+        mean += share * apart
+        n_motions += 1
+        n_frames += len(numbers)
+        n_captions += text.count("\n")
+    if not n_motions:
+        raise QueryError("export: expected captures with the motion of a body, found none.")
+    (folder / "all.txt").write_text("".join(listed), encoding="utf-8")
+    deviation = np.sqrt(squares / n_frames)
     for low, high in PARTS.values():
         deviation[low:high] = deviation[low:high].mean()
-    np.save(folder / "Mean.npy", every.mean(axis=0).astype(np.float32))
+    np.save(folder / "Mean.npy", mean.astype(np.float32))
     np.save(folder / "Std.npy", deviation.astype(np.float32))
     said = {
         "fps": FPS,
@@ -186,3 +209,4 @@ def write_set(folder: Path, motions: Sequence[tuple[str, FloatArray, str]]) -> N
         "Mean.npy, Std.npy": "of these motions",
     }
     (folder / "humanml3d.json").write_text(json.dumps(said, indent=1) + "\n", encoding="utf-8")
+    return Written(n_motions, n_frames, n_captions, n_motions - len(listed))

@@ -89,6 +89,18 @@ def test_captures_of_a_skeleton_decide_together() -> None:
     assert not world.pooled([lies, lies])[1]
 
 
+def test_a_body_that_lies_as_if_it_stood_gives_way_to_one_that_walks() -> None:
+    """On a mattress, with z up, its feet are lowest along y, at 0: alone it stands, with y up."""
+    points = in_world(positions("back", 180.0), "z") + np.array([0.0, 0.0, 0.2])
+    points[..., 1] -= points[..., 1].min() - 0.03
+    lies = world.find_up(points, FPS, rest="y")
+    walks = world.find_up(in_world(walk(), "z"), FPS, rest="y")
+    assert (lies.up, lies.is_sure, lies.is_by_motion) == ("y", True, False)
+    assert (walks.up, walks.is_by_motion) == ("z", True)
+    assert world.pooled([lies, lies, walks]) == ("z", True)
+    assert world.pooled([lies, lies]) == ("y", True)
+
+
 @pytest.mark.parametrize("up", world.UPS)
 def test_a_turn_brings_its_axis_up(up: str) -> None:
     turned = rotation.rotate(world.to_y_up(up), in_world(walk(), up))

@@ -116,6 +116,8 @@ def test_pipes_and_broken_links_are_named_and_not_waited_for(tmp_path: Path, fol
 def test_a_folder_that_may_not_be_read_is_named(tmp_path: Path, folder: Path) -> None:
     (folder / "closed").mkdir(mode=0)
     assert add(folder, tmp_path).notes == (f"{folder}/closed: a folder that may not be read",)
+    with pytest.raises(MotionDBError, match="closed: a folder that may not be read"):
+        add(folder / "closed", tmp_path)
 
 
 def test_files_are_read_here_where_no_process_can_start(

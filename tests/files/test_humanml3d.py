@@ -124,6 +124,9 @@ def test_a_folder_that_others_read(tmp_path: Path) -> None:
     deviation = np.load(folder / "Std.npy")
     assert deviation.shape == (263,)
     assert len({*deviation[4:67].tolist()}) == 1
+    expected = [every.std(axis=0)[low:high].mean() for low, high in humanml3d.PARTS.values()]
+    found = [deviation[low] for low, _ in humanml3d.PARTS.values()]
+    np.testing.assert_allclose(found, expected, rtol=1e-4)
     said = json.loads((folder / "humanml3d.json").read_text())
     assert (said["fps"], said["columns"]["ways"]) == (20.0, [193, 259])
     rows = (folder / "captures.csv").read_text().splitlines()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from itertools import pairwise
 from pathlib import Path
 
@@ -10,7 +12,7 @@ from page_serving import Serve, get, post, refused
 from starlette.testclient import TestClient
 
 import motiondb
-from motiondb.answers import SplitChoice
+from motiondb.database.curating import Gathered
 from motiondb.page.motion import read_tracks
 from motiondb.page.routes import asking
 
@@ -52,22 +54,27 @@ def test_symbols_have_a_place_and_their_segments(client: TestClient) -> None:
 
 
 def test_choices_of_a_few_shares_are_kept(
-    client: TestClient, monkeypatch: pytest.MonkeyPatch
+    learned_copy: Path, serve: Serve, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    made = []
+    """Another process writes while one is made, which is then not kept."""
+    made, choose, client = [], asking._choice, serve(learned_copy)
 
-    def choose(_db: object, share: float) -> asking.ChoiceReply:
-        made.append(share)
-        choice = SplitChoice(
-            split="", performers=(), seconds=9.0, chosen=1.0, intervals=1, distance=1.0, bound=1.0
-        )
-        return asking.ChoiceReply(choice, [], {})
+    def choosing(gathered: Gathered) -> asking.ChoiceReply:
+        made.append(gathered.asked.share)
+        if len(made) == 5:
+            code = "import motiondb, sys; db = motiondb.open(sys.argv[1]); db.remove(['ana/bow_1'])"
+            assert subprocess.run([sys.executable, "-c", code, learned_copy]).returncode == 0
+        return choose(gathered)
 
-    monkeypatch.setattr(asking, "_choice", choose)
+    assert "looked at" in refused(client, "/api/choice", 400, share=0.1)
+    with motiondb.open(learned_copy, wait=10.0) as db:
+        db.captures.quality()
+    monkeypatch.setattr(asking, "_choice", choosing)
     monkeypatch.setattr(asking, "MOST_CHOICES", 2)
-    for share in (0.1, 0.2, 0.1, 0.3, 0.2, 0.1):
-        get(client, "/api/choice", share=share)
-    assert made == [0.1, 0.2, 0.3, 0.1]
+    for share in (0.1, 0.2, 0.1, 0.3, 0.2, 0.1, 0.4, 0.4):
+        reply = get(client, "/api/choice", share=share)
+        assert 0.0 < reply["choice"]["chosen"] < 2.0 * share * reply["choice"]["seconds"]
+    assert made == [0.1, 0.2, 0.3, 0.1, 0.4, 0.4]
 
 
 def test_variants_have_their_seeds_and_say_what_they_show(client: TestClient) -> None:

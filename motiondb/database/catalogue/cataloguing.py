@@ -192,27 +192,31 @@ class _Adding:
             return self._in_one_world(batch)
 
     def _in_one_world(self, batch: list[Readings]) -> list[Readings]:
-        """Read again captures that are less sure of what is up than others of their skeleton."""
+        """Read again captures that are less sure of what is up than others of their skeleton.
+
+        One that stood as still as it may lie gives way to one that moved.
+        """
         for each in (reading for readings in batch for reading in readings):
             if each.found is not None and each.skeleton:
                 self.found.setdefault(each.skeleton, []).append(each.found)
         for place, readings in enumerate(batch):
             for of_file in readings:
                 others = self.found.get(of_file.skeleton, ())
-                if of_file.found is None or of_file.found.is_sure or len(others) < 2:
+                if of_file.found is None or of_file.is_known or len(others) < 2:
                     continue
-                if of_file.is_known:
+                is_moved = any(each.is_by_motion for each in others)
+                if of_file.found.is_by_motion or (of_file.found.is_sure and not is_moved):
                     continue
                 up, is_sure = world.pooled(others)
                 own = world.up_notes(of_file.found)
                 if up == of_file.found.up and not (is_sure and own):
                     continue
-                batch[place] = self._read_with(up, readings, own)
+                batch[place] = self._read_with(up, readings)
                 break
         return batch
 
-    def _read_with(self, up: str, readings: Readings, own: tuple[str, ...]) -> Readings:
-        """Read a file again with another axis up; `own` are the notes on its own axis."""
+    def _read_with(self, up: str, readings: Readings) -> Readings:
+        """Read a file again with another axis up."""
         name = readings[0].name
         self.together[name] = up
         job = self.jobs.get(name) or self.jobs[name.rpartition("#")[0]]
@@ -221,6 +225,7 @@ class _Adding:
             again, told = readings, () if up == readings[0].found.usual else told
         else:
             again = next(iter(read_all([replace(job, settings=replace(job.settings, up=up))], 1)))
+        own = {note for each in again if each.found for note in each.found.notes}
         return tuple(
             replace(
                 each,
@@ -348,7 +353,7 @@ def _save(
     replaced = {r.name: old[r.name] for r in chosen.new if r.name in old}
     touched = [info.capture_id for info in replaced.values()]
     with updating.counted(opened, run_id, touched) as change:
-        new, every = list[store.NewCapture](), list[_Kept]()
+        saved, kepts = list[store.NewCapture](), list[_Kept]()
         for reading in chosen.new:
             info = _info(reading, sheets.entry(reading.name), run_id)
             captions = sheets.words.within(info.name, info.duration, faults) if sheets.words else ()
@@ -357,10 +362,10 @@ def _save(
             kept = _Kept.of(opened, replaced[info.name]) if info.name in replaced else _Kept()
             info = replace(info, tags={**kept.tags, **info.tags})
             captions = captions or captions_within(info.name, kept.captions, info.duration, notes)
-            new.append((info, reading.motion, reading.source, captions))
-            every.append(kept)
-        saved = store.save_captures(opened, new)
-        for info, reading, kept in zip(saved, chosen.new, every):
+            saved.append(store.NewCapture(info, reading.motion, reading.source, captions))
+            kepts.append(kept)
+        infos = store.save_captures(opened, saved)
+        for reading, info, kept in zip(chosen.new, infos, kepts):
             given = _save_events(opened, sheets.events, info, faults)
             if not given and kept.events:
                 kept.save_events(opened, info, notes)
@@ -390,7 +395,7 @@ def _save(
 
 _GUESS = re.compile(
     r"--(up|mirror-world|swap-sides|fps)\b|they slide|radians|unit is a guess|if it is wrong"
-    r"|Kept as (?:markers|series)|Lost for long|Another performer|as a copy of them"
+    r"|Kept as (?:markers|series)|Lost for long|Another performer|as a copy of them|no motion"
 )
 """What a note on the reading of a file says where a person should look at it."""
 

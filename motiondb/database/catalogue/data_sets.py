@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +12,6 @@ from motiondb import answers, store
 from motiondb.body.kinematics import clip_positions
 from motiondb.database.catalogue.exporting import MotionChanges, changed
 from motiondb.database.catalogue.parts import check_new_folder, write_bytes
-from motiondb.errors import QueryError
 from motiondb.files import humanml3d
 from motiondb.files.own_rigs import own_rig
 from motiondb.files.sheet_writer import plain_cell
@@ -30,40 +29,44 @@ def write_humanml3d(
     session: Session, infos: Sequence[CaptureInfo], folder: Path
 ) -> answers.DataSet:
     """Write captures in the form of HumanML3D into a new folder, with a table of what they are."""
-    check_new_folder(folder)  # before all captures are converted
-    rig = own_rig("smpl")
-    motions = list[tuple[str, FloatArray, str]]()
+    check_new_folder(folder)  # before captures are converted
     rows, left_out = list[tuple[object, ...]](), list[str]()
-    with session.reading():
-        captions = store.load_captions(session.store, [info.capture_id for info in infos])
-        for info in infos:
-            if not info.has_body or info.motion_frames < _FEWEST:
-                why = "it is too short" if info.has_body else "it has no body"
-                left_out.append(f"{info.name} is left out: {why}.")
-                continue
-            motion = store.load_motion(session.store, info.capture_id)
-            clip = changed(onto(motion, rig, {}).clip, MotionChanges(fps=humanml3d.FPS)).clip
-            numbers = humanml3d.motion_numbers(clip_positions(clip)[0])
-            text = humanml3d.text_lines(captions.get(info.capture_id, ()), info.duration)
-            name = f"{len(motions):06d}"
-            motions.append((name, numbers, text))
-            tags = (info.tags.get("performer", ""), info.tags.get("licence", ""))
-            rows.append((name, info.name, len(numbers), text.count("\n"), *tags))
-    if not motions:
-        raise QueryError("export: expected captures with the motion of a body, found none.")
-    table = io.StringIO(newline="")
-    writer = csv.writer(table, lineterminator="\n")
-    writer.writerow(("id", "capture", "frames", "captions", "performer", "licence"))
-    writer.writerows([plain_cell(str(cell)) for cell in row] for row in rows)
-    with whole_folder(folder, check_new_folder) as draft:
-        humanml3d.write_set(draft, motions)
+    with session.reading(), whole_folder(folder, check_new_folder) as draft:
+        written = humanml3d.write_set(draft, _converted(session, infos, rows, left_out))
+        table = io.StringIO(newline="")
+        writer = csv.writer(table, lineterminator="\n")
+        writer.writerow(("id", "capture", "frames", "captions", "performer", "licence"))
+        writer.writerows([plain_cell(str(cell)) for cell in row] for row in rows)
         write_bytes(draft / "captures.csv", table.getvalue().encode())
     return answers.DataSet(
         folder,
         "humanml3d",
-        len(motions),
-        sum(len(numbers) for _, numbers, _ in motions),
-        sum(text.count("\n") for _, _, text in motions),
-        sum(not text for _, _, text in motions),
+        written.motions,
+        written.frames,
+        written.captions,
+        written.without_captions,
         tuple(left_out),
     )
+
+
+def _converted(
+    session: Session,
+    infos: Sequence[CaptureInfo],
+    rows: list[tuple[object, ...]],
+    left_out: list[str],
+) -> Iterator[tuple[str, FloatArray, str]]:
+    """Convert captures, one after the other; `rows` of the table and what is left out grow."""
+    rig = own_rig("smpl")
+    captions = store.load_captions(session.store, [info.capture_id for info in infos])
+    for info in infos:
+        if not info.has_body or info.motion_frames < _FEWEST:
+            why = "it is too short" if info.has_body else "it has no body"
+            left_out.append(f"{info.name} is left out: {why}.")
+            continue
+        motion = store.load_motion(session.store, info.capture_id)
+        clip = changed(onto(motion, rig, {}).clip, MotionChanges(fps=humanml3d.FPS)).clip
+        numbers = humanml3d.motion_numbers(clip_positions(clip)[0])
+        text = humanml3d.text_lines(captions.get(info.capture_id, ()), info.duration)
+        tags = (info.tags.get("performer", ""), info.tags.get("licence", ""))
+        rows.append((f"{len(rows):06d}", info.name, len(numbers), text.count("\n"), *tags))
+        yield str(rows[-1][0]), numbers, text

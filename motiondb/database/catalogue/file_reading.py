@@ -471,7 +471,8 @@ def _solved(name: str, path: Path, clip: Clip, settings: AddSettings) -> ReadFil
     motion, found = retarget.solved(clip, settings.joint_map, settings.keep_implausible)
     if not (np.isfinite(motion.root_positions).all() and np.isfinite(motion.local_rotations).all()):
         raise CaptureError(path, "expected finite positions, found none.")
-    notes = clip.notes + motion.notes
+    pose = ("The file has one frame: a pose, no motion.",) if clip.n_frames == 1 else ()
+    notes = clip.notes + pose + motion.notes
     skeleton = "" if clip.up else _digest(clip.skeleton)
     return ReadFile(name, str(path), None, motion, clip.fps, clip.n_frames, notes, skeleton, found)
 

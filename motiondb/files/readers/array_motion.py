@@ -17,12 +17,12 @@ from motiondb.files.readers.array_files import (
     load_pickle,
     npz_names,
 )
-from motiondb.files.readers.first_bytes import is_model
+from motiondb.files.readers.first_bytes import ROBOT_KEYS, is_model
 from motiondb.files.readers.robot_model import read_robot
 from motiondb.files.text import quoted
 from motiondb.records import Clip
 
-_KEYS = (*RATES, *robot_motion.KEYS, *point_motion.KEYS, "quaternion_order")
+_KEYS = (*RATES, *ROBOT_KEYS, *point_motion.KEYS, "quaternion_order")
 
 
 def array_kind(data: bytes, kind: str) -> str:

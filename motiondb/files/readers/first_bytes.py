@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from types import MappingProxyType
 
 MODEL_ENDINGS = (".xml", ".mjcf", ".urdf")
 """Of models of robots."""
@@ -11,9 +13,39 @@ _ROOT_COLUMN = re.compile(
     r"^(root|base|pelvis|torso|floating_?base)?[_ .]?(joint)?[_ .]?(pos|position|translate|trans|"
     r"quat|quaternion|rot|rotation|rotate|orientation)?[_ .]?([qt]?[xyzw])$"
 )
-_ROBOT_ARRAY = re.compile(
-    rb"(root|base)_(pos|rot|trans|quat|ori)|dof_(pos|names)|joint_(pos|names)|qpos|body_(pos|quat)"
+
+JOINTS = (
+    *("joint_pos", "dof_pos", "dof_positions", "dof", "joint_angles", "joint_positions"),
+    *("joint_position", "joint_pos_rad"),
 )
+ROOTS = (
+    *("root_pos", "root_trans", "root_trans_offset", "root_positions", "base_pos", "root_pos_w"),
+    *("base_position", "root_position", "root_translation", "base_trans"),
+)
+TURNS: Mapping[str, str] = MappingProxyType(
+    {"root_rot": "xyzw", "root_quat": "", "root_rotation": "", "base_quat": ""}
+    | {"root_quat_w": "wxyz", "root_orientation": "", "base_rot": "", "base_orientation": ""}
+    | {"root_rotations": "", "root_ori": "", "base_quat_w": "wxyz"}
+    | {f"{of}_quat_{order}": order for of in ("root", "base") for order in ("wxyz", "xyzw")}
+)  # Name -> order of the quaternion by its format; "" where none says it
+PLACES = ("body_pos_w", "body_positions", "xpos")
+BODY_TURNS = ("body_quat_w", "body_rotations", "xquat")
+JOINT_NAMES = ("joint_names", "dof_names")
+BODY_NAMES = ("body_names", "link_names", "link_body_list")
+WHOLES = ("qpos", "q")
+ROBOT_KEYS = (
+    *JOINTS,
+    *ROOTS,
+    *TURNS,
+    *PLACES,
+    *BODY_TURNS,
+    *JOINT_NAMES,
+    *BODY_NAMES,
+    *WHOLES,
+    "dt",
+)
+"""Names of the arrays of a robot's motion."""
+_ROBOT_ARRAY = re.compile("|".join(name for name in ROBOT_KEYS if len(name) > 3).encode())
 _TIME = re.compile(r"^(time|timestamp|t|seconds)( ?\[?\(?s\)?\]?)?$")
 _FRAME = re.compile(r"^(frame|index|frame_?(id|number|index)|)$")
 
@@ -56,10 +88,17 @@ def is_robot_csv(start: bytes) -> bool:
 
 
 def cells(line: str) -> list[str]:
-    """Return the cells of a line of a table."""
-    mark = max(",;\t", key=line.count)
-    parts = line.split(mark) if mark in line else line.split()
-    return [cell.strip().strip('"') for cell in parts]
+    """Return the cells of a line of a table; beside ; and tabs, a comma is that of decimals.
+
+    >>> cells("x;0,5"), cells("x, 0.5"), cells("0 0.5")
+    (['x', '0.5'], ['x', '0.5'], ['0', '0.5'])
+    """
+    mark = next((mark for mark in ";\t," if mark in line), None)
+    parts = [cell.strip().strip('"') for cell in line.split(mark)]
+    if mark == ",":
+        return parts
+    points = [part.replace(",", ".", 1) for part in parts]
+    return [point if is_number(point) else part for part, point in zip(parts, points)]
 
 
 def is_number(cell: str) -> bool:

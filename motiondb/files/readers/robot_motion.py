@@ -31,39 +31,19 @@ from motiondb.body.robot_names import part_of
 from motiondb.errors import CaptureError, suggestion
 from motiondb.files.limits import ReadOptions, check_clip_size, check_rate
 from motiondb.files.readers.array_files import RATES, Arrays, frames_left_out, texts_of
+from motiondb.files.readers.first_bytes import (
+    BODY_NAMES,
+    BODY_TURNS,
+    JOINT_NAMES,
+    JOINTS,
+    PLACES,
+    ROOTS,
+    TURNS,
+    WHOLES,
+)
 from motiondb.files.text import quoted
 from motiondb.records import Clip, FloatArray
 
-_JOINTS = (
-    *("joint_pos", "dof_pos", "dof_positions", "dof", "joint_angles", "joint_positions"),
-    *("joint_position", "joint_pos_rad"),
-)
-_ROOTS = (
-    *("root_pos", "root_trans", "root_trans_offset", "root_positions", "base_pos", "root_pos_w"),
-    *("base_position", "root_position", "root_translation", "base_trans"),
-)
-_TURNS: Mapping[str, str] = MappingProxyType(
-    {"root_rot": "xyzw", "root_quat": "", "root_rotation": "", "base_quat": ""}
-    | {"root_quat_w": "wxyz", "root_orientation": "", "base_rot": "", "base_orientation": ""}
-    | {"root_rotations": "", "root_ori": "", "base_quat_w": "wxyz"}
-    | {f"{of}_quat_{order}": order for of in ("root", "base") for order in ("wxyz", "xyzw")}
-)  # Name -> order of the quaternion by its format; "" where none says it
-_PLACES = ("body_pos_w", "body_positions", "xpos")
-_BODY_TURNS = ("body_quat_w", "body_rotations", "xquat")
-_JOINT_NAMES = ("joint_names", "dof_names")
-_BODY_NAMES = ("body_names", "link_names", "link_body_list")
-_WHOLES = ("qpos", "q")
-KEYS = (
-    *_JOINTS,
-    *_ROOTS,
-    *_TURNS,
-    *_PLACES,
-    *_BODY_TURNS,
-    *_JOINT_NAMES,
-    *_BODY_NAMES,
-    *_WHOLES,
-    "dt",
-)
 _KNOWN: Mapping[int, str] = MappingProxyType(
     {29: "Unitree's G1 (29)", 23: "Unitree's G1 (23) and Booster's T1", 19: "Unitree's H1"}
     | {27: "Unitree's H1-2", 12: "the legs of many robots", 43: "Unitree's G1 with hands"}
@@ -96,9 +76,9 @@ class RobotFile:
 def is_robot(names: Sequence[str]) -> bool:
     """Whether arrays of these names are a motion of a robot."""
     given = {*names}
-    has_joints = bool({*_JOINTS, *_WHOLES} & given)
-    return (has_joints and bool({*_ROOTS, *_PLACES, *_WHOLES, *_TURNS} & given)) or (
-        bool({*_PLACES} & given) and bool({*_BODY_TURNS} & given)
+    has_joints = bool({*JOINTS, *WHOLES} & given)
+    return (has_joints and bool({*ROOTS, *PLACES, *WHOLES, *TURNS} & given)) or (
+        bool({*PLACES} & given) and bool({*BODY_TURNS} & given)
     )
 
 
@@ -126,12 +106,12 @@ def from_arrays(arrays: Arrays, path: object) -> RobotFile:
             return ()
         return texts_of(found)
 
-    names, bodies = texts(_JOINT_NAMES), first(_PLACES, 3)
-    values, root = first(_JOINTS), first(_ROOTS, 3)
-    turn_name = next((n for n in _TURNS if n in arrays), "")
-    turns, order = first((turn_name,), 4), _TURNS.get(turn_name, "")
+    names, bodies = texts(JOINT_NAMES), first(PLACES, 3)
+    values, root = first(JOINTS), first(ROOTS, 3)
+    turn_name = next((n for n in TURNS if n in arrays), "")
+    turns, order = first((turn_name,), 4), TURNS.get(turn_name, "")
     if values is None:
-        values = first(_WHOLES)
+        values = first(WHOLES)
         if values is not None and root is None and turns is None:  # else the root is not in it
             root, turns, values = _divided(values, path)
             order = "wxyz"
@@ -139,7 +119,7 @@ def from_arrays(arrays: Arrays, path: object) -> RobotFile:
         values = values[:, -len(names) :]
     if values is not None and names and len(names) == values.shape[1] + 1:
         names = names[1:]  # that of the free joint
-    body_turns = first(_BODY_TURNS, 4)
+    body_turns = first(BODY_TURNS, 4)
     said = str(arrays["quaternion_order"]) if "quaternion_order" in arrays else ""
     letters = "".join(re.findall("[wxyz]", said.split(";")[0]))
     is_said = letters in ("wxyz", "xyzw")
@@ -152,7 +132,7 @@ def from_arrays(arrays: Arrays, path: object) -> RobotFile:
         is_said=is_said,
         bodies=bodies,
         body_turns=body_turns,
-        body_names=texts(_BODY_NAMES),
+        body_names=texts(BODY_NAMES),
         fps=_rate_in(arrays),
     )
 
@@ -177,9 +157,9 @@ def _numbers(
         return values
     if values.ndim == 3 and values.shape[1] == 1:
         values = values[:, 0]
-    if name in _JOINTS and values.ndim == 3 and values.shape[2] == 1:
+    if name in JOINTS and values.ndim == 3 and values.shape[2] == 1:
         values = values[:, :, 0]
-    wanted = 3 if name in (*_PLACES, *_BODY_TURNS) else 2
+    wanted = 3 if name in (*PLACES, *BODY_TURNS) else 2
     if values.ndim != wanted or width not in (None, values.shape[-1]):
         last = "n" if width is None else str(width)
         shape = f"(frames, {'bodies, ' if wanted == 3 else ''}{last})"

@@ -32,6 +32,8 @@ _DEGREES = 10.0
 """Length of the longest rotation vector below the root, in the median over frames, that only
 degrees have: a joint that turns by 573 degrees does not exist, and arms hang 60 degrees from a
 T-pose."""
+_ROOT_DEGREES = 30.0
+"""The same of the root, which may turn on: five turns. Where z is up, 90 degrees are usual."""
 _W_LEADS = 0.1  # By how much w must be larger than the last part in the mean
 _BENDS_SURELY = 0.3  # Radians: the usual order of matrices is left only for clear bends
 _BENDS = 0.02  # Radians by which knees and elbows must bend in the mean to tell rows from columns
@@ -76,8 +78,10 @@ def to_rotations(
 
 def _of_vectors(numbers: FloatArray, first: int, _path: object) -> tuple[FloatArray, str]:
     """Take rotation vectors in radians, or in degrees if they are too long."""
-    lengths = np.linalg.norm(numbers[:, 1 - min(first, 1) :], axis=-1).max(axis=1, initial=0.0)
-    if np.median(lengths) <= _DEGREES:
+    lengths = np.linalg.norm(numbers, axis=-1)
+    roots, joints = np.split(lengths, [1 - min(first, 1)], axis=1)
+    longest = (float(np.median(part.max(axis=1, initial=0.0))) for part in (roots, joints))
+    if all(length <= most for length, most in zip(longest, (_ROOT_DEGREES, _DEGREES))):
         return rotation.exp(numbers), ""
     return rotation.exp(np.radians(numbers)), "The angles are too large for radians: degrees."
 

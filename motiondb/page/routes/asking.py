@@ -15,7 +15,7 @@ from pydantic import Field
 
 from motiondb import answers
 from motiondb.database import MotionDB
-from motiondb.database.curating import CurateSettings
+from motiondb.database.curating import CurateSettings, Gathered, gather
 from motiondb.database.generating import ActionPlace
 from motiondb.errors import QueryError
 from motiondb.language.question.heads import verbs_in
@@ -213,13 +213,7 @@ def router(page: Page) -> APIRouter:
     @routes.get("/api/choice")
     def choice(share: Annotated[float, Query(gt=0.0, le=1.0)]) -> ChoiceReply:
         """The choice of `curate`, in a library of which all captures were measured."""
-        with page.held.use() as db:
-            made = db.session.kept("choices", dict[float, ChoiceReply])
-            reply = made.get(share) or _choice(db, share)
-            made[share] = reply
-            for oldest in list(made)[:-MOST_CHOICES]:
-                made.pop(oldest, None)
-            return reply
+        return _kept_choice(page, share)
 
     @routes.get("/api/symbol")
     def symbol(
@@ -243,9 +237,31 @@ def _is_example(match: Match, ref: Ref, start: float | None, end: float | None) 
     return min(match.end, high) - max(match.start, low) > 0.5 * (match.end - match.start)
 
 
-def _choice(db: MotionDB, share: float) -> ChoiceReply:
+def _kept_choice(page: Page, share: float) -> ChoiceReply:
+    """The choice of a share, computed once a revision while the file is free."""
+    with page.held.use() as db:
+        kept = db.session.kept("choices", dict[float, ChoiceReply])
+        if share in kept:
+            return kept[share]
+        gathered, revision = _gathered(db, share), db.revision()
+    reply = _choice(gathered)
+    with page.held.use() as db:
+        kept = db.session.kept("choices", dict[float, ChoiceReply])
+        if db.revision() == revision:
+            kept[share] = reply
+            for oldest in list(kept)[:-MOST_CHOICES]:
+                kept.pop(oldest, None)
+    return reply
+
+
+def _gathered(db: MotionDB, share: float) -> Gathered:
     db.captures("quality >= 0")  # says so where they were not measured
-    made = db.curate(CurateSettings(share=share))
+    bodies = [info for info in db.captures() if info.has_body]
+    return gather(db.session, bodies, CurateSettings(share=share), lambda _what, _done, _all: None)
+
+
+def _choice(gathered: Gathered) -> ChoiceReply:
+    made = gathered.answer()
     symbols = sorted({symbol for each in made.intervals for symbol in each.symbols})
     return ChoiceReply(made.splits[0], symbols, made.reasons)
 

@@ -22,34 +22,38 @@ def save_tags(store: Store, capture_id: int, tags: Mapping[str, str]) -> None:
     """Replace all tags of a capture."""
     with transaction(store) as connection:
         connection.execute("DELETE FROM capture_tag WHERE capture_id = ?", [capture_id])
-        insert_tags(connection, {capture_id: tags})
+        add_tags(connection, {capture_id: tags})
 
 
-def insert_tags(connection: Connection, tags: Mapping[int, Mapping[str, str]]) -> None:
-    """Insert all tags of captures that have none, by their numbers."""
-    rows = [(n, key, str(value)) for n, of_one in tags.items() for key, value in of_one.items()]
-    numbers, keys, values = zip(*rows) if rows else ((), (), ())
-    connection.insert("capture_tag", capture_id=numbers, key=keys, value=values)
+def add_tags(connection: Connection, tags: Mapping[int, Mapping[str, str]]) -> None:
+    """Add tags of captures, by their numbers, that have none."""
+    rows = [(number, *tag) for number, of_one in tags.items() for tag in of_one.items()]
+    connection.insert(
+        "capture_tag",
+        capture_id=[number for number, _, _ in rows],
+        key=[key for _, key, _ in rows],
+        value=[str(value) for _, _, value in rows],
+    )
 
 
 def save_captions(store: Store, capture_id: int, captions: Iterable[Caption]) -> None:
     """Replace all captions of a capture; the learned model is then no longer current."""
     with transaction(store) as connection:
         connection.execute("DELETE FROM caption WHERE capture_id = ?", [capture_id])
-        insert_captions(connection, {capture_id: tuple(captions)})
+        add_captions(connection, {capture_id: list(captions)})
         touch(store)
 
 
-def insert_captions(connection: Connection, captions: Mapping[int, Sequence[Caption]]) -> None:
-    """Insert all captions of captures that have none, by their numbers."""
-    rows = [(n, at, row) for n, of_one in captions.items() for at, row in enumerate(of_one)]
+def add_captions(connection: Connection, captions: Mapping[int, Sequence[Caption]]) -> None:
+    """Add captions of captures, by their numbers, that have none."""
+    rows = [(n, at, each) for n, of_one in captions.items() for at, each in enumerate(of_one)]
     connection.insert(
         "caption",
         capture_id=[number for number, _, _ in rows],
         ordinal=[at for _, at, _ in rows],
-        start_s=np.array([row.start for *_, row in rows], dtype=float),  # None becomes NaN: NULL
-        end_s=np.array([row.end for *_, row in rows], dtype=float),
-        words=[row.words for *_, row in rows],
+        start_s=np.array([each.start for *_, each in rows], dtype=float),  # None is NaN: NULL
+        end_s=np.array([each.end for *_, each in rows], dtype=float),
+        words=[each.words for *_, each in rows],
     )
 
 
@@ -131,24 +135,22 @@ def load_events(
 def save_relations(store: Store, relations: Iterable[Relation]) -> None:
     """Add relations, each in the place of an earlier one of its captures and kind."""
     numbers = dict(store.connection.execute("SELECT name, capture_id FROM capture").fetchall())
-    with transaction(store) as connection:
-        for relation in relations:
-            for name in (relation.capture, relation.other):
-                if name not in numbers:
-                    raise QueryError(
-                        f"{name!r}: expected the name of a capture, found none in {store.path}."
-                    )
-            connection.execute(
-                "INSERT OR REPLACE INTO relation VALUES (?, ?, ?, ?, ?, ?)",
-                [
-                    numbers[relation.capture],
-                    numbers[relation.other],
-                    relation.kind,
-                    relation.start,
-                    relation.end,
-                    relation.distance,
-                ],
+    rows = {(r.capture, r.other, r.kind): r for r in relations}
+    for name in (name for capture, other, _kind in rows for name in (capture, other)):
+        if name not in numbers:
+            raise QueryError(
+                f"{name!r}: expected the name of a capture, found none in {store.path}."
             )
+    with transaction(store) as connection:
+        connection.insert_or_replace(
+            "relation",
+            capture_id=[numbers[capture] for capture, _, _ in rows],
+            other_id=[numbers[other] for _, other, _ in rows],
+            kind=[kind for _, _, kind in rows],
+            start_s=[relation.start for relation in rows.values()],
+            end_s=[relation.end for relation in rows.values()],
+            distance=[relation.distance for relation in rows.values()],
+        )
 
 
 def load_relations(store: Store, capture: str | None = None) -> list[Relation]:

@@ -29,7 +29,5 @@ def load_known_files(store: Store, paths: Sequence[str]) -> dict[str, KnownFile]
 def save_known_files(store: Store, files: Mapping[str, KnownFile]) -> None:
     """Note files that were read, in place of what was noted of them."""
     with transaction(store) as connection:
-        known = "DELETE FROM known_file WHERE path IN (SELECT unnest($1))"
-        connection.execute(known, [list(files)])
-        rows = columns_of(KnownFile, list(files.values()))
-        connection.insert("known_file", path=list(files), **rows)
+        columns = columns_of(KnownFile, list(files.values()))
+        connection.insert_or_replace("known_file", path=list(files), **columns)

@@ -100,6 +100,13 @@ class Connection:
 
     def insert(self, table: str, **columns: Column) -> None:
         """Append rows to a table; a column that is one value has it in every row."""
+        self._insert("INSERT", table, columns)
+
+    def insert_or_replace(self, table: str, **columns: Column) -> None:
+        """Append rows to a table, each in the place of the one with its primary key."""
+        self._insert("INSERT OR REPLACE", table, columns)
+
+    def _insert(self, how: str, table: str, columns: Mapping[str, Column]) -> None:
         (n,) = {
             len(c) for c in columns.values() if not isinstance(c, str | float | int | np.generic)
         }
@@ -109,7 +116,7 @@ class Connection:
         names = ", ".join(arrays)
         self._register("_rows", arrays)
         try:
-            self.execute(f"INSERT INTO {table} ({names}) SELECT {names} FROM _rows")
+            self.execute(f"{how} INTO {table} ({names}) SELECT {names} FROM _rows")
         finally:
             self._unregister("_rows")
 
@@ -210,6 +217,6 @@ def _as_column(values: Column, n: int) -> NDArray[Any]:
         return np.full(n, values, dtype=object if isinstance(values, str) else None)
     if isinstance(values, np.ndarray):
         return np.ascontiguousarray(values)
-    if any(isinstance(value, str) for value in values) or any(value is None for value in values):
+    if any(value is None or isinstance(value, str | bytes) for value in values):
         return np.array(values, dtype=object)
     return np.array(values)

@@ -397,6 +397,12 @@ def test_one_skeleton_is_read_in_one_world(tmp_path: Path, some: Path) -> None:
     with motiondb.open(tmp_path / "alone.duckdb") as db:
         (note,) = db.add(folder) and db.captures()[0].notes
         assert "does not show for certain" in note
+    feet = np.array([0.0, 0.2, -0.9])  # on a mattress, the feet at y = 0: alone it stands
+    stands = lying(walk)
+    write_bvh(
+        in_world(replace(stands, root_positions=stands.root_positions + feet), "z"),
+        folder / "stands.bvh",
+    )
     for number in range(2):
         write_bvh(in_world(walk, "z"), folder / f"walk{number}.bvh")
         walk = replace(walk, root_positions=walk.root_positions + np.array([0.1, 0.0, 0.0]))
@@ -404,13 +410,24 @@ def test_one_skeleton_is_read_in_one_world(tmp_path: Path, some: Path) -> None:
         db.add(folder)
         assert abs(heights(db, "lies")) < 0.1
         assert heights(db, "walk0") > 0.3
+        assert abs(heights(db, "stands")) < 0.1
         notes = {info.name: info.notes for info in db.captures()}
-        assert notes["lies"] == (world.AS_OTHERS.format(up="z"),)
+        assert notes["lies"] == notes["stands"] == (world.AS_OTHERS.format(up="z"),)
         # an export needs no evidence: the run says what was up
         db.export("lies", tmp_path / "lies.glb")
         assert db.clip("lies").up == "z"
         (run,) = db.runs()
         assert set(run["parameters"]["worlds"].values()) == {"z"}
+
+
+def test_a_file_of_one_frame_is_told(tmp_path: Path, some: Path) -> None:
+    clip = changes.part(read_capture(some / "ana" / "jump_1.bvh"), 0, 1)
+    (tmp_path / "takes").mkdir()
+    write_bvh(clip, tmp_path / "takes" / "pose.bvh")
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        assert (
+            "pose: The file has one frame: a pose, no motion." in db.add(tmp_path / "takes").notes
+        )
 
 
 def test_an_axis_is_given_for_all_or_in_the_sheet(tmp_path: Path, some: Path) -> None:

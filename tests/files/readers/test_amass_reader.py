@@ -119,6 +119,18 @@ def test_every_form_says_the_same(form: str, kind: type) -> None:
             assert clip.notes == notes_of(form)
 
 
+def test_a_root_in_degrees_shows_that_a_still_body_is() -> None:
+    """Arms and legs turn by less than a degree, and the root by 90: where z is up, all do."""
+    poses = walking() * 0.01
+    poses[:, 0] = [np.pi / 2, 0.0, 0.0]
+    arrays = {"trans": np.tile([1.0, 2.0, 0.92], (30, 1)), "fps": 30}
+    wanted = read_amass(npz(poses=poses, **arrays), "a.npz")
+    clip = read_amass(npz(poses=np.degrees(poses), **arrays), "a.npz")
+    same = np.abs(np.einsum("fjk,fjk->fj", clip.local_rotations, wanted.local_rotations))
+    assert same.min() > 1 - 1e-6
+    assert set(notes_of("degrees")) == set(clip.notes) - set(wanted.notes)
+
+
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize(
     "names", [("global_orient", "body_pose", "transl"), ("root_orient", "pose_body", "trans")]

@@ -70,6 +70,17 @@ def test_csv_with_a_header_is_read_by_its_names_in_any_order(folder: Path) -> No
     assert not any("frame rate" in note or "order" in note for note in clip.notes)
 
 
+@pytest.mark.parametrize("has_names", [True, False])
+def test_csv_with_decimal_commas(folder: Path, has_names: bool) -> None:
+    names = ["root_x", "root_y", "root_z", "root_qx", "root_qy", "root_qz", "root_qw"]
+    head = ";".join([*names, *ROBOT.joint_names])
+    path = _csv(folder, TABLE)
+    text = path.read_text().replace(",", ";").replace(".", ",")
+    path.write_text(f"{head}\n{text}" if has_names else text)
+    assert find_captures(folder) == [path]
+    _is_walk(read_capture(path))
+
+
 @pytest.mark.parametrize(
     ("number", "name", "message"),
     [
@@ -247,10 +258,11 @@ def test_only_tables_and_arrays_of_motion_are_captures_of_a_folder(folder: Path)
     _csv(folder, TABLE)
     (folder / "words.csv").write_text("file,words,a,b,c,d,e,f\nw.csv,a walk,1,2,3,4,5,6\n")
     (folder / "weights.pkl").write_bytes(pickle.dumps({"layers": [1, 2]}))
+    (folder / "v.pkl").write_bytes(pickle.dumps({"base_translation": 1, "link_names": ["a"]}))
     np.save(folder / "heights.npy", np.zeros((20, 3)))
     np.save(folder / "joints.npy", np.zeros((20, 22, 3)))
     found = [path.name for path in find_captures(folder)]
-    assert found == ["joints.npy", "w.csv"]
+    assert found == ["joints.npy", "v.pkl", "w.csv"]
     assert [line.rpartition("/")[2].partition(":")[0] for line in not_read(folder)] == [
         "heights.npy",
         "weights.pkl",

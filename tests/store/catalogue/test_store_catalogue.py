@@ -97,7 +97,8 @@ def test_captures_are_saved_together_or_not_at_all(
 
     def given(name: str, content: bytes, *said: Caption) -> store.NewCapture:
         source = packed_files.pack_source(f"{name}.bvh", content, "bvh")
-        return samples.info(name, run_id), samples.motion(len(name)), source, said
+        info, motion = samples.info(name, run_id), samples.motion(len(name))
+        return store.NewCapture(info, motion, source, said)
 
     first, second = given("a", b"1", Caption("walk"), Caption("sit", 0.1, 0.2)), given("bb", b"2")
     with pytest.raises(StoreError, match="found this content under the name a"):
@@ -110,8 +111,8 @@ def test_captures_are_saved_together_or_not_at_all(
     for info, loaded in zip(saved, store.load_captures(database), strict=True):
         samples.assert_equal(loaded, info)
     assert [info.capture_id for info in saved] == [1, 2]
-    assert store.load_captions(database) == {1: first[3]}
-    for info, (_, motion, *_) in zip(saved, (first, second)):
+    assert store.load_captions(database) == {1: first.captions}
+    for info, motion in zip(saved, (first.motion, second.motion)):
         kept = store.load_motion(database, info.capture_id, or_markers=True)
         np.testing.assert_array_equal(kept.root_positions, motion.root_positions)
     assert samples.add(database, "dddd").capture_id == 3
