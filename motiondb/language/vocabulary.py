@@ -97,7 +97,11 @@ _PHRASES = (
         rf"\1 {IN_PLACE}",
     ),
     (
-        re.compile(r"\b(?:a?round\s+)?in\s+(?:an?\s+)?circles?\b(?!\s+with\b)", re.IGNORECASE),
+        re.compile(
+            r"\b(?:a?round\s+)?in\s+(?:an?\s+)?(?:(?:big|large|wide|small|tight|full|complete)\s+)?"
+            r"circles?\b(?!\s+with\b)",
+            re.IGNORECASE,
+        ),
         IN_A_CIRCLE,
     ),
 )
@@ -181,8 +185,8 @@ def join_phrases(text: str) -> str:
     ("don't do a layup", 'falls and stand up')
     >>> join_phrases("runs in place"), join_phrases("a dance in place of a walk")
     ('runs stationary', 'a dance in place of a walk')
-    >>> join_phrases("walks around in circles")
-    'walks circular'
+    >>> join_phrases("walks around in circles"), join_phrases("run in a wide circle")
+    ('walks circular', 'run circular')
     """
     text = normalize("NFC", text).translate(_APOSTROPHES)
     for phrase, word in _PHRASES:

@@ -78,6 +78,7 @@ one rests."""
 STEADY = 1.0  # Seconds over which speeds are averaged before they are compared
 LASTING = 2.0
 """Seconds from which on a turn on the spot lasts; twists are taken back after 1 to 2."""
+_OF_TURNS = SIDES | {IN_A_CIRCLE}  # Directions of turns; "around" has none but these
 ON_THE_SPOT = 0.4  # Averaged speed over the ground, m/s, below which a person is on the spot
 
 
@@ -101,7 +102,7 @@ def directions_to_measure(words: Sequence[str]) -> tuple[str, ...]:
             if word in LEAST
             and (
                 word == IN_PLACE
-                or (turns if word == "around" else travels or (turns and word in SIDES))
+                or (turns if word == "around" else travels or (turns and word in _OF_TURNS))
             )
             and not (word in SIDES and following in LIMBS)
             and not (word == IN_A_CIRCLE and not LIMBS.isdisjoint(words))

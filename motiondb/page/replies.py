@@ -163,13 +163,12 @@ def _with_take(db: MotionDB, match: Match) -> ShownMatch:
 
 def _poster(db: MotionDB, match: Match, info: CaptureInfo) -> str | None:
     """Return the pose that shows most of a match, kept for a revision; None without a body."""
-    made = db.session.kept("posters", dict[tuple[str, float, float], str | None])
+    made = db.session.kept("posters", dict[tuple[str, float, float], str])
     key = (match.capture, match.start, match.end)
     if key not in made:
         try:
             whole = load_motion(db.store, info.capture_id)
         except MotionDBError:  # markers, or damaged: the player says it
-            made[key] = None
             return None
         points = figure_of(cut_motion(whole, match.start, match.end)).points
         pose = int(np.argmax(shapes_of(points)[1]))

@@ -154,3 +154,7 @@ def test_downloads_are_files_or_a_zip(client: TestClient, samples_folder: Path) 
     assert said == 'attachment; filename="jump-and-1-more.zip"'
     with zipfile.ZipFile(io.BytesIO(both.content)) as archive:
         assert "jump.bvh.provenance.json" in archive.namelist()
+    twice = client.post("/api/download", json={"items": [{"ref": made["ref"]}] * 2})
+    with zipfile.ZipFile(io.BytesIO(twice.content)) as archive:
+        files = ["jump.bvh", "jump-2.bvh"]
+        assert archive.namelist() == [*files, *(f"{name}.provenance.json" for name in files)]

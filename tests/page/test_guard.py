@@ -37,7 +37,7 @@ CHANGES = [
     (
         "POST",
         "/api/grammar/answers",
-        {"grammar": "g", "first": "a", "then": "b", "said": "no", "author": "Ana"},
+        {"grammar": "g", "run": 1, "first": "a", "then": "b", "said": "no", "author": "Ana"},
     ),
 ]
 

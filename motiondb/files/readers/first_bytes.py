@@ -88,13 +88,17 @@ def is_robot_csv(start: bytes) -> bool:
 
 
 def cells(line: str) -> list[str]:
-    """Return the cells of a line of a table; beside ; and tabs, a comma is that of decimals.
+    r"""Return the cells of a line; beside enough ; or tabs, a comma is that of decimals.
 
     >>> cells("x;0,5"), cells("x, 0.5"), cells("0 0.5")
     (['x', '0.5'], ['x', '0.5'], ['0', '0.5'])
+    >>> cells("0.1,\t0.2"), cells("1,2,3\t")
+    (['0.1', '0.2'], ['1', '2', '3'])
     """
-    mark = next((mark for mark in ";\t," if mark in line), None)
-    parts = [cell.strip().strip('"') for cell in line.split(mark)]
+    commas = line.count(",")
+    mark = next((mark for mark in ";\t" if 2 * line.count(mark) > commas), ",")
+    split = line.split(mark) if mark in line else line.split()
+    parts = [cell.strip().rstrip(",").strip('"') for cell in split]
     if mark == ",":
         return parts
     points = [part.replace(",", ".", 1) for part in parts]

@@ -172,10 +172,12 @@ def router(page: Page) -> APIRouter:
         with page.reading() as db:
             asked = read_ref(ref)
             example = load_motion(page, db, asked, start, end)
-            answer = db.like(example, None, None, where, limit + 1, meaning)
+            answer = db.like(example, None, None, where, limit + _OF_ITSELF, meaning)
             others = [each for each in answer.matches if not _is_example(each, asked, start, end)]
             kept = tuple(replace(each, rank=n) for n, each in enumerate(others[:limit], 1))
-            answer = replace(answer, matches=kept)
+            found_itself = len(others) < len(answer.matches)  # which is as like as can be
+            strength = None if found_itself else answer.strength
+            answer = replace(answer, matches=kept, strength=strength)
             took = round(time.perf_counter() - began, 4)
             return like_reply(db, answer, ref, start, end, took)
 
@@ -229,6 +231,9 @@ def router(page: Page) -> APIRouter:
     return routes
 
 
+_OF_ITSELF = 3  # Matches of an example that may be parts of itself
+
+
 def _is_example(match: Match, ref: Ref, start: float | None, end: float | None) -> bool:
     """Whether a match is the example that was asked with: more than half of it is in its part."""
     if ref.kind != "capture" or match.capture != ref.name:
@@ -243,7 +248,8 @@ def _kept_choice(page: Page, share: float) -> ChoiceReply:
         kept = db.session.kept("choices", dict[float, ChoiceReply])
         if share in kept:
             return kept[share]
-        gathered, revision = _gathered(db, share), db.revision()
+        revision = db.revision()  # before what is gathered, so that no older choice is kept
+        gathered = _gathered(db, share)
     reply = _choice(gathered)
     with page.held.use() as db:
         kept = db.session.kept("choices", dict[float, ChoiceReply])

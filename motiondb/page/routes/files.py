@@ -223,12 +223,21 @@ def _licences(db: MotionDB, items: Sequence[Part]) -> str:
 
 
 def _zip(files: Sequence[Path]) -> bytes:
-    """Return a zip archive of files; files of the same name are numbered."""
-    stream, used = io.BytesIO(), dict[str, int]()
+    """Return a zip archive of files; files of the same name are numbered.
+
+    A file beside another (its origin) keeps to the name that the other one got.
+    """
+    stream, given = io.BytesIO(), dict[Path, str]()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
-        for path in files:
-            count = used[path.name] = used.get(path.name, 0) + 1
-            name = path.name if count == 1 else f"{path.stem}-{count}{path.suffix}"
+        for path in sorted(files, key=lambda path: path.name.endswith(PROVENANCE)):
+            of = path.with_name(path.name.removesuffix(PROVENANCE))
+            name, used, count = path.name, set(given.values()), 1
+            if of != path and of in given:
+                name = f"{given[of]}{PROVENANCE}"
+            while name in used:
+                count += 1
+                name = f"{path.stem}-{count}{path.suffix}"
+            given[path] = name
             archive.write(path, name)
     return stream.getvalue()
 
@@ -428,7 +437,7 @@ def wall_of(page: Page, db: MotionDB, count: int) -> list[WallTile]:
 
 
 def _unlike(moments: Sequence[Moment], count: int) -> list[int]:
-    """Return which moments to show: each moves, and is unlike the others, first of all in its pose.
+    """Return which moments to show: those that move first, unlike the others above all in pose.
 
     Beginning with the fastest, the next is the one of the largest speed times distance to the
     nearest that was chosen.
@@ -461,7 +470,8 @@ def _moment(page: Page, db: MotionDB, info: CaptureInfo) -> Moment | None:
         try:
             motion = load_stored(db.store, info.capture_id)
         except MotionDBError:  # markers only, or damaged
-            page.moments[key] = None
+            if not info.has_body:
+                page.moments[key] = None
             return None
         looked = cut_motion(motion, None, SEARCHED)
         best = best_moment(figure_of(looked).points, round(THUMB_SECONDS * MOTION_FPS))

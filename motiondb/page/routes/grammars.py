@@ -122,10 +122,9 @@ class ParseBody(Body):
     capture: Text
 
 
-class AnswerBody(Body):
+class AnswerBody(EditBody):
     """An answer of a person: whether a terminal can come straight after another."""
 
-    grammar: Text
     first: Text
     then: Text
     said: Literal["yes", "no", "unknown"]
@@ -281,7 +280,7 @@ def _question_routes(routes: APIRouter, page: Page) -> None:
     def answer(body: AnswerBody) -> AnswerReply:
         """Keep an answer with its author."""
         with page.changing() as db:
-            check_grammar(db, body.grammar)
+            check_version(db, body)
             pair = (body.first, body.then)
             return AnswerReply(
                 body.said, db.grammars.answer(body.grammar, *pair, body.said, body.author)

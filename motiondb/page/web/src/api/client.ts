@@ -80,11 +80,18 @@ export async function prefetch(path: string, parameters: Parameters): Promise<vo
   await asked.catch(() => undefined); // the view tells it
 }
 
+/** Forget answers that were asked for early: the view does not come, or the database has changed. */
+export const dropEarly = (): void => early.clear();
+
 /** Request JSON. */
 export async function get<T>(path: string, parameters: Parameters = {}, signal?: AbortSignal): Promise<T> {
   const address = withParameters(path, parameters);
   const known = early.get(address);
-  if (early.delete(address)) return known as Promise<T>;
+  if (early.delete(address)) {
+    const reply = (await known) as T;
+    signal?.throwIfAborted();
+    return reply;
+  }
   return (await send(address, signal ? { signal } : {})).json() as Promise<T>;
 }
 

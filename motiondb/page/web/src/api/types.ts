@@ -83,6 +83,7 @@ export interface AlternativesReply {
 
 export interface AnswerBody {
   grammar: string;
+  run: number;
   first: string;
   then: string;
   said: "yes" | "no" | "unknown";

@@ -31,9 +31,15 @@ export function saveBlob(name: string, blob: Blob): void {
   setTimeout(() => URL.revokeObjectURL(address), 60_000);
 }
 
-/** Download parts as one file, or as a zip of several with the origin of generated motions. */
-export async function download(items: readonly Part[], format: FileFormat): Promise<void> {
-  const alone = items.length === 1;
+/**
+ * Download parts as one file, or as a zip of several with the origin of generated motions.
+ * `alone`: without the origin, which glTF holds itself.
+ */
+export async function download(
+  items: readonly Part[],
+  format: FileFormat,
+  alone = items.length === 1 && format === "glb",
+): Promise<void> {
   const { name, blob } = await postForFile("/api/download", { items, format, canonical: false, alone });
   saveBlob(name, blob);
 }

@@ -6,29 +6,38 @@ export interface NamedFile {
   file: File;
 }
 
-/** Call a function with the files that are dropped onto an element, which has the class `dropping` during the drag. */
-export function onDrop(element: HTMLElement, drop: (files: NamedFile[]) => void): void {
+/**
+ * Call a function with the files that are dropped onto an element, which has the class `dropping` during the drag.
+ * What is returned ends this.
+ */
+export function onDrop(element: HTMLElement, drop: (files: NamedFile[]) => void): () => void {
+  const ending = new AbortController();
+  const { signal } = ending;
   let depth = 0;
   const hasFiles = (event: DragEvent): boolean => event.dataTransfer?.types.includes("Files") ?? false;
   const mark = (): void => void element.classList.toggle("dropping", depth > 0);
-  element.addEventListener("dragenter", (event) => {
+  const enter = (event: DragEvent): void => {
     if (!hasFiles(event)) return;
     depth += 1;
     mark();
-  });
-  element.addEventListener("dragleave", (event) => {
+  };
+  const leave = (event: DragEvent): void => {
     if (!hasFiles(event)) return;
     depth = Math.max(depth - 1, 0);
     mark();
-  });
-  element.addEventListener("dragover", (event) => hasFiles(event) && event.preventDefault());
-  element.addEventListener("drop", (event) => {
+  };
+  const take = (event: DragEvent): void => {
     if (!hasFiles(event)) return;
     event.preventDefault();
     depth = 0;
     mark();
     void droppedFiles(event.dataTransfer!).then(drop);
-  });
+  };
+  element.addEventListener("dragenter", enter, { signal });
+  element.addEventListener("dragleave", leave, { signal });
+  element.addEventListener("dragover", (event) => hasFiles(event) && event.preventDefault(), { signal });
+  element.addEventListener("drop", take, { signal });
+  return () => ending.abort();
 }
 
 /** The files of a drop; folders are walked through. */

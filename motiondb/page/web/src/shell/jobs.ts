@@ -25,7 +25,10 @@ function saidOf(job: JobReply): string {
 export function outcome(job: JobReply): string {
   const { result } = job;
   if (job.state === "failed") return failureOf(job);
-  if (job.state === "cancelled") return "Cancelled. The database stays as it was.";
+  if (job.state === "cancelled")
+    return job.kind === "sample"
+      ? "Cancelled. Captures that were added stay."
+      : "Cancelled. The database stays as it was.";
   if (result?.kind === "add") {
     const problems = result.problems.length;
     const broken = problems ? `, ${problems} ${problems === 1 ? "problem" : "problems"}` : "";

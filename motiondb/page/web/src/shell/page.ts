@@ -1,6 +1,6 @@
 /** The frame around all views: navigation, state of the database, jobs, messages. */
 
-import { ApiError, get, isAbort, messageOf, UNREACHABLE } from "../api/client.ts";
+import { ApiError, dropEarly, get, isAbort, messageOf, UNREACHABLE } from "../api/client.ts";
 import { openLive, type News } from "../api/live.ts";
 import { serverMotions } from "../api/motions.ts";
 import type { Status } from "../api/types.ts";
@@ -192,6 +192,7 @@ export async function startPage(root: HTMLElement): Promise<void> {
     const { revision } = status;
     if (revision === told) return;
     told = revision;
+    dropEarly();
     tellView({ kind: "revision", revision });
   }
 

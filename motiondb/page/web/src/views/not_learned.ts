@@ -33,7 +33,8 @@ export function notLearned(fault: unknown, context: Context): HTMLElement | null
     [{ label: "Learn…", run: () => openLearning(context) }],
   );
   const element = h("div", {}, state);
-  const isLearning = (): boolean => context.live.jobs().some((job) => job.kind === "learn" && isActive(job));
+  const isLearning = (): boolean =>
+    context.live.jobs().some((job) => ["learn", "sample"].includes(job.kind) && isActive(job));
   const show = (): void =>
     element.replaceChildren(
       isLearning() ? emptyState("Learning…", "What was asked is answered here when it is done.") : state,

@@ -173,7 +173,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     h("div", { class: "catalogue-body" }, facetBox, content, side),
     picking.element,
   );
-  if (canWrite) onDrop(host, (files) => openAdding(context, files));
+  const endDrops = canWrite ? onDrop(host, (files) => openAdding(context, files)) : null;
 
   form.addEventListener("submit", (event) => {
     event.preventDefault();
@@ -385,6 +385,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       void details?.reload();
     },
     close() {
+      endDrops?.();
       details?.close();
       listed.close();
       grid.close();

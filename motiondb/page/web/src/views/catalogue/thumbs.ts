@@ -12,6 +12,8 @@ export interface Thumbs {
   close(): void;
 }
 
+/** Seconds from which a motion plays; a shorter one would flicker, so it stands. */
+const SHORTEST = 0.5;
 /** Pictures per second: enough for a thumbnail. */
 const RATE = 24;
 /** Seconds at both ends of a thumbnail in which it fades, so that it does not jump as it begins anew. */
@@ -32,7 +34,8 @@ export function makeThumbs(motions: Motions, resting: () => boolean, still = fal
 
   function draw(canvas: HTMLCanvasElement, sketch: Sketch, now: number): void {
     const context = pencilOf(canvas);
-    const length = Math.max((sketch.motion.frames - 1) / sketch.motion.fps, 0.1);
+    const length = (sketch.motion.frames - 1) / sketch.motion.fps;
+    if (length < SHORTEST) return stand(canvas, sketch);
     const time = (now + sketch.motion.start) % length; // they do not all begin at once
     if (!context) return;
     context.globalAlpha = Math.min(1, Math.min(time, length - time) / FADE);

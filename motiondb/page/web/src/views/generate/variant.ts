@@ -122,7 +122,7 @@ export function makeVariant(
   }
 
   async function saveAs(format: FileFormat): Promise<void> {
-    await download([{ ref: made.ref }], format);
+    await download([{ ref: made.ref }], format, format === "bvh" || format === "glb");
     if (format !== "bvh") return;
     const licences = [...new Set(made.sources.map((source) => source.licence || "not known"))].join("; ");
     actions?.notify(`Saved. A BVH file has no place for its licence, which is ${licences}.`);

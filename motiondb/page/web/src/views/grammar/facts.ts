@@ -142,7 +142,7 @@ export function makeFacts(context: Context): FactsPanel {
       const [shortest, mean, longest] = facts.sentence_lengths;
       rules.show(facts);
       asking.show(facts);
-      questions.show(facts.grammar);
+      questions.show(facts.grammar, facts.run);
       fill(
         about,
         h(

@@ -10,7 +10,8 @@ import type { Context } from "../view.ts";
 
 export interface Questions {
   readonly element: HTMLElement;
-  show(grammar: string): void;
+  /** Ask about this version of a grammar. */
+  show(grammar: string, run: number): void;
   close(): void;
 }
 
@@ -24,6 +25,7 @@ const nameOf = (terminal: string, words: string): string => (words ? `${terminal
 
 export function makeQuestions(context: Context): Questions {
   let grammar = "";
+  let run = -1;
   let clips: Clip[] = [];
   const author = h("input", { class: "field", id: "answer-author", maxlength: 80, autocomplete: "name" });
   const cards = h("div", { class: "questions", "aria-live": "polite" });
@@ -49,17 +51,18 @@ export function makeQuestions(context: Context): Questions {
   }
 
   async function load(): Promise<void> {
-    const asked = grammar;
+    const [asked, version] = [grammar, run];
+    const isStill = (): boolean => asked === grammar && version === run;
     clear();
     begin.disabled = true;
     fill(cards, h("p", { class: "muted" }, "Looking for the pairs that say most…"));
     try {
       const { questions } = await get<QuestionsReply>("/api/grammar/questions", { name: asked });
-      if (asked !== grammar) return;
+      if (!isStill()) return;
       const none = h("p", { class: "muted" }, "No pair is left whose answer would change the rules.");
       fill(cards, questions.length ? questions.map(card) : none);
     } catch (fault) {
-      if (asked === grammar) fill(cards, h("p", { class: "bad", role: "alert" }, messageOf(fault)));
+      if (isStill()) fill(cards, h("p", { class: "bad", role: "alert" }, messageOf(fault)));
     } finally {
       begin.disabled = false;
     }
@@ -112,7 +115,7 @@ export function makeQuestions(context: Context): Questions {
     choices.forEach((choice) => (choice.disabled = true));
     try {
       const pair = { first: one.first, then: one.then, said: value, author: author.value.trim() };
-      const kept = await post<AnswerReply>("/api/grammar/answers", { grammar, ...pair });
+      const kept = await post<AnswerReply>("/api/grammar/answers", { grammar, run, ...pair });
       said.textContent = kept.obeyed
         ? `${label}: kept.`
         : `${label}: kept, but the captures show this pair, so rules cannot rule it out.`;
@@ -125,9 +128,9 @@ export function makeQuestions(context: Context): Questions {
 
   return {
     element,
-    show(name) {
-      if (name === grammar) return;
-      grammar = name;
+    show(name, version) {
+      if (name === grammar && version === run) return;
+      [grammar, run] = [name, version];
       clear();
     },
     close: clear,

@@ -98,7 +98,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     answers.element,
     selection.element,
   );
-  onDrop(host, (files) => void searchByFile(context, files));
+  const endDrops = onDrop(host, (files) => void searchByFile(context, files));
 
   form.addEventListener("submit", (event) => {
     event.preventDefault();
@@ -228,6 +228,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       if (news.kind === "revision") void ask();
     },
     close() {
+      endDrops();
       abort.abort();
       context.stage.rest(false);
       answers.clear();

@@ -1,6 +1,6 @@
 /** The opening: captures move in their best seconds, and the question box stands in the middle. */
 
-import { get, prefetch } from "../../api/client.ts";
+import { dropEarly, get, prefetch } from "../../api/client.ts";
 import type { WallReply, WallTile } from "../../api/types.ts";
 import { isActive } from "../../api/jobs.ts";
 import { button } from "../../dom/button.ts";
@@ -65,7 +65,10 @@ export function open(host: HTMLElement, context: Context): OpenView {
   const wall = h("div", { class: "wall" }, box);
   let tiles = new Map<string, HTMLElement>();
   let asked = -1;
+  let loads = 0;
+  let leaving = 0;
   let size = "";
+  let drawn = -1; // The revision of the tiles
 
   function tile({ capture, words, start, end }: WallTile): HTMLElement {
     const scale = Math.min(devicePixelRatio, 2);
@@ -92,26 +95,36 @@ export function open(host: HTMLElement, context: Context): OpenView {
   async function load(): Promise<void> {
     const room = layOut(host.clientWidth, host.clientHeight);
     const { columns, rows, across, down } = room;
-    const now = JSON.stringify([room, context.status().revision]);
+    const { revision } = context.status();
+    const now = JSON.stringify([room, revision]);
     if (now === size || host.clientWidth === 0) return;
-    size = now;
+    loads += 1;
+    const mine = loads;
     wall.style.gridTemplateColumns = `repeat(${columns}, minmax(0, 1fr))`;
     wall.style.gridTemplateRows = `repeat(${rows}, minmax(0, 1fr))`;
     box.style.gridColumn = `${across[0] + 1} / ${across[1] + 1}`;
     box.style.gridRow = `${down[0] + 1} / ${down[1] + 1}`;
     const count = columns * rows - (across[1] - across[0]) * (down[1] - down[0]);
     const reply = await get<WallReply>("/api/wall", { count: Math.min(count, MOST) });
-    const shown = new Map(reply.tiles.map((one) => [one.capture, tiles.get(one.capture) ?? tile(one)]));
-    for (const [name, element] of tiles) if (shown.get(name) !== element) element.remove();
-    tiles = shown;
+    if (mine !== loads) return; // a later one is on its way
+    size = now;
+    if (revision !== drawn) context.motions.forget();
+    const kept = revision === drawn ? tiles : new Map<string, HTMLElement>();
+    const shown = new Map(reply.tiles.map((one) => [one.capture, kept.get(one.capture) ?? tile(one)]));
+    for (const [name, element] of tiles) {
+      if (shown.get(name) === element) continue;
+      thumbs.show(element.querySelector("canvas")!, null);
+      element.remove();
+    }
+    [tiles, drawn] = [shown, revision];
     wall.append(...tiles.values());
   }
 
   async function offer(): Promise<void> {
     const { learned, revision } = context.status();
     if (!learned || revision === asked) return;
-    asked = revision;
     const { lead, questions } = await offeredQuestions(context);
+    asked = revision;
     fill(
       chips,
       questions.length > 0 ? h("span", { class: "chips-lead" }, lead) : null,
@@ -156,23 +169,32 @@ export function open(host: HTMLElement, context: Context): OpenView {
 
   const sized = new ResizeObserver(() => wall.isConnected && void load().catch(context.fail));
   sized.observe(host);
-  if (canWrite) onDrop(host, (files) => openAdding(context, files));
+  const endDrops = canWrite ? onDrop(host, (files) => openAdding(context, files)) : null;
   show();
 
   return {
     slot: () => (wall.isConnected ? box.querySelector<HTMLElement>(".question-slot") : null),
-    update: () => undefined,
+    update() {
+      leaving += 1; // back, or still here
+      if (!host.classList.contains("asking")) return;
+      host.classList.remove("asking");
+      dropEarly();
+      showWork();
+    },
     news: show,
     async leave({ view, parameters }) {
       const q = parameters.get("q");
       if (view !== "search" || !q || tiles.size === 0) return;
+      leaving += 1;
+      const mine = leaving;
       host.classList.add("asking");
       fill(work, h("p", {}, `Looking for “${q}”…`));
       const late = new Promise((resolve) => setTimeout(resolve, PATIENCE));
       await Promise.race([prefetch(...wordsQuery(parameters)), late]);
-      rememberPlaces(tiles);
+      if (mine === leaving) rememberPlaces(tiles);
     },
     close() {
+      endDrops?.();
       sized.disconnect();
       thumbs.close();
     },
