@@ -138,8 +138,10 @@ export async function startPage(root: HTMLElement): Promise<void> {
   function placeBox(): void {
     const slot = open?.slot?.() ?? null;
     if (slot ? question.element.parentElement === slot : question.element.nextSibling === navigation) return;
+    const active = document.activeElement;
     if (slot) slot.append(question.element);
     else navigation.before(question.element);
+    if (active instanceof HTMLElement && question.element.contains(active)) active.focus();
   }
 
   async function loadStage(): Promise<void> {

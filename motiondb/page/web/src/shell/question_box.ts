@@ -64,10 +64,12 @@ export function makeQuestionBox(context: Context): QuestionBox {
     const kept = view === "search" ? ["where", "limit", "exact", "symbols"] : [];
     go(routeTo("search", { q, ...Object.fromEntries(kept.map((name) => [name, parameters.get(name)])) }));
   });
+  let known = "";
   return {
     element,
     show(question) {
-      box.value = question;
+      if (question !== known) box.value = question; // what somebody is typing stays
+      known = question;
     },
     focus() {
       box.focus();
