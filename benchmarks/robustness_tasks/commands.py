@@ -123,7 +123,7 @@ ASKING: Mapping[str, tuple[str, ...]] = MappingProxyType(
     }
 )
 """Command -> words with which it asks. They take no option that writes a file."""
-NOT_ATTACKED = ("serve", "mcp", "evaluate")
+NOT_ATTACKED = ("serve", "mcp", "evaluate", "demo")  # demo is add and learn
 """``serve`` and ``mcp`` do not end by themselves, and tests of their own attack them; ``evaluate``
 only asks, of a database that has learned from a part of its captures."""
 WITHOUT_DATABASE = ("rescue", "scene grammar check", "scene report", "scene suggest",
