@@ -123,9 +123,10 @@ ASKING: Mapping[str, tuple[str, ...]] = MappingProxyType(
     }
 )
 """Command -> words with which it asks. They take no option that writes a file."""
-NOT_ATTACKED = ("serve", "mcp", "evaluate", "demo")  # demo is add and learn
+NOT_ATTACKED = ("serve", "mcp", "evaluate", "demo")
 """``serve`` and ``mcp`` do not end by themselves, and tests of their own attack them; ``evaluate``
-only asks, of a database that has learned from a part of its captures."""
+only asks, of a database that has learned from a part of its captures; ``demo`` is ``add`` and
+``learn``, which are attacked."""
 WITHOUT_DATABASE = ("rescue", "scene grammar check", "scene report", "scene suggest",
                     "scene validate")  # fmt: skip
 """Commands that take no ``--db``, or not needed."""

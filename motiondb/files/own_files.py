@@ -82,9 +82,12 @@ def _refuse_others(path: Path, draft: Path) -> None:
     )
 
 
+PROVENANCE = ".provenance.json"  # After the name of a motion's file: that of its origin
+
+
 def provenance_path(path: Path) -> Path:
     """Return the file with the origin of every frame of a motion, beside the motion's file."""
-    return path.with_name(f"{path.name}.provenance.json")
+    return path.with_name(f"{path.name}{PROVENANCE}")
 
 
 def sealed(data: bytes) -> bytes:

@@ -197,7 +197,7 @@ def terminal_rows(
                 round(length, 3),
                 tuple(answers.DescribedWord(w, p) for w, p in meaning.words),
                 tuple(answers.TerminalSymbol(s, p) for s, p in meaning.symbols),
-                shown_at(learned, medoid, medoid + 1),
+                shown_at(learned, medoid),
             )
         )
     return tuple(rows)

@@ -26,6 +26,7 @@ from motiondb.database.catalogue.exporting import MotionChanges, write_motion
 from motiondb.database.catalogue.parts import cut_motion
 from motiondb.errors import MotionDBError
 from motiondb.files.limits import MAX_FPS, MIN_FPS
+from motiondb.files.own_files import PROVENANCE, provenance_path
 from motiondb.files.rigs import JointProposal, propose_joints
 from motiondb.page.errors import ERRORS, PageError
 from motiondb.page.motion import (
@@ -56,7 +57,6 @@ from motiondb.store import load_motion as load_stored
 
 _PLAIN = re.compile(r"[^A-Za-z0-9._-]+")
 _TYPES = {".zip": "application/zip", ".glb": "model/gltf-binary"}
-PROVENANCE = ".provenance.json"  # Ending of the file beside a generated motion
 LICENCES = "LICENCES.txt"  # In a zip: the licence of each capture, as BVH has no place for it
 MOST_ITEMS = 500  # Largest number of captures of one download
 Format = Literal["bvh", "glb", "fbx", "usd", "npz", "csv", "parquet", "source"]
@@ -233,7 +233,7 @@ def _zip(files: Sequence[Path]) -> bytes:
             of = path.with_name(path.name.removesuffix(PROVENANCE))
             name, used, count = path.name, set(given.values()), 1
             if of != path and of in given:
-                name = f"{given[of]}{PROVENANCE}"
+                name = provenance_path(Path(given[of])).name
             while name in used:
                 count += 1
                 name = f"{path.stem}-{count}{path.suffix}"

@@ -74,13 +74,6 @@ def save_captures(store: Store, captures: Sequence[NewCapture]) -> list[CaptureI
     """Add captures as :func:`save_capture` does; 0.1 ms for one of 2 s among many."""
     if not captures:
         return []
-    for new in captures:
-        finite = np.isfinite(flatten_motion(new.motion)).all(axis=1)
-        if not finite.all():
-            raise StoreError(
-                f"{new.info.name}: expected finite numbers in the motion, found others in frame "
-                f"{int(finite.argmin())}. Nothing was saved; report the file."
-            )
     with transaction(store) as connection:
         _refuse_repeated(store, captures)
         first = int(read_meta(store, "next_capture_id"))
@@ -106,18 +99,30 @@ def _insert(
     connection: Connection, infos: Sequence[CaptureInfo], captures: Sequence[NewCapture]
 ) -> None:
     """Insert the rows of captures; a statement costs as much as 50 captures of 2 s in it."""
+    poses = [_finite_poses(new) for new in captures]
     sources = [new.source for new in captures]
     connection.insert("source", **columns_of(Source, sources))
     columns: dict[str, Any] = {name: [getattr(i, name) for i in infos] for name in COLUMNS}
     columns["notes"] = ragged([list(info.notes) for info in infos])
     columns["motion_notes"] = ragged([list(new.motion.notes) for new in captures])
     connection.insert("capture", **columns)
-    poses = [flatten_motion(new.motion) for new in captures]
     numbers = [info.capture_id for info in infos]
     lengths, packed = [len(rows) for rows in poses], [pack_poses(rows) for rows in poses]
     connection.insert("motion", capture_id=numbers, n_frames=lengths, poses=packed)
     add_tags(connection, {info.capture_id: info.tags for info in infos})
     add_captions(connection, dict(zip(numbers, (new.captions for new in captures))))
+
+
+def _finite_poses(new: NewCapture) -> Float32Array:
+    """The poses of a motion: array (frames, 87); StoreError if a number is not finite."""
+    poses = flatten_motion(new.motion)
+    finite = np.isfinite(poses).all(axis=1)
+    if not finite.all():
+        raise StoreError(
+            f"{new.info.name}: expected finite numbers in the motion, found others in frame "
+            f"{int(finite.argmin())}. Nothing was saved; report the file."
+        )
+    return poses
 
 
 def remove_captures(store: Store, numbers: Sequence[int]) -> None:

@@ -98,6 +98,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     const { revision } = context.status();
     const now = JSON.stringify([room, revision]);
     if (now === size || host.clientWidth === 0) return;
+    size = now; // news that comes meanwhile does not ask again
     loads += 1;
     const mine = loads;
     wall.style.gridTemplateColumns = `repeat(${columns}, minmax(0, 1fr))`;
@@ -105,9 +106,11 @@ export function open(host: HTMLElement, context: Context): OpenView {
     box.style.gridColumn = `${across[0] + 1} / ${across[1] + 1}`;
     box.style.gridRow = `${down[0] + 1} / ${down[1] + 1}`;
     const count = columns * rows - (across[1] - across[0]) * (down[1] - down[0]);
-    const reply = await get<WallReply>("/api/wall", { count: Math.min(count, MOST) });
+    const reply = await get<WallReply>("/api/wall", { count: Math.min(count, MOST) }).catch((fault) => {
+      if (mine === loads) size = "";
+      throw fault;
+    });
     if (mine !== loads) return; // a later one is on its way
-    size = now;
     if (revision !== drawn) context.motions.forget();
     const kept = revision === drawn ? tiles : new Map<string, HTMLElement>();
     const shown = new Map(reply.tiles.map((one) => [one.capture, kept.get(one.capture) ?? tile(one)]));
@@ -123,8 +126,11 @@ export function open(host: HTMLElement, context: Context): OpenView {
   async function offer(): Promise<void> {
     const { learned, revision } = context.status();
     if (!learned || revision === asked) return;
-    const { lead, questions } = await offeredQuestions(context);
     asked = revision;
+    const { lead, questions } = await offeredQuestions(context).catch((fault) => {
+      asked = -1;
+      throw fault;
+    });
     fill(
       chips,
       questions.length > 0 ? h("span", { class: "chips-lead" }, lead) : null,
