@@ -121,6 +121,17 @@ def jump(joint: str, metres: float) -> Plant:
     return plant
 
 
+def spike(metres: float) -> Plant:
+    """A joint is elsewhere in one frame."""
+
+    def plant(p: FloatArray, fps: float, rng: np.random.Generator) -> tuple[FloatArray, float]:
+        name = f"{rng.choice(['l', 'r'])}_{rng.choice(['elbow', 'wrist', 'knee', 'ankle'])}"
+        p[_place(len(p), fps, 1.0 / fps, rng), I[name]] += metres * _direction(rng)
+        return p, fps
+
+    return plant
+
+
 def turn(joint: str, parent: str, metres: float) -> Plant:
     """A limb is turned about its parent for 0.1 s, so that its end is elsewhere."""
 
@@ -204,13 +215,16 @@ def lifted(metres: float, seconds: float | None) -> Plant:
     return plant
 
 
-def slides(speed: float) -> Plant:
-    """The body drifts along the ground."""
+def slides(speed: float, seconds: float | None = None) -> Plant:
+    """The body drifts along the ground, for some time or throughout."""
 
     def plant(p: FloatArray, fps: float, rng: np.random.Generator) -> tuple[FloatArray, float]:
         angle = rng.uniform(0.0, 2.0 * np.pi)
         drift = speed * np.array([np.cos(angle), 0.0, np.sin(angle)])
-        return p + np.arange(len(p))[:, None, None] / fps * drift, fps
+        moves = np.full(len(p), seconds is None)
+        if seconds is not None:
+            moves[_place(len(p), fps, seconds, rng)] = True
+        return p + np.cumsum(moves)[:, None, None] / fps * drift, fps
 
     return plant
 
@@ -244,6 +258,7 @@ FAULTS: dict[str, tuple[Plant, tuple[str, ...]]] = {
     "T-pose before the take": (t_pose, ("rest pose",)),
     "wrist jumps 20 cm": (jump("wrist", 0.2), ("jumps",)),
     "ankle jumps 20 cm": (jump("ankle", 0.2), ("jumps",)),
+    "one joint, one frame, 10 cm": (spike(0.1), ("jumps",)),
     "forearm turns, wrist 20 cm": (turn("wrist", "elbow", 0.2), ("jumps",)),
     "shin turns, ankle 20 cm": (turn("ankle", "knee", 0.2), ("jumps",)),
     "treadmill": (treadmill, ("treadmill",)),
@@ -253,6 +268,7 @@ FAULTS: dict[str, tuple[Plant, tuple[str, ...]]] = {
     ),
     "floats 10 cm": (lifted(0.1, None), ("off the floor",)),
     "slides 0.2 m/s": (slides(0.2), ("slides",)),
+    "slides 0.2 m/s for 2 s": (slides(0.2, 2.0), ("slides",)),
     "slides 0.1 m/s": (slides(0.1), ("slides",)),
     "rate x0.5, one take": (rate(0.5), ("rate",)),
     "rate x2, one take": (rate(2.0), ("rate",)),

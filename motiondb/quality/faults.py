@@ -13,19 +13,21 @@ import numpy as np
 from motiondb.body import body
 from motiondb.body.features import runs
 from motiondb.quality.finding import times
-from motiondb.quality.measured import I, Measured, P, joined, long_runs
+from motiondb.quality.measured import I, Measured, P, joined, long_runs, residual
 from motiondb.records import FAULT, NEEDS, BoolArray, Finding, FloatArray
 
 ROOT_STEP, ROOT_ACCELERATION = 0.06, 100.0
 JOINT_STEP, JOINT_ACCELERATION = 0.08, 400.0
 BONE = 0.06
 BACK = 0.14
+SPIKE = 0.05
 SWAP, SWAP_SHARE = 0.20, 0.4
 FROZEN, FROZEN_SECONDS = 2e-6, 0.1
 NOISE = 0.0045
 POSE_SECONDS = 0.15
 SINKS, SINKS_SECONDS = 0.06, 0.15
 SLIDES, TREADMILL = 0.13, 0.25
+SLIDE_SECONDS = 1.5
 FLOATS = 0.055
 RISES = 0.06
 _WHOLE = 9  # Joints that jump at once in a seam of all the body
@@ -75,6 +77,9 @@ def _jumps(m: Measured) -> list[Finding]:
         out.append(said("seam", words, _span(m, a, b), (size, "m", root), "body", m.points[a, 0]))
     e[_near(seam)] = 0.0
     bad = (e > joint) | _there_and_back(m)
+    spike = np.where(m.spikes > SPIKE, m.spikes, 0.0)
+    bad |= spike > 0.0
+    e = np.maximum(e, spike)
     lengths, limbs = _bones(m)
     for limb, (_, end) in enumerate(_LIMBS):
         bad[:, end] |= limbs[:, limb]
@@ -187,14 +192,14 @@ def _noise(m: Measured) -> list[Finding]:
     """
     if m.n < 16:
         return []
-    residual, wide = (_residual(m.points, step) for step in (1, 2))
+    near, wide = (np.linalg.norm(residual(m.points, step), axis=-1) for step in (1, 2))
     size = max(8, round(m.fps))
     out = []
     bad = np.zeros(m.n, dtype=np.bool_)
     values = np.zeros(m.n)
     for start in range(0, max(1, m.n - size // 2), size // 2):
         piece = slice(start, start + size)
-        value = float(np.median(residual[piece]))
+        value = float(np.median(near[piece]))
         if value > NOISE and value > 0.4 * float(np.median(wide[piece])):
             bad[piece] = True
             values[piece] = np.maximum(values[piece], value)
@@ -203,15 +208,6 @@ def _noise(m: Measured) -> list[Finding]:
         words = f"joints tremble by {1000 * value:.0f} mm from frame to frame"
         out.append(said("noise", words, _span(m, a, b), (value, "m", NOISE)))
     return out
-
-
-def _residual(points: FloatArray, step: int) -> FloatArray:
-    """Distance of joints from the cubic through four frames around them (frames, joints), m."""
-    p = points
-    n = len(p) - 4 * step
-    a, b, c, d, e = (p[i * step : i * step + n] for i in range(5))
-    r = c - (-a + 4.0 * b + 4.0 * d - e) / 6.0
-    return np.sqrt(np.einsum("fjc,fjc->fj", r, r))
 
 
 def _rest_pose(m: Measured, jumps: list[Finding]) -> list[Finding]:
@@ -263,11 +259,11 @@ def _sinks(m: Measured) -> list[Finding]:
     return out
 
 
-def stances(m: Measured) -> tuple[FloatArray, FloatArray]:
+def stances(m: Measured, seconds: float = 1.0) -> tuple[FloatArray, FloatArray]:
     """Drift of every stance of a foot: middle (stances,), s, and velocity (stances, 2).
 
-    It is taken where the foot's velocity changes least: where it is slowest, a foot that slides
-    is about to turn around.
+    A stance that lasts is taken in pieces of about so many seconds. Its drift is taken where the
+    foot's velocity changes least: where it is slowest, a foot that slides is about to turn around.
     """
     times, drifts = [], []
     for s in "lr":
@@ -277,7 +273,7 @@ def stances(m: Measured) -> tuple[FloatArray, FloatArray]:
         change = np.where(h < 0.035 * m.k, change, np.inf)
         down = np.asarray((h < 0.035 * m.k).any(axis=1))
         for a, b in long_runs(down, 0.12 * m.fps):
-            for piece in np.array_split(np.arange(a, b), max(1, round((b - a) / m.fps))):
+            for piece in np.array_split(np.arange(a, b), max(1, round((b - a) / m.fps / seconds))):
                 best = piece[np.argsort(change[piece].min(axis=1))[: max(1, len(piece) // 4)]]
                 foot = change[best].argmin(axis=1)
                 times.append(float(piece.mean()) / m.fps)
@@ -305,7 +301,31 @@ def _slides(m: Measured) -> list[Finding]:
     if speed > SLIDES and agree > 0.7 and len(v) > 2:
         words = f"feet on the floor slide at {speed:.2f} m/s"
         return [said("slides", words, span, (speed, "m/s", SLIDES), "feet")]
-    return []
+    return _slides_for_a_while(m)
+
+
+def _slides_for_a_while(m: Measured) -> list[Finding]:
+    """Times in which at least three stances that follow one another drift alike."""
+    at, v = stances(m, 0.4)
+    order = np.argsort(at, kind="stable")
+    at, v = at[order], v[order]
+    spans, speeds = [], []
+    for first in range(len(at)):
+        end = int(np.searchsorted(at, at[first] + SLIDE_SECONDS, side="right"))
+        if end - first < 3 or at[end - 1] - at[first] < 0.7 * SLIDE_SECONDS:
+            continue
+        drift = np.median(v[first:end], axis=0)
+        speed = float(np.linalg.norm(drift))
+        alike = np.linalg.norm(v[first:end] - drift, axis=1) < 0.5 * speed
+        if speed > SLIDES and alike.mean() > 0.85:
+            spans.append((round(at[first] * m.fps), round(at[end - 1] * m.fps)))
+            speeds.append(speed)
+    out = []
+    for a, b in joined(spans, 0.2 * m.fps):
+        speed = max(s for s, (c, d) in zip(speeds, spans) if c < b and d > a)
+        words = f"feet on the floor slide at {speed:.2f} m/s"
+        out.append(said("slides", words, _span(m, a, b), (speed, "m/s", SLIDES), "feet"))
+    return out
 
 
 def _gaps(m: Measured) -> list[Finding]:

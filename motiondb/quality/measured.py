@@ -63,6 +63,8 @@ FEET = [P[f"{s}_{name}"] for s in "lr" for name in ("toe", "tip", "ankle")]
 SOLES = [P[f"{s}_{name}"] for s in "lr" for name in ("toe", "ankle")]
 _TIP, _HAND = 0.06, 0.35
 """Tip of the foot beyond the toe joint (metres), hand beyond the wrist (by the forearm)."""
+_SPIKE: FloatArray = np.array([1.0, -4.0, 6.0, -4.0, 1.0]) / 6.0
+_SPIKE_SHARE = 0.95
 REST_SPEED = 0.25  # Metres per second below which a part rests, on a leg of 0.85 m
 _REST_SECONDS, _REST_SHARE, _REST_HIGH = 0.2, 0.1, 0.04
 
@@ -76,6 +78,7 @@ class Measured:
     missing: BoolArray  # (frames,): some joint has no place
     leg: float  # Hip to ankle, metres
     has_toes: bool  # Whether the file has toes; others are estimated from the shin
+    spikes: FloatArray  # (frames, 21): how far a joint is off in one frame of the file, m
 
     @property
     def k(self) -> float:
@@ -229,7 +232,32 @@ def measure(points: FloatArray, fps: float, has_toes: bool = True) -> Measured |
                 kept[~known, joint, axis] = np.interp(
                     times[~known], times[known], kept[known, joint, axis]
                 )
-    return Measured(kept, fps / step, missing, legs_of(kept), has_toes)
+    spikes = np.zeros((step * len(kept), kept.shape[1]))
+    if len(points) > 8:
+        spikes[4 : len(points) - 4] = _spikes(points)
+    spikes = spikes.reshape(len(kept), step, -1).max(axis=1)
+    return Measured(kept, fps / step, missing, legs_of(kept), has_toes, spikes)
+
+
+def residual(points: FloatArray, step: int = 1) -> FloatArray:
+    """Joints less the cubic through four frames around them (frames, joints, 3), m."""
+    n = len(points) - 4 * step
+    a, b, c, d, e = (points[i * step : i * step + n] for i in range(5))
+    return np.asarray(c - (-a + 4.0 * b + 4.0 * d - e) / 6.0)
+
+
+def _spikes(points: FloatArray) -> FloatArray:
+    """How far joints are off in one frame alone (frames - 8, joints), m; else 0.
+
+    One frame that is off by s leaves residuals of s times `_SPIKE` in the five frames around it.
+    Fast motion leaves others, at any rate of frames, so what they share with these is what tells.
+    """
+    r = residual(points)
+    near = np.stack([r[i : len(r) - 4 + i] for i in range(5)])
+    norm = _SPIKE @ _SPIKE
+    size = np.linalg.norm(np.einsum("k,kfjc->fjc", _SPIKE, near), axis=-1) / norm
+    total = np.einsum("kfjc,kfjc->fj", near, near)
+    return np.where(norm * size**2 > _SPIKE_SHARE * total, size, 0.0)
 
 
 def smoothed(

@@ -191,6 +191,25 @@ def test_a_joint_that_jumps_for_a_tenth_of_a_second_is_named(fps: float) -> None
     assert found.start == pytest.approx(2.0, abs=0.05)
 
 
+@pytest.mark.parametrize("fps", [120.0, 30.0])
+def test_a_joint_that_is_off_in_a_single_frame_is_named_at_any_rate(fps: float) -> None:
+    p = standing(4.0, fps)
+    p[81, I["r_elbow"]] += [0.0, 0.0, 0.08]
+    found = only(assess(p, fps), "jumps")
+    assert found.part == "r_elbow"
+    assert found.sentence.startswith("the right elbow jumps by 8 cm")
+    assert found.start <= 81 / fps <= found.end
+
+
+def test_a_slide_for_two_seconds_is_told_with_its_time() -> None:
+    p = standing(8.0)
+    t = np.arange(len(p)) / FPS
+    p[..., 0] += 0.2 * np.clip(t - 3.0, 0.0, 2.0)[:, None]
+    found = only(assess(p, FPS), "slides")
+    assert found.measure == pytest.approx(0.2, abs=0.01)
+    assert abs(found.start - 3.0) < 0.5 and abs(found.end - 5.0) < 0.5
+
+
 def test_faults_are_told_by_their_names() -> None:
     p = jumping(1)
     seam, frozen, noise, feet = (p.copy() for _ in range(4))
