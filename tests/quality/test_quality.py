@@ -207,7 +207,8 @@ def test_a_slide_for_two_seconds_is_told_with_its_time() -> None:
     p[..., 0] += 0.2 * np.clip(t - 3.0, 0.0, 2.0)[:, None]
     found = only(assess(p, FPS), "slides")
     assert found.measure == pytest.approx(0.2, abs=0.01)
-    assert abs(found.start - 3.0) < 0.5 and abs(found.end - 5.0) < 0.5
+    assert abs(found.start - 3.0) < 0.5
+    assert abs(found.end - 5.0) < 0.5
 
 
 def test_faults_are_told_by_their_names() -> None:
