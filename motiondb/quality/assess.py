@@ -10,21 +10,21 @@ from motiondb.quality.rates import LEAST_FLIGHTS, falls, flights, rate_finding, 
 from motiondb.quality.supports import supports
 from motiondb.records import Finding, FloatArray, Quality
 
-KEPT = 0.90
+KEPT = 0.88
 KEPT_WITH = {
-    "falls": 0.26,
-    "floats": 0.15,
-    "frozen": 0.07,
+    "falls": 0.28,
+    "floats": 0.16,
+    "frozen": 0.08,
     "gap": 0.50,
     "jumps": 0.38,
     "names": 0.03,
     "noise": 0.02,
     "rate": 0.13,
-    "rest pose": 0.15,
+    "rest pose": 0.16,
     "seam": 0.12,
     "sinks": 0.57,
-    "slides": 0.03,
-    "swapped": 0.11,
+    "slides": 0.02,
+    "swapped": 0.12,
     "through": 0.50,
     "unit": 0.01,
 }
