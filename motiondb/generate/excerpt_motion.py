@@ -52,7 +52,7 @@ from motiondb.generate.excerpts import (
     with_unseen,
 )
 from motiondb.generate.material import Material, SequenceMotion, Takes, gather, pose_vectors_of
-from motiondb.generate.sentence_plan import PlannedAction
+from motiondb.generate.sentence_plan import PlannedAction, is_within
 from motiondb.learn.learned import Learned
 from motiondb.meaning.direction import ONCE, gone, lacking
 from motiondb.meaning.edge_map import averaged
@@ -85,6 +85,7 @@ SMOOTHINGS = 3  # How often the speed over the ground is smoothed where it jumps
 MOST_CHANGE = 1.4
 """Largest factor by which a recorded motion is played faster or slower. Beyond it jumps look as if
 gravity had changed."""
+MOST_FITTED = 1.25  # The same where a duration is asked for, and no speed
 
 
 @dataclass(frozen=True, eq=False)
@@ -492,7 +493,10 @@ def _speed_costs(action: PlannedAction, speeds: FloatArray) -> FloatArray:
 def _lay_out(
     material: _Material, row: _Rows, n: int, excerpt: Excerpt, is_last: bool
 ) -> ShownExcerpt:
-    """Play excerpt n of an action, as cut, at the tempo and as often and long as is asked for."""
+    """Play excerpt n of an action, as cut, at the tempo and as often and long as is asked for.
+
+    Its tempo also fits it to a duration that its loops do not reach.
+    """
     action, rate, range_of = row.of.action, 1.0, None
     if action.speed:
         speed = float(_speeds(material, [excerpt])[0])
@@ -501,6 +505,20 @@ def _lay_out(
         rate = natural_rate(speed, wanted, row.speeds, fast)
         rate = round(rate, 3) if abs(rate - 1.0) >= LEAST_CHANGE else 1.0
         range_of = (speed, float(row.speeds.min()), float(row.speeds.max()))
+    shown = _played(material, row, n, excerpt, is_last, rate)
+    seconds, asked = shown.n_frames / MOTION_FPS, action.seconds
+    if asked is None or action.speed or is_within(seconds, asked):
+        return replace(shown, speeds=range_of)
+    fitting = float(np.clip(seconds / asked.wanted, 1.0 / MOST_FITTED, MOST_FITTED))
+    again = _played(material, row, n, excerpt, is_last, round(fitting, 3))
+    return again if is_within(again.n_frames / MOTION_FPS, asked) else shown
+
+
+def _played(
+    material: _Material, row: _Rows, n: int, excerpt: Excerpt, is_last: bool, rate: float
+) -> ShownExcerpt:
+    """Play excerpt n of an action, as cut, at a tempo, as often and long as is asked for."""
+    action = row.of.action
     take = material.takes[excerpt.capture]
     poses, edges, restless = take.poses, take.edges, take.restless
     span = excerpt.start, excerpt.end
@@ -525,7 +543,7 @@ def _lay_out(
         excerpt,
         lay_out(action, span, movement),
         rate,
-        range_of,
+        None,
         row.words,
         -1 if is_picked else int(row.places[n]),
         int(row.places.max()) + 1,

@@ -9,7 +9,7 @@ import numpy as np
 from motiondb.body.contacts import MAX_HEIGHT
 from motiondb.generate.excerpt_motion import ShownExcerpt
 from motiondb.generate.excerpts import counted_word
-from motiondb.generate.sentence_plan import Amount, PlannedAction, say_times
+from motiondb.generate.sentence_plan import PlannedAction, is_within, say_times
 from motiondb.language.question.amounts import adverb_of
 from motiondb.language.question.readings import say_duration
 from motiondb.language.question.tree import NotUsed
@@ -19,8 +19,6 @@ from motiondb.meaning.occurrences import FLIGHTS, KICKED, find_occurrences
 from motiondb.meaning.place_certainty import count_performers, cues_of
 from motiondb.meaning.regression import probability
 from motiondb.records import MOTION_FPS, FloatArray
-
-NEAR_ENOUGH = 0.1  # Largest relative difference from a requested duration that still counts as met
 
 
 def say_amounts(action: PlannedAction) -> list[str]:
@@ -54,6 +52,8 @@ def report_excerpt(
     seconds = shown.n_frames / MOTION_FPS
     if layout.said:
         done.append(layout.said)
+    if shown.rate != 1.0 and not action.speed:
+        done.append(f"played at {shown.rate:.2f} of its speed, so that it lasts {seconds:.1f} s")
     done += [
         f"{learned.captures[piece.capture].name} {piece.start / MOTION_FPS:.1f}-"
         f"{piece.end / MOTION_FPS:.1f} s"
@@ -191,11 +191,3 @@ def _report_speed(shown: ShownExcerpt) -> tuple[list[str], list[NotUsed]]:
     how = f"played at {shown.rate:.2f} of its speed" if shown.rate != 1.0 else "as recorded"
     speeds = shown.speeds and (shown.speeds[0] * shown.rate, *shown.speeds[1:])
     return compare_speed(shown.action.speed, how, speeds)
-
-
-def is_within(seconds: float, asked: Amount) -> bool:
-    """Whether a duration is near enough to what was asked for; "at least" is meant strictly."""
-    short = 0.0 if asked.most is None else NEAR_ENOUGH
-    if seconds < asked.least * (1.0 - short) - 0.5 / MOTION_FPS:
-        return False
-    return asked.most is None or seconds <= max(asked.most, 0.1) * (1.0 + NEAR_ENOUGH)

@@ -28,11 +28,11 @@ from motiondb.body.features import FEATURE_STEP, recognition_features
 from motiondb.body.retarget import motion_positions
 from motiondb.errors import QueryError
 from motiondb.generate.excerpt_motion import joint_speeds
-from motiondb.generate.excerpt_report import compare_speed, is_within
+from motiondb.generate.excerpt_report import compare_speed
 from motiondb.generate.excerpts import counted_word, occurrences_each
 from motiondb.generate.material import Takes
 from motiondb.generate.motion_making import read_sentence
-from motiondb.generate.sentence_plan import PlannedAction, plan_sentence, say_times
+from motiondb.generate.sentence_plan import PlannedAction, is_within, plan_sentence, say_times
 from motiondb.generate.shown_actions import Asked, JudgedAction, judge_motion
 from motiondb.language.question.readings import (
     KnownQuestion,

@@ -38,12 +38,14 @@ from motiondb.language.question.tree import (
     Without,
     actions_of,
 )
+from motiondb.records import MOTION_FPS
 
 MOST_ACTIONS = 128
 """Largest number of actions of a sentence, counting repetitions, as in ``readings.MOST_PARTS``."""
 MOST_TIMES = 50  # Largest number of repetitions of one action
 MOST_SECONDS = 600.0
 """Largest duration of one action, seconds: longer motions are better joined elsewhere."""
+NEAR_ENOUGH = 0.1  # Largest relative difference from a requested duration that still counts as met
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,18 @@ class Amount:
         if self.least > 0.0 or self.most is None:
             return float(self.least)
         return float(self.most) / 2.0
+
+
+def is_within(seconds: float, asked: Amount) -> bool:
+    """Whether a duration is near enough to what was asked for; "at least" is meant strictly.
+
+    >>> is_within(2.8, Amount(3, 3)), is_within(2.8, Amount(3, None)), is_within(3.4, Amount(3, 3))
+    (True, False, False)
+    """
+    short = 0.0 if asked.most is None else NEAR_ENOUGH
+    if seconds < asked.least * (1.0 - short) - 0.5 / MOTION_FPS:
+        return False
+    return asked.most is None or seconds <= max(asked.most, 0.1) * (1.0 + NEAR_ENOUGH)
 
 
 def say_times(times: Amount) -> str:
