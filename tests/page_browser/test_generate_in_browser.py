@@ -23,7 +23,6 @@ def test_a_sentence_becomes_motion_with_its_sources(asked_server, new_page):
     assert "walks" in shown[0]
     assert "shown" in shown[0]
     assert "kicks" in shown[1]
-    assert page.locator(".lane-parts .block").all_inner_texts() == ["walk", "kick"]
     sources = page.locator(".lane-stretches .block")
     assert sources.count() >= 1
     assert "licence CC0-1.0" in sources.first.get_attribute("title")
@@ -66,28 +65,52 @@ def test_made_motion_is_downloaded_and_kept(serve_copy, new_page):
     page.locator(".lane-stretches .block").first.wait_for()
 
 
-def test_actions_are_blocks_that_are_moved_lengthened_and_taken_from_elsewhere(
-    asked_server, new_page
-):
+NAMES = "[...document.querySelectorAll('.made-block b')].map(one => one.textContent).join()"
+SECONDS = """parseFloat(
+    document.querySelector('.variant .answer-head .muted').textContent.split(', ')[1])"""
+
+
+def drag(page, locator, x: float, at: float = 0.5) -> None:
+    """Drag from a share of the width of an element, by pixels to the right."""
+    box = locator.bounding_box()
+    left, top = box["x"] + at * box["width"], box["y"] + box["height"] / 2
+    page.mouse.move(left, top)
+    page.mouse.down()
+    page.mouse.move(left + x / 2, top, steps=3)
+    page.mouse.move(left + x, top, steps=3)
+    page.mouse.up()
+
+
+def test_blocks_are_dragged_to_another_place_and_stretched_at_their_edge(asked_server, new_page):
     page = new_page(f"{asked_server}#/generate?q=walk,+then+kick&seed=0")
-    blocks = page.locator(".made-block")
-    names = (
-        "() => [...document.querySelectorAll('.made-block-head .link')]"
-        ".map(one => one.textContent).join()"
-    )
-    wait_for(page, f"() => ({names})() === 'walk,kick'")
-    page.get_by_role("button", name="Move walk later").click()
-    wait_for(page, f"() => ({names})() === 'kick,walk'")
-    before = blocks.nth(0).inner_text()
+    wait_for(page, f"() => {NAMES} === 'walk,kick'")
+    before = page.evaluate(SECONDS)
+    lane = page.locator(".made-lane").bounding_box()
+    drag(page, page.locator(".made-block-edge").nth(0), lane["width"] / before)  # by one second
+    wait_for(page, f"before => Math.abs({SECONDS} - before - 1) < 0.35", before)
+    assert page.get_by_label("Seconds of walk").count() == 1  # it stays chosen
+    drag(page, page.locator(".made-block").nth(0), 0.8 * lane["width"], at=0.2)
+    wait_for(page, f"() => {NAMES} === 'kick,walk'")
+    page.locator(".made-block-body").nth(0).focus()
+    page.keyboard.press("Alt+ArrowRight")
+    wait_for(page, f"() => {NAMES} === 'walk,kick'")
+
+
+def test_actions_are_moved_lengthened_and_taken_from_elsewhere(asked_server, new_page):
+    page = new_page(f"{asked_server}#/generate?q=walk,+then+kick&seed=0")
+    wait_for(page, f"() => {NAMES} === 'walk,kick'")
+    page.get_by_text("More", exact=True).click()
+    page.get_by_role("button", name="Move later: walk").click()
+    wait_for(page, f"() => {NAMES} === 'kick,walk'")
+    page.locator(".made-block").nth(0).click()
+    before = page.locator(".made-tools").inner_text()
     page.get_by_role("button", name="Another place for kick").click()
-    wait_for(page, "before => document.querySelector('.made-block').innerText !== before", before)
+    wait_for(page, "before => document.querySelector('.made-tools').innerText !== before", before)
+    page.locator(".made-block").nth(1).click()
     page.get_by_label("Seconds of walk").fill("6")
     page.keyboard.press("Enter")
-    wait_for(
-        page,
-        "() => parseFloat(document.querySelector('.variant .answer-head .muted')"
-        ".textContent.split(', ')[1]) > 6.5",
-    )
+    wait_for(page, f"() => {SECONDS} > 6.5")
+    page.locator(".made-block").nth(0).click()
     page.get_by_role("button", name="Pick an excerpt for kick").click()
     page.locator(".pick-list li").first.wait_for()
     page.get_by_label("Capture", exact=True).fill("ana/walk_1")
@@ -109,7 +132,7 @@ def test_actions_are_blocks_that_are_moved_lengthened_and_taken_from_elsewhere(
     page.locator(".made-block", has_text="cartwheel").wait_for(state="detached")
     page.go_back()
     page.get_by_text("picked:").wait_for(state="detached")
-    wait_for(page, f"() => ({names})() === 'kick,walk'")
+    wait_for(page, f"() => {NAMES} === 'kick,walk'")
 
 
 def test_a_question_that_cannot_be_made_is_refused_with_a_sentence(asked_server, new_page):
@@ -119,7 +142,7 @@ def test_a_question_that_cannot_be_made_is_refused_with_a_sentence(asked_server,
     page.locator(".known-words button").first.wait_for()
 
 
-def test_an_action_that_is_not_shown_is_hatched(asked_server, new_page):
+def test_an_action_that_is_not_shown_is_a_red_block(asked_server, new_page):
     page = new_page("about:blank")
 
     def unshown(route):
@@ -129,5 +152,5 @@ def test_an_action_that_is_not_shown_is_hatched(asked_server, new_page):
 
     page.route("**/api/generate", unshown)
     page.goto(f"{asked_server}{ASKED}")
-    page.locator(".lane-parts .block").first.wait_for()
-    assert page.locator(".lane-parts .block.missing").all_inner_texts() == ["kick"]
+    page.locator(".made-block.not-shown", has_text="kick").wait_for()
+    assert page.locator(".made-block.not-shown").count() == 1

@@ -24,6 +24,8 @@ export interface TimelineOptions {
   onSelect?(selection: Interval | null): void;
   /** Smaller, for lists of answers. */
   small?: boolean;
+  /** A lane above the others, over the same time. */
+  top?: HTMLElement | null;
 }
 
 /** A file without a server has no other views to go to. */
@@ -42,7 +44,7 @@ export function makeTimeline(options: TimelineOptions): Timeline {
   const chosen = h("div", { class: "timeline-selection", hidden: true });
   const lanesBox = h("div", { class: "timeline-lanes" });
   const ruler = h("div", { class: "timeline-ruler", "aria-hidden": "true" });
-  const area = h("div", { class: "timeline-area" }, ruler, litLayer, lanesBox, chosen, cursor);
+  const area = h("div", { class: "timeline-area" }, ruler, litLayer, options.top, lanesBox, chosen, cursor);
   const element = h(
     "div",
     { class: options.small ? "timeline small" : "timeline", role: "group", "aria-label": options.label },

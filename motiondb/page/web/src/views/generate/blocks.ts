@@ -1,4 +1,4 @@
-/** The actions of a generated motion as blocks: reorder, lengthen, take another place, pick an excerpt. */
+/** The actions of a generated motion as blocks: drag, stretch, take another place, pick an excerpt. */
 
 import { get, messageOf } from "../../api/client.ts";
 import type { ActionVerdict, MadeReply, SearchReply, ShownBlock } from "../../api/types.ts";
@@ -6,6 +6,7 @@ import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { openDialog } from "../../parts/asking.ts";
+import { makeMenu } from "../../parts/menu.ts";
 import { interval, probability, sharedReason } from "../../parts/text.ts";
 import { sayGrade } from "../search/certainty.ts";
 import { makeClip, type Clip } from "../../take/clip.ts";
@@ -14,8 +15,6 @@ import type { Context } from "../view.ts";
 /** What a timeline asks for. */
 export type Wish = Omit<ShownBlock, "places">;
 
-/** Seconds that a click makes an action longer or shorter by. */
-const STEP = 1;
 const SHORTEST = 0.5;
 const LONGEST = 60;
 /** Answers among which an excerpt is picked. */
@@ -109,104 +108,224 @@ function pickExcerpt(context: Context, wish: Wish, picked: (part: Partial<Wish>)
   );
 }
 
-/** The blocks of a motion; every change asks for the motion of the changed timeline. */
+/** The actions of a motion as blocks in the lane of its timeline, and the tools of the chosen one. */
+export interface Blocks {
+  readonly lane: HTMLElement;
+  readonly tools: HTMLElement;
+}
+
+/** Which block is chosen; it stays chosen when the motion is made again. */
+export interface Chosen {
+  at: number;
+}
+
+/** A drag shorter than this is a click, pixels. */
+const CLICK = 4;
+
+/**
+ * The blocks of a motion: an edge is dragged to make an action longer or shorter, a block to another
+ * place in the order. Every change asks for the motion of the changed timeline.
+ */
 export function blocksOf(
   context: Context,
   made: MadeReply,
+  chosen: Chosen,
   ask: (wishes: readonly Wish[]) => void,
   seek: (time: number) => void,
-): HTMLElement | null {
+): Blocks | null {
   const { blocks, shown_actions } = made;
   if (blocks.length === 0) return null;
   const wishes = wishesOf(blocks);
   const shared = sharedReason(shown_actions);
+  chosen.at = Math.min(chosen.at, blocks.length - 1);
   const change = (at: number, part: Partial<Wish>): void =>
     ask(wishes.map((one, i) => (i === at ? { ...one, ...part } : one)));
+  const lengthOf = (at: number): number => {
+    const judged = shown_actions[at];
+    return judged ? judged.end - judged.start : 1;
+  };
+  const lengthen = (at: number, value: number): void => {
+    if (!Number.isFinite(value)) return;
+    const length = Math.min(Math.max(value, SHORTEST), LONGEST);
+    change(at, { seconds: Math.round(length * 10) / 10 });
+  };
 
-  function tool(label: string, text: string, run: () => void, disabled = false): HTMLElement {
-    const small = { class: "button plain", type: "button", "aria-label": label, title: label, disabled };
-    return h("button", { ...small, on: { click: run } }, text);
+  const lane = h("ol", { class: "plain made-lane", "aria-label": "Actions on the timeline" });
+  const tools = h("div", { class: "made-tools" });
+  const elements = blocks.map((block, at) => blockElement(block, at));
+  fill(lane, elements);
+
+  function choose(at: number): void {
+    chosen.at = at;
+    elements.forEach((one, i) => {
+      one.classList.toggle("chosen", i === at);
+      one.querySelector("button")!.setAttribute("aria-pressed", String(i === at));
+    });
+    showTools();
   }
 
   function blockElement(block: ShownBlock, at: number): HTMLElement {
     const judged = shown_actions[at];
     const { mark, text, kind } = verdictOf(judged);
-    const length = judged ? judged.end - judged.start : 1;
-    const seconds = h("input", {
-      class: "number",
-      type: "number",
-      min: SHORTEST,
-      max: LONGEST,
-      step: "any",
-      value: (block.seconds ?? length).toFixed(1),
-      "aria-label": `Seconds of ${block.phrase}`,
-      on: { change: () => lengthen(seconds.valueAsNumber) },
+    const body = h(
+      "button",
+      { class: "made-block-body", type: "button", title: `${block.phrase}: ${text}` },
+      h("span", { class: "mark", "aria-hidden": "true" }, mark),
+      h("b", {}, block.phrase),
+      h("span", { class: "made-block-text" }, text),
+    );
+    body.addEventListener("keydown", (event) => {
+      const to = at + (event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0);
+      if (to === at || !event.altKey || !wishes[to]) return;
+      event.preventDefault();
+      chosen.at = to;
+      ask(moved(wishes, at, to));
     });
-    const lengthen = (value: number): void => {
-      if (Number.isFinite(value)) change(at, { seconds: Math.min(Math.max(value, SHORTEST), LONGEST) });
+    body.addEventListener("click", () => {
+      choose(at);
+      if (judged) seek(judged.start);
+    });
+    const edge = h("span", { class: "made-block-edge", title: `Drag: how long ${block.phrase} lasts` });
+    const start = judged?.start ?? 0;
+    const element = h(
+      "li",
+      {
+        class: `made-block ${kind}`,
+        style: {
+          left: `${(100 * start) / made.seconds}%`,
+          width: `${(100 * lengthOf(at)) / made.seconds}%`,
+        },
+      },
+      body,
+      edge,
+    );
+    drag(element, edge, at);
+    return element;
+  }
+
+  /** Let a block be dragged: what lies behind an edge follows it, what a block passes makes room. */
+  function drag(element: HTMLElement, edge: HTMLElement, at: number): void {
+    let from = { x: 0, edge: false };
+    let size = 0;
+    let going = false;
+    const shift = (i: number, pixels: number): void => {
+      elements[i]!.style.transform = pixels ? `translateX(${pixels}px)` : "";
     };
-    const now = block.seconds ?? Math.round(length * 10) / 10;
+    const middle = (i: number): number => elements[i]!.offsetLeft + elements[i]!.offsetWidth / 2;
+    const placeAt = (by: number): number =>
+      elements.filter((_, i) => i !== at && middle(i) < middle(at) + by).length;
+    const lengthAt = (by: number): number =>
+      Math.min(Math.max(lengthOf(at) + (by * made.seconds) / lane.clientWidth, SHORTEST), LONGEST);
+    const still = (): void => {
+      going = false;
+      element.classList.remove("dragged");
+      element.style.width = `${(100 * lengthOf(at)) / made.seconds}%`;
+      element.removeAttribute("data-seconds");
+      elements.forEach((_, i) => shift(i, 0));
+    };
+    element.addEventListener("pointerdown", (event) => {
+      event.stopPropagation(); // the timeline would move its cursor
+      if (event.button !== 0) return;
+      from = { x: event.clientX, edge: event.target === edge };
+      size = element.offsetWidth;
+      element.setPointerCapture(event.pointerId);
+    });
+    element.addEventListener("pointermove", (event) => {
+      if (!element.hasPointerCapture(event.pointerId)) return;
+      const by = event.clientX - from.x;
+      going ||= Math.abs(by) > CLICK;
+      if (!going) return;
+      element.classList.add("dragged");
+      if (from.edge) {
+        const length = lengthAt(by);
+        const wide = (length * lane.clientWidth) / made.seconds;
+        element.style.width = `${wide}px`;
+        element.dataset["seconds"] = `${length.toFixed(1)} s`;
+        elements.forEach((_, i) => i > at && shift(i, wide - size));
+        return;
+      }
+      const to = placeAt(by);
+      elements.forEach((_, i) =>
+        shift(i, i === at ? by : i > at && i <= to ? -size : i < at && i >= to ? size : 0),
+      );
+    });
+    element.addEventListener("pointerup", (event) => {
+      element.releasePointerCapture(event.pointerId);
+      if (!going) {
+        if (from.edge) return;
+        element.querySelector("button")!.click(); // the capture keeps the click from the button
+        return;
+      }
+      const by = event.clientX - from.x;
+      const to = placeAt(by);
+      const length = lengthAt(by);
+      chosen.at = from.edge ? at : to;
+      still();
+      if (from.edge) lengthen(at, length);
+      else if (to !== at) ask(moved(wishes, at, to));
+      else choose(at);
+    });
+    element.addEventListener("pointercancel", still);
+  }
+
+  function showTools(): void {
+    const { at } = chosen;
+    const block = blocks[at]!;
+    const judged = shown_actions[at];
+    const { mark, text, kind } = verdictOf(judged);
+    const now = block.seconds ?? Math.round(lengthOf(at) * 10) / 10;
     const another = ((block.place ?? -1) + 1) % Math.max(block.places, 1);
     const where = block.capture
       ? `picked: ${block.capture}, ${interval(block.start!, block.end!)}`
       : block.place === null
         ? (judged?.done[0] ?? "")
         : `${judged?.done[0] ?? ""} · place ${block.place + 1} of ${block.places}`;
-    return h(
-      "li",
-      {
-        class: `made-block ${kind}`,
-        draggable: "true",
-        "data-block": at,
-        style: { "flex-grow": String(Math.max(length, 0.5)) },
-        on: {
-          dragstart: (event: DragEvent) => event.dataTransfer?.setData("text/plain", String(at)),
-          dragover: (event: DragEvent) => event.preventDefault(),
-          drop: (event: DragEvent) => {
-            event.preventDefault();
-            const from = Number(event.dataTransfer?.getData("text/plain"));
-            if (from !== at && wishes[from]) ask(moved(wishes, from, at));
-          },
-        },
-      },
+    const seconds = h("input", {
+      class: "number",
+      type: "number",
+      min: SHORTEST,
+      max: LONGEST,
+      step: "any",
+      value: now.toFixed(1),
+      "aria-label": `Seconds of ${block.phrase}`,
+      on: { change: () => lengthen(at, seconds.valueAsNumber) },
+    });
+    const tool = (text: string, label: string, disabled: boolean, run: () => void): HTMLElement =>
+      button("plain", text, run, { "aria-label": `${label} ${block.phrase}`, title: label, disabled });
+    const move = (to: number): void => {
+      chosen.at = to;
+      ask(moved(wishes, at, to));
+    };
+    fill(
+      tools,
       h(
         "p",
-        { class: "made-block-head" },
+        { class: kind },
         h("span", { class: "mark", "aria-hidden": "true" }, mark),
-        button("link", block.phrase, () => judged && seek(judged.start)),
-        h("span", { class: "small" }, ` ${text}`),
+        " ",
+        h("b", {}, block.phrase),
+        ` ${text}`,
+        judged?.reason && !judged.shown && judged.reason !== shared ? `: ${judged.reason}` : "",
+        h("span", { class: "muted" }, where ? ` · ${where}` : ""),
       ),
-      judged?.reason && !judged.shown && judged.reason !== shared
-        ? h("p", { class: "small" }, judged.reason)
-        : null,
-      h("p", { class: "muted small" }, where),
       h(
         "div",
         { class: "row" },
-        tool(`Move ${block.phrase} earlier`, "←", () => ask(moved(wishes, at, at - 1)), at === 0),
-        tool(
-          `Move ${block.phrase} later`,
-          "→",
-          () => ask(moved(wishes, at, at + 1)),
-          at === blocks.length - 1,
+        h("label", { class: "check" }, seconds, "s"),
+        tool("Another place", "Another place for", block.places < 2 && !block.capture, () =>
+          change(at, { place: another, capture: null, start: null, end: null }),
         ),
-        tool(`Shorten ${block.phrase}`, "−", () => lengthen(now - STEP), now <= STEP),
-        seconds,
-        tool(`Lengthen ${block.phrase}`, "+", () => lengthen(now + STEP)),
-        tool(
-          `Another place for ${block.phrase}`,
-          "Another place",
-          () => change(at, { place: another, capture: null, start: null, end: null }),
-          block.places < 2 && !block.capture,
-        ),
-        tool(`Pick an excerpt for ${block.phrase}`, "Pick…", () =>
+        tool("Pick…", "Pick an excerpt for", false, () =>
           pickExcerpt(context, wishes[at]!, (part) => change(at, part)),
         ),
-        button("tool", icon("close"), () => ask(wishes.filter((_, i) => i !== at)), {
-          "aria-label": `Leave ${block.phrase} out`,
-          disabled: blocks.length === 1,
-        }),
+        makeMenu("More", [
+          tool("Move earlier", "Move earlier:", at === 0, () => move(at - 1)),
+          tool("Move later", "Move later:", at === blocks.length - 1, () => move(at + 1)),
+          tool("Leave out", "Leave out", blocks.length === 1, () => ask(wishes.filter((_, i) => i !== at))),
+        ]),
+        adding,
       ),
+      shared ? h("p", { class: "muted small" }, `Not sure: ${shared}.`) : null,
     );
   }
 
@@ -235,11 +354,6 @@ export function blocksOf(
     const fresh = further();
     if (fresh) ask([...wishes, fresh]);
   });
-  return h(
-    "div",
-    { class: "made-blocks" },
-    h("ol", { class: "plain", "aria-label": "Actions on the timeline" }, blocks.map(blockElement)),
-    shared ? h("p", { class: "muted small" }, `Not sure: ${shared}.`) : null,
-    adding,
-  );
+  choose(chosen.at);
+  return { lane, tools };
 }

@@ -11,7 +11,7 @@ import { faultWithWords } from "../known_words.ts";
 import { notLearned } from "../not_learned.ts";
 import { questionElement } from "../search/question.ts";
 import type { Context, OpenView } from "../view.ts";
-import { blocksOf, type Wish } from "./blocks.ts";
+import { blocksOf, type Chosen, type Wish } from "./blocks.ts";
 import { makeVariant, type Variant } from "./variant.ts";
 
 const METHODS: readonly [string, string][] = [
@@ -23,6 +23,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
   let variants: Variant[] = [];
   let asked = "";
   let running = 0;
+  const chosen: Chosen = { at: 0 };
 
   const box = h("input", {
     id: "sentence",
@@ -121,7 +122,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
         fail: context.fail,
         notify: (text) => context.notify(text),
         canSave,
-        blocks: (of, seek) => blocksOf(context, of, (wishes) => void change(of, wishes), seek),
+        blocks: (of, seek) => blocksOf(context, of, chosen, (wishes) => void change(of, wishes), seek),
       }),
     );
     sync.hidden = made.length < 2;

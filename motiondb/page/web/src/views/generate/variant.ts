@@ -14,6 +14,7 @@ import { routeTo } from "../../shell/router.ts";
 import { makeClip, type Clip } from "../../take/clip.ts";
 import { stretchLane, wordLane, type Lane } from "../../timeline/lanes.ts";
 import { makeTimeline } from "../../timeline/timeline.ts";
+import type { Blocks } from "./blocks.ts";
 
 export interface Variant {
   readonly element: HTMLElement;
@@ -26,7 +27,7 @@ export interface VariantActions {
   notify(text: string): void;
   canSave: boolean;
   /** The blocks of the motion, which ask for a changed one. */
-  blocks(made: MadeReply, seek: (time: number) => void): HTMLElement | null;
+  blocks(made: MadeReply, seek: (time: number) => void): Blocks | null;
 }
 
 /** The requested actions, over the times at which they were made. */
@@ -86,10 +87,12 @@ export function makeVariant(
   made: MadeReply,
   actions: VariantActions | null,
 ): Variant {
+  const blocks = actions?.blocks(made, (time) => void clip.seek(time)) ?? null;
   const timeline = makeTimeline({
     duration: made.seconds,
     label: `Timeline of seed ${made.seed}`,
     small: true,
+    top: blocks?.lane ?? null,
     onSeek: (time) => clip.seek(time),
   });
   const clip: Clip = makeClip(context, {
@@ -97,7 +100,11 @@ export function makeVariant(
     label: `${made.words}, seed ${made.seed}`,
     onTime: (time) => timeline.setTime(time),
   });
-  timeline.setLanes([askedLane(made), wordLane(made.recognised_words), stretchLane(made.stretches)]);
+  timeline.setLanes([
+    ...(blocks ? [] : [askedLane(made)]),
+    wordLane(made.recognised_words),
+    stretchLane(made.stretches),
+  ]);
   const saved = h("span", {});
 
   function showSaved(name: string): void {
@@ -130,7 +137,6 @@ export function makeVariant(
 
   const save = (format: FileFormat): void => void run(saveAs(format));
   if (made.saved) showSaved(made.saved);
-  const blocks = actions?.blocks(made, (time) => void clip.seek(time)) ?? null;
   const element = h(
     "article",
     { class: "answer variant", "aria-label": `Seed ${made.seed}` },
@@ -142,7 +148,7 @@ export function makeVariant(
     ),
     clip.element,
     timeline.element,
-    blocks,
+    blocks?.tools,
     h(
       "div",
       { class: "answer-facts" },
