@@ -153,12 +153,12 @@ def directions_of(words: Sequence[str]) -> tuple[str, ...]:
 
 
 def vertical_ways(words: Sequence[str]) -> tuple[str, ...]:
-    """Whether an action that travels goes "up" or "down", which is measured.
+    """Whether an action that travels or climbs goes "up" or "down", which is measured.
 
     >>> vertical_ways(("walk", "up", "step")), vertical_ways(("stand", "up"))
     (('up',), ())
     """
-    if TRAVELS.isdisjoint(words) or not {*FLIGHTS}.isdisjoint(words):
+    if {"climb", *TRAVELS}.isdisjoint(words) or not {*FLIGHTS}.isdisjoint(words):
         return ()
     return tuple(word for word in words if word in VERTICAL)
 

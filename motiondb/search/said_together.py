@@ -6,6 +6,7 @@ question               searched
 walk, backward         both words: some caption says both of one action
 sit down on a stool    "sit stool", which a caption says; *down* is measured
 wave the left hand     "wave": hands are what waves; the side is measured
+climb up a ladder      "climb ladder": who climbs goes up, though one caption of five says it
 boxing punches         "box" and "punch" at once, since no caption says both of one action
 drink while standing   "drink"; standing is measured where somebody drinks
 stand up, walk away    "stand up"; after that, walking is measured
@@ -35,6 +36,11 @@ GENERAL = frozenset(("go", "move", "travel", "come", "head", "do", "get"))
 """Verbs that say no more than the direction beside them."""
 _ARMS_TEXT = "wave punch box point reach grab clap throw catch wash drink dribble juggle salute"
 _LEGS_TEXT = "kick walk run jog sprint step hop jump march skip tiptoe"
+_GOES: dict[str, frozenset[str]] = {
+    "up": frozenset("climb jump hop leap".split()),
+    "down": frozenset("bow bend crouch squat kneel duck dive".split()),
+}
+"""Verbs that say already where they go, so that few captions do."""
 _WITH = {"arm": frozenset(_ARMS_TEXT.split()), "leg": frozenset(_LEGS_TEXT.split())}
 """Actions of arms and legs, of which these need not be said."""
 
@@ -106,7 +112,7 @@ def _groups(
     >>> _groups(("box", "punch"), lambda words: len(words) < 2)
     ([('box',), ('punch',)], [])
     """
-    borne = limb_held(action)
+    borne = {*limb_held(action), *_ways_said(action)}
     action = tuple(word for word in action if word not in borne)
     if len(action) < 2 or said(action):
         return [action], []
@@ -131,6 +137,11 @@ def _unimplied(action: tuple[str, ...]) -> list[tuple[str, ...]]:
     return [tuple(word for word in action if word not in implied) or action]
 
 
+def _ways_said(action: Sequence[str]) -> set[str]:
+    """The way that the verb of an action says already."""
+    return {way for way, verbs in _GOES.items() if way in action and not verbs.isdisjoint(action)}
+
+
 def _implied(action: Sequence[str]) -> set[str]:
     """The words of an action that its verb says already: the hand of who waves.
 
@@ -138,6 +149,7 @@ def _implied(action: Sequence[str]) -> set[str]:
     (['hand', 'left'], set())
     """
     implied = LEAVING.intersection(action) if not TRAVELS.isdisjoint(action) else set[str]()
+    implied |= _ways_said(action)
     for limb in LIMBS.intersection(action):
         if not _WITH["leg" if limb in LEGS else "arm"].isdisjoint(action):
             implied |= {limb, *SIDES.intersection(action)}
