@@ -37,8 +37,8 @@ GENERAL = frozenset(("go", "move", "travel", "come", "head", "do", "get"))
 _ARMS_TEXT = "wave punch box point reach grab clap throw catch wash drink dribble juggle salute"
 _LEGS_TEXT = "kick walk run jog sprint step hop jump march skip tiptoe"
 _GOES: dict[str, frozenset[str]] = {
-    "up": frozenset("climb jump hop leap".split()),
-    "down": frozenset("bow bend crouch squat kneel duck dive".split()),
+    "up": frozenset(["climb", "jump", "hop", "leap"]),
+    "down": frozenset(["bow", "bend", "crouch", "squat", "kneel", "duck", "dive"]),
 }
 """Verbs that say already where they go, so that few captions do."""
 _WITH = {"arm": frozenset(_ARMS_TEXT.split()), "leg": frozenset(_LEGS_TEXT.split())}

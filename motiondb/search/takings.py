@@ -34,7 +34,7 @@ from motiondb.language.nearby.table import NearbyTable
 from motiondb.language.question.heads import missing_heads, verbs_in
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import KnownQuestion, hold_to_known
-from motiondb.language.question.tree import Question
+from motiondb.language.question.tree import Question, actions_of
 from motiondb.language.requests import without_request
 from motiondb.language.vocabulary import (
     MODIFIERS,
@@ -250,12 +250,15 @@ class Sentence:
 
     @cached_property
     def forms(self) -> dict[str, str]:
-        """Its words: lemma -> word as written."""
+        """Its words: lemma -> word as written; not those of parts that are not used."""
         lemmas = self.learned.lemmas
         asked = split_actions(self.text, self.learned.synonyms, lemmas)
+        unused = {lemma(f, lemmas) for p in self.parsed.not_used for f in forms_of(p.text)}
+        unused -= {word for one in actions_of(self.parsed.tree) for word in one.all_words}
         forms = [f for f in reversed(forms_of(self.text)) if f not in STOP_WORDS]  # without a lemma
         written = {lemma(form, lemmas): form for form in forms}
-        return {word: written.get(word, word) for action in asked for word in action}
+        words = (word for action in asked for word in action if word not in unused)
+        return {word: written.get(word, word) for word in words}
 
     @cached_property
     def verbs(self) -> frozenset[str]:

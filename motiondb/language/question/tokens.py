@@ -13,6 +13,7 @@ it; a bare "not" or "without" holds for the part before it alone.
     comma stop then while same or either and after before
     not         not, never, without, except, no, don't, neither, ...; ``nor``; ``but_not``
     count       twice, three times, 3x, two jumps
+    which when  subject 14, in the first 2 s: told, and not used
     duration    for ten seconds, at least 5 s
 """
 
@@ -35,7 +36,21 @@ from motiondb.language.question.amounts import (
 from motiondb.language.question.tree import LIMBS, NotUsed
 from motiondb.language.vocabulary import MODIFIERS, join_phrases, motion_word, split_compound
 
+_SECONDS = r"[0-9]+(?:[.,][0-9]+)?\s*(?:s|sec|secs|seconds?|min|mins|minutes?)"
 _WORDS = (
+    (
+        "which",
+        r"(?:(?:by|from|of|in|with|for)\s+)?(?:the\s+)?(?:subject|performer|actor|participant|person"
+        r"|player|dancer|trial|session|capture|clip|file|recording)"
+        r"[\s_-]+(?:number\s+|no\.?\s*|\#\s*)?[0-9][\w/]*\b(?!\s*(?:m|cm|s|sec|seconds?|feet|kg)\b)",
+    ),
+    (
+        "when",
+        rf"(?:with)?in\s+the\s+(?:first|last|final)\s+(?:{_SECONDS}|second|minute|half|third)"
+        r"|at\s+the\s+(?:very\s+)?(?:beginning|start|end)\s+of\s+(?:the|a|each|every)"
+        r"(?:\s+(?:clip|take|capture|file|recording|motion|sequence)|(?=\s*(?:[,.;?!]|$)))"
+        rf"|(?:after|before)\s+(?:the\s+first\s+)?{_SECONDS}",
+    ),
     ("skip", r"not\s+(?:only|just|merely|simply)(?=\W.*\bbut\b)"),
     (
         "vague",
@@ -126,6 +141,8 @@ _MEASURED_IN_STEPS = VERBS - MODIFIERS - LIMBS - {"take", "step", "climb", "asce
 _UNUSED = {
     "vague": "it names neither a duration nor a count",
     "only": "what else a capture shows is not compared",
+    "which": "performers and captures are chosen by filters (--where)",
+    "when": "where in a capture it is shown is not compared",
     "measure": "angles, lengths and speeds are not compared",
     "number": "it says neither how often nor how long",
     "steps": "steps are not counted",
@@ -152,6 +169,9 @@ def tokenize(
 
     >>> [token.kind for token in tokenize("A person walks, but does not wave twice.")[0]]
     ['word', 'but_not', 'word', 'count', 'stop']
+    >>> _, unused = tokenize("subject 14 walks in the first 2 s, then sits after 5 s")
+    >>> [part.text for part in unused]
+    ['subject 14', 'in the first 2 s', 'after 5 s']
     """
     _check_length(len(text), MOST_CHARACTERS, "characters")
     words = _words(_scan(join_phrases(text)), synonyms or {}, lemmas)
