@@ -50,4 +50,5 @@ def write_sections(path: Path, head: str, order: Sequence[str], new: dict[str, s
     known |= new
     parts = [head.strip()]
     parts += [f"## {title}\n\n{known[title]}" for title in order if known.get(title)]
+    path.parent.mkdir(parents=True, exist_ok=True)  # a long run is not lost at its end
     path.write_text("\n\n".join(parts) + "\n", encoding="utf-8")

@@ -65,6 +65,10 @@ _MANNERS = (
     (rf"at\s+a\s+(?:fast|quick|high)\s+{_SPEED}", "fast"),
     (rf"in\s+slow\s+motion|at\s+(?:a\s+)?(?:slow|low)\s+{_SPEED}", "slowly"),
     (r"at\s+all", ""),
+    (
+        r"(?:all\s+)?in\s+(?:a\s+row|succession|series)|one\s+after\s+(?:the|an)other|back\s+to\s+back",
+        "",
+    ),
 )
 """Phrases of manner, and the word for each."""
 _SEAT = re.compile(r"\b(?:tak(?:es?|ing|en)|took|ha(?:ve|s|d|ving))\s+a\s+seat\b", re.IGNORECASE)

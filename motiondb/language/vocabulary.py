@@ -43,6 +43,7 @@ unless whether could should may might must shall let lets gonna wanna gotta ever
 anyone anybody folk folks guys individual individuals participant participants lady ladies
 gentleman gentlemen dude kid kids children adult adults yourself myself themselves ourselves mine
 yours theirs please afterwards afterward subsequently thereafter meanwhile eventually actually
+completely totally fully entirely perfectly absolutely consecutively successively
 basically simply maybe perhaps somehow somewhat rather quite such yes thanks thank least most
 exactly
 """

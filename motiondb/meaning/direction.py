@@ -169,6 +169,16 @@ def gone_anywhere(track: FloatArray, way: str) -> float:
     return float((climbed - np.minimum.accumulate(climbed)).max())
 
 
+def trodden_anywhere(track: FloatArray, way: str) -> float:
+    """How far up or down the lower foot gets in some part of a motion, in full amounts.
+
+    Hips that rise from a crouch do not walk up.
+    """
+    feet = np.minimum(_lasting(track[:, 4]), _lasting(track[:, 5]))
+    climbed = feet / FULL[way] * (-1.0 if way == "down" else 1.0)
+    return float((climbed - np.minimum.accumulate(climbed)).max())
+
+
 def _travelled(words: Sequence[str]) -> tuple[str, ...]:
     """The directions of an action that are measured as in a search, turns with their verb.
 

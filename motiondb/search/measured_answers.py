@@ -38,7 +38,7 @@ from numpy.typing import NDArray
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP, runs
 from motiondb.language.question.readings import Exclusion, Part, say_count, say_duration
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, as_said
-from motiondb.meaning.direction import gone_anywhere, vertical_ways
+from motiondb.meaning.direction import trodden_anywhere, vertical_ways
 from motiondb.meaning.edge_map import HALF
 from motiondb.meaning.limb_sides import (
     is_at_rest,
@@ -435,7 +435,7 @@ def _not_vertical(
         if not any(a < place.end + AT_ONCE and b > place.start - AT_ONCE for a, b in found):
             return [f"does not {'sit down' if event == 'seat' else 'stand up'}"]
     lasting = [w for w in vertical_ways(action) if w not in believed]
-    return [f"does not go {w}" for w in lasting if gone_anywhere(seen.track, w) < 1.0]
+    return [f"does not go {w}" for w in lasting if trodden_anywhere(seen.track, w) < 1.0]
 
 
 def _unsure(place: PartPlace) -> PartPlace:

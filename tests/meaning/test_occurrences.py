@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from motiondb.meaning.degrees import Degree, degree_of
-from motiondb.meaning.direction import gone_anywhere
+from motiondb.meaning.direction import gone_anywhere, trodden_anywhere
 from motiondb.meaning.occurrences import STANDING, event_of, find_occurrences
 from motiondb.meaning.travelled import longest_going, steady_speed
 from motiondb.records import FloatArray
@@ -116,6 +116,16 @@ def test_who_rests_does_not_go_on() -> None:
     lasting, first, behind = longest_going(steady_speed(speeds), ("stand", "still"))
     assert (first, lasting) == (0, behind / 15.0)
     assert 20 <= behind <= 30
+
+
+def test_feet_that_rise_walk_up_and_hips_that_rise_alone_do_not() -> None:
+    track = standing()
+    track[:50, HEIGHT] -= 0.3  # crouches first
+    assert gone_anywhere(track, "up") == pytest.approx(2.0)
+    assert trodden_anywhere(track, "up") == pytest.approx(0.0)
+    track[50:, 4:6] += 0.3
+    assert trodden_anywhere(track, "up") == pytest.approx(2.0)
+    assert trodden_anywhere(track, "down") == pytest.approx(0.0)
 
 
 def test_going_up_is_looked_for_in_the_whole_take() -> None:
