@@ -111,10 +111,14 @@ export function showRow(
   performer.textContent = capture.tags["performer"] ?? "";
   fill(words, wordsOf(capture, options.canEdit));
   const others = Object.entries(capture.tags).filter(([key]) => !OWN_COLUMN.has(key));
-  fill(
-    tags,
-    others.map(([key, value]) => h("span", { class: "tag", title: `${key} = ${value}` }, `${key}: ${value}`)),
-  );
+  const said = others.map(([key, value]) => `${key} = ${value}`);
+  tags.title = said.slice(1).join("\n");
+  fill(tags, [
+    ...others
+      .slice(0, others.length > 2 ? 1 : 2)
+      .map(([key, value], i) => h("span", { class: "tag", title: said[i]! }, `${key}: ${value}`)),
+    others.length > 2 ? h("span", { class: "tag" }, `${others.length - 1} more`) : null,
+  ]);
   licence.textContent = capture.tags["licence"] ?? "unknown";
   licence.title = capture.tags["licence"] ?? "The licence of this capture is not known.";
 }
