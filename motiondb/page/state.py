@@ -3,7 +3,7 @@
 Refs are names by which the browser requests anything that can be played: ``capture:NAME`` is a
 stored capture, ``upload:ID/FILE`` an uploaded file, ``made:ID`` a motion generated from a sentence,
 ``sequence:ID`` one from a grammar, ``scene:ID`` a scene that was made, ``kept:NAME`` a scene in the
-database. ``first:ID`` is the first motion of a scene that is being updated.
+database. ``first:ID`` is the first motion of a scene that is being made or updated.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ import tempfile
 import threading
 import time
 from collections import OrderedDict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from queue import Queue
@@ -67,6 +67,22 @@ class Events:
         # names of files may hold lone surrogates, which the answers of the server cannot
         self._out.write(text.encode("utf-8", "replace").decode() + "\n")
         self._out.flush()
+
+
+def _first_motion(parameters: Parameters, progress: Events) -> Callable[[PolishedScene], None]:
+    """What writes a first motion of a scene for the server, and tells it."""
+    from motiondb.database.scenes.scene_texts import read_scene_text
+
+    ref = f"first:{parameters['scene']}"
+    diagram = read_scene_text(parameters["diagram"]).diagram
+
+    def show(polished: PolishedScene) -> None:
+        folder = Path(parameters["folder"])
+        folder.mkdir(mode=0o700, exist_ok=True)
+        (folder / FIRST_FILE).write_bytes(pack_scene(polished, diagram, ref))
+        progress.preview(ref)
+
+    return show
 
 
 class Workshop:
@@ -183,21 +199,14 @@ class Workshop:
 
         settings = SceneSettings(**parameters["settings"])
         course = _Course(progress)
-        scene = self.reading.scenes.make(parameters["diagram"], settings, course.tell)
+        show = _first_motion(parameters, progress)
+        scene = self.reading.scenes.make(parameters["diagram"], settings, course.tell, "", show)
         return self._finished(scene, parameters, course)
 
     def _update_scene(self, parameters: Parameters, progress: Events) -> answers.SceneMade:
         from motiondb.database.scenes.scene_making import SceneSettings
-        from motiondb.database.scenes.scene_texts import read_scene_text
 
-        course, first = _Course(progress), f"first:{parameters['scene']}"
-        diagram = read_scene_text(parameters["diagram"]).diagram
-
-        def show(polished: PolishedScene) -> None:
-            data = pack_scene(polished, diagram, first)
-            (Path(parameters["folder"]) / FIRST_FILE).write_bytes(data)
-            progress.preview(first)
-
+        course, show = _Course(progress), _first_motion(parameters, progress)
         earlier = self._earlier(parameters["earlier"])
         settings = replace(SceneSettings(**earlier.settings), **parameters["settings"])
         scene = self.reading.scenes.update(

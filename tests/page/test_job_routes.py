@@ -183,6 +183,8 @@ def test_words_are_kept_and_captures_added_while_a_scene_is_made(
     second = post(client, "/api/scenes", {"text": drawn})
     reached(client, second, "waits for: scene of Two")
     reached(client, scene, "sampling")
+    preview = get(client, f"/api/jobs/{scene['id']}")["preview"]
+    assert client.get("/api/motion", params={"ref": preview}).content.startswith(b"MDBM")
     post(client, "/api/captures/words", {"captures": ["ana/bow_1"], "words": "bow deeply"})
     assert get(client, f"/api/jobs/{scene['id']}")["state"] == "running"
     new = (samples_folder / "ana" / "walk_1.bvh").read_bytes() + b"\n"

@@ -200,6 +200,7 @@ FASTEST = 8.0
 """Speed of a pelvis, m/s, above which a scene is begun again; players on a court are slower."""
 
 
+GLIMPSE = 3  # Rounds before the first motion of a new scene is shown
 Start = tuple[Diagram, SceneState]  # The diagram and the state of an earlier scene
 FirstMotion = Callable[[PolishedScene], None]
 """Called with the motions of the first try, before they are measured and other tries are made."""
@@ -291,6 +292,8 @@ def make(
     """Sample a scene and polish it; repeat with other random numbers while faults remain.
 
     `start`: The diagram and state of an earlier scene to continue from; None to begin anew.
+    `shown`: Called once with a first motion: after `GLIMPSE` rounds, which change nothing of the
+    scene, or where an earlier scene is continued before the report is made.
     """
     sampler = _sampler(settings, start is not None)
     most, prices = sampler.most_actions, sampler.prices
@@ -300,9 +303,11 @@ def make(
     progress("compiling", 1.0, math.nan)
     until = math.inf if settings.minutes is None else time.monotonic() + 60.0 * settings.minutes
     making = _Making(text, clips, settings, progress, play, sampler, start, until)
+    if shown is not None and start is None:
+        shown(making.glimpse())
     best: MadeScene | None = None
     for number, rng in enumerate(seeded(settings.seed).spawn(settings.tries)):
-        made = making.attempt(number, rng, shown if number == 0 else None)
+        made = making.attempt(number, rng, shown if start and number == 0 else None)
         if best is None or _badness(made) < _badness(best):
             best = made
         cut_short = made.cut_short
@@ -338,6 +343,20 @@ class _Making:
     until: float  # A time of :func:`time.monotonic`
     seconds: dict[str, float] = field(default_factory=lambda: {"sampling": 0.0, "polishing": 0.0})
 
+    def glimpse(self) -> PolishedScene:
+        """The motion of a few rounds, to be looked at while the scene is sampled."""
+        few = replace(self.sampler, rounds=min(GLIMPSE, self.sampler.rounds))
+        state, _ = sample(self.play, few, np.random.default_rng(0))
+        return self._polished(state)[0]
+
+    def _polished(self, state: SceneState) -> tuple[PolishedScene, RuleTable]:
+        text, clips = self.text, self.clips
+        table = bind(
+            text.diagram, text.grammar, list(state.trees), [p.spans for p in state.players]
+        )
+        gaze, is_update = self.settings.gaze, self.start is not None
+        return polish(state, clips.library, clips.motions, table, gaze, is_update), table
+
     def attempt(
         self, number: int, rng: np.random.Generator, shown: FirstMotion | None
     ) -> MadeScene:
@@ -359,10 +378,7 @@ class _Making:
         self.seconds["sampling"] += time.monotonic() - began
         began = time.monotonic()
         progress("polishing", 0.0, trace.final)
-        spans = [player.spans for player in state.players]
-        table = bind(text.diagram, text.grammar, list(state.trees), spans)
-        gaze, is_update = self.settings.gaze, start is not None
-        polished = polish(state, clips.library, clips.motions, table, gaze, is_update)
+        polished, table = self._polished(state)
         if shown is not None:
             shown(polished)
         report = report_scene(state, clips.library, clips.motions, table, polished)

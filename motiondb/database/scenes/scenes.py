@@ -97,6 +97,7 @@ class Scenes(Topic):
         settings: SceneSettings | None = None,
         progress: SceneProgress = _quiet,
         name: str = "",
+        shown: FirstMotion | None = None,
     ) -> Scene:
         """Make a scene of a diagram. Nothing is kept.
 
@@ -106,6 +107,8 @@ class Scenes(Topic):
             Settings of the scene.
         name : str
             Name of the scene; by default the title of the diagram.
+        shown : FirstMotion or None
+            Called once with a first motion, after a few rounds.
 
         Raises
         ------
@@ -120,7 +123,7 @@ class Scenes(Topic):
             digests = self._digests()
         progress("loading", 1.0, np.nan)
         with store.released(self.store):
-            made = make(text, clips, settings, progress)
+            made = make(text, clips, settings, progress, shown=shown)
         return self._finished(made, name or text.diagram.name, digests)
 
     def update(
@@ -140,13 +143,12 @@ class Scenes(Topic):
         settings : SceneSettings or None
             Settings of the scene; by default the earlier ones.
         shown : FirstMotion or None
-            Called with the motions of the first try, before its report is made. It is not called
-            where the motion grammar changed, because the scene is then made anew.
+            Called with the motions of the first try, before its report is made.
         """
         old, new = record_text(earlier), read_scene_text(diagram)
         settings = settings or SceneSettings(**earlier.settings)
         if new.grammar_text != old.grammar_text:
-            return self.make(diagram, settings, progress, earlier.name)
+            return self.make(diagram, settings, progress, earlier.name, shown)
         with self.session.reading():
             clips = scene_clips(self.session, new.grammar, exact=settings.exact)
             digests = self._digests()

@@ -44,6 +44,7 @@ from motiondb.files.formats import read_capture
 from motiondb.files.whole_folders import whole_folder
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.scene.clips.clips import ClipSource
+from motiondb.scene.polish.polish import PolishedScene
 from motiondb.store import SceneClip
 
 DIAGRAM = """diagram "Two"
@@ -181,6 +182,16 @@ def test_a_small_change_keeps_who_is_not_touched(made: Made, tmp_path: Path) -> 
     assert scene.made.text.diagram.player["A2"].at.x == -3.2
     for player in scene.record.players:
         assert {"A1": "pass", "A2": "shoot"}[player.name] in [c.terminal for c in player.clips]
+
+
+def test_a_first_motion_is_shown_and_changes_nothing_of_the_scene(made: Made) -> None:
+    shown: list[PolishedScene] = []
+    with motiondb.open(made.file, read_only=True) as db:
+        scene = db.scenes.make(made.diagram, QUICK, shown=shown.append)
+    (first,) = shown
+    assert [one.player for one in first.players] == ["A1", "A2"]
+    for one, other in zip(scene.made.polished.players, made.scene.made.polished.players):
+        np.testing.assert_array_equal(one.motion.local_rotations, other.motion.local_rotations)
 
 
 @pytest.mark.parametrize(
