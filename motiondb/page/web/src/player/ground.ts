@@ -16,7 +16,7 @@ const VERTEX = /* glsl */ `
     float number = mix(place.x, place.y, across) / unit / 5.0;
     float fifth = step(abs(number - floor(number + 0.5)), 0.01);
     float fade = 1.0 - smoothstep(0.2, 1.0, distance(place, middle) / reach);
-    vColour = vec4(mix(line, strong, fifth), fade * mix(0.9, 1.0, fifth));
+    vColour = vec4(mix(line, strong, fifth), fade);
     gl_Position = projectionMatrix * viewMatrix * vec4(place.x, 0.0, place.y, 1.0);
   }
 `;

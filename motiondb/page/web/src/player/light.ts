@@ -58,7 +58,7 @@ const SPOT_FRAGMENT = /* glsl */ `
 /** The most spots; how much wider they are for each metre of height; and how dark. By eye. */
 const SPOTS = 512;
 const WIDER = 0.32;
-const DARK = 0.85;
+const DARK = 1;
 
 // All screens share these: a program that no material uses is forgotten.
 const SPOT_PAINT = new THREE.ShaderMaterial({
@@ -89,7 +89,7 @@ function makeSpots(): { object: THREE.Mesh; show(balls: readonly Ball[]): void; 
         const [x, y, z, radius] = balls[i]!;
         const high = Math.max(y - radius, 0);
         const wide = 1.6 * radius + WIDER * high;
-        const dark = DARK * Math.min((radius / wide) ** 2 * 2, 1);
+        const dark = DARK * Math.min((radius / wide) ** 2 * 4, 1);
         const aside = Math.max(y, 0) / TO_LAMP.y;
         spots.setXYZW(i, x - aside * TO_LAMP.x, z - aside * TO_LAMP.z, wide, dark);
       }

@@ -67,6 +67,11 @@ export const BONES: readonly Row[] = [
 
 const NUMBERS = new Map(BONES.map(([name], i) => [name, i]));
 
+/** For each bone, the number of the same on the other side. */
+export const OPPOSITE: readonly number[] = BONES.map(
+  ([name], i) => NUMBERS.get(name[0] === "r" ? name.replace(/^r_/, "l_") : opposite(name)) ?? i,
+);
+
 /** The number of a bone. */
 export function numberOf(bone: string): number {
   return NUMBERS.get(bone)!;

@@ -7,7 +7,7 @@
  * sides.
  */
 
-import { numberOf, opposite } from "./bones.ts";
+import { BONES, numberOf, OPPOSITE, opposite } from "./bones.ts";
 import { CONES, distance, outside } from "./shape.ts";
 
 export interface Mesh {
@@ -27,30 +27,48 @@ export interface Mesh {
 /** Steps of the grid: up to which place each is taken, metres. Chosen by eye. */
 type Steps = readonly (readonly [upTo: number, step: number])[];
 const ACROSS: Steps = [
-  [0.105, 0.0125],
-  [0.2, 0.02],
-  [0.4, 0.04],
-  [0.5, 0.022],
-  [0.66, 0.04],
-  [0.9, 0.0145],
+  [0.09, 0.0125],
+  [0.13, 0.0135],
+  [0.24, 0.022],
+  [0.3, 0.0135],
+  [0.385, 0.022],
+  [0.55, 0.0088],
 ];
 const UP: Steps = [
   [-0.86, 0.014],
-  [-0.8, 0.03],
+  [-0.8, 0.022],
   [-0.52, 0.05],
   [-0.36, 0.028],
   [-0.14, 0.05],
-  [0.38, 0.026],
-  [0.5, 0.017],
+  [0.38, 0.03],
+  [0.5, 0.0165],
   [0.58, 0.018],
   [0.83, 0.0115],
 ];
 const AHEAD: Steps = [
   [0.045, 0.019],
   [0.14, 0.0115],
-  [0.24, 0.016],
+  [0.22, 0.015],
 ];
 const [LOWEST, REARMOST] = [-0.96, -0.16];
+/** How much wider the grid is across and ahead at a height: it is finest at head, hands and feet. */
+const WIDER: readonly (readonly [height: number, across: number, ahead: number])[] = [
+  [-0.96, 1.2, 1.1],
+  [-0.8, 1.2, 1.1],
+  [-0.7, 1.7, 1.6],
+  [0.24, 1.7, 1.6],
+  [0.39, 1.7, 1.05],
+  [0.48, 1.7, 1.05],
+  [0.6, 1, 1],
+  [0.83, 1, 1],
+];
+
+function widerAt(height: number): [across: number, ahead: number] {
+  const above = WIDER.findIndex(([at]) => at >= height - 1e-9);
+  const [low, high] = [WIDER[Math.max(above - 1, 0)]!, WIDER[above]!];
+  const share = high[0] > low[0] ? (height - low[0]) / (high[0] - low[0]) : 0;
+  return [low[1] + share * (high[1] - low[1]), low[2] + share * (high[2] - low[2])];
+}
 
 /** The places of a grid along one axis. */
 function places(start: number, steps: Steps, coarse: number): number[] {
@@ -74,16 +92,23 @@ export function makeMesh(coarse = 1): Mesh {
   const ys = places(LOWEST, UP, coarse);
   const zs = places(REARMOST, AHEAD, coarse);
   const [nx, ny, nz] = [xs.length, ys.length, zs.length];
+  const wider = ys.map(widerAt);
+  const node = (i: number, j: number, k: number): Place => [
+    xs[i]! * wider[j]![0],
+    ys[j]!,
+    zs[k]! * wider[j]![1],
+  ];
   const [di, dj] = [ny * nz, nz];
   const far = new Float64Array(nx * di);
   for (let i = nx / 2; i < nx; i += 1) {
     for (let j = 0; j < ny; j += 1) {
       for (let k = 0; k < nz; k += 1) {
-        const value = distance(xs[i]!, ys[j]!, zs[k]!);
+        const value = distance(xs[i]! * wider[j]![0], ys[j]!, zs[k]! * wider[j]![1]);
         far[i * di + j * dj + k] = far[(nx - 1 - i) * di + j * dj + k] = value;
       }
     }
   }
+  const nodes = NODES.map(([p, q, r]) => p * di + q * dj + r);
   const inside = (at: number): boolean => far[at]! < 0;
 
   // The corners of the left half, and which cell has which; those of the middle come first.
@@ -93,13 +118,16 @@ export function makeMesh(coarse = 1): Mesh {
   for (let i = nx / 2 - 1; i + 1 < nx; i += 1) {
     for (let j = 0; j + 1 < ny; j += 1) {
       for (let k = 0; k + 1 < nz; k += 1) {
-        const at = i * di + j * dj + k;
-        const low = [xs[i]!, ys[j]!, zs[k]!] as const;
-        const high = [xs[i + 1]!, ys[j + 1]!, zs[k + 1]!] as const;
-        const corner = cornerIn(at, low, high);
+        const corner = cornerIn(i, j, k);
         if (!corner) continue;
-        cornerOf[at] = left.length;
-        left.push(onto(corner, low, high));
+        cornerOf[i * di + j * dj + k] = left.length;
+        const size: Place = [
+          (xs[i + 1]! - xs[i]!) * wider[j]![0],
+          ys[j + 1]! - ys[j]!,
+          (zs[k + 1]! - zs[k]!) * wider[j]![1],
+        ];
+        const [x, y, z] = onto(corner, size);
+        left.push([i === nx / 2 - 1 ? 0 : x, y, z]);
       }
     }
     if (i === nx / 2 - 1) middle = left.length;
@@ -112,24 +140,21 @@ export function makeMesh(coarse = 1): Mesh {
   }
 
   /** The middle of the places where the edges of a cell cross the surface; null: none does. */
-  function cornerIn(at: number, low: Place, high: Place): Place | null {
-    const sum: [number, number, number] = [0, 0, 0];
+  function cornerIn(i: number, j: number, k: number): Place | null {
+    const at = i * di + j * dj + k;
+    if (nodes.every((step) => far[at + step]! >= 0) || nodes.every((step) => far[at + step]! < 0))
+      return null;
+    const sum = [0, 0, 0];
     let count = 0;
-    const steps = [di, dj, 1];
-    for (let axis = 0; axis < 3; axis += 1) {
-      const [one, other] = [(axis + 1) % 3, (axis + 2) % 3];
-      for (let corner = 0; corner < 4; corner += 1) {
-        const [p, q] = [corner & 1, corner >> 1];
-        const a = at + p * steps[one]! + q * steps[other]!;
-        const [fa, fb] = [far[a]!, far[a + steps[axis]!]!];
-        if (fa < 0 === fb < 0) continue;
-        sum[axis]! += low[axis]! + (fa / (fa - fb)) * (high[axis]! - low[axis]!);
-        sum[one]! += p ? high[one]! : low[one]!;
-        sum[other]! += q ? high[other]! : low[other]!;
-        count += 1;
-      }
+    for (const [[p, q, r], [s, t, u]] of EDGES) {
+      const [fa, fb] = [far[at + p * di + q * dj + r]!, far[at + s * di + t * dj + u]!];
+      if (fa < 0 === fb < 0) continue;
+      const [a, b] = [node(i + p, j + q, k + r), node(i + s, j + t, k + u)];
+      const share = fa / (fa - fb);
+      for (let n = 0; n < 3; n += 1) sum[n]! += a[n]! + share * (b[n]! - a[n]!);
+      count += 1;
     }
-    return count > 0 ? [sum[0] / count, sum[1] / count, sum[2] / count] : null;
+    return [sum[0]! / count, sum[1]! / count, sum[2]! / count];
   }
 
   const index: number[] = [];
@@ -168,34 +193,44 @@ export function makeMesh(coarse = 1): Mesh {
 
 type Place = readonly [x: number, y: number, z: number];
 
-/** A corner moved onto the surface: at most a little outside of its cell, not past another corner. */
-function onto(corner: Place, low: Place, high: Place): Place {
+/** The nodes of a cell, and the ends of its edges. */
+const NODES: readonly Place[] = [0, 1, 2, 3, 4, 5, 6, 7].map((n) => [n & 1, (n >> 1) & 1, n >> 2]);
+const EDGES = NODES.flatMap((a) =>
+  NODES.filter((b) => b.every((value, n) => value >= a[n]!))
+    .filter((b) => b[0] + b[1] + b[2] === a[0] + a[1] + a[2] + 1)
+    .map((b): readonly [Place, Place] => [a, b]),
+);
+
+/** A corner moved onto the surface, by no more than half of its cell. */
+function onto(corner: Place, size: Place): Place {
   const p = [...corner] as [number, number, number];
   for (let step = 0; step < 2; step += 1) {
     const slope = slopeAt(p);
     const square = slope[0] ** 2 + slope[1] ** 2 + slope[2] ** 2;
     const move = square > 1e-9 ? distance(...p) / square : 0;
     for (let n = 0; n < 3; n += 1) {
-      const room = 0.25 * (high[n]! - low[n]!);
-      p[n] = Math.min(Math.max(p[n]! - move * slope[n]!, low[n]! - room), high[n]! + room);
+      const room = 0.5 * size[n]!;
+      p[n] = Math.min(Math.max(p[n]! - move * slope[n]!, corner[n]! - room), corner[n]! + room);
     }
   }
-  if (low[0] < 0) p[0] = 0;
   return p;
 }
 
-/** The direction in which the distance grows, and how fast. */
+/** The direction in which the distance grows, and how fast: from the four corners of a tetrahedron. */
 function slopeAt([x, y, z]: Place): [number, number, number] {
   const e = 0.002;
-  return [
-    (distance(x + e, y, z) - distance(x - e, y, z)) / (2 * e),
-    (distance(x, y + e, z) - distance(x, y - e, z)) / (2 * e),
-    (distance(x, y, z + e) - distance(x, y, z - e)) / (2 * e),
-  ];
+  const a = distance(x + e, y - e, z - e);
+  const b = distance(x - e, y - e, z + e);
+  const c = distance(x - e, y + e, z - e);
+  const d = distance(x + e, y + e, z + e);
+  return [(a - b - c + d) / (4 * e), (-a - b + c + d) / (4 * e), (-a + b - c + d) / (4 * e)];
 }
 
 /** Distances from the surface at which is asked how open it is, metres. */
-const OPEN = [0.02, 0.05, 0.1];
+const OPEN = [0.03, 0.06, 0.1];
+
+/** Height above which there is only the head, metres. */
+const CHIN = 0.59;
 
 /** Normals, light and bones for the corners of the left half, and for those of the right. */
 function dressed(left: readonly Place[], middle: number, index: Uint16Array): Mesh {
@@ -214,15 +249,15 @@ function dressed(left: readonly Place[], middle: number, index: Uint16Array): Me
     const normal: Place = [slope[0] / length, slope[1] / length, slope[2] / length];
     const shade = shadeAt(p, normal);
     const bones = bonesAt(p);
-    put(i, 1, numberOf);
-    if (i >= middle) put(i + left.length - middle, -1, (bone) => numberOf(opposite(bone)));
+    put(i, 1);
+    if (i >= middle) put(i + left.length - middle, -1);
 
-    function put(corner: number, side: number, numbered: (bone: string) => number): void {
+    function put(corner: number, side: number): void {
       mesh.position.set([side * p[0], p[1], p[2]], 3 * corner);
       mesh.normal.set([side * normal[0], normal[1], normal[2]], 3 * corner);
       mesh.shade[corner] = shade;
       bones.forEach(([bone, share], n) => {
-        mesh.bone[4 * corner + n] = numbered(bone);
+        mesh.bone[4 * corner + n] = side > 0 ? bone : OPPOSITE[bone]!;
         mesh.share[4 * corner + n] = share;
       });
     }
@@ -237,7 +272,9 @@ function shadeAt(p: Place, normal: Place): number {
     const seen = distance(p[0] + d * normal[0], p[1] + d * normal[1], p[2] + d * normal[2]);
     closed += Math.max(d - seen, 0) / d;
   }
-  return Math.round(255 * Math.min(Math.max(1 - 0.17 * closed, 0.5), 1));
+  // A face that is seen from afar must not look bearded.
+  const dark = p[1] > CHIN ? 0.05 : 0.17;
+  return Math.round(255 * Math.max(1 - dark * closed, 0.5));
 }
 
 /** How much farther than the nearest cone one may be to have a share, metres. Chosen by eye. */
@@ -245,25 +282,32 @@ const REACH = 0.055;
 /** Half the width of the zone in the middle in which both legs have a share, metres. */
 const BETWEEN = 0.02;
 
+/** The bones of the cones, and of those on the right side. */
+const OWN = CONES.map(({ bone }) => numberOf(bone));
+const TWIN = CONES.map(({ bone }) => numberOf(opposite(bone)));
+
 /** The bones that move a place, at most four, and their shares. */
-function bonesAt([x, y, z]: Place): [bone: string, share: number][] {
-  const near: [bone: string, far: number, towards: number][] = [];
-  let least = Infinity;
-  for (const one of CONES) {
-    const sided = one.bone.startsWith("l_");
-    const other = outside(one, -x, y, z);
-    const own = outside(one, x, y, z);
-    least = Math.min(least, sided ? own : Math.min(own, other));
-    const towards = Math.min(0.5 + x / (2 * BETWEEN), 1);
-    if (!sided) near.push([one.bone, Math.min(own, other), 1]);
-    else near.push([one.bone, own, towards], [opposite(one.bone), other, 1 - towards]);
-  }
-  const shares = new Map<string, number>();
-  for (const [bone, far, towards] of near) {
+function bonesAt([x, y, z]: Place): [bone: number, share: number][] {
+  const own = CONES.map((one) => outside(one, x, y, z));
+  // Only near the middle does the other side matter.
+  const other = CONES.map((one, n) =>
+    OWN[n] === TWIN[n] || x < BETWEEN ? outside(one, -x, y, z) : Infinity,
+  );
+  const fars = own.map((far, n) => (OWN[n] === TWIN[n] ? Math.min(far, other[n]!) : far));
+  const least = Math.min(...fars);
+  const towards = Math.min(0.5 + x / (2 * BETWEEN), 1);
+  const shares = new Float64Array(BONES.length);
+  const add = (bone: number, far: number, part: number): void => {
     const close = Math.max(1 - Math.max(far - least, 0) / REACH, 0);
-    shares.set(bone, Math.max(shares.get(bone) ?? 0, towards * close * close * close));
-  }
-  const most = [...shares].sort((p, q) => q[1] - p[1] || numberOf(p[0]) - numberOf(q[0])).slice(0, 4);
-  const sum = most.reduce((total, [, value]) => total + value, 0);
-  return most.map(([bone, value]) => [bone, value / sum]);
+    shares[bone] = Math.max(shares[bone]!, part * close * close * close);
+  };
+  CONES.forEach((_, n) => {
+    const sided = OWN[n] !== TWIN[n];
+    add(OWN[n]!, fars[n]!, sided ? towards : 1);
+    if (sided && towards < 1) add(TWIN[n]!, other[n]!, 1 - towards);
+  });
+  const most = [...shares.keys()].filter((bone) => shares[bone]! > 0);
+  most.sort((p, q) => shares[q]! - shares[p]! || p - q).splice(4);
+  const sum = most.reduce((total, bone) => total + shares[bone]!, 0);
+  return most.map((bone) => [bone, shares[bone]! / sum]);
 }

@@ -20,7 +20,7 @@ export interface People {
 }
 
 /** How much larger the steps of the fine and of the coarse mesh are than the finest. By eye. */
-const COARSE = { fine: 1.25, rough: 2 };
+const COARSE = { fine: 1, rough: 1.75 };
 
 const meshes = new Map<number, Mesh>();
 

@@ -1,0 +1,151 @@
+import assert from "node:assert/strict";
+import test from "node:test";
+import * as THREE from "three";
+import { BONES, fits, makeRig, numberOf, OPPOSITE, restOf } from "../src/player/mannequin/bones.ts";
+import { makeMesh } from "../src/player/mannequin/mesh.ts";
+import { distance } from "../src/player/mannequin/shape.ts";
+import { CANONICAL } from "./canonical.ts";
+
+const mesh = makeMesh(1.75);
+const corners = mesh.position.length / 3;
+const REST = CANONICAL.flatMap((name) => restOf(name).toArray());
+
+/** A pose of random places, from a small generator of random numbers. */
+function randomPose(seed: number): number[] {
+  let state = seed;
+  return REST.map((value) => {
+    state = (state * 48271) % 2147483647;
+    return value + 0.4 * (state / 2147483647 - 0.5);
+  });
+}
+
+/** A pose with some points elsewhere. */
+function posed(places: Record<string, readonly number[]>): number[] {
+  return CANONICAL.flatMap((name) => places[name] ?? restOf(name).toArray());
+}
+
+/** Where a bone brings a place of the rest pose. */
+function brought(skeleton: THREE.Skeleton, bone: string, place: THREE.Vector3): THREE.Vector3 {
+  const number = numberOf(bone);
+  return place
+    .clone()
+    .applyMatrix4(skeleton.boneInverses[number]!)
+    .applyMatrix4(skeleton.bones[number]!.matrixWorld);
+}
+
+const turned = (skeleton: THREE.Skeleton, bone: string, direction: readonly [number, number, number]) =>
+  new THREE.Vector3(...direction).transformDirection(skeleton.bones[numberOf(bone)]!.matrixWorld);
+
+test("the surface of the mannequin is closed, and each of its edges has two sides", () => {
+  for (const { index } of [mesh, makeMesh(1)]) {
+    const edges = new Map<string, number>();
+    for (let i = 0; i < index.length; i += 3) {
+      for (let n = 0; n < 3; n += 1) {
+        const [a, b] = [index[i + n]!, index[i + ((n + 1) % 3)]!];
+        const key = `${Math.min(a, b)} ${Math.max(a, b)}`;
+        edges.set(key, (edges.get(key) ?? 0) + (a < b ? 1 : -1));
+      }
+    }
+    assert.ok([...edges.values()].every((sum) => sum === 0));
+  }
+});
+
+test("its corners lie on the shape and on the ground, and its triangles look outwards", () => {
+  let volume = 0;
+  const at = (corner: number) => new THREE.Vector3().fromArray(mesh.position, 3 * corner);
+  for (let i = 0; i < mesh.index.length; i += 3) {
+    const [a, b, c] = [0, 1, 2].map((n) => at(mesh.index[i + n]!));
+    volume += a!.dot(b!.cross(c!)) / 6;
+  }
+  assert.ok(volume > 0.05 && volume < 0.09, `${volume} cubic metres`); // a person has about 0.07
+  const off = Array.from({ length: corners }, (_, i) => Math.abs(distance(...at(i).toArray())));
+  assert.ok(Math.max(...off) < 0.01);
+  const lowest = Math.min(...Array.from({ length: corners }, (_, i) => at(i).y));
+  assert.ok(Math.abs(lowest + 0.93) < 0.002); // the sole, where the standard body has the ground
+});
+
+test("shares of bones add up to 1, and both sides are alike", () => {
+  const key = (corner: number, side: number): string =>
+    [0, 1, 2].map((n) => (mesh.position[3 * corner + n]! * (n === 0 ? side : 1)).toFixed(6)).join(" ");
+  const found = new Map(Array.from({ length: corners }, (_, i) => [key(i, 1), i]));
+  for (let i = 0; i < corners; i += 1) {
+    const shares = [...mesh.share.subarray(4 * i, 4 * i + 4)];
+    assert.ok(Math.abs(shares.reduce((sum, value) => sum + value, 0) - 1) < 1e-6);
+    const twin = found.get(key(i, -1).replace(/^-0\.000000/, "0.000000"));
+    assert.ok(twin !== undefined);
+    if (twin === i) continue;
+    shares.forEach((share, n) => {
+      if (share > 0) assert.equal(mesh.bone[4 * twin + n], OPPOSITE[mesh.bone[4 * i + n]!]);
+    });
+    const right = [0, 1, 2, 3].some((n) => shares[n]! > 0 && BONES[mesh.bone[4 * i + n]!]![0][0] === "r");
+    assert.ok(!right || mesh.position[3 * i]! < 0.03); // left is left
+  }
+});
+
+test("the same mesh is computed again", () => {
+  assert.deepEqual(makeMesh(1.75), mesh);
+});
+
+test("the rest pose moves nothing", () => {
+  const rig = makeRig(CANONICAL);
+  rig.follow(REST);
+  for (const [bone, from] of BONES) {
+    assert.ok(brought(rig.skeleton, bone, restOf(from!)).distanceTo(restOf(from!)) < 1e-6);
+    assert.ok(turned(rig.skeleton, bone, [0, 0, 1]).z > 1 - 1e-6, bone);
+    assert.ok(turned(rig.skeleton, bone, [1, 0, 0]).x > 1 - 1e-6, bone);
+  }
+});
+
+test("whatever the pose and the lengths, the joints of the mannequin lie on its points", () => {
+  const rig = makeRig(CANONICAL);
+  for (let seed = 1; seed <= 20; seed += 1) {
+    const pose = randomPose(seed);
+    rig.follow(pose);
+    const at = (name: string) => new THREE.Vector3().fromArray(pose, 3 * CANONICAL.indexOf(name));
+    for (const row of BONES) {
+      const ends = row.length === 3 ? [row[1], row[2]] : [row[1]];
+      for (const end of ends) {
+        assert.ok(brought(rig.skeleton, row[0], restOf(end)).distanceTo(at(end)) < 1e-3, `${row[0]} ${end}`);
+      }
+    }
+  }
+});
+
+test("a mirrored pose is a mirrored mannequin", () => {
+  const [one, other] = [makeRig(CANONICAL), makeRig(CANONICAL)];
+  const swap = (name: string) => name.replace(/^[lr]_/, (side) => (side === "l_" ? "r_" : "l_"));
+  const pose = randomPose(7);
+  const mirrored = CANONICAL.flatMap((name) => {
+    const [x, y, z] = pose.slice(3 * CANONICAL.indexOf(swap(name)));
+    return [-x!, y!, z!];
+  });
+  one.follow(pose);
+  other.follow(mirrored);
+  for (const [bone] of BONES) {
+    const seen = turned(one.skeleton, bone, [0, 0, 1]);
+    const twin = turned(other.skeleton, swap(bone), [0, 0, 1]);
+    assert.ok(seen.setX(-seen.x).distanceTo(twin) < 1e-3, bone);
+  }
+});
+
+test("elbows bend forward, and knees point where the toes point", () => {
+  const rig = makeRig(CANONICAL);
+  // Upper arm to the side, forearm up: the palm, which looks down at rest, looks ahead.
+  rig.follow(posed({ l_wrist: [0.45, 0.69, 0], l_hand_end: [0.45, 0.86, 0] }));
+  assert.ok(turned(rig.skeleton, "l_hand", [0, -1, 0]).z > 0.99);
+  // A straight leg whose foot points to the left is turned as a whole.
+  rig.follow(posed({ l_toe: [0.23, -0.91, 0], l_toe_end: [0.29, -0.93, 0] }));
+  assert.ok(turned(rig.skeleton, "l_foot", [0, 0, 1]).x > 0.9);
+  assert.ok(turned(rig.skeleton, "l_thigh", [0, 0, 1]).x > 0.5);
+  // The heel drawn up behind: the front of the thigh still looks ahead.
+  rig.follow(
+    posed({ l_ankle: [0.09, -0.43, -0.42], l_toe: [0.09, -0.57, -0.48], l_toe_end: [0.09, -0.63, -0.5] }),
+  );
+  assert.ok(turned(rig.skeleton, "l_thigh", [0, 0, 1]).z > 0.99);
+  assert.ok(turned(rig.skeleton, "l_shin", [0, 0, 1]).y < -0.99);
+});
+
+test("only bodies with all its points are mannequins", () => {
+  assert.ok(fits(CANONICAL));
+  assert.ok(!fits(CANONICAL.slice(1)));
+});
