@@ -8,7 +8,7 @@
 import * as THREE from "three";
 import { CAPSULE } from "./body.ts";
 import type { Drawn } from "./figures.ts";
-import { TO_LAMP } from "./light.ts";
+import { TO_LAMP } from "./lamps.ts";
 
 /** How finely a capsule is drawn: corners around it, and rings of each cap. */
 export interface Fineness {
@@ -141,7 +141,7 @@ const PRINT_FRAGMENT = /* glsl */ `
 const BODY = new THREE.ShaderMaterial({
   vertexShader: BODY_VERTEX,
   fragmentShader: BODY_FRAGMENT,
-  uniforms: { toLight: { value: TO_LAMP } },
+  uniforms: { toLight: { value: new THREE.Vector3(...TO_LAMP) } },
 });
 /** What the shadow map sees. */
 const DEPTH = new THREE.ShaderMaterial({

@@ -8,12 +8,7 @@
 
 import * as THREE from "three";
 import type { StageColours } from "./colours.ts";
-
-/** Towards the lamp, and towards the light from behind. */
-export const TO_LAMP = new THREE.Vector3(0.45, 1, 0.4).normalize();
-export const TO_BACK = new THREE.Vector3(-0.6, 0.5, -0.8).normalize();
-/** Light of a surface that faces the sky, the ground, the lamp, and what is behind. By eye. */
-export const BRIGHT = { sky: 0.66, ground: 0.4, lamp: 0.5, back: 0.16 };
+import { BRIGHT, TO_BACK, TO_LAMP } from "./lamps.ts";
 
 /** A ball that takes light from the ground: its middle and its radius, metres. */
 export type Ball = readonly [x: number, y: number, z: number, radius: number];
@@ -90,8 +85,8 @@ function makeSpots(): { object: THREE.Mesh; show(balls: readonly Ball[]): void; 
         const high = Math.max(y - radius, 0);
         const wide = 1.6 * radius + WIDER * high;
         const dark = DARK * Math.min((radius / wide) ** 2 * 4, 1);
-        const aside = Math.max(y, 0) / TO_LAMP.y;
-        spots.setXYZW(i, x - aside * TO_LAMP.x, z - aside * TO_LAMP.z, wide, dark);
+        const aside = Math.max(y, 0) / TO_LAMP[1];
+        spots.setXYZW(i, x - aside * TO_LAMP[0], z - aside * TO_LAMP[2], wide, dark);
       }
       spots.needsUpdate = true;
     },
@@ -107,7 +102,7 @@ export function makeLight(): Light {
   sky.groundColor.setScalar(BRIGHT.ground / BRIGHT.sky);
   const lamp = new THREE.DirectionalLight(0xffffff, Math.PI * BRIGHT.lamp);
   const back = new THREE.DirectionalLight(0xffffff, Math.PI * BRIGHT.back);
-  back.position.copy(TO_BACK);
+  back.position.set(...TO_BACK);
   lamp.castShadow = true;
   lamp.shadow.mapSize.set(MAP, MAP);
   lamp.shadow.radius = 2.5;
@@ -141,7 +136,7 @@ export function makeLight(): Light {
       const size = Math.ceil(wide / STEP + 0.2) * STEP;
       const point = size / MAP;
       lamp.target.position.set(Math.round(x / point) * point, tall / 2, Math.round(z / point) * point);
-      lamp.position.copy(lamp.target.position).addScaledVector(TO_LAMP, AWAY);
+      lamp.position.copy(lamp.target.position).addScaledVector(new THREE.Vector3(...TO_LAMP), AWAY);
       camera.left = camera.bottom = -size / 2;
       camera.right = camera.top = size / 2;
       camera.near = AWAY - size - tall;

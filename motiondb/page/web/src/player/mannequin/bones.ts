@@ -8,10 +8,25 @@
  * a limb has a bone of its own, which is turned half the way: thick joints do not collapse.
  */
 
-import * as THREE from "three";
+import {
+  about,
+  after,
+  back,
+  between,
+  halfway,
+  lengthOf,
+  minus,
+  NO_TURN,
+  plus,
+  turned,
+  unit,
+  upright,
+  type Turn,
+  type Vector,
+} from "./turns.ts";
 
 /** Where the points are in the rest pose: the standard body of `motiondb.body.body`, metres. */
-const REST: Readonly<Record<string, readonly [number, number, number]>> = {
+const REST: Readonly<Record<string, Vector>> = {
   pelvis: [0, 0, 0],
   spine: [0, 0.12, 0],
   chest: [0, 0.26, 0],
@@ -78,9 +93,9 @@ export function numberOf(bone: string): number {
 }
 
 /** Where a point is in the rest pose. */
-export function restOf(point: string): THREE.Vector3 {
+export function restOf(point: string): Vector {
   const [x, y, z] = (REST[point] ?? REST[point.replace(/^r_/, "l_")])!;
-  return new THREE.Vector3(point.startsWith("r_") ? -x : x, y, z);
+  return [point.startsWith("r_") ? -x : x, y, z];
 }
 
 /** Whether a body has the points that the mannequin needs. */
@@ -88,14 +103,25 @@ export function fits(points: readonly string[]): boolean {
   return Object.keys(REST).every((name) => points.includes(name) && points.includes(opposite(name)));
 }
 
-/** Bones whose world matrices follow poses. */
+/** Bones that follow poses. */
 export interface Rig {
-  readonly skeleton: THREE.Skeleton;
+  /** (bones, 16): what brings places of the rest pose to where the bones are; columns first. */
+  readonly matrices: Float32Array;
   /** Turn the bones to a pose: (points, 3). */
   follow(pose: ArrayLike<number>): void;
 }
 
-const [X, Y] = [new THREE.Vector3(1, 0, 0), new THREE.Vector3(0, 1, 0)];
+const [X, Y]: [Vector, Vector] = [
+  [1, 0, 0],
+  [0, 1, 0],
+];
+/** Bones from one point to another: the direction and the length at rest. */
+const ALONG = new Map(
+  BONES.filter((row) => row.length === 3).map(([bone, from, to]) => {
+    const rest = minus(restOf(to!), restOf(from));
+    return [bone, { from, to: to!, direction: unit(rest), length: lengthOf(rest) }];
+  }),
+);
 
 function ramp(value: number, from: number, to: number): number {
   const share = Math.min(Math.max((value - from) / (to - from), 0), 1);
@@ -109,115 +135,99 @@ function bounded(angle: number): number {
 
 /** Make the bones of a body with these points. */
 export function makeRig(points: readonly string[]): Rig {
-  const bones = BONES.map(() => new THREE.Bone());
-  const inverses = BONES.map(([, from]) => {
-    const rest = restOf(from);
-    return new THREE.Matrix4().makeTranslation(-rest.x, -rest.y, -rest.z);
-  });
-  const skeleton = new THREE.Skeleton(bones, inverses);
-  const place = new Map(points.map((name) => [name, new THREE.Vector3()]));
-  const at = (name: string): THREE.Vector3 => place.get(name)!;
-  const turns = new Map(BONES.map(([name]) => [name, new THREE.Quaternion()]));
-  const turn = (name: string): THREE.Quaternion => turns.get(name)!;
-  const sizes = new Map(BONES.map(([name]) => [name, 1]));
-  const ends = new Map(BONES.filter((row) => row.length === 3).map(([name, from, to]) => [name, [from, to]]));
-  const along = new Map([...ends].map(([name, [a, b]]) => [name, restOf(b!).sub(restOf(a!))]));
-  const [u, v, w, basis] = [
-    new THREE.Vector3(),
-    new THREE.Vector3(),
-    new THREE.Vector3(),
-    new THREE.Matrix4(),
-  ];
-  const extra = new THREE.Quaternion();
-  const scale = new THREE.Vector3();
+  const matrices = new Float32Array(16 * BONES.length);
+  const place = new Map<string, Vector>();
+  const turns = new Map<string, Turn>();
+  const sizes = new Map<string, number>();
+  const at = (name: string): Vector => place.get(name)!;
+  const turn = (name: string): Turn => turns.get(name) ?? NO_TURN;
 
-  /** From the first to the second end of a bone, as seen in the frame of a bone. */
-  function seen(bone: string, frame: THREE.Quaternion, into: THREE.Vector3): THREE.Vector3 {
-    const [from, to] = ends.get(bone)!;
-    return into.subVectors(at(to!), at(from!)).applyQuaternion(extra.copy(frame).invert()).normalize();
+  /** The direction of a bone, as seen in a frame. */
+  function seen(bone: string, frame: Turn): Vector {
+    const { from, to } = ALONG.get(bone)!;
+    return unit(turned(back(frame), minus(at(to), at(from))));
   }
 
-  /** Turn a bone the least way from the frame of another. */
-  function swing(bone: string, before: string): void {
-    seen(bone, turn(before), v);
-    u.copy(along.get(bone)!).normalize();
-    turn(bone).copy(turn(before)).multiply(extra.setFromUnitVectors(u, v));
-  }
-
-  function twist(bone: string, axis: THREE.Vector3, angle: number): void {
-    turn(bone).multiply(extra.setFromAxisAngle(axis, angle));
-  }
-
-  /** A frame whose y axis is `up`, and whose x axis is as near to `left` as it can be. */
-  function upright(bone: string, left: THREE.Vector3, up: THREE.Vector3): void {
-    up.normalize();
-    w.crossVectors(left, up).normalize();
-    left.crossVectors(up, w);
-    turn(bone).setFromRotationMatrix(basis.makeBasis(left, up, w));
+  /** A bone turned the least way from a frame. */
+  function swung(bone: string, frame: Turn): Turn {
+    return after(frame, between(ALONG.get(bone)!.direction, seen(bone, frame)));
   }
 
   function turnTrunk(): void {
-    u.subVectors(at("l_collar"), at("r_collar")).addScaledVector(at("l_shoulder"), 0.1);
-    u.addScaledVector(at("r_shoulder"), -0.1);
-    upright("chest", u, v.subVectors(at("neck"), at("chest")));
-    u.subVectors(at("l_hip"), at("r_hip"));
-    upright("pelvis", u, v.subVectors(at("spine"), at("pelvis")));
-    // The hips are exact, rather than the direction of the spine.
-    u.copy(X).applyQuaternion(turn("pelvis"));
-    v.copy(X).applyQuaternion(turn("chest")).add(u);
-    upright("belly", v.clone(), u.subVectors(at("chest"), at("spine")));
-    swing("neck", "chest");
-    swing("head", "neck");
+    const collars = minus(at("l_collar"), at("r_collar"));
+    const chest = upright(
+      plus(collars, minus(at("l_shoulder"), at("r_shoulder")), 0.1),
+      minus(at("neck"), at("chest")),
+    );
+    const pelvis = upright(minus(at("l_hip"), at("r_hip")), minus(at("spine"), at("pelvis")));
+    const left = plus(turned(pelvis, X), turned(chest, X));
+    turns.set("chest", chest).set("pelvis", pelvis);
+    turns.set("belly", upright(left, minus(at("chest"), at("spine"))));
+    turns.set("neck", swung("neck", chest));
+    turns.set("head", swung("head", turn("neck")));
   }
 
   function turnArm(side: string): void {
-    const [collar, upper, fore, hand] = ["collar", "upper", "fore", "hand"].map((name) => `${side}_${name}`);
-    swing(collar!, "chest");
-    swing(upper!, collar!);
-    const bent = seen(fore!, turn(upper!), v);
-    const angle = Math.atan2(-bent.y, bent.z);
-    twist(upper!, X, bounded(angle) * ramp(Math.hypot(bent.y, bent.z), 0.15, 0.6));
-    swing(fore!, upper!);
-    swing(hand!, fore!);
+    const [collar, upper, fore, hand] = ["collar", "upper", "fore", "hand"].map((name) => side + name);
+    turns.set(collar!, swung(collar!, turn("chest")));
+    const swing = swung(upper!, turn(collar!));
+    const [, y, z] = seen(fore!, swing);
+    const angle = bounded(Math.atan2(-y, z)) * ramp(Math.hypot(y, z), 0.15, 0.6);
+    turns.set(upper!, after(swing, about(X, angle)));
+    turns.set(fore!, swung(fore!, turn(upper!)));
+    turns.set(hand!, swung(hand!, turn(fore!)));
   }
 
   function turnLeg(side: string): void {
-    const [thigh, shin, foot, toes] = ["thigh", "shin", "foot", "toes"].map((name) => `${side}_${name}`);
-    swing(thigh!, "pelvis");
-    const knee = seen(shin!, turn(thigh!), w).clone();
-    swing(shin!, thigh!);
-    const ahead = seen(foot!, turn(shin!), w);
-    const angle = Math.atan2(0.7 * ahead.x - 2 * knee.x, 0.3 + 0.7 * ahead.z - 2 * knee.z);
-    twist(thigh!, Y, bounded(angle));
-    swing(shin!, thigh!);
-    const out = seen(foot!, turn(shin!), w);
-    const yaw = Math.atan2(out.x, out.z) * ramp(Math.hypot(out.x, out.z), 0.2, 0.6);
-    twist(shin!, Y, Math.min(Math.max(0.5 * bounded(yaw), -0.6), 0.6));
-    swing(foot!, shin!);
-    swing(toes!, foot!);
+    const [thigh, shin, foot, toes] = ["thigh", "shin", "foot", "toes"].map((name) => side + name);
+    const swing = swung(thigh!, turn("pelvis"));
+    const knee = seen(shin!, swing);
+    const ahead = seen(foot!, swung(shin!, swing));
+    const angle = Math.atan2(0.7 * ahead[0] - 2 * knee[0], 0.3 + 0.7 * ahead[2] - 2 * knee[2]);
+    turns.set(thigh!, after(swing, about(Y, bounded(angle))));
+    const straight = swung(shin!, turn(thigh!));
+    const [x, , z] = seen(foot!, straight);
+    const yaw = 0.5 * bounded(Math.atan2(x, z)) * ramp(Math.hypot(x, z), 0.2, 0.6);
+    turns.set(shin!, after(straight, about(Y, Math.min(Math.max(yaw, -0.6), 0.6))));
+    turns.set(foot!, swung(foot!, turn(shin!)));
+    turns.set(toes!, swung(toes!, turn(foot!)));
   }
 
-  function join([bone, , before, after]: readonly string[]): void {
-    turn(bone!).copy(turn(before!)).slerp(turn(after!), 0.5);
-    sizes.set(bone!, (sizes.get(before!)! + sizes.get(after!)!) / 2);
+  /** Write the matrix of a bone that begins at a point. */
+  function write(number: number, bone: string, point: string): void {
+    const [size, frame] = [sizes.get(bone)!, turn(bone)];
+    const axes = [X, Y, [0, 0, 1] as Vector].map((axis) => turned(frame, axis));
+    const [rest, now] = [restOf(point), at(point)];
+    for (let n = 0; n < 3; n += 1) {
+      let moved = now[n]!;
+      axes.forEach((axis, m) => {
+        matrices[16 * number + 4 * m + n] = size * axis[n]!;
+        moved -= size * axis[n]! * rest[m]!;
+      });
+      matrices[16 * number + 12 + n] = moved;
+    }
+    matrices[16 * number + 15] = 1;
   }
 
   return {
-    skeleton,
+    matrices,
     follow(pose) {
-      points.forEach((name, i) => at(name).set(pose[3 * i]!, pose[3 * i + 1]!, pose[3 * i + 2]!));
+      points.forEach((name, i) => place.set(name, [pose[3 * i]!, pose[3 * i + 1]!, pose[3 * i + 2]!]));
       turnTrunk();
-      for (const side of ["l", "r"]) {
+      for (const side of ["l_", "r_"]) {
         turnArm(side);
         turnLeg(side);
       }
-      for (const [name, [from, to]] of ends) {
-        sizes.set(name, at(from!).distanceTo(at(to!)) / along.get(name)!.length());
+      for (const [bone, { from, to, length }] of ALONG) {
+        sizes.set(bone, lengthOf(minus(at(to), at(from))) / length);
       }
       BONES.forEach((row, i) => {
-        if (row.length === 4) join(row);
-        const size = sizes.get(row[0])!;
-        bones[i]!.matrixWorld.compose(at(row[1]), turn(row[0]), scale.set(size, size, size));
+        const [bone, point] = row;
+        if (row.length === 4) {
+          turns.set(bone, halfway(turn(row[2]), turn(row[3])));
+          sizes.set(bone, (sizes.get(row[2])! + sizes.get(row[3])!) / 2);
+        }
+        write(i, bone, point);
       });
     },
   };

@@ -86,6 +86,18 @@ function mirrored(places: readonly number[]): number[] {
   return [...places.map((x) => -x).reverse(), ...places];
 }
 
+/** How much larger the steps of a mesh are than the finest: seen near, and seen small. By eye. */
+const COARSE = { fine: 1, rough: 1.75 };
+
+const made = new Map<string, Mesh>();
+
+/** A mesh; it is computed when it is first needed. */
+export function meshOf(kind: keyof typeof COARSE): Mesh {
+  const mesh = made.get(kind) ?? makeMesh(COARSE[kind]);
+  made.set(kind, mesh);
+  return mesh;
+}
+
 /** Make the mesh; `coarse`: how many times larger the steps are. */
 export function makeMesh(coarse = 1): Mesh {
   const xs = mirrored(places(ACROSS[0]![1] * coarse * 0.5, ACROSS, coarse));

@@ -7,9 +7,10 @@
 
 import * as THREE from "three";
 import type { Person } from "../figures.ts";
-import { BRIGHT, TO_BACK, TO_LAMP } from "../light.ts";
-import { makeRig } from "./bones.ts";
-import { makeMesh, type Mesh } from "./mesh.ts";
+import { BRIGHT, TO_BACK, TO_LAMP } from "../lamps.ts";
+import { BONES, makeRig, type Rig } from "./bones.ts";
+import { meshOf } from "./mesh.ts";
+import { place } from "./skin.ts";
 
 export interface People {
   /** To be added to a scene. */
@@ -19,23 +20,11 @@ export interface People {
   dispose(): void;
 }
 
-/** How much larger the steps of the fine and of the coarse mesh are than the finest. By eye. */
-const COARSE = { fine: 1, rough: 1.75 };
-
-const meshes = new Map<number, Mesh>();
-
-/** A mesh is computed when it is first needed. */
-function meshOf(coarse: number): Mesh {
-  const mesh = meshes.get(coarse) ?? makeMesh(coarse);
-  meshes.set(coarse, mesh);
-  return mesh;
-}
-
 let shared: THREE.BufferGeometry | null = null;
 
 function fineGeometry(): THREE.BufferGeometry {
   if (shared) return shared;
-  const { position, normal, shade, bone, share, index } = meshOf(COARSE.fine);
+  const { position, normal, shade, bone, share, index } = meshOf("fine");
   shared = new THREE.BufferGeometry();
   shared.setAttribute("position", new THREE.BufferAttribute(position, 3));
   shared.setAttribute("normal", new THREE.BufferAttribute(normal, 3));
@@ -48,7 +37,7 @@ function fineGeometry(): THREE.BufferGeometry {
 }
 
 function roughGeometry(): THREE.BufferGeometry {
-  const { position, shade, index } = meshOf(COARSE.rough);
+  const { position, shade, index } = meshOf("rough");
   const geometry = new THREE.BufferGeometry();
   for (const name of ["position", "normal"]) {
     const places = new THREE.BufferAttribute(new Float32Array(position.length), 3);
@@ -59,8 +48,8 @@ function roughGeometry(): THREE.BufferGeometry {
   return geometry;
 }
 
-const glsl = ({ x, y, z }: THREE.Vector3): string =>
-  `vec3(${[x, y, z].map((value) => value.toFixed(4)).join(", ")})`;
+const glsl = (direction: readonly number[]): string =>
+  `vec3(${direction.map((value) => value.toFixed(4)).join(", ")})`;
 
 // The same light as that of the fine material, in every corner.
 const ROUGH_VERTEX = /* glsl */ `
@@ -105,46 +94,39 @@ function paintOf(colour: readonly [number, number, number]): Paint {
   return { fine, rough };
 }
 
-/** Place the corners of the coarse mesh as a skeleton moves them. */
-function skin(geometry: THREE.BufferGeometry, skeleton: THREE.Skeleton): void {
-  const { position, normal, bone, share } = meshOf(COARSE.rough);
-  skeleton.update();
-  const m = skeleton.boneMatrices!;
-  const [places, normals] = [geometry.getAttribute("position"), geometry.getAttribute("normal")];
-  for (let i = 0; i < position.length; i += 3) {
-    const [x, y, z] = [position[i]!, position[i + 1]!, position[i + 2]!];
-    const [nx, ny, nz] = [normal[i]!, normal[i + 1]!, normal[i + 2]!];
-    let [px, py, pz, qx, qy, qz] = [0, 0, 0, 0, 0, 0];
-    for (let n = (4 * i) / 3; share[n]! > 0 && n < (4 * i) / 3 + 4; n += 1) {
-      const [s, b] = [share[n]!, 16 * bone[n]!];
-      px += s * (m[b]! * x + m[b + 4]! * y + m[b + 8]! * z + m[b + 12]!);
-      py += s * (m[b + 1]! * x + m[b + 5]! * y + m[b + 9]! * z + m[b + 13]!);
-      pz += s * (m[b + 2]! * x + m[b + 6]! * y + m[b + 10]! * z + m[b + 14]!);
-      qx += s * (m[b]! * nx + m[b + 4]! * ny + m[b + 8]! * nz);
-      qy += s * (m[b + 1]! * nx + m[b + 5]! * ny + m[b + 9]! * nz);
-      qz += s * (m[b + 2]! * nx + m[b + 6]! * ny + m[b + 10]! * nz);
-    }
-    places.setXYZ(i / 3, px, py, pz);
-    normals.setXYZ(i / 3, qx, qy, qz);
-  }
-  places.needsUpdate = true;
-  normals.needsUpdate = true;
-}
-
 /** Make some people. */
 export function makePeople(people: readonly Person[]): People {
   const object = new THREE.Group();
   const rigs = people.map(({ points }) => makeRig(points));
+  const bones = BONES.map(() => new THREE.Matrix4());
   let [fines, roughs]: [THREE.SkinnedMesh[], THREE.Mesh<THREE.BufferGeometry>[]] = [[], []];
 
-  function makeFine({ skeleton }: (typeof rigs)[number]): THREE.SkinnedMesh {
+  function makeFine(): THREE.SkinnedMesh {
     const mesh = new THREE.SkinnedMesh(fineGeometry());
-    mesh.bind(skeleton, new THREE.Matrix4());
+    // The matrices of a rig lead from the rest pose: nothing is to be undone before.
+    mesh.bind(
+      new THREE.Skeleton(
+        bones.map(() => new THREE.Bone()),
+        bones,
+      ),
+      new THREE.Matrix4(),
+    );
     return Object.assign(mesh, { castShadow: true, receiveShadow: true, frustumCulled: false });
   }
 
   function makeRough(): THREE.Mesh<THREE.BufferGeometry> {
     return Object.assign(new THREE.Mesh(roughGeometry()), { frustumCulled: false });
+  }
+
+  function moveFine({ skeleton }: THREE.SkinnedMesh, { matrices }: Rig): void {
+    skeleton.bones.forEach((bone, i) => bone.matrixWorld.fromArray(matrices, 16 * i));
+  }
+
+  function moveRough({ geometry }: THREE.Mesh, { matrices }: Rig): void {
+    const [places, normals] = [geometry.getAttribute("position"), geometry.getAttribute("normal")];
+    place(meshOf("rough"), matrices, places.array as Float32Array, normals.array as Float32Array);
+    places.needsUpdate = true;
+    normals.needsUpdate = true;
   }
 
   return {
@@ -157,11 +139,12 @@ export function makePeople(people: readonly Person[]): People {
         rigs[i]!.follow(pose);
         if (fines[i]) Object.assign(fines[i]!, { visible: fine, material: paint.fine });
         if (roughs[i]) Object.assign(roughs[i]!, { visible: !fine, material: paint.rough });
-        if (!fine) skin(roughs[i]!.geometry, rigs[i]!.skeleton);
+        if (fine) moveFine(fines[i]!, rigs[i]!);
+        else moveRough(roughs[i]!, rigs[i]!);
       });
     },
     dispose() {
-      for (const { skeleton } of rigs) skeleton.dispose();
+      for (const { skeleton } of fines) skeleton.dispose();
       for (const { geometry } of roughs) geometry.dispose();
     },
   };
