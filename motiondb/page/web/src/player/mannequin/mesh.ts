@@ -86,8 +86,8 @@ function mirrored(places: readonly number[]): number[] {
   return [...places.map((x) => -x).reverse(), ...places];
 }
 
-/** How much larger the steps of a mesh are than the finest: seen near, and seen small. By eye. */
-const COARSE = { fine: 1, rough: 1.75 };
+/** How much larger the steps of a mesh are than the finest: seen near, fast, and small. By eye. */
+const COARSE = { fine: 1, rough: 1.75, small: 2.2 };
 
 const made = new Map<string, Mesh>();
 

@@ -2,7 +2,7 @@
 
 import { DARK, REDUCED } from "../../dom/wishes.ts";
 import type { Motions } from "../../api/motions.ts";
-import { figureShades, paint, sketchOf, type Sketch } from "../../player/painter.ts";
+import { figureShades, paint, sketchOf, whenDressed, type Sketch } from "../../player/painter.ts";
 
 export interface Thumbs {
   /** Show the figure of a capture on a canvas; null clears it. */
@@ -16,6 +16,8 @@ export interface Thumbs {
 const SHORTEST = 0.5;
 /** Pictures per second: enough for a thumbnail. */
 const RATE = 24;
+/** Pauses are at least this many times as long as the painting, so that the page has time. */
+const PAUSE = 2.5;
 /** Seconds at both ends of a thumbnail in which it fades, so that it does not jump as it begins anew. */
 const FADE = 0.08;
 
@@ -29,7 +31,7 @@ export function makeThumbs(motions: Motions, resting: () => boolean, still = fal
   const wanted = new Map<HTMLCanvasElement, string>();
   const sketches = new Map<HTMLCanvasElement, Sketch>();
   let colours = figureShades();
-  let painted = 0;
+  let next = 0;
   let closed = false;
 
   function draw(canvas: HTMLCanvasElement, sketch: Sketch, now: number): void {
@@ -46,11 +48,12 @@ export function makeThumbs(motions: Motions, resting: () => boolean, still = fal
   function frame(now: number): void {
     if (closed) return;
     requestAnimationFrame(frame);
-    if ((REDUCED.matches && moving.size === 0) || resting() || now - painted < 1000 / RATE) return;
-    painted = now;
+    if ((REDUCED.matches && moving.size === 0) || resting() || now < next) return;
+    const began = performance.now();
     for (const [canvas, sketch] of sketches) {
       if (canvas.isConnected && (!still || moving.has(canvas))) draw(canvas, sketch, now / 1000);
     }
+    next = now + Math.max(1000 / RATE, (1 + PAUSE) * (performance.now() - began)) - 2; // frames are not exact
   }
   /** Draw the pose that shows what happens. */
   function stand(canvas: HTMLCanvasElement, sketch: Sketch): void {
@@ -63,6 +66,7 @@ export function makeThumbs(motions: Motions, resting: () => boolean, still = fal
   }
   DARK.addEventListener("change", recolour);
   requestAnimationFrame(frame);
+  void whenDressed().then(recolour);
 
   return {
     show(canvas, capture) {

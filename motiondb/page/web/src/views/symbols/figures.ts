@@ -5,7 +5,7 @@ import type { BodyTrack } from "../../api/container.ts";
 import type { Motions } from "../../api/motions.ts";
 import type { PlacedSymbol } from "../../api/types.ts";
 import { h } from "../../dom/element.ts";
-import { figureShades, paintAt, sketchOf, type Sketch } from "../../player/painter.ts";
+import { figureShades, paintAt, sketchOf, whenDressed, type Sketch } from "../../player/painter.ts";
 import { alignTracks } from "../compare/aligned.ts";
 import { FIGURE } from "./labels.ts";
 
@@ -67,6 +67,7 @@ export function makeMapFigures(motions: Motions, size: { width: number; height: 
     stale = true;
   };
   DARK.addEventListener("change", recolour);
+  void whenDressed().then(() => (stale = true));
   const sized = new ResizeObserver(() => (stale = true));
   sized.observe(element);
   requestAnimationFrame(frame);
