@@ -1,12 +1,12 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { BONES, fits, makeRig, numberOf, OPPOSITE, restOf, type Rig } from "../src/player/mannequin/bones.ts";
-import { makeMesh } from "../src/player/mannequin/mesh.ts";
+import { makeMesh, meshOf } from "../src/player/mannequin/mesh.ts";
 import { cross } from "../src/player/mannequin/turns.ts";
 import { distance } from "../src/player/mannequin/shape.ts";
 import { CANONICAL } from "./canonical.ts";
 
-const mesh = makeMesh(1.75);
+const mesh = meshOf("small");
 const corners = mesh.position.length / 3;
 const REST = CANONICAL.flatMap(restOf);
 
@@ -41,7 +41,7 @@ function turned(rig: Rig, bone: string, direction: Spot): { x: number; y: number
 }
 
 test("the surface of the mannequin is closed, and each of its edges has two sides", () => {
-  for (const { index } of [mesh, makeMesh(1)]) {
+  for (const { index } of [mesh, meshOf("large"), meshOf("fine")]) {
     const edges = new Map<string, number>();
     for (let i = 0; i < index.length; i += 3) {
       for (let n = 0; n < 3; n += 1) {
@@ -89,7 +89,7 @@ test("shares of bones add up to 1, and both sides are alike", () => {
 });
 
 test("the same mesh is computed again", () => {
-  assert.deepEqual(makeMesh(1.75), mesh);
+  assert.deepEqual(makeMesh(2), mesh);
 });
 
 test("the rest pose moves nothing", () => {

@@ -62,6 +62,9 @@ export interface Screen {
   close(): void;
 }
 
+/** A picture higher than this shows hands and faces when it moves, too, pixels. Chosen by eye. */
+const LARGE = 330;
+
 const rgb = (colour: THREE.Color): Colour => [colour.r, colour.g, colour.b];
 
 /** The times that all tracks cover. */
@@ -181,7 +184,7 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
     camera,
     prepare(fine) {
       if (!figures) return;
-      people?.show(figures.picture.people, fine);
+      people?.show(figures.picture.people, fine ? "fine" : canvas.clientHeight > LARGE ? "large" : "small");
       light.setFine(fine);
       light.around(ballsOf(figures.picture));
     },

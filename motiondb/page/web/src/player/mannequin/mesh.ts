@@ -86,13 +86,14 @@ function mirrored(places: readonly number[]): number[] {
   return [...places.map((x) => -x).reverse(), ...places];
 }
 
-/** How much larger the steps of a mesh are than the finest: seen near, fast, and small. By eye. */
-const COARSE = { fine: 1, rough: 1.75, small: 2.2 };
+/** How much larger the steps of a mesh are than the finest. Chosen by eye. */
+const COARSE = { fine: 1, large: 1.3, small: 2 };
+export type Detail = keyof typeof COARSE;
 
-const made = new Map<string, Mesh>();
+const made = new Map<Detail, Mesh>();
 
 /** A mesh; it is computed when it is first needed. */
-export function meshOf(kind: keyof typeof COARSE): Mesh {
+export function meshOf(kind: Detail): Mesh {
   const mesh = made.get(kind) ?? makeMesh(COARSE[kind]);
   made.set(kind, mesh);
   return mesh;

@@ -9,14 +9,14 @@ import * as THREE from "three";
 import type { Person } from "../figures.ts";
 import { BRIGHT, TO_BACK, TO_LAMP } from "../lamps.ts";
 import { BONES, makeRig, type Rig } from "./bones.ts";
-import { meshOf } from "./mesh.ts";
+import { meshOf, type Detail } from "./mesh.ts";
 import { place } from "./skin.ts";
 
 export interface People {
   /** To be added to a scene. */
   readonly object: THREE.Group;
-  /** Show these people, always in the same order, with the fine mesh or with the coarse one. */
-  show(people: readonly Person[], fine: boolean): void;
+  /** Show these people, always in the same order; all but the fine mesh is moved by this processor. */
+  show(people: readonly Person[], detail: Detail): void;
   dispose(): void;
 }
 
@@ -36,8 +36,8 @@ function fineGeometry(): THREE.BufferGeometry {
   return shared;
 }
 
-function roughGeometry(): THREE.BufferGeometry {
-  const { position, shade, index } = meshOf("rough");
+function roughGeometry(detail: Detail): THREE.BufferGeometry {
+  const { position, shade, index } = meshOf(detail);
   const geometry = new THREE.BufferGeometry();
   for (const name of ["position", "normal"]) {
     const places = new THREE.BufferAttribute(new Float32Array(position.length), 3);
@@ -99,7 +99,9 @@ export function makePeople(people: readonly Person[]): People {
   const object = new THREE.Group();
   const rigs = people.map(({ points }) => makeRig(points));
   const bones = BONES.map(() => new THREE.Matrix4());
-  let [fines, roughs]: [THREE.SkinnedMesh[], THREE.Mesh<THREE.BufferGeometry>[]] = [[], []];
+  let fines: THREE.SkinnedMesh[] = [];
+  let roughs: THREE.Mesh<THREE.BufferGeometry>[] = [];
+  let rough: Detail = "fine"; // The detail of `roughs`, once there are any
 
   function makeFine(): THREE.SkinnedMesh {
     const mesh = new THREE.SkinnedMesh(fineGeometry());
@@ -114,8 +116,17 @@ export function makePeople(people: readonly Person[]): People {
     return Object.assign(mesh, { castShadow: true, receiveShadow: true, frustumCulled: false });
   }
 
-  function makeRough(): THREE.Mesh<THREE.BufferGeometry> {
-    return Object.assign(new THREE.Mesh(roughGeometry()), { frustumCulled: false });
+  /** Have meshes of a detail. */
+  function prepare(detail: Detail): void {
+    if (detail === "fine") {
+      if (fines.length < rigs.length) object.add(...(fines = rigs.map(makeFine)));
+    } else if (detail !== rough) {
+      rough = detail;
+      object.remove(...roughs);
+      roughs.forEach(({ geometry }) => geometry.dispose());
+      roughs = rigs.map(() => Object.assign(new THREE.Mesh(roughGeometry(detail)), { frustumCulled: false }));
+      if (roughs.length > 0) object.add(...roughs);
+    }
   }
 
   function moveFine({ skeleton }: THREE.SkinnedMesh, { matrices }: Rig): void {
@@ -124,16 +135,16 @@ export function makePeople(people: readonly Person[]): People {
 
   function moveRough({ geometry }: THREE.Mesh, { matrices }: Rig): void {
     const [places, normals] = [geometry.getAttribute("position"), geometry.getAttribute("normal")];
-    place(meshOf("rough"), matrices, places.array as Float32Array, normals.array as Float32Array);
+    place(meshOf(rough), matrices, places.array as Float32Array, normals.array as Float32Array);
     places.needsUpdate = true;
     normals.needsUpdate = true;
   }
 
   return {
     object,
-    show(now, fine) {
-      if (fine && fines.length < rigs.length) object.add(...(fines = rigs.map(makeFine)));
-      if (!fine && roughs.length < rigs.length) object.add(...(roughs = rigs.map(makeRough)));
+    show(now, detail) {
+      const fine = detail === "fine";
+      prepare(detail);
       now.forEach(({ pose, colour }, i) => {
         const paint = paintOf(colour);
         rigs[i]!.follow(pose);
