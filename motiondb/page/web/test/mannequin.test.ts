@@ -150,6 +150,13 @@ test("elbows bend forward, and knees point where the toes point", () => {
   assert.ok(turned(rig, "l_shin", [0, 0, 1]).y < -0.99);
 });
 
+test("toes bend where they would be in the ground, as long as before", () => {
+  const rig = makeRig(CANONICAL);
+  rig.follow(posed({ l_ankle: [0.09, 0.12, 0], l_toe: [0.09, 0.03, 0.12], l_toe_end: [0.09, -0.02, 0.16] }));
+  const [, y, z] = brought(rig, "l_toes", restOf("l_toe_end"));
+  assert.ok(Math.abs(y) < 1e-6 && Math.abs(Math.hypot(0.03, z - 0.12) - Math.hypot(0.05, 0.04)) < 1e-6);
+});
+
 test("only bodies with all its points are mannequins", () => {
   assert.ok(fits(CANONICAL));
   assert.ok(!fits(CANONICAL.slice(1)));

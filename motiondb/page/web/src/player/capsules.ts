@@ -16,7 +16,7 @@ export interface Fineness {
   rings: number;
 }
 
-export const BODY_FINENESS: Fineness = { around: 10, rings: 3 };
+export const BODY_FINENESS: Fineness = { around: 16, rings: 5 };
 export const MARK_FINENESS: Fineness = { around: 8, rings: 2 };
 
 /** The shape of one capsule, without its instances. */

@@ -167,6 +167,16 @@ export function makeRig(points: readonly string[]): Rig {
     turns.set("head", swung("head", turn("neck")));
   }
 
+  /** Bend toes that would be in the ground: captures of feet have none, and push off with a stiff foot. */
+  function bendToes(side: string): void {
+    const [toe, end] = [at(`${side}toe`), at(`${side}toe_end`)];
+    const [x, y, z] = minus(end, toe);
+    const reach = Math.sqrt(Math.max(x * x + y * y + z * z - toe[1] * toe[1], 0));
+    const flat = Math.hypot(x, z);
+    if (end[1] >= 0 || toe[1] <= 0 || reach === 0 || flat < 1e-6) return;
+    place.set(`${side}toe_end`, [toe[0] + (x * reach) / flat, 0, toe[2] + (z * reach) / flat]);
+  }
+
   function turnArm(side: string): void {
     const [collar, upper, fore, hand] = ["collar", "upper", "fore", "hand"].map((name) => side + name);
     turns.set(collar!, swung(collar!, turn("chest")));
@@ -215,6 +225,7 @@ export function makeRig(points: readonly string[]): Rig {
       points.forEach((name, i) => place.set(name, [pose[3 * i]!, pose[3 * i + 1]!, pose[3 * i + 2]!]));
       turnTrunk();
       for (const side of ["l_", "r_"]) {
+        bendToes(side);
         turnArm(side);
         turnLeg(side);
       }

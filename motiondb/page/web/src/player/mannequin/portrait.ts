@@ -1,8 +1,8 @@
 /**
  * The mannequin on a plain canvas, filled triangle by triangle: for small pictures in lists.
  *
- * Dozens of them move at once, and they are seen before three.js is there. Each is drawn twice as
- * large and made smaller, so that its edges are smooth.
+ * Dozens of them move at once, and they are seen before three.js is there. Small ones are drawn twice
+ * as large and made smaller, so that their edges are smooth.
  */
 
 import { BRIGHT, TO_BACK, TO_LAMP } from "../lamps.ts";
@@ -25,13 +25,11 @@ export interface Portrait {
   size: number;
 }
 
-const FINER = 2;
+/** Points for each of a picture's width and height; large pictures have one. */
+const finerOf = (size: number): number => (size < 240 ? 2 : 1);
 /** Share by which triangles are larger than they are, so that rounding leaves no gap between them. */
 const EDGE = 1e-4;
-/** The largest picture that is filled, in points across and down; larger ones are coarser. */
-const MOST = 900;
-
-let rig: Rig | null = null;
+const rigs = new Map<string, Rig>();
 let [places, normals, seen] = [new Float32Array(0), new Float32Array(0), new Float32Array(0)];
 let lights = new Float32Array(0);
 let depth = new Float32Array(0);
@@ -41,7 +39,10 @@ const pencil = sheet.getContext("2d", { willReadFrequently: true })!;
 /** Draw a body. */
 export function drawPortrait(context: CanvasRenderingContext2D, shown: Portrait): void {
   const mesh = meshOf("small");
-  rig ??= makeRig(shown.points);
+  const key = shown.points.join(" ");
+  const rig = rigs.get(key) ?? makeRig(shown.points);
+  rigs.set(key, rig);
+  const finer = finerOf(shown.size);
   if (places.length === 0) {
     [places, normals, seen] = [0, 1, 2].map(() => new Float32Array(mesh.position.length)) as [
       Float32Array<ArrayBuffer>,
@@ -54,10 +55,10 @@ export function drawPortrait(context: CanvasRenderingContext2D, shown: Portrait)
   place(mesh, rig.matrices, places, normals);
 
   // Where the corners are on the picture, and how bright.
-  const scale = FINER * shown.size;
+  const scale = finer * shown.size;
   const [right, up, towards] = shown.view;
   const [mx, my, mz] = shown.middle;
-  const [ox, oy] = [FINER * shown.origin[0], FINER * shown.origin[1]];
+  const [ox, oy] = [finer * shown.origin[0], finer * shown.origin[1]];
   let [left, top, most, bottom] = [Infinity, Infinity, -Infinity, -Infinity];
   for (let i = 0; i < places.length; i += 3) {
     const x = places[i]! - mx;
@@ -75,19 +76,19 @@ export function drawPortrait(context: CanvasRenderingContext2D, shown: Portrait)
     lights[i / 3] = mesh.shade[i / 3]! * lightOf(normals[i]!, normals[i + 1]!, normals[i + 2]!);
   }
   // In whole points of the picture, so that halving is exact.
-  const x0 = FINER * Math.floor(left / FINER);
-  const y0 = FINER * Math.floor(top / FINER);
-  const width = FINER * Math.ceil((most - x0 + 1) / FINER);
-  const height = FINER * Math.ceil((bottom - y0 + 1) / FINER);
-  if (!(width > 0 && width < MOST && height > 0 && height < MOST)) return;
+  const x0 = finer * Math.floor(left / finer);
+  const y0 = finer * Math.floor(top / finer);
+  const width = finer * Math.ceil((most - x0 + 1) / finer);
+  const height = finer * Math.ceil((bottom - y0 + 1) / finer);
+  if (!(width > 0 && height > 0)) return;
   const image = pencil.createImageData(width, height);
   fill(image, mesh.index, x0, y0, shown.colour);
   if (sheet.width < width || sheet.height < height) {
     Object.assign(sheet, { width: Math.max(sheet.width, width), height: Math.max(sheet.height, height) });
   }
   pencil.putImageData(image, 0, 0);
-  const [w, h] = [width / FINER, height / FINER];
-  context.drawImage(sheet, 0, 0, width, height, x0 / FINER, y0 / FINER, w, h);
+  const [w, h] = [width / finer, height / finer];
+  context.drawImage(sheet, 0, 0, width, height, x0 / finer, y0 / finer, w, h);
 }
 
 /** The light of a surface, as in the shaders, over 255. */
