@@ -201,7 +201,7 @@ export function makeMesh(coarse = 1): Mesh {
     return (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2;
   }
 
-  return dressed(left, middle, Uint16Array.from(index));
+  return dressed(left, middle, Uint16Array.from(index), 0.003 * coarse * coarse);
 }
 
 type Place = readonly [x: number, y: number, z: number];
@@ -218,7 +218,7 @@ const EDGES = NODES.flatMap((a) =>
 function onto(corner: Place, size: Place): Place {
   const p = [...corner] as [number, number, number];
   for (let step = 0; step < 2; step += 1) {
-    const slope = slopeAt(p);
+    const slope = slopeAt(p, 0.002);
     const square = slope[0] ** 2 + slope[1] ** 2 + slope[2] ** 2;
     const move = square > 1e-9 ? distance(...p) / square : 0;
     for (let n = 0; n < 3; n += 1) {
@@ -229,9 +229,11 @@ function onto(corner: Place, size: Place): Place {
   return p;
 }
 
-/** The direction in which the distance grows, and how fast: from the four corners of a tetrahedron. */
-function slopeAt([x, y, z]: Place): [number, number, number] {
-  const e = 0.002;
+/**
+ * The direction in which the distance grows, and how fast: from the corners of a tetrahedron, `e`
+ * metres away. What is smaller than the steps of a grid must not be seen in its normals.
+ */
+function slopeAt([x, y, z]: Place, e: number): [number, number, number] {
   const a = distance(x + e, y - e, z - e);
   const b = distance(x - e, y - e, z + e);
   const c = distance(x - e, y + e, z - e);
@@ -246,7 +248,7 @@ const OPEN = [0.03, 0.06, 0.1];
 const CHIN = 0.59;
 
 /** Normals, light and bones for the corners of the left half, and for those of the right. */
-function dressed(left: readonly Place[], middle: number, index: Uint16Array): Mesh {
+function dressed(left: readonly Place[], middle: number, index: Uint16Array, blur: number): Mesh {
   const count = 2 * left.length - middle;
   const mesh: Mesh = {
     position: new Float32Array(3 * count),
@@ -257,7 +259,7 @@ function dressed(left: readonly Place[], middle: number, index: Uint16Array): Me
     index,
   };
   left.forEach((p, i) => {
-    const slope = slopeAt(p);
+    const slope = slopeAt(p, blur);
     const length = Math.sqrt(slope[0] ** 2 + slope[1] ** 2 + slope[2] ** 2) || 1;
     const normal: Place = [slope[0] / length, slope[1] / length, slope[2] / length];
     const shade = shadeAt(p, normal);
