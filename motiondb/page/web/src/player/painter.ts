@@ -110,6 +110,15 @@ export function litShades(): Shades {
   return [mixed("black"), lit, mixed(ground), ground, shadow, lit];
 }
 
+/** Pauses are at least this many times as long as the painting, so that the page has time. By hand. */
+const PAUSE = 2.5;
+
+/** When what moves is to be painted again, after a frame at `now` whose painting began then. */
+export function nextPainting(now: number, began: number, rate: number): number {
+  const least = (1 + PAUSE) * (performance.now() - began);
+  return now + Math.max(1000 / rate, least) - 2; // frames are not exact
+}
+
 /** Draw one pose on a canvas that nothing was drawn on yet, as a player will show it. */
 export function paintPoster(canvas: HTMLCanvasElement, motion: Motion, shades: Shades): void {
   const scale = Math.min(devicePixelRatio, 2);

@@ -2,7 +2,14 @@
 
 import { DARK, REDUCED } from "../../dom/wishes.ts";
 import type { Motions } from "../../api/motions.ts";
-import { figureShades, paint, sketchOf, whenDressed, type Sketch } from "../../player/painter.ts";
+import {
+  figureShades,
+  nextPainting,
+  paint,
+  sketchOf,
+  whenDressed,
+  type Sketch,
+} from "../../player/painter.ts";
 
 export interface Thumbs {
   /** Show the figure of a capture on a canvas; null clears it. */
@@ -16,8 +23,6 @@ export interface Thumbs {
 const SHORTEST = 0.5;
 /** Pictures per second: enough for a thumbnail. */
 const RATE = 24;
-/** Pauses are at least this many times as long as the painting, so that the page has time. */
-const PAUSE = 2.5;
 /** Seconds at both ends of a thumbnail in which it fades, so that it does not jump as it begins anew. */
 const FADE = 0.08;
 
@@ -53,7 +58,7 @@ export function makeThumbs(motions: Motions, resting: () => boolean, still = fal
     for (const [canvas, sketch] of sketches) {
       if (canvas.isConnected && (!still || moving.has(canvas))) draw(canvas, sketch, now / 1000);
     }
-    next = now + Math.max(1000 / RATE, (1 + PAUSE) * (performance.now() - began)) - 2; // frames are not exact
+    next = nextPainting(now, began, RATE);
   }
   /** Draw the pose that shows what happens. */
   function stand(canvas: HTMLCanvasElement, sketch: Sketch): void {
