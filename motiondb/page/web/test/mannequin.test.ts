@@ -88,6 +88,20 @@ test("shares of bones add up to 1, and both sides are alike", () => {
   }
 });
 
+test("a nose says where the face looks, and thumbs and toes point ahead", () => {
+  for (const { position } of [meshOf("large"), meshOf("fine")]) {
+    const places = Array.from({ length: position.length / 3 }, (_, i) => position.slice(3 * i, 3 * i + 3));
+    const foremost = (part: Float32Array[]) => part.reduce((a, b) => (b[2]! > a[2]! ? b : a));
+    const nose = foremost(places.filter(([, y]) => y! > 0.58));
+    assert.ok(Math.abs(nose[0]!) < 0.015 && nose[1]! > 0.65 && nose[1]! < 0.69 && nose[2]! > 0.11);
+    const hand = places.filter(([x]) => x! > 0.72);
+    const thumb = foremost(hand);
+    assert.ok(thumb[2]! > 0.06 && thumb[0]! < 0.82);
+    assert.ok(Math.max(...hand.map(([x]) => x!)) > 0.86); // fingers are longer than the thumb
+    assert.ok(foremost(places.filter(([, y]) => y! < -0.85))[2]! > 0.19);
+  }
+});
+
 test("the same mesh is computed again", () => {
   assert.deepEqual(makeMesh(2), mesh);
 });
