@@ -162,8 +162,15 @@ export function paintAt(
   if (mannequin?.fits(points)) {
     const { pose } = sketch;
     const middle = [rootX!, 0, rootZ!] as const;
-    const colour = rgbOf(whole);
-    mannequin.drawPortrait(context, { points, pose, colour, view: AXES, middle, origin: [x0, y0], size });
+    mannequin.drawPortrait(context, {
+      points,
+      pose,
+      colour: whole,
+      view: AXES,
+      middle,
+      origin: [x0, y0],
+      size,
+    });
     return;
   }
   const count = writeCapsules(sketch.bones, sketch.shares, sketch.pose, sketch.capsules, 0);
@@ -209,10 +216,4 @@ function drawShadow(
   context.fillStyle = soft;
   context.fillRect(-radius, -radius, 2 * radius, 2 * radius);
   context.restore();
-}
-
-/** Red, green and blue of a colour like #96a2aa, 0 to 255. */
-function rgbOf(colour: string): number[] {
-  const value = parseInt(colour.trim().slice(1), 16);
-  return [value >> 16, (value >> 8) & 255, value & 255];
 }

@@ -15,8 +15,8 @@ export interface Portrait {
   points: readonly string[];
   /** (points, 3), metres. */
   pose: ArrayLike<number>;
-  /** Red, green and blue, 0 to 255. */
-  colour: readonly number[];
+  /** Like #96a2aa. */
+  colour: string;
   /** Directions to the right, up and towards the eye. */
   view: readonly [right: Vector, up: Vector, near: Vector];
   /** A place in the world, where it is on the picture, and pixels for a metre. */
@@ -82,7 +82,7 @@ export function drawPortrait(context: CanvasRenderingContext2D, shown: Portrait)
   const height = finer * Math.ceil((bottom - y0 + 1) / finer);
   if (!(width > 0 && height > 0)) return;
   const image = pencil.createImageData(width, height);
-  fill(image, mesh.index, x0, y0, shown.colour);
+  fill(image, mesh.index, x0, y0, rgbOf(shown.colour));
   if (sheet.width < width || sheet.height < height) {
     Object.assign(sheet, { width: Math.max(sheet.width, width), height: Math.max(sheet.height, height) });
   }
@@ -153,4 +153,10 @@ function fill(image: ImageData, index: Uint16Array, x0: number, y0: number, colo
       }
     }
   }
+}
+
+/** Red, green and blue of a colour like #96a2aa, 0 to 255. */
+function rgbOf(colour: string): number[] {
+  const value = parseInt(colour.trim().slice(1), 16);
+  return [value >> 16, (value >> 8) & 255, value & 255];
 }
