@@ -12,9 +12,9 @@ int16 (frames, 26, 3), little-endian: position = origin + scale * value. Its con
 (frames,), bit 0 the left foot and bit 1 the right. A track of a ball holds int16 (frames, 3). A
 motion of 30 s has 142 kB; positions within 20 m are accurate to 0.2 mm.
 
-The browser draws a figure of 26 points, with a capsule from each to its parent: the 21 joints of
-the canonical body and the ends of head, hands and feet. Positions determine the capsules
-completely, so that the browser computes no rotations.
+The browser draws a figure of 26 points: the 21 joints of the canonical body and the ends of head,
+hands and feet. It finds the rotations of its mannequin from them; where it cannot draw one, there
+is a capsule from each point to its parent.
 """
 
 from __future__ import annotations

@@ -4,36 +4,8 @@ import { bonesOf, CAPSULE, sharesOf, writeCapsules } from "../src/player/body.ts
 import { eyeOf, orbitAround, pan, turn, zoom } from "../src/player/camera.ts";
 import { makeFigures } from "../src/player/figures.ts";
 import { pictureOf } from "../src/player/flat.ts";
+import { CANONICAL } from "./canonical.ts";
 import { boundsOf, frameAt, poseAt, unite, type Motion } from "../src/player/motion.ts";
-
-const CANONICAL = [
-  "pelvis",
-  "l_hip",
-  "l_knee",
-  "l_ankle",
-  "l_toe",
-  "r_hip",
-  "r_knee",
-  "r_ankle",
-  "r_toe",
-  "spine",
-  "chest",
-  "neck",
-  "head",
-  "l_collar",
-  "l_shoulder",
-  "l_elbow",
-  "l_wrist",
-  "r_collar",
-  "r_shoulder",
-  "r_elbow",
-  "r_wrist",
-  "head_end",
-  "l_hand_end",
-  "r_hand_end",
-  "l_toe_end",
-  "r_toe_end",
-];
 
 const motion: Motion = {
   fps: 10,

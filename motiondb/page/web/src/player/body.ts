@@ -1,5 +1,6 @@
 /**
- * The volume of a figure: which capsules to draw between its points.
+ * The volume of a figure that is no mannequin: which capsules to draw between its points. So are
+ * bodies with other points, and all bodies where there is no WebGL.
  *
  * The canonical points of motiondb get tapered capsules with the radii of an average adult; other
  * skeletons get the radii that come with the motion.

@@ -2,13 +2,13 @@
  * Many tapered capsules in one draw call.
  *
  * An instance has two ends with their radii and a colour. The vertex shader places one half of a
- * unit sphere at each end, so that caps stay round whatever the radii are. A second mesh over the
- * same instances is flattened onto the ground along the light: the shadow.
+ * unit sphere at each end, so that caps stay round whatever the radii are.
  */
 
 import * as THREE from "three";
 import { CAPSULE } from "./body.ts";
 import type { Drawn } from "./figures.ts";
+import { TO_LAMP } from "./lamps.ts";
 
 /** How finely a capsule is drawn: corners around it, and rings of each cap. */
 export interface Fineness {
@@ -16,9 +16,8 @@ export interface Fineness {
   rings: number;
 }
 
-export const BODY_FINENESS: Fineness = { around: 10, rings: 3 };
+export const BODY_FINENESS: Fineness = { around: 16, rings: 5 };
 export const MARK_FINENESS: Fineness = { around: 8, rings: 2 };
-const SHADOW_FINENESS = MARK_FINENESS; // flat and dark: corners are not seen
 
 /** The shape of one capsule, without its instances. */
 function geometryOf(fineness: Fineness): THREE.InstancedBufferGeometry {
@@ -116,13 +115,9 @@ const BODY_FRAGMENT = /* glsl */ `
   }
 `;
 
-const SHADOW_VERTEX = /* glsl */ `${PLACE}
-  uniform vec3 toLight;
+const DEPTH_VERTEX = /* glsl */ `${PLACE}
   void main() {
-    vec3 world = place(direction());
-    world.xz -= toLight.xz * (max(world.y, 0.0) / toLight.y);
-    world.y = 0.0;
-    gl_Position = projectionMatrix * viewMatrix * vec4(world, 1.0);
+    gl_Position = projectionMatrix * viewMatrix * vec4(place(direction()), 1.0);
   }
 `;
 
@@ -141,28 +136,18 @@ const PRINT_FRAGMENT = /* glsl */ `
   void main() { gl_FragColor = vec4(vTint, 1.0); }
 `;
 
-const SHADOW_FRAGMENT = /* glsl */ `
-  uniform vec3 colour;
-  void main() { gl_FragColor = vec4(colour, 1.0); }
-`;
-
-const TO_LIGHT = new THREE.Vector3(0.45, 1, 0.35).normalize();
-
-// All screens share the two materials: a program that no material uses is forgotten, and a browser
-// takes long to compile it again. The colour of shadows is the same everywhere.
+// All screens share the materials: a program that no material uses is forgotten, and a browser
+// takes long to compile it again.
 const BODY = new THREE.ShaderMaterial({
   vertexShader: BODY_VERTEX,
   fragmentShader: BODY_FRAGMENT,
-  uniforms: { toLight: { value: TO_LIGHT } },
+  uniforms: { toLight: { value: new THREE.Vector3(...TO_LAMP) } },
 });
-const SHADOW = new THREE.ShaderMaterial({
-  vertexShader: SHADOW_VERTEX,
-  fragmentShader: SHADOW_FRAGMENT,
-  uniforms: { toLight: { value: TO_LIGHT }, colour: { value: new THREE.Color() } },
-  depthWrite: false,
-  side: THREE.DoubleSide,
+/** What the shadow map sees. */
+const DEPTH = new THREE.ShaderMaterial({
+  vertexShader: DEPTH_VERTEX,
+  fragmentShader: "void main() {}",
 });
-
 const PRINT = new THREE.ShaderMaterial({
   vertexShader: PRINT_VERTEX,
   fragmentShader: PRINT_FRAGMENT,
@@ -174,11 +159,10 @@ const PRINT = new THREE.ShaderMaterial({
 export type Look = "shaded" | "plain" | "print";
 
 export interface Capsules {
-  /** Bodies and shadows, to be added to a scene. */
-  readonly object: THREE.Group;
+  /** To be added to a scene. */
+  readonly object: THREE.Mesh;
   /** Show these capsules. */
   show(drawn: Drawn): void;
-  setShadow(colour: THREE.Color): void;
   dispose(): void;
 }
 
@@ -187,37 +171,25 @@ export function makeCapsules(room: number, fineness: Fineness, look: Look): Caps
   const ends = new THREE.InstancedInterleavedBuffer(new Float32Array(room * CAPSULE), CAPSULE);
   ends.setUsage(THREE.DynamicDrawUsage);
   const tint = new THREE.InstancedBufferAttribute(new Float32Array(room * 3), 3);
-  const object = new THREE.Group();
-  const geometries: THREE.InstancedBufferGeometry[] = [];
-
-  function add(material: THREE.Material, how: Fineness): THREE.Mesh {
-    const geometry = geometryOf(how);
-    geometry.setAttribute("endA", new THREE.InterleavedBufferAttribute(ends, 4, 0));
-    geometry.setAttribute("endB", new THREE.InterleavedBufferAttribute(ends, 4, 4));
-    geometry.setAttribute("tint", tint);
-    geometries.push(geometry);
-    const mesh = new THREE.Mesh(geometry, material);
-    mesh.frustumCulled = false;
-    object.add(mesh);
-    return mesh;
-  }
-
-  if (look === "print")
-    add(PRINT, fineness).renderOrder = -1; // as the lines of the ground, below bodies
-  else add(BODY, fineness);
-  if (look === "shaded") add(SHADOW, SHADOW_FINENESS).renderOrder = -2; // below the lines of the ground
+  const geometry = geometryOf(fineness);
+  geometry.setAttribute("endA", new THREE.InterleavedBufferAttribute(ends, 4, 0));
+  geometry.setAttribute("endB", new THREE.InterleavedBufferAttribute(ends, 4, 4));
+  geometry.setAttribute("tint", tint);
+  const object = new THREE.Mesh(geometry, look === "print" ? PRINT : BODY);
+  object.frustumCulled = false;
+  object.castShadow = look === "shaded";
+  object.customDepthMaterial = DEPTH;
+  if (look === "print") object.renderOrder = -1; // as the lines of the ground, below bodies
   return {
     object,
     show({ capsules, tints, count }) {
+      object.visible = count > 0;
       (ends.array as Float32Array).set(capsules.subarray(0, count * CAPSULE));
       ends.needsUpdate = true;
       (tint.array as Float32Array).set(tints.subarray(0, count * 3));
       tint.needsUpdate = true;
-      for (const geometry of geometries) geometry.instanceCount = count;
+      geometry.instanceCount = count;
     },
-    setShadow(colour) {
-      SHADOW.uniforms["colour"]!.value = colour;
-    },
-    dispose: () => geometries.forEach((geometry) => geometry.dispose()),
+    dispose: () => geometry.dispose(),
   };
 }

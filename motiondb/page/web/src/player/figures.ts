@@ -21,6 +21,7 @@ interface Prepared extends Figure {
   bones: readonly Bone[];
   shares: readonly number[];
   pose: Float32Array;
+  person: Person | null;
   trailed: readonly number[];
 }
 
@@ -42,8 +43,19 @@ const FEET = [
 /** Half the width of a print, metres: a rim around the foot is seen. */
 const PRINT_RADIUS = 0.07;
 
+/** A body that is drawn as a mannequin: its points and where they are, (points, 3). */
+export interface Person {
+  points: readonly string[];
+  /** Radius around each point, metres. */
+  radii: readonly number[];
+  pose: Float32Array;
+  colour: Colour;
+}
+
 /** What is drawn at one time: bodies and balls with shadows; trails; prints, flat on the ground. */
 export interface Picture {
+  /** Bodies that are mannequins; the others are capsules. */
+  people: readonly Person[];
   bodies: Drawn;
   marks: Drawn;
   prints: Drawn;
@@ -52,6 +64,8 @@ export interface Picture {
 export interface Figures {
   /** Middle of the bodies at the last drawn time; the camera follows it. */
   readonly centre: readonly [number, number, number];
+  /** What was drawn last. */
+  readonly picture: Picture;
   draw(time: number, show: { trails: boolean; contacts: boolean }): Picture;
 }
 
@@ -60,16 +74,20 @@ function roomFor(count: number): Drawn {
   return { capsules: new Float32Array(count * CAPSULE), tints: new Float32Array(count * 3), count: 0 };
 }
 
-/** Prepare bodies and balls for drawing. */
+/** Prepare bodies and balls for drawing; `isPerson`: whether a body of some points is a mannequin. */
 export function makeFigures(
   figures: readonly Figure[],
   balls: readonly BallMotion[],
   markColour: Colour,
   ballColour: Colour,
+  isPerson: (points: readonly string[]) => boolean = () => false,
 ): Figures {
-  const prepared = figures.filter((figure) => figure.motion.frames > 0).map(prepare);
+  const prepared = figures
+    .filter((figure) => figure.motion.frames > 0)
+    .map((figure) => prepare(figure, isPerson(figure.motion.points)));
   const bodies = prepared.reduce((sum, figure) => sum + figure.bones.length, 0);
   const picture: Picture = {
+    people: prepared.flatMap(({ person }) => person ?? []),
     bodies: roomFor(bodies + balls.length),
     marks: roomFor(prepared.length * TRAILED.length * TRAIL_STEPS),
     prints: roomFor(prepared.length * FEET.length),
@@ -77,6 +95,7 @@ export function makeFigures(
   const centre: [number, number, number] = [0, 0.9, 0];
   return {
     centre,
+    picture,
     draw(time, show) {
       picture.bodies.count = 0;
       picture.marks.count = 0;
@@ -94,15 +113,17 @@ export function makeFigures(
   };
 }
 
-function prepare(figure: Figure): Prepared {
+function prepare(figure: Figure, isPerson: boolean): Prepared {
   const { points, parents, radii } = figure.motion;
-  const bones = bonesOf(points, parents, radii);
+  const bones = isPerson ? [] : bonesOf(points, parents, radii);
+  const pose = new Float32Array(points.length * 3);
   const named = TRAILED.map((name) => points.indexOf(name)).filter((point) => point >= 0);
   return {
     ...figure,
     bones,
     shares: sharesOf(points, bones),
-    pose: new Float32Array(points.length * 3),
+    pose,
+    person: isPerson ? { points, radii, pose, colour: figure.colour } : null,
     trailed: named.length > 0 ? named : [0],
   };
 }
@@ -127,7 +148,9 @@ function drawBody(drawn: Drawn, figure: Prepared, time: number): void {
   const pose = shifted(figure, time);
   const count = writeCapsules(figure.bones, figure.shares, pose, drawn.capsules, drawn.count);
   const lit = figure.lit !== null && time >= figure.lit[0] && time < figure.lit[1];
-  paintTints(drawn, drawn.count, count, lit ? figure.litColour : figure.colour);
+  const colour = lit ? figure.litColour : figure.colour;
+  if (figure.person) figure.person.colour = colour;
+  paintTints(drawn, drawn.count, count, colour);
   drawn.count += count;
 }
 
@@ -181,4 +204,19 @@ function drawBall(drawn: Drawn, ball: BallMotion, time: number, colour: Colour):
   poseAt(ball, time, place);
   const [x, y, z] = [place[0]!, place[1]!, place[2]!];
   put(drawn, [x, y, z, ball.radius, x, y + 0.001, z, ball.radius], colour);
+}
+
+/** The balls that bodies consist of: around the points of people, and at the ends of capsules. */
+export function ballsOf({ people, bodies }: Picture): [x: number, y: number, z: number, radius: number][] {
+  const balls: [number, number, number, number][] = [];
+  for (const { pose, radii } of people) {
+    radii.forEach((radius, i) => {
+      if (radius > 0) balls.push([pose[3 * i]!, pose[3 * i + 1]!, pose[3 * i + 2]!, radius]);
+    });
+  }
+  for (let i = 0; i < bodies.count; i += 1) {
+    const [x, y, z, radius] = bodies.capsules.subarray(i * CAPSULE, i * CAPSULE + 4);
+    balls.push([x!, y!, z!, radius!]);
+  }
+  return balls;
 }

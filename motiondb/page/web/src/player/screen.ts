@@ -9,9 +9,12 @@ import type { BallTrack, BodyTrack, Track } from "../api/container.ts";
 import { eyeOf, FIELD_OF_VIEW, orbitAround, type Orbit } from "./camera.ts";
 import { BODY_FINENESS, makeCapsules, MARK_FINENESS, type Capsules } from "./capsules.ts";
 import type { StageColours } from "./colours.ts";
-import { makeFigures, type Colour, type Figures } from "./figures.ts";
+import { ballsOf, makeFigures, type Colour, type Figures } from "./figures.ts";
 import { paintFlat } from "./flat.ts";
 import { makeGround } from "./ground.ts";
+import { makeLight } from "./light.ts";
+import { fits } from "./mannequin/bones.ts";
+import { makePeople, type People } from "./mannequin/people.ts";
 import { boundsOf, unite, type Box } from "./motion.ts";
 import { advance, startPlayback, type Playback } from "./playback.ts";
 import type { Stage } from "./stage.ts";
@@ -59,6 +62,9 @@ export interface Screen {
   close(): void;
 }
 
+/** A picture higher than this shows hands and faces when it moves, too, pixels. Chosen by eye. */
+const LARGE = 330;
+
 const rgb = (colour: THREE.Color): Colour => [colour.r, colour.g, colour.b];
 
 /** The times that all tracks cover. */
@@ -76,14 +82,16 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
   const scene = new THREE.Scene();
   const camera = new THREE.PerspectiveCamera(FIELD_OF_VIEW, 1, 0.05, 300);
   const ground = makeGround();
+  const light = makeLight();
   const extras = new THREE.Group();
-  scene.add(ground.object, extras);
+  scene.add(ground.object, light.object, extras);
   const listeners: ((time: number) => void)[] = [];
   const drawListeners: (() => void)[] = [];
 
   let shown: Shown = { tracks: [] };
   let colours: StageColours | null = null;
   let figures: Figures | null = null;
+  let people: People | null = null;
   let bodyCapsules: Capsules | null = null;
   let markCapsules: Capsules | null = null;
   let printCapsules: Capsules | null = null;
@@ -111,22 +119,23 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
       balls.map((track) => track.motion),
       rgb(colours.contact),
       rgb(colours.contact),
+      (points) => stage.available && fits(points),
     );
     clear();
-    const { bodies: drawn, marks, prints } = figures.draw(playback.time, switches);
-    bodyCapsules = makeCapsules(drawn.tints.length / 3, BODY_FINENESS, "shaded");
-    bodyCapsules.setShadow(colours.shadow);
+    const { people: drawn, bodies: others, marks, prints } = figures.draw(playback.time, switches);
+    people = makePeople(drawn);
+    bodyCapsules = makeCapsules(others.tints.length / 3, BODY_FINENESS, "shaded");
     markCapsules = makeCapsules(marks.tints.length / 3, MARK_FINENESS, "plain");
     printCapsules = makeCapsules(prints.tints.length / 3, BODY_FINENESS, "print");
-    scene.add(bodyCapsules.object, markCapsules.object, printCapsules.object);
+    scene.add(people.object, bodyCapsules.object, markCapsules.object, printCapsules.object);
     changed = true;
   }
 
   function clear(): void {
-    for (const capsules of [bodyCapsules, markCapsules, printCapsules]) {
-      if (!capsules) continue;
-      scene.remove(capsules.object);
-      capsules.dispose();
+    for (const drawn of [people, bodyCapsules, markCapsules, printCapsules]) {
+      if (!drawn) continue;
+      scene.remove(drawn.object);
+      drawn.dispose();
     }
   }
 
@@ -173,6 +182,12 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
     canvas,
     scene,
     camera,
+    prepare(fine) {
+      if (!figures) return;
+      people?.show(figures.picture.people, fine ? "fine" : canvas.clientHeight > LARGE ? "large" : "small");
+      light.setFine(fine);
+      light.around(ballsOf(figures.picture));
+    },
     isEmpty: () => shown.tracks.length === 0,
     update(seconds) {
       const before = playback.time;
@@ -194,6 +209,7 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
       colours = fresh;
       scene.background = fresh.background;
       ground.setColours(fresh);
+      light.setColours(fresh);
       build();
     },
   });
@@ -257,6 +273,7 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
       end();
       clear();
       ground.dispose();
+      light.dispose();
     },
   };
   return screen;

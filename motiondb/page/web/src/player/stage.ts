@@ -18,6 +18,8 @@ export interface StageView {
   isEmpty(): boolean;
   /** Called before each frame with the seconds since the last; true: draw this view. */
   update(seconds: number): boolean;
+  /** Called before the view is drawn: as well as can be, or fast since it moves. */
+  prepare(fine: boolean): void;
   /** Called when the colours of the page change, and once at the start. */
   recolour(colours: StageColours): void;
 }
@@ -89,6 +91,7 @@ function makeRenderer(antialias: boolean): THREE.WebGLRenderer | null {
     const renderer = new THREE.WebGLRenderer({ antialias, powerPreference: "high-performance" });
     renderer.outputColorSpace = THREE.LinearSRGBColorSpace; // the shaders give display colours
     renderer.autoClear = true;
+    renderer.shadowMap.enabled = true;
     return renderer;
   } catch {
     return null;
@@ -150,6 +153,7 @@ export function makeStage(): Stage {
     if (finer > 1) spoiled = true;
     camera.aspect = width / height;
     camera.updateProjectionMatrix();
+    view.prepare(!software || finer > 1);
     gl.setViewport(0, 0, across, down);
     gl.setScissor(0, 0, across, down);
     gl.setScissorTest(true);

@@ -2,7 +2,14 @@
 
 import { DARK, REDUCED } from "../../dom/wishes.ts";
 import type { Motions } from "../../api/motions.ts";
-import { figureShades, paint, sketchOf, type Sketch } from "../../player/painter.ts";
+import {
+  figureShades,
+  nextPainting,
+  paint,
+  sketchOf,
+  whenDressed,
+  type Sketch,
+} from "../../player/painter.ts";
 
 export interface Thumbs {
   /** Show the figure of a capture on a canvas; null clears it. */
@@ -29,7 +36,7 @@ export function makeThumbs(motions: Motions, resting: () => boolean, still = fal
   const wanted = new Map<HTMLCanvasElement, string>();
   const sketches = new Map<HTMLCanvasElement, Sketch>();
   let colours = figureShades();
-  let painted = 0;
+  let next = 0;
   let closed = false;
 
   function draw(canvas: HTMLCanvasElement, sketch: Sketch, now: number): void {
@@ -46,11 +53,12 @@ export function makeThumbs(motions: Motions, resting: () => boolean, still = fal
   function frame(now: number): void {
     if (closed) return;
     requestAnimationFrame(frame);
-    if ((REDUCED.matches && moving.size === 0) || resting() || now - painted < 1000 / RATE) return;
-    painted = now;
+    if ((REDUCED.matches && moving.size === 0) || resting() || now < next) return;
+    const began = performance.now();
     for (const [canvas, sketch] of sketches) {
       if (canvas.isConnected && (!still || moving.has(canvas))) draw(canvas, sketch, now / 1000);
     }
+    next = nextPainting(now, began, RATE);
   }
   /** Draw the pose that shows what happens. */
   function stand(canvas: HTMLCanvasElement, sketch: Sketch): void {
@@ -63,6 +71,7 @@ export function makeThumbs(motions: Motions, resting: () => boolean, still = fal
   }
   DARK.addEventListener("change", recolour);
   requestAnimationFrame(frame);
+  void whenDressed().then(recolour);
 
   return {
     show(canvas, capture) {

@@ -5,7 +5,14 @@ import type { BodyTrack } from "../../api/container.ts";
 import type { Motions } from "../../api/motions.ts";
 import type { PlacedSymbol } from "../../api/types.ts";
 import { h } from "../../dom/element.ts";
-import { figureShades, paintAt, sketchOf, type Sketch } from "../../player/painter.ts";
+import {
+  figureShades,
+  nextPainting,
+  paintAt,
+  sketchOf,
+  whenDressed,
+  type Sketch,
+} from "../../player/painter.ts";
 import { alignTracks } from "../compare/aligned.ts";
 import { FIGURE } from "./labels.ts";
 
@@ -32,7 +39,7 @@ export function makeMapFigures(motions: Motions, size: { width: number; height: 
   const sketches = new Map<number, Sketch>();
   let spots: readonly Spot[] = [];
   let colours = figureShades();
-  let painted = 0;
+  let next = 0;
   let stale = true;
   let closed = false;
 
@@ -57,16 +64,18 @@ export function makeMapFigures(motions: Motions, size: { width: number; height: 
   function frame(now: number): void {
     if (closed) return;
     requestAnimationFrame(frame);
-    if ((REDUCED.matches && !stale) || now - painted < 1000 / RATE) return;
-    painted = now;
+    if ((REDUCED.matches && !stale) || now < next) return;
+    const began = performance.now();
     stale = false;
     draw(REDUCED.matches ? 0.4 : now / 1000);
+    next = nextPainting(now, began, RATE);
   }
   const recolour = (): void => {
     colours = figureShades();
     stale = true;
   };
   DARK.addEventListener("change", recolour);
+  void whenDressed().then(() => (stale = true));
   const sized = new ResizeObserver(() => (stale = true));
   sized.observe(element);
   requestAnimationFrame(frame);
