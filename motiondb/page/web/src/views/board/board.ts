@@ -27,6 +27,7 @@ import { makeFiles } from "./files.ts";
 import { makeMaking } from "./making.ts";
 import { panelOf } from "./panel.ts";
 import { sayReason } from "./reasons.ts";
+import { standing } from "./standing.ts";
 import { makeTools } from "./tools.ts";
 import { endsAtPlace, useGround } from "./verbs.ts";
 import type { BoardReply, BoardKinds, DiagramShape } from "../../api/types.ts";
@@ -55,6 +56,8 @@ function spoken(board: BoardReply): BoardReply {
   };
 }
 
+/** Whether the scene is large and the board beside it small, until the page is loaded again. */
+let isStage = false;
 /** Whether a board was opened since the page was loaded: then an address names no scene to begin with. */
 let opened = false;
 
@@ -86,6 +89,8 @@ export function open(host: HTMLElement, context: Context): OpenView {
     () => board && making.make(board.text, seed.valueAsNumber || 0),
   );
   const undoButton = button("plain", [icon("undo"), "Undo"], () => undo(), { disabled: true });
+  const swapButton = button("plain", "", () => swap(), { title: "Exchange their sizes (X)" });
+  const body = h("div", {});
   const tools = makeTools(() => show());
   const files = makeFiles(context, {
     open: (chosen) => go(routeTo("board", { board: chosen })),
@@ -285,6 +290,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     useGround(ground ?? null);
     if (ground) tools.setGround(ground);
     making.setGround({ ground: diagram.ground, places: diagram.places });
+    making.stand(standing(diagram));
     drawing.show(diagram, board, selection, tools.tool);
     fill(
       side,
@@ -310,38 +316,48 @@ export function open(host: HTMLElement, context: Context): OpenView {
     makeButton.title = makeButton.disabled ? "This play cannot be made yet; see the reasons." : "";
   }
 
+  /** Make the scene larger and the board smaller, or the other way round. */
+  function swap(to = !isStage): void {
+    isStage = to;
+    body.className = isStage ? "board-body stage" : "board-body";
+    swapButton.textContent = isStage ? "Larger board" : "Larger scene";
+  }
+  swap(isStage);
+
+  fill(body, [
+    h("div", { class: "board-left" }, tools.element, side),
+    drawing.element,
+    h(
+      "div",
+      { class: "board-right" },
+      h(
+        "div",
+        { class: "row" },
+        makeButton,
+        h("label", { for: "board-seed" }, "Seed"),
+        seed,
+        undoButton,
+        h("label", { class: "check" }, warm, "update after changes"),
+        swapButton,
+      ),
+      faults,
+      making.element,
+    ),
+  ]);
   fill(
     host,
     h("h1", { class: "hidden-heading" }, "Tactics board"),
     h("div", { class: "row board-bar" }, files.element),
     draftNote,
-    h(
-      "div",
-      { class: "board-body" },
-      h("div", { class: "board-left" }, tools.element, side),
-      drawing.element,
-      h(
-        "div",
-        { class: "board-right" },
-        h(
-          "div",
-          { class: "row" },
-          makeButton,
-          h("label", { for: "board-seed" }, "Seed"),
-          seed,
-          undoButton,
-          h("label", { class: "check" }, warm, "update after changes"),
-        ),
-        faults,
-        making.element,
-      ),
-    ),
+    body,
   );
   // A button that was pressed and is disabled now leaves the focus to the page.
   const onKey = (event: KeyboardEvent): void => {
     const at = event.target as Element;
     if (at !== document.body && !host.contains(at)) return;
-    if ((event.ctrlKey || event.metaKey) && event.key === "z" && !at.matches("input, textarea")) {
+    if (event.key === "x" && !event.ctrlKey && !event.metaKey && !at.matches("input, textarea, select"))
+      swap();
+    else if ((event.ctrlKey || event.metaKey) && event.key === "z" && !at.matches("input, textarea")) {
       event.preventDefault();
       undo();
     } else if (event.key === "Escape") {

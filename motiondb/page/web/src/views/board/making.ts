@@ -28,6 +28,8 @@ export interface Making {
   clear(): void;
   /** Draw the ground of the board under the scene. */
   setGround(plan: CourtPlan): void;
+  /** Let the people of the drawing stand there, while there is no scene. */
+  stand(tracks: Track[]): void;
   /** Show a scene, or watch a job that makes one. */
   open(scene: string | null, job: string | null): void;
   close(): void;
@@ -61,8 +63,9 @@ export function makeMaking(
   );
   let scene: string | null = null;
   let ground = "";
+  /** Whether people stand there and nothing plays. */
+  let stands = false;
   let watched: { id: string; source: EventSource } | null = null;
-  player.element.hidden = true;
 
   /** What this is for, while there is nothing. */
   function sayIdle(): void {
@@ -176,8 +179,9 @@ export function makeMaking(
 
   function play(tracks: Track[], first: boolean): void {
     const { time, playing: wasPlaying } = player.screen.playback;
+    first ||= stands;
     playing = tracks;
-    player.element.hidden = false;
+    stands = false;
     player.show({ tracks }, !first);
     if (wasPlaying || (first && !REDUCED.matches)) player.play();
     if (!first) player.seek(Math.min(time, player.screen.playback.duration));
@@ -222,8 +226,7 @@ export function makeMaking(
       stop();
       scene = null;
       playing = [];
-      player.show({ tracks: [] });
-      player.element.hidden = buttons.hidden = true;
+      buttons.hidden = true;
       report.replaceChildren();
       sayIdle();
       curve.show([]);
@@ -234,6 +237,11 @@ export function makeMaking(
       if (key === ground) return;
       ground = key;
       court.show(plan);
+    },
+    stand(tracks) {
+      if (scene || playing.length) return;
+      player.show({ tracks }, stands);
+      stands = tracks.length > 0;
     },
     open(ref, job) {
       if (job && job !== watched?.id) watch(job);
