@@ -23,13 +23,7 @@ from motiondb.body import body, changes, retarget
 from motiondb.body.contacts import find_contacts
 from motiondb.body.joint_names import joint_map
 from motiondb.body.joint_proposals import map_text
-from motiondb.database.catalogue.parts import (
-    check_motion_file,
-    cut_clip,
-    cut_motion,
-    write_bytes,
-    write_clip,
-)
+from motiondb.database.catalogue import parts
 from motiondb.database.session import Session
 from motiondb.errors import CaptureError, QueryError, SkeletonError
 from motiondb.files import packed_files
@@ -138,7 +132,7 @@ def check_changes(asked: MotionChanges, path: Path) -> None:
             f"other, found {unit_name(unit)}."
         )
     if path.suffix.lower() not in ARRAY_ENDINGS:
-        check_motion_file(path, ARRAY_ENDINGS)
+        parts.check_motion_file(path, ARRAY_ENDINGS)
 
 
 def formats_here() -> tuple[str, ...]:
@@ -151,7 +145,7 @@ def formats_here() -> tuple[str, ...]:
     def can(ending: str) -> bool:
         try:
             if ending not in ARRAY_ENDINGS:
-                check_motion_file(Path(f"motion{ending}"))
+                parts.check_motion_file(Path(f"motion{ending}"))
         except CaptureError:
             return False
         return needed.get(ending, True)
@@ -296,7 +290,7 @@ def write_changed(clip: Clip, path: Path, asked: MotionChanges, owner: str = "")
 def _write(clip: Clip, path: Path, asked: MotionChanges, owner: str) -> tuple[str, ...]:
     """Write a clip in the format that the ending names; return what is missing in the file."""
     if path.suffix.lower() not in ARRAY_ENDINGS:
-        return write_clip(clip, path, owner, asked.reduce_keys or 0.0)
+        return parts.write_clip(clip, path, owner, asked.reduce_keys or 0.0)
     try:
         write_arrays(clip, path, _contacts(clip, asked))
     except SkeletonError as error:
@@ -392,7 +386,7 @@ def _map_of(rig: Clip, path: Path, asked: MotionChanges) -> Mapping[str, str]:
         if proposal.exists():
             place = f"{proposal} exists already and stays as it is"
         else:
-            write_bytes(proposal, text.encode())
+            parts.write_bytes(proposal, text.encode())
             place = f"A proposal was written to {proposal}"
         raise SkeletonError(
             f"{asked.onto}: {error} {place}: check it, and pass --joint-map {proposal}."
@@ -434,8 +428,8 @@ def write_added(
     if skeleton is not None and source.skeleton_data is not None:
         check_overwriting(path)  # both files or none
         check_overwriting(skeleton)
-        write_bytes(skeleton, source.skeleton_data)
-    write_bytes(path, source.data)
+        parts.write_bytes(skeleton, source.skeleton_data)
+    parts.write_bytes(path, source.data)
     if source.take:
         said = (f"the file holds all of its takes; this capture is {source.take}",)
     return Exported(info.name, path, info.fps, info.n_frames, unit_name(unit), True, said, skeleton)
@@ -484,12 +478,12 @@ def export(
 
             return export_markers(session, info, path, whole, (start, end))
         if canonical or asked.onto is not None:
-            motion = cut_motion(store.load_motion(session.store, info.capture_id), start, end)
+            motion = parts.cut_motion(store.load_motion(session.store, info.capture_id), start, end)
         else:
             source = store.load_source(session.store, info.capture_id)
             if whole and path.suffix.lower() == Path(source.own_name).suffix.lower():
                 return write_added(info, source, path, load_clip(session, name).unit)
-            motion, clip = None, cut_clip(load_clip(session, name), start, end)
+            motion, clip = None, parts.cut_clip(load_clip(session, name), start, end)
             asked = _with_joint_map(session, info, asked)
     owner = owner_of(info)
     if motion is not None:
@@ -534,5 +528,5 @@ def write_match(session: Session, match: Match, path: Path, question: str) -> Ma
         "made_of": [vars(source) for source in sources],
     }
     beside = provenance_path(path)
-    write_bytes(beside, json.dumps(to_json(origin), indent=1).encode())
+    parts.write_bytes(beside, json.dumps(to_json(origin), indent=1).encode())
     return MatchFile(match.rank, match.capture, path, beside, licence)

@@ -27,16 +27,8 @@ from motiondb.body import body, retarget
 from motiondb.body.world import UPS, Found
 from motiondb.database.catalogue.processes import in_processes, interrupts_wait, pool_of
 from motiondb.errors import CaptureError, MotionDBError, NoBodyError
+from motiondb.files import formats
 from motiondb.files.folder import WITH_SKELETON, named_skeleton, skeleton_path
-from motiondb.files.formats import (
-    capture_format,
-    data_format,
-    read_capture_bytes,
-    read_events_bytes,
-    read_file,
-    read_skeleton,
-    read_takes_bytes,
-)
 from motiondb.files.limits import (
     NO_LIMITS,
     ReadLimits,
@@ -388,11 +380,11 @@ def _load(job: FileToRead) -> _Loaded | Readings:
     path, options = job.path, job.options()
     try:
         with guarded(path, job.seconds(_size(path))):
-            capture_format(path)
-            data = read_file(path, options)
-            kind = data_format(data, path)
+            formats.capture_format(path)
+            data = formats.read_file(path, options)
+            kind = formats.data_format(data, path)
             asf = job.skeleton()
-            skeleton_data = read_skeleton(asf, options) if asf else None
+            skeleton_data = formats.read_skeleton(asf, options) if asf else None
             return _Loaded(options, kind, data, asf, skeleton_data)
     except MotionDBError as error:
         return (_with_problem(job.name, path, error),)
@@ -423,7 +415,7 @@ def _solve_takes(job: FileToRead, loaded: _Loaded) -> Readings:
     skeleton_data, options = loaded.skeleton_data, loaded.options
     skeleton = SkeletonFile(skeleton_data, asf) if skeleton_data is not None else None
     try:
-        clips = read_takes_bytes(data, kind, path=path, skeleton=skeleton, options=options)
+        clips = formats.read_takes_bytes(data, kind, path=path, skeleton=skeleton, options=options)
     except NoBodyError as error:
         return (_with_events(_as_markers(job.name, loaded, path, skeleton, error), loaded, ""),)
     readings = []
@@ -444,7 +436,7 @@ def _with_events(reading: ReadFile, loaded: _Loaded, take: str) -> ReadFile:
     if loaded.options.skip_bad_frames:
         return reading
     assert reading.motion is not None
-    found = read_events_bytes(
+    found = formats.read_events_bytes(
         loaded.data, loaded.kind, path=reading.path, fps=reading.fps, take=take
     )
     last = reading.motion.n_frames - 1
@@ -516,7 +508,7 @@ def read_source(name: str, source: Source, options: ReadOptions) -> Clip:
     skeleton = None
     if source.skeleton_data is not None:
         skeleton = SkeletonFile(source.skeleton_data, source.skeleton_name or "")
-    return read_capture_bytes(
+    return formats.read_capture_bytes(
         source.data, source.format, path=name, skeleton=skeleton, options=options
     )
 

@@ -19,17 +19,8 @@ from motiondb.database.curating import CurateSettings, Gathered, gather
 from motiondb.database.generating import ActionPlace
 from motiondb.errors import QueryError
 from motiondb.language.question.heads import verbs_in
+from motiondb.page import replies
 from motiondb.page.errors import ERRORS, PageError
-from motiondb.page.replies import (
-    GenerateReply,
-    LikeReply,
-    SearchReply,
-    described_words,
-    generate_reply,
-    like_reply,
-    made_reply,
-    search_reply,
-)
 from motiondb.page.routes.parameters import (
     LARGEST_SEED,
     LONGEST_TEXT,
@@ -145,12 +136,12 @@ def router(page: Page) -> APIRouter:
         limit: Limit = 10,
         exact: bool = False,
         by_symbols: bool = False,
-    ) -> SearchReply:
+    ) -> replies.SearchReply:
         """Intervals that match a question in words, best first, each with its reasons."""
         began = time.perf_counter()
         with page.reading() as db:
             answer = db.search(q, where, limit, by_symbols, exact=exact)
-            return search_reply(db, answer, round(time.perf_counter() - began, 4))
+            return replies.search_reply(db, answer, round(time.perf_counter() - began, 4))
 
     @routes.get("/api/examples")
     def examples() -> ExamplesReply:
@@ -166,7 +157,7 @@ def router(page: Page) -> APIRouter:
         where: Where = "",
         limit: Limit = 10,
         meaning: bool | None = None,
-    ) -> LikeReply:
+    ) -> replies.LikeReply:
         """Intervals that move like a capture, an uploaded file, or a generated motion."""
         began = time.perf_counter()
         with page.reading() as db:
@@ -179,7 +170,7 @@ def router(page: Page) -> APIRouter:
             strength = None if found_itself else answer.strength
             answer = replace(answer, matches=kept, strength=strength)
             took = round(time.perf_counter() - began, 4)
-            return like_reply(db, answer, ref, start, end, took)
+            return replies.like_reply(db, answer, ref, start, end, took)
 
     @routes.get("/api/describe")
     def describe(ref: RefText, start: Start = None, end: End = None) -> DescribeReply:
@@ -188,7 +179,7 @@ def router(page: Page) -> APIRouter:
             asked = read_ref(ref)
             motion = load_motion(page, db, asked, start, end)
             if asked.kind == "capture" and start is None and end is None:
-                words = described_words(db, asked.name)
+                words = replies.described_words(db, asked.name)
             else:
                 words = answers.words_over_time(db.describe(motion))
         return DescribeReply(ref, round(motion.duration, 3), words)
@@ -398,7 +389,7 @@ def making_router(page: Page) -> APIRouter:
     routes = APIRouter(tags=["generate"], responses=ERRORS)
 
     @routes.post("/api/generate")
-    def generate(body: GenerateBody) -> GenerateReply:
+    def generate(body: GenerateBody) -> replies.GenerateReply:
         """Motions that show the actions of a sentence; variant k has the seed ``seed + k``.
 
         With blocks, one motion that takes each action from where its block says.
@@ -412,16 +403,16 @@ def making_router(page: Page) -> APIRouter:
             with page.held.use() as db:  # opened for each variant in turn
                 made = db.generate(body.words, seed, body.method, body.exact)
                 motions.append(made)
-                variants.append(made_reply(db, made, page.made.put(MadeMotion(made))))
-        return generate_reply(motions[0], variants)
+                variants.append(replies.made_reply(db, made, page.made.put(MadeMotion(made))))
+        return replies.generate_reply(motions[0], variants)
 
     @routes.get("/api/made")
-    def made(id: Name) -> GenerateReply:
+    def made(id: Name) -> replies.GenerateReply:
         """A motion that was generated before."""
         kept = page.made.get(id)
         with page.held.use() as db:
-            reply = made_reply(db, kept.generated, id, kept.saved, kept.blocks)
-        return generate_reply(kept.generated, [reply])
+            reply = replies.made_reply(db, kept.generated, id, kept.saved, kept.blocks)
+        return replies.generate_reply(kept.generated, [reply])
 
     @routes.post("/api/made/save")
     def save(body: SaveBody) -> Saved:
@@ -445,7 +436,7 @@ def making_router(page: Page) -> APIRouter:
     return routes
 
 
-def _from_blocks(page: Page, body: GenerateBody) -> GenerateReply:
+def _from_blocks(page: Page, body: GenerateBody) -> replies.GenerateReply:
     """Return the motion of a timeline."""
     blocks = tuple(block.to_block() for block in body.blocks)
     places = [
@@ -455,4 +446,4 @@ def _from_blocks(page: Page, body: GenerateBody) -> GenerateReply:
     with page.held.use() as db:
         made = db.generate(words, body.seed, body.method, body.exact, places=places)
         name = page.made.put(MadeMotion(made, blocks=blocks))
-        return generate_reply(made, [made_reply(db, made, name, blocks=blocks)])
+        return replies.generate_reply(made, [replies.made_reply(db, made, name, blocks=blocks)])
