@@ -154,17 +154,12 @@ def backup(
 
 
 @tagging.callback()
-def tags(context: typer.Context, shared: options.Shared) -> None:
+def tags(shared: options.Shared) -> None:
     """List the tags with their number of captures and of different values."""
-    if context.invoked_subcommand is not None:
-        return
     with shared.database() as base:
         rows = base.captures.tag_rows()
-    if printing.as_json(shared, rows):
-        return
-    printing.print_table(
-        ["tag", "captures", "values"], [[row.tag, row.captures, row.values] for row in rows]
-    )
+    columns = ["tag", "captures", "values"]
+    printing.print_rows(shared, rows, columns, lambda row: [row.tag, row.captures, row.values])
 
 
 @tagging.command("set")

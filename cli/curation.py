@@ -116,15 +116,9 @@ def _print_choice(answer: answers.CurateAnswer) -> None:
 def coverage(
     shared: options.Shared,
     where: Filter = "",
-    words: Annotated[
-        Path | None,
-        options.option("A file with a question in words a line."),
-    ] = None,
+    words: Annotated[Path | None, "A file with a question in words a line."] = None,
     png: Annotated[
-        Path | None,
-        options.option(
-            "Draw the tables of going into this file (.png).", callback=options.picture_name
-        ),
+        Path | None, options.picture("Draw the tables of going into this file (.png).")
     ] = None,
 ) -> None:
     """Say what a library holds and lacks, and what to record next.

@@ -46,9 +46,7 @@ def learn(
         )
         first = base.symbols.start_facts()
     size = motiondb.learned_summary(learning)
-    if printing.as_json(
-        shared, answers.extended(answers.LearnAnswer, size, drift=drift, start=first)
-    ):
+    if printing.as_json(shared, size, drift=drift, start=first):
         return
     number = printing.number
     printing.say(
@@ -135,17 +133,11 @@ def symbols(shared: options.Shared, png: options.Png = None) -> None:
         rows = base.symbols.rows()
         if png:
             base.symbols.draw(png)
-    if printing.as_json(shared, rows):
-        return
-    printing.print_table(
-        ["symbol", "cluster", "count", "captures", "seconds", "words"],
-        [
-            (r.symbol, r.cluster, r.count, r.captures, f"{r.seconds:.2f}", _say_words(r))
-            for r in rows
-        ],
-    )
-    printing.say_pictures(png)
 
+    def cells(row: answers.SymbolRow) -> list[object]:
+        said = " ".join(f"{each.word} {each.probability:.2f}" for each in row.words)
+        return [row.symbol, row.cluster, row.count, row.captures, f"{row.seconds:.2f}", said]
 
-def _say_words(row: answers.SymbolRow) -> str:
-    return " ".join(f"{each.word} {each.probability:.2f}" for each in row.words)
+    columns = ["symbol", "cluster", "count", "captures", "seconds", "words"]
+    printing.print_rows(shared, rows, columns, cells)
+    printing.say_pictures(None if shared.json else png)

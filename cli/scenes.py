@@ -331,9 +331,7 @@ def _print(shared: options.Shared, scene: motiondb.Scene, folder: Path, seconds:
     facts = motiondb.Scenes.facts(scene.record)
     work = {what: round(took, 3) for what, took in scene.made.seconds.items()}
     took = work | {"all": round(seconds, 3)}
-    if printing.as_json(
-        shared, answers.extended(answers.WrittenScene, facts, folder=folder, took=took)
-    ):
+    if printing.as_json(shared, facts, folder=folder, took=took):
         return
     printing.say(
         f"{scene.record.name}: {facts.characters} characters, {facts.clips} clips,"
@@ -378,9 +376,8 @@ def report(shared: options.Shared, place: Place, png: options.Png = None) -> Non
             record = base.scenes.load(place)
             if png:
                 base.scenes.draw(place, png)
-    if not printing.as_json(
-        shared, answers.extended(answers.DrawnScene, motiondb.Scenes.facts(record), picture=png)
-    ):
+    drawn = {"picture": png} if png else {}
+    if not printing.as_json(shared, motiondb.Scenes.facts(record), **drawn):
         printing.say(*motiondb.Scenes.report(record).split("\n"))
     _refuse_impossible(record)
 

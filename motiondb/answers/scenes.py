@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, Literal
 
 from motiondb.answers.making import Source
@@ -98,21 +97,6 @@ def scene_row(scene: SceneAnswer) -> SceneRow:
         What :meth:`Scenes.facts` gives.
     """
     return extended(SceneRow, scene)
-
-
-@dataclass(frozen=True, kw_only=True)
-class WrittenScene(SceneAnswer):
-    """The report of a scene that was made, its folder, and the seconds of each part of the work."""
-
-    folder: Path
-    took: dict[str, float]
-
-
-@dataclass(frozen=True, kw_only=True)
-class DrawnScene(SceneAnswer):
-    """The report of a scene, and its picture."""
-
-    picture: Path | None = field(default=None, metadata=OPTIONAL)
 
 
 @dataclass(frozen=True)

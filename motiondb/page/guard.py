@@ -116,7 +116,6 @@ class Guard:
 def _too_large(most: int) -> PageError:
     return PageError(
         f"request: expected at most {most / 1e6:.3g} MB, found more. Send less at a time.",
-        413,
         "TooLargeError",
     )
 
@@ -133,7 +132,6 @@ def check_host(host: str, settings: PageSettings) -> None:
         raise PageError(
             f"host: expected one of the names of this server, found {name[:100]!r}. Use the address"
             " that motiondb serve printed.",
-            403,
             "HostError",
         )
 
@@ -169,7 +167,6 @@ def check_origin(scope: Scope, headers: Headers) -> None:
         shown = (origin or site)[:100]
         raise PageError(
             f"origin: expected this page, found {shown!r}. Other sites may not use the server.",
-            403,
             "OriginError",
         )
 
@@ -192,7 +189,6 @@ def check_token(request: Request, settings: PageSettings) -> None:
         raise PageError(
             "token: expected the token that motiondb serve printed, found none or another one. Open"
             " the whole address that it printed.",
-            401,
             "TokenError",
         )
 
@@ -230,6 +226,5 @@ def check_content(scope: Scope, headers: Headers) -> None:
     if has_body and kind != "application/json":
         raise PageError(
             f"content: expected application/json, found {kind[:60] or 'no type'!r}.",
-            415,
             "KindError",
         )

@@ -346,7 +346,7 @@ class Jobs:
         (self._run_alone if is_busy else self._run_scene)(job, parameters)
         if job.state != DONE:
             status = 503 if job.error_kind == "HeldError" else 400
-            raise PageError(job.message or "cancelled", status, job.error_kind or "WorkerError")
+            raise PageError(job.message or "cancelled", job.error_kind or "WorkerError", status)
         return job.result
 
     def get(self, job_id: str) -> Job:

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 _Span = tuple[int, int]  # The first evaluated frame of a rule, and the one after the last
 
 
-def report_facts(record: store.StoredScene) -> answers.SceneAnswer:
+def report_facts(scene: store.StoredScene) -> answers.SceneAnswer:
     """Return everything that is known of a scene, for JSON.
 
     Every rule has the frames [``start``, ``end``) in which it was evaluated and their number
@@ -62,22 +62,22 @@ def report_facts(record: store.StoredScene) -> answers.SceneAnswer:
     (:mod:`motiondb.scene.report.scene_report`), in the frames in which a rule is evaluated: one,
     or, for throughout, those of its own actions and no others.
     """
-    rest = {key: value for key, value in record.report.items() if key != "rule_frames"}
+    rest = {key: value for key, value in scene.report.items() if key != "rule_frames"}
     return answers.extended(
         answers.SceneAnswer,
         to_record(answers.SceneDetails, rest, "report"),
-        scene=record.name,
-        characters=len(record.players),
-        clips=sum(len(player.clips) for player in record.players),
-        frames=record.n_frames,
-        seconds=round(record.n_frames / MOTION_FPS, 3),
-        error=record.error,
-        rules=len(record.rules),
-        broken=sum(not rule.kept for rule in record.rules),
-        settings=dict(record.settings),
-        ball=bool(len(record.ball)),
+        scene=scene.name,
+        characters=len(scene.players),
+        clips=sum(len(player.clips) for player in scene.players),
+        frames=scene.n_frames,
+        seconds=round(scene.n_frames / MOTION_FPS, 3),
+        error=scene.error,
+        rules=len(scene.rules),
+        broken=sum(not rule.kept for rule in scene.rules),
+        settings=dict(scene.settings),
+        ball=bool(len(scene.ball)),
         actions={
-            player.name: tuple(clip.terminal for clip in player.clips) for player in record.players
+            player.name: tuple(clip.terminal for clip in player.clips) for player in scene.players
         },
         by_rule=tuple(
             answers.extended(
@@ -91,7 +91,7 @@ def report_facts(record: store.StoredScene) -> answers.SceneAnswer:
                 end=end,
                 frames=end - start,
             )
-            for rule, (start, end) in _spans(record)
+            for rule, (start, end) in _spans(scene)
         ),
     )
 
@@ -102,13 +102,13 @@ def _spans(record: store.StoredScene) -> list[tuple[store.SceneRule, _Span]]:
     return [(rule, (start, end)) for rule, (start, end) in zip(record.rules, frames, strict=True)]
 
 
-def report_text(record: store.StoredScene) -> str:
+def report_text(scene: store.StoredScene) -> str:
     """Return how well a scene keeps each rule, collisions and sources, as text."""
-    facts = report_facts(record)
+    facts = report_facts(scene)
     lines = [
-        f"{record.name}: {facts.characters} characters, {facts.clips} clips,"
-        f" {record.n_frames} frames ({facts.seconds:.1f} s)",
-        f"error -log P(Z) {record.error:.2f} as sampled; seed {record.settings.get('seed')}",
+        f"{scene.name}: {facts.characters} characters, {facts.clips} clips,"
+        f" {scene.n_frames} frames ({facts.seconds:.1f} s)",
+        f"error -log P(Z) {scene.error:.2f} as sampled; seed {scene.settings.get('seed')}",
         *cut_short_lines(facts),
         "",
     ]
@@ -117,7 +117,7 @@ def report_text(record: store.StoredScene) -> str:
     lines += [f"rules kept: {facts.rules - facts.broken} of {facts.rules}", ""]
     lines += _table(
         ["player", "action", "rule", "about", "before", "after", "threshold", "frame", ""],
-        [_rule_row(rule, span, record.n_frames) for rule, span in _spans(record)],
+        [_rule_row(rule, span, scene.n_frames) for rule, span in _spans(scene)],
     )
     lines += ["", f"collisions:{'' if facts.collisions else ' none'}"]
     lines += [

@@ -422,7 +422,6 @@ def making_router(page: Page) -> APIRouter:
         if kept.saved:
             raise PageError(
                 f"{kept.saved}: expected a motion that is not saved, found it saved already.",
-                409,
                 "ConflictError",
             )
         with page.held.use() as db:

@@ -189,7 +189,6 @@ def save_board(folder: Path, name: str, text: str) -> None:
     if name in shipped(TACTICS):
         raise PageError(
             f"{name}: expected another name than those of the shipped diagrams. Choose one.",
-            409,
             "ConflictError",
         )
     try:

@@ -112,7 +112,7 @@ def remove_captures(page: Page, db: MotionDB, captures: Sequence[str]) -> Captur
 def undo_last(page: Page, db: MotionDB) -> Edit:
     """Take back the latest edit that the page made; the caller holds ``page.editing``."""
     if not page.edits:
-        raise PageError("undo: expected an edit, found none.", 409, "ConflictError")
+        raise PageError("undo: expected an edit, found none.", "ConflictError")
     last = page.edits[-1]
     try:
         db.undo(last.run)
@@ -120,7 +120,6 @@ def undo_last(page: Page, db: MotionDB) -> Edit:
         page.edits.pop()
         raise PageError(
             f"{last.captures[0]}: this change of {last.what} was not taken back. {error}",
-            409,
             "ConflictError",
         ) from error
     page.edits.pop()  # only now: a full disk leaves the edit to be undone later
@@ -409,7 +408,6 @@ def _check_same(db: MotionDB, capture: str, before: Sequence[Caption]) -> None:
         raise PageError(
             f"{capture}: expected the words that were edited, found others: {said}. They were"
             " changed meanwhile; nothing is saved.",
-            409,
             "ConflictError",
         )
 
