@@ -510,7 +510,8 @@ NUMBERS = {
 def _to_line(number: int, cells: dict[str, str], usual: motiondb.Question) -> _Line:
     """A row of a table of questions."""
     words, like = cells.get("question", ""), cells.get("like", "")
-    where = " and ".join(filter(None, (usual.where, cells.get("where") and f"({cells['where']})")))
+    own = f"({cells['where']})" if cells.get("where") else ""
+    where = " and ".join(filter(None, (str(usual.where), own)))
     asked = replace(usual, words=words, like=like, where=where)
     if bool(words) == bool(like):
         found = "both." if words else "neither."

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -269,19 +269,10 @@ def generate(
                 provenance = store.to_provenance(
                     session.store, origin.captures, origin.frames, edits=origin.edits
                 )
+                more = {"words": words, "seed": variant, "method": method, "missing": missing}
+                more |= {"provenance": provenance, "changed": said}
                 heard = _taken_words(sentence, variant, motion, takings)
-                one = _to_generated(learned, motion, judged, provenance, takings, heard)
-                one = replace(
-                    one,
-                    words=words,
-                    seed=variant,
-                    method=method,
-                    question=replace(one.question, text=words),
-                    taken={**same, **one.taken},
-                    missing=missing,
-                    changed=said,
-                )
-                motions.append(one)
+                motions.append(_to_generated(learned, motion, judged, takings, heard, same, more))
             if len(motions) == number:
                 break
             if _took_all_places(motion, variant + 1 - seed):
@@ -372,31 +363,29 @@ def _to_generated(
     learned: Learned,
     motion: motion_making.MadeMotion,
     judged: motion_making.JudgedMotion,
-    provenance: store.Provenance,
     takings: Mapping[str, Taking],
     heard: Sequence[Mapping[str, Taking]],
+    same: Mapping[str, Taking],
+    more: Mapping[str, Any],
 ) -> Generated:
     suggested = {word: taking for word, taking in takings.items() if not taking.is_taken}
     hints = hints_of(suggested)
     of_each = [*heard, *[takings] * (len(judged.shown) - len(heard))]
-    return Generated(
+    return answers.extended(
+        Generated,
+        motion,
         motion=judged.made.motion,
         symbols=tuple(int(s) for s in motion.symbols),
-        positions=motion.positions,
-        actions=motion.actions,
-        decodings=motion.decodings,
         recognised=tuple(int(s) for s in judged.recognised),
-        provenance=provenance,
-        question=with_hints(motion.question, hints),
+        question=with_hints(replace(motion.question, text=more["words"]), hints),
         shown=tuple(map(with_notation, judged.shown, of_each)),
-        decided=motion.decided,
-        taken={word: taking for word, taking in takings.items() if taking.is_taken},
+        taken={**same, **{word: taking for word, taking in takings.items() if taking.is_taken}},
         suggested=suggested,
         spans=judged.spans,
         not_used=hinted(motion.not_used, hints),
         sources=word_sources(learned, (word for action in motion.actions for word in action)),
         smoothness=judged.smoothness,
-        places=motion.places,
+        **more,
     )
 
 

@@ -170,30 +170,20 @@ class Job:
         seconds = (self.ended or time.time()) - self.started
         return answers.extended(
             JobReply,
-            self.step(),
+            self,
+            **vars(self.step()),
             id=self.job_id,
-            kind=self.kind,
-            title=self.title,
-            state=self.state,
             started=round(self.started, 3),
             seconds=round(seconds, 3),
-            message=self.message,
-            error_kind=self.error_kind,
-            result=self.result,
             curve=list(self.curve),
         )
 
     def step(self) -> JobStep:
         """Return the current step for JSON."""
         whole = self.progress.share
-        return JobStep(
-            what=self.what,
-            share=round(self.share, 4),
-            whole=None if whole is None else round(whole, 4),
-            left=None if self.is_over else self.progress.left(time.time() - self.started),
-            error=self.error,
-            preview=self.preview,
-        )
+        left = None if self.is_over else self.progress.left(time.time() - self.started)
+        whole = None if whole is None else round(whole, 4)
+        return answers.extended(JobStep, self, share=round(self.share, 4), whole=whole, left=left)
 
     def tell(self, what: str, share: float, error: float | None) -> None:
         """Record the current step, the share of it that is done, and the error of a scene."""
