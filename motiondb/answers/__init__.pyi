@@ -109,9 +109,6 @@ from .database import (
     CaptionsSet as CaptionsSet,
 )
 from .database import (
-    Compacted as Compacted,
-)
-from .database import (
     DatabaseInfo as DatabaseInfo,
 )
 from .database import (

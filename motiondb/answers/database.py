@@ -96,17 +96,6 @@ class Faults:
 
 
 @dataclass(frozen=True)
-class Compacted:
-    """The size of a database file, bytes, and what became of motions, original files and scores."""
-
-    before: int
-    after: int
-    moved: int  # Captures whose motions and original files, or scores, were moved
-    unused: tuple[str, ...]  # Parquet files that this database no longer relies on
-    notes: tuple[str, ...] = ()  # What else was done to the file
-
-
-@dataclass(frozen=True)
 class BackedUp:
     """A copy of a database that was written and checked."""
 

@@ -79,17 +79,14 @@ class Guard:
                 return
             check_token(request, self._settings)
             check_content(scope, headers)
-            most = self._limit(scope)
+            limits = self._settings.limits
+            most = limits.request_bytes if scope["path"] == UPLOADS else limits.body_bytes
             if int(headers.get("content-length") or 0) > most:
                 raise _too_large(most)
         except PageError as error:
             await answer_of(error)(scope, receive, guarded)
             return
         await self._measured(scope, receive, guarded, most)
-
-    def _limit(self, scope: Scope) -> int:
-        limits = self._settings.limits
-        return limits.request_bytes if scope["path"] == UPLOADS else limits.body_bytes
 
     async def _measured(self, scope: Scope, receive: Receive, send: Send, most: int) -> None:
         """Pass the request on; refuse it if its body turns out to be larger than the limit."""

@@ -299,11 +299,6 @@ def _write(clip: Clip, path: Path, asked: MotionChanges, owner: str) -> tuple[st
     return ()
 
 
-def owner_of(info: CaptureInfo) -> str:
-    """Return the origin and the licence of a capture, for files that have a place for it: glTF."""
-    return f"{info.name}, licence {info.tags.get('licence', 'not known')}"
-
-
 def write_motion(motion: Motion, path: Path, asked: MotionChanges, owner: str = "") -> Changed:
     """Write a motion of the canonical body, or of a rig, with changes."""
     if asked.onto is None:
@@ -315,7 +310,9 @@ def write_motion(motion: Motion, path: Path, asked: MotionChanges, owner: str = 
     fitted = onto(motion, rig, _map_of(rig, path, asked))
     done = changed(fitted.clip, asked)
     clip = done.clip
-    own = path.suffix.lower() in GLTF or _keeps_frames(asked.onto, rig)
+    # a BVH may have joint frames of its own beside the pose in which it stands
+    has_frames = bool((abs(rig.local_rotations[..., 0]) < 1.0).any())
+    own = path.suffix.lower() in GLTF or (asked.onto.suffix.lower() == ".bvh" and has_frames)
     clip = clip if own else at_rest(clip, fitted.rig)
     missing = _write(clip, path, asked, owner)
     said = (*_say_fit(asked.onto, fitted.fit), *done.said, *missing)
@@ -366,11 +363,6 @@ def _say_robot(model: Path, fitted: FittedRobot) -> list[str]:
         f"({1000 * fit.most_hand_error:.0f}; {fit.hands}); feet in contact slip "
         f"{100 * fit.slip:.1f} cm/s, in the motion {100 * fit.slip_of_motion:.1f}",
     ]
-
-
-def _keeps_frames(source: Path, rig: Clip) -> bool:
-    """Whether the file of a rig has joint frames of its own beside the pose in which it stands."""
-    return source.suffix.lower() == ".bvh" and bool((abs(rig.local_rotations[..., 0]) < 1.0).any())
 
 
 def _map_of(rig: Clip, path: Path, asked: MotionChanges) -> Mapping[str, str]:
@@ -484,23 +476,15 @@ def export(
             if whole and path.suffix.lower() == Path(source.own_name).suffix.lower():
                 return write_added(info, source, path, load_clip(session, name).unit)
             motion, clip = None, parts.cut_clip(load_clip(session, name), start, end)
-            asked = _with_joint_map(session, info, asked)
-    owner = owner_of(info)
+            if not asked.joint_map:
+                asked = replace(asked, joint_map=added_joint_map(session, info))
+    owner = f"{info.name}, licence {info.tags.get('licence', 'not known')}"
     if motion is not None:
         made = write_motion(motion, path, asked, owner)
     else:
         made = write_changed(clip, path, asked, owner)
-    unit = unit_in(path, made.clip)
-    clip = made.clip
-    return Exported(
-        info.name, path, clip.fps, clip.n_frames, unit, False, made.said, None, made.fit
-    )
-
-
-def _with_joint_map(session: Session, info: CaptureInfo, asked: MotionChanges) -> MotionChanges:
-    """Return the changes with the joint map with which a capture was added."""
-    added = {} if asked.joint_map else added_joint_map(session, info)
-    return replace(asked, joint_map=added) if added else asked
+    size = made.clip.fps, made.clip.n_frames, unit_in(path, made.clip)
+    return Exported(info.name, path, *size, False, made.said, None, made.fit)
 
 
 def write_match(session: Session, match: Match, path: Path, question: str) -> MatchFile:
@@ -509,17 +493,12 @@ def write_match(session: Session, match: Match, path: Path, question: str) -> Ma
     sources = store.load_provenance(session.store, info.capture_id).sources
     licence = info.tags.get("licence", "unknown")
     export(session, match.capture, path, match.start, match.end)
+    told = ("rank", "capture", "start", "end", "place", "score", "probability")
     origin = {
         "written_by": WRITER,
         "sha256": digest_of(path),
         "question": question,
-        "rank": match.rank,
-        "capture": match.capture,
-        "start": match.start,
-        "end": match.end,
-        "place": match.place,
-        "score": match.score,
-        "probability": match.probability,
+        **{name: getattr(match, name) for name in told},
         "kind": info.kind,
         "licence": licence,
         "performer": info.tags.get("performer", "unknown"),

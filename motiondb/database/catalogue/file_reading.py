@@ -180,7 +180,10 @@ def read_all(
     if len(jobs) <= _FEW or n_jobs == 1:
         yield from map(_read, jobs)
         return
-    folder = _working_folder()
+    try:
+        folder = str(Path.cwd())
+    except FileNotFoundError:  # it was removed meanwhile
+        folder = os.sep
     n_jobs = min(n_jobs, len(jobs))
     yield from in_processes(jobs, n_jobs, partial(_submit, folder), partial(_result, folder))
 
@@ -239,14 +242,6 @@ def _too_slow(job: FileToRead, n_bytes: int) -> Readings:
     return _refused(job, too_slow(_GRACE * job.seconds(n_bytes)))
 
 
-def _working_folder() -> str:
-    """Return the working folder, or the root where it was removed meanwhile."""
-    try:
-        return str(Path.cwd())
-    except FileNotFoundError:
-        return os.sep
-
-
 def _read_beside(folder: str, packed: bytes, n_bytes: int) -> Readings:
     """Read in another process; ``folder`` is the working directory of the one that asks."""
     os.chdir(folder)
@@ -265,7 +260,7 @@ def _read_by(workers: Cluster, jobs: Sequence[FileToRead]) -> Iterator[Readings]
 
     pieces = ((job, _load(job)) for job in jobs)
     bounds: Bounds[_Piece, Readings] = Bounds(
-        _longest,
+        lambda piece: _GRACE * piece[0].seconds(_n_bytes(piece[1])),
         lambda piece: _too_slow(piece[0], _n_bytes(piece[1])),
         lambda piece: _refused(
             piece[0],
@@ -332,12 +327,6 @@ class _Loaded:
 
 _Piece = tuple[FileToRead, _Loaded | Readings]
 """A file that was loaded; or the reading that says why it cannot be."""
-
-
-def _longest(piece: _Piece) -> float:
-    """Seconds after which a worker that reads a file is started anew."""
-    job, loaded = piece
-    return _GRACE * job.seconds(_n_bytes(loaded))
 
 
 def _n_bytes(loaded: _Loaded | Readings) -> int:
@@ -505,12 +494,16 @@ def read_joint_map(path: Path) -> dict[str, str]:
 
 def read_source(name: str, source: Source, options: ReadOptions) -> Clip:
     """The clip of a stored file, read with :func:`stored_options` as it was when it was added."""
-    skeleton = None
-    if source.skeleton_data is not None:
-        skeleton = SkeletonFile(source.skeleton_data, source.skeleton_name or "")
+    skeleton = stored_skeleton(source)
     return formats.read_capture_bytes(
         source.data, source.format, path=name, skeleton=skeleton, options=options
     )
+
+
+def stored_skeleton(source: Source) -> SkeletonFile | None:
+    """The skeleton file that was stored beside a file, if any."""
+    data = source.skeleton_data
+    return None if data is None else SkeletonFile(data, source.skeleton_name or "")
 
 
 def stored_options(

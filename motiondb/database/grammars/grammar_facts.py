@@ -43,13 +43,7 @@ from motiondb.grammar.terminals.labelling import Reader, Transcription, make_rea
 from motiondb.records import MOTION_FPS, FloatArray, Motion, Run
 from motiondb.tabled import Tabled
 
-_NOT_SETTINGS = (
-    "name",
-    "captures",
-    EDIT,
-    UNDONE,
-    FORESIGHT,
-)  # Parameters of a run that are no settings
+_NOT_SETTINGS = ("name", "captures", EDIT, UNDONE, FORESIGHT)  # Other parameters of a run
 N_STRINGS = 500  # Number of strings that are derived at random from each compared grammar
 FOLDS = 5  # Most parts of the sentences in the cross-validation
 LIMIT = 10_000  # Largest language whose strings are counted

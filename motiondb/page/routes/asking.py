@@ -15,7 +15,7 @@ from pydantic import Field
 
 from motiondb import answers
 from motiondb.database import MotionDB
-from motiondb.database.curating import CurateSettings, Gathered, gather
+from motiondb.database.curating import CurateSettings, gather
 from motiondb.database.generating import ActionPlace
 from motiondb.errors import QueryError
 from motiondb.language.question.heads import verbs_in
@@ -240,8 +240,12 @@ def _kept_choice(page: Page, share: float) -> ChoiceReply:
         if share in kept:
             return kept[share]
         revision = db.revision()  # before what is gathered, so that no older choice is kept
-        gathered = _gathered(db, share)
-    reply = _choice(gathered)
+        db.captures("quality >= 0")  # says so where they were not measured
+        bodies, settings = [i for i in db.captures() if i.has_body], CurateSettings(share=share)
+        gathered = gather(db.session, bodies, settings, lambda _what, _done, _all: None)
+    made = gathered.answer()
+    symbols = sorted({symbol for each in made.intervals for symbol in each.symbols})
+    reply = ChoiceReply(made.splits[0], symbols, made.reasons)
     with page.held.use() as db:
         kept = db.session.kept("choices", dict[float, ChoiceReply])
         if db.revision() == revision:
@@ -249,18 +253,6 @@ def _kept_choice(page: Page, share: float) -> ChoiceReply:
             for oldest in list(kept)[:-MOST_CHOICES]:
                 kept.pop(oldest, None)
     return reply
-
-
-def _gathered(db: MotionDB, share: float) -> Gathered:
-    db.captures("quality >= 0")  # says so where they were not measured
-    bodies = [info for info in db.captures() if info.has_body]
-    return gather(db.session, bodies, CurateSettings(share=share), lambda _what, _done, _all: None)
-
-
-def _choice(gathered: Gathered) -> ChoiceReply:
-    made = gathered.answer()
-    symbols = sorted({symbol for each in made.intervals for symbol in each.symbols})
-    return ChoiceReply(made.splits[0], symbols, made.reasons)
 
 
 def _playable(segments: Sequence[answers.SymbolSegment]) -> list[PlayableSegment]:
@@ -335,8 +327,6 @@ def _prove(db: MotionDB, question: str) -> ProvenQuestion | None:
 
 
 MOST_VARIANTS = 8  # Largest number of variants of one request: as many as can be watched at once
-
-
 MOST_BLOCKS = 30  # Largest number of actions on a timeline
 _FOR = re.compile(r"\s+for\s+(about\s+)?[\d.]+\s*s(ec(ond)?s?)?\b", re.IGNORECASE)
 
