@@ -38,6 +38,8 @@ def check_grammar(
     grammar = motiondb.Scenes.read_grammar(file)
     report = motiondb.Scenes.check_grammar(grammar)
     clips = _clips(shared, grammar, exact)
+    with shared.database() as base:  # the nearest words for terminals without clips
+        nearest = None if base is None else base.scenes.nearest_words(grammar)
     starts = [
         answers.StartSymbol(
             start.symbol,
@@ -56,7 +58,7 @@ def check_grammar(
         starts=starts,
         verbs=tuple(grammar.activity.verbs),
         clips=_number(clips, report.terminals),
-        nearest=_nearest(shared, grammar),
+        nearest=nearest,
     )
     if printing.as_json(shared, checked):
         return
@@ -208,14 +210,6 @@ def _clips(
         taken = {} if exact else base.scenes.taken_words(grammar)
         printing.note_taken(taken.values(), grammar.name)
         return base.scenes.find_actions(grammar, exact)
-
-
-def _nearest(
-    shared: options.SharedOfClips, grammar: motiondb.MotionGrammar
-) -> dict[str, tuple[str, ...]] | None:
-    """Return the nearest words of captions for terminals without clips; None: no database."""
-    with shared.database() as base:
-        return None if base is None else base.scenes.nearest_words(grammar)
 
 
 def _number(clips: Clips, names: Sequence[str]) -> dict[str, int] | None:

@@ -101,27 +101,18 @@ def frame_runs(made: Made, fps: float = MOTION_FPS) -> list[dict[str, Any]]:
     has 30 a second, too), and what was done.
     """
     provenance = made.provenance
-    steps = np.diff(provenance.source_frames)
+    steps = np.array([_step(edit) for edit in provenance.edits])
     same = np.diff(provenance.source_numbers) == 0
-    same &= np.array(
-        [a == b for a, b in zip(provenance.edits[:-1], provenance.edits[1:])], dtype=bool
-    )
-    runs: list[tuple[int, int, float]] = []
-    start, n_frames = 0, len(provenance.source_frames)
-    while start < n_frames:
-        step = _step(provenance.edits[start])
-        end = start + 1
-        while end < n_frames and same[end - 1] and abs(steps[end - 1] - step) < 1e-6:
-            end += 1
-        runs.append((start, end, step))
-        start = end
+    same &= np.array([a == b for a, b in pairwise(provenance.edits)], dtype=bool)
+    same &= np.abs(np.diff(provenance.source_frames) - steps[:-1]) < 1e-6
     share = MOTION_FPS / fps  # Frames of the motion from one frame of the file to the next
-    told, count = [], max(1, round(n_frames / share))
-    for a, b, step in runs:
+    told, count = [], max(1, round(len(steps) / share))
+    for a, b in runs_between(~same):
         first, behind = math.ceil(a / share - 1e-9), min(math.ceil(b / share - 1e-9), count)
         if first >= behind:  # a frame that a file of a lower rate leaves out
             continue
         number = int(provenance.source_numbers[a])
+        step = float(steps[a])
         source = float(provenance.source_frames[a]) + step * (first * share - a)
         told.append(
             {

@@ -385,15 +385,22 @@ class Jobs:
 
     def _run_alone(self, job: Job, parameters: Mapping[str, Any]) -> None:
         worker = Worker(self._database, self._read_only, self._folder)
+        try:
+            if not self._closed:
+                self._run_by(worker, job, parameters)
+        finally:
+            worker.stop()
+
+    def _run_by(self, worker: Worker, job: Job, parameters: Mapping[str, Any]) -> None:
+        """Run a job by a worker, which is ended if the job is cancelled meanwhile."""
         with self._lock:
             self._workers[job.job_id] = worker
         try:
-            if not job.is_over and not self._closed:
+            if not job.is_over:
                 worker.run(job, parameters, self._shown)
         finally:
             with self._lock:
                 self._workers.pop(job.job_id, None)
-            worker.stop()
 
     def _run_scene(self, job: Job, parameters: Mapping[str, Any]) -> None:
         while not job.is_over and not self._closed:
@@ -404,12 +411,7 @@ class Jobs:
             with worker.turn:
                 if not worker.is_alive:  # cancelled while this job waited
                     continue
-                with self._lock:
-                    self._workers[job.job_id] = worker
-                if not job.is_over:
-                    worker.run(job, parameters, self._shown)
-                with self._lock:
-                    self._workers.pop(job.job_id, None)
+                self._run_by(worker, job, parameters)
             return
 
     def _shown(self, message: str) -> str:

@@ -21,21 +21,7 @@ from motiondb.errors import QueryError
 from motiondb.language.question.heads import verbs_in
 from motiondb.page import replies
 from motiondb.page.errors import ERRORS, PageError
-from motiondb.page.routes.parameters import (
-    LARGEST_SEED,
-    LONGEST_TEXT,
-    Body,
-    End,
-    Limit,
-    Name,
-    RefText,
-    SaveBody,
-    Saved,
-    Seconds,
-    Start,
-    Text,
-    Where,
-)
+from motiondb.page.routes import parameters
 from motiondb.page.state import Block, MadeMotion, Page, Ref, load_motion, read_ref
 from motiondb.records import Match
 from motiondb.search.chances import LIKELY
@@ -131,9 +117,11 @@ def router(page: Page) -> APIRouter:
 
     @routes.get("/api/search")
     def search(
-        q: Annotated[str, Query(max_length=LONGEST_TEXT, description="Such as: walk, turn left.")],
-        where: Where = "",
-        limit: Limit = 10,
+        q: Annotated[
+            str, Query(max_length=parameters.LONGEST_TEXT, description="Such as: walk, turn left.")
+        ],
+        where: parameters.Where = "",
+        limit: parameters.Limit = 10,
         exact: bool = False,
         by_symbols: bool = False,
     ) -> replies.SearchReply:
@@ -151,11 +139,11 @@ def router(page: Page) -> APIRouter:
 
     @routes.get("/api/like")
     def like(
-        ref: RefText,
-        start: Start = None,
-        end: End = None,
-        where: Where = "",
-        limit: Limit = 10,
+        ref: parameters.RefText,
+        start: parameters.Start = None,
+        end: parameters.End = None,
+        where: parameters.Where = "",
+        limit: parameters.Limit = 10,
         meaning: bool | None = None,
     ) -> replies.LikeReply:
         """Intervals that move like a capture, an uploaded file, or a generated motion."""
@@ -173,7 +161,9 @@ def router(page: Page) -> APIRouter:
             return replies.like_reply(db, answer, ref, start, end, took)
 
     @routes.get("/api/describe")
-    def describe(ref: RefText, start: Start = None, end: End = None) -> DescribeReply:
+    def describe(
+        ref: parameters.RefText, start: parameters.Start = None, end: parameters.End = None
+    ) -> DescribeReply:
         """The words of a motion over time, from the beginning of the part."""
         with page.reading() as db:
             asked = read_ref(ref)
@@ -331,15 +321,15 @@ MOST_BLOCKS = 30  # Largest number of actions on a timeline
 _FOR = re.compile(r"\s+for\s+(about\s+)?[\d.]+\s*s(ec(ond)?s?)?\b", re.IGNORECASE)
 
 
-class BlockBody(Body):
+class BlockBody(parameters.Body):
     """An action on the timeline: its phrase, its duration, and where it is taken from."""
 
     phrase: Annotated[str, Field(min_length=1, max_length=500)]
     seconds: Annotated[float, Field(ge=0.5, le=60.0, allow_inf_nan=False)] | None = None
     place: Annotated[int, Field(ge=0, le=1000)] | None = None
-    capture: Text | None = None
-    start: Seconds | None = None
-    end: Seconds | None = None
+    capture: parameters.Text | None = None
+    start: parameters.Seconds | None = None
+    end: parameters.Seconds | None = None
 
     def to_block(self) -> Block:
         """Return the block; an excerpt that was picked has both ends."""
@@ -363,12 +353,12 @@ def sentence_of(blocks: Sequence[Block]) -> str:
     return ", then ".join(said)
 
 
-class GenerateBody(Body):
+class GenerateBody(parameters.Body):
     """A sentence, and the settings for its motion."""
 
-    words: Text = ""
+    words: parameters.Text = ""
     blocks: Annotated[tuple[BlockBody, ...], Field(max_length=MOST_BLOCKS)] = ()
-    seed: Annotated[int, Field(ge=0, le=LARGEST_SEED - MOST_VARIANTS)] = 0
+    seed: Annotated[int, Field(ge=0, le=parameters.LARGEST_SEED - MOST_VARIANTS)] = 0
     variants: Annotated[int, Field(ge=1, le=MOST_VARIANTS)] = 1
     method: Literal["stitched", "trajectory"] = "stitched"
     exact: bool = False
@@ -397,7 +387,7 @@ def making_router(page: Page) -> APIRouter:
         return replies.generate_reply(motions[0], variants)
 
     @routes.get("/api/made")
-    def made(id: Name) -> replies.GenerateReply:
+    def made(id: parameters.Name) -> replies.GenerateReply:
         """A motion that was generated before."""
         kept = page.made.get(id)
         with page.held.use() as db:
@@ -405,7 +395,7 @@ def making_router(page: Page) -> APIRouter:
         return replies.generate_reply(kept.generated, [reply])
 
     @routes.post("/api/made/save")
-    def save(body: SaveBody) -> Saved:
+    def save(body: parameters.SaveBody) -> parameters.Saved:
         """Save a generated motion as a capture."""
         page.check_writable()
         kept = page.made.get(body.id)
@@ -420,7 +410,7 @@ def making_router(page: Page) -> APIRouter:
                 body.name, kept.generated.words, kept.generated, kept.generated.seed
             )
         page.made.replace(body.id, replace(kept, saved=info.name))
-        return Saved(info.name, f"capture:{info.name}")
+        return parameters.Saved(info.name, f"capture:{info.name}")
 
     return routes
 

@@ -61,37 +61,25 @@ LICENCES = "LICENCES.txt"  # In a zip: the licence of each capture, as BVH has n
 MOST_ITEMS = 500  # Largest number of captures of one download
 Format = Literal["bvh", "glb", "fbx", "usd", "npz", "csv", "parquet", "source"]
 _SCENE_FORMATS = ("bvh", "glb", "source")
-_UPLOAD = {
-    "requestBody": {
-        "required": True,
-        "content": {
-            "multipart/form-data": {
-                "schema": {
-                    "type": "object",
-                    "required": ["files"],
-                    "properties": {
-                        "files": {
-                            "type": "array",
-                            "minItems": 1,
-                            "items": {"type": "string", "format": "binary"},
-                        }
-                    },
-                }
-            }
-        },
-    }
-}  # OpenAPI description of an upload
-_BINARY = {"schema": {"type": "string", "format": "binary"}}
-_FILE: dict[int | str, dict[str, Any]] = {
-    200: {
-        "description": "A file to be saved: a motion, or a zip of several.",
-        "content": {
-            "application/octet-stream": _BINARY,
-            "application/zip": _BINARY,
-            "model/gltf-binary": _BINARY,
-        },
-    }
-}  # OpenAPI description of a download
+_BYTES = {"type": "string", "format": "binary"}
+_FORM = {
+    "type": "object",
+    "required": ["files"],
+    "properties": {"files": {"type": "array", "minItems": 1, "items": _BYTES}},
+}
+_UPLOAD = {"requestBody": {"required": True, "content": {"multipart/form-data": {"schema": _FORM}}}}
+"""OpenAPI description of an upload."""
+
+
+def _described(about: str, *kinds: str) -> dict[int | str, dict[str, Any]]:
+    """Return the OpenAPI description of an answer of bytes, of any of some kinds."""
+    return {200: {"description": about, "content": {k: {"schema": _BYTES} for k in kinds}}}
+
+
+_FILE = _described(
+    "A file to be saved: a motion, or a zip of several.",
+    *("application/octet-stream", "application/zip", "model/gltf-binary"),
+)
 
 
 class DownloadBody(Body):
@@ -323,12 +311,7 @@ THUMB_SECONDS, THUMB_RATE = 2.0, 15.0  # Length of a thumbnail, and its frames p
 SEARCHED = 60.0  # Seconds of a capture in which its moment is looked for
 MOST_TILES = 60  # Largest number of captures of the wall
 MOST_MOTIONS = 64  # Largest number of motions of one request
-_CONTAINER: dict[int | str, dict[str, Any]] = {
-    200: {
-        "description": "Motion as binary; docs/guide/page.md describes the format.",
-        "content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
-    }
-}  # OpenAPI description of binary motion
+_CONTAINER = _described("Motion as binary; docs/guide/page.md describes the format.", MEDIA_TYPE)
 Rate = Annotated[float, Query(ge=1.0, le=MOTION_FPS, description="Frames per second.")]
 
 
