@@ -27,7 +27,7 @@ from motiondb.database.scenes.scene_records import action_captions, record_text
 from motiondb.errors import MotionDBError
 from motiondb.language.vocabulary import as_said
 from motiondb.page.diagrams import DiagramShape, diagram_shape
-from motiondb.page.motion import Track, figure_of, pack, shapes_of
+from motiondb.page.motion import Track, pack, points_of, shapes_of
 from motiondb.page.state import Block
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Finding, Match, Relation
 from motiondb.search.by_example import ExampleAnswer
@@ -164,7 +164,7 @@ def _poster(db: MotionDB, match: Match, info: CaptureInfo) -> str | None:
             whole = load_motion(db.store, info.capture_id)
         except MotionDBError:  # markers, or damaged: the player says it
             return None
-        points = figure_of(cut_motion(whole, match.start, match.end)).points
+        points = points_of(cut_motion(whole, match.start, match.end))
         pose = int(np.argmax(shapes_of(points)[1]))
         track = Track(info.name, f"capture:{info.name}", points[pose : pose + 1])
         made[key] = base64.b64encode(pack([track])).decode()

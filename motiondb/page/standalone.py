@@ -26,7 +26,7 @@ from motiondb.database.grammars.grammar_sequences import GrammarSequence
 from motiondb.errors import MotionDBError
 from motiondb.files.own_files import SEAL, sealed
 from motiondb.page import replies
-from motiondb.page.motion import body_track, figure_of, pack, pack_scene
+from motiondb.page.motion import body_track, pack, pack_scene
 from motiondb.page.settings import BUNDLE, NO_BUNDLE, VERSION, is_built
 from motiondb.records import MOTION_FPS, Match, Motion
 from motiondb.search.by_example import ExampleAnswer
@@ -216,4 +216,4 @@ def _matched(db: MotionDB, matches: Iterable[Match]) -> dict[str, bytes]:
 
 
 def _packed(name: str, ref: str, motion: Motion, start: float = 0.0) -> bytes:
-    return pack([body_track(name, ref, figure_of(motion), start)])
+    return pack([body_track(name, ref, motion, start)])

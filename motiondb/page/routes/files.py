@@ -36,8 +36,8 @@ from motiondb.page.motion import (
     best_moment,
     body_track,
     facing_forward,
-    figure_of,
     pack,
+    points_of,
 )
 from motiondb.page.routes.parameters import LONGEST_TEXT, Body, End, Part, RefText, Start, Text
 from motiondb.page.state import (
@@ -378,7 +378,7 @@ def tracks_of(page: Page, db: MotionDB, part: Part, fps: float) -> list[Track]:
         return load_scene(page, db, ref, part.start, part.end, fps)
     loaded = load_motion(page, db, ref, part.start, part.end)
     first = round((part.start or 0.0) * MOTION_FPS / FEATURE_STEP) * FEATURE_STEP / MOTION_FPS
-    return [body_track(ref.name, part.ref, figure_of(loaded), first, fps)]
+    return [body_track(ref.name, part.ref, loaded, first, fps)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -457,7 +457,7 @@ def _moment(page: Page, db: MotionDB, info: CaptureInfo) -> Moment | None:
                 page.moments[key] = None
             return None
         looked = cut_motion(motion, None, SEARCHED)
-        best = best_moment(figure_of(looked).points, round(THUMB_SECONDS * MOTION_FPS))
+        best = best_moment(points_of(looked), round(THUMB_SECONDS * MOTION_FPS))
         start, stop, at = (round(n / MOTION_FPS, 3) for n in (best.first, best.stop, best.pose))
         page.moments[key] = Moment(start, stop, at, best.speed, best.shape)
     return page.moments[key]
@@ -470,7 +470,7 @@ def _thumb(page: Page, db: MotionDB, name: str) -> Track:
     if row is None or at is None:
         return Track(name, ref, np.zeros((0, len(POINTS), 3)))
     motion = load_stored(db.store, row.info.capture_id)
-    shown = figure_of(cut_motion(motion, at.start, at.end))
+    shown = cut_motion(motion, at.start, at.end)
     track = body_track(name, ref, shown, at.start, THUMB_RATE)
     return replace(track, points=facing_forward(track.points), contacts=None, moment=at.pose)
 
