@@ -49,10 +49,8 @@ def _is_sure(names: list[str]) -> bool:
         printing.warn(f"  {name}")
     if len(names) > MOST_LISTED:
         printing.warn(f"  ... and {len(names) - MOST_LISTED} more")
-    try:
-        return typer.confirm(f"Remove {printing.number(len(names), 'capture')}?", err=True)
-    except typer.Abort:  # the end of the input, or Ctrl-C
-        raise motiondb.QueryError("remove: nothing was removed. Answer y, or pass --yes.") from None
+    question = f"Remove {printing.number(len(names), 'capture')}?"
+    return printing.confirmed(question, "remove: nothing was removed. Answer y, or pass --yes.")
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -328,16 +328,6 @@ def joints(
         printing.say(f"joint map: {output}")
 
 
-def _accepts() -> bool:
-    """Ask whether the user accepts the terms."""
-    try:
-        return typer.confirm("Do you accept these terms?", err=True)
-    except typer.Abort:  # the end of the input, or Ctrl-C
-        raise motiondb.QueryError(
-            "terms: expected yes or no, found no answer. Accept them with --yes."
-        ) from None
-
-
 @fetching.command("cmu")
 def fetch_cmu(
     shared: options.Shared,
@@ -352,7 +342,8 @@ def fetch_cmu(
 ) -> None:
     """Download captures and captions of the CMU Graphics Lab database, and add them."""
     printing.warn(*motiondb.CMU_TERMS.split("\n"))
-    if not yes and not _accepts():
+    no_answer = "terms: expected yes or no, found no answer. Accept them with --yes."
+    if not yes and not printing.confirmed("Do you accept these terms?", no_answer):
         raise typer.Exit(2)
     wanted = [s.strip() for s in subjects.split(",") if s.strip()]
     with printing.progress(shared) as tell:

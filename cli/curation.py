@@ -183,18 +183,11 @@ def diff(
     if printing.as_json(shared, answer):
         return
     columns = ("capture", "other", "what", "start", "end", "licence", "other licence")
-    rows = [
-        (
-            each.capture,
-            each.other,
-            each.kind + (f", {each.fps:g} to {each.other_fps:g} fps" if each.resampled else ""),
-            f"{each.start:.2f}",
-            f"{each.end:.2f}",
-            each.licence,
-            each.other_licence,
-        )
-        for each in answer.shared
-    ]
+    rows = []
+    for each in answer.shared:
+        rates = f", {each.fps:g} to {each.other_fps:g} fps" if each.resampled else ""
+        what = each.kind + rates, f"{each.start:.2f}", f"{each.end:.2f}"
+        rows.append((each.capture, each.other, *what, each.licence, each.other_licence))
     if rows:
         printing.print_table(columns, rows)
     printing.say(

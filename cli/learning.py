@@ -109,16 +109,10 @@ def evaluate(
         report = base.evaluate(where, lambda what, share: tell(what, share, 1.0), workers)
     if printing.as_json(shared, report):
         return
-    rows = [
-        [
-            score.task,
-            score.measure,
-            score.questions,
-            "-" if score.value is None else f"{score.value:.3f}",
-            "-" if score.chance is None else f"{score.chance:.3f}",
-        ]
-        for score in report.scores
-    ]
+    rows = []
+    for score in report.scores:
+        shown = ["-" if v is None else f"{v:.3f}" for v in (score.value, score.chance)]
+        rows.append([score.task, score.measure, score.questions, *shown])
     printing.say(
         f"learned from {printing.number(report.learned_from, 'capture')}, judged by "
         f"{printing.number(report.judged, 'other')} with captions"

@@ -177,6 +177,14 @@ def read_example(base: motiondb.MotionDB, example: str, up: str) -> str | motion
     return motion
 
 
+def confirmed(question: str, otherwise: str) -> bool:
+    """Ask a question of yes or no; `otherwise`: the error where there is no answer."""
+    try:
+        return typer.confirm(question, err=True)
+    except typer.Abort:  # the end of the input, or Ctrl-C
+        raise motiondb.QueryError(otherwise) from None
+
+
 @contextmanager
 def cluster(address: str | None) -> Iterator[motiondb.Cluster | None]:
     """Workers of a cluster, if there is an address; where they are, on standard error."""

@@ -41,13 +41,13 @@ def check_grammar(
     with shared.database() as base:  # the nearest words for terminals without clips
         nearest = None if base is None else base.scenes.nearest_words(grammar)
     starts = [
-        answers.StartSymbol(
-            start.symbol,
-            start.team,
-            start.empty,
-            start.n_strings,
-            " ".join(start.ambiguous),
-            int(start.n_trees) if math.isfinite(start.n_trees) else None,
+        answers.extended(
+            answers.StartSymbol,
+            start,
+            can_be_empty=start.empty,
+            strings=start.n_strings,
+            ambiguous=" ".join(start.ambiguous),
+            trees=int(start.n_trees) if math.isfinite(start.n_trees) else None,
         )
         for start in report.starts
     ]
@@ -173,12 +173,12 @@ def draw(
     clips, diagram = _clips(shared, text.grammar), text.diagram
     motiondb.Scenes.draw_diagram(text, out)
     players = [
-        answers.DiagramPlayer(
-            player.name,
-            player.team,
-            text.expressions[player.name],
-            text.shortest[player.name],
-            diagram.opponent_of(player.name) or None,
+        answers.extended(
+            answers.DiagramPlayer,
+            player,
+            expression=text.expressions[player.name],
+            shortest=text.shortest[player.name],
+            opponent=diagram.opponent_of(player.name) or None,
         )
         for player in diagram.players
     ]

@@ -128,14 +128,8 @@ def edit(
             if not printing.as_json(shared, offered):
                 _say_offer(offered)
             return
-        how = {
-            "edited": sequence,
-            "at": at,
-            "wider": wider,
-            "narrower": narrower,
-            "number": number,
-            "choose": choose,
-        }
+        how: dict[str, object] = {"edited": sequence, "at": at, "wider": wider}
+        how |= {"narrower": narrower, "number": number, "choose": choose}
         made = base.grammars.play(name, edited, choose - 1)
         facts = _hand_out(base, made, seed, output, None, save, how)
     if not printing.as_json(shared, facts):

@@ -33,15 +33,8 @@ def write_humanml3d(
         written = humanml3d.write_set(draft, _converted(session, infos, rows, left_out))
         columns = ("id", "capture", "frames", "captions", "performer", "licence")
         write_table(draft / "captures.csv", columns, rows)
-    return answers.DataSet(
-        folder,
-        "humanml3d",
-        written.motions,
-        written.frames,
-        written.captions,
-        written.without_captions,
-        tuple(left_out),
-    )
+    named = {"folder": folder, "form": "humanml3d", "captures": written.motions}
+    return answers.extended(answers.DataSet, written, **named, left_out=tuple(left_out))
 
 
 def _converted(

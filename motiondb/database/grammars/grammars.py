@@ -477,10 +477,10 @@ class Grammars(Topic):
         """
         made, known = sequence.made, frozenset(self.load(sequence.grammar).strings)
         new = sum(tree.leaves() not in known for tree in sequence.trees)
-        return answers.SequenceAnswer(
-            grammar=sequence.grammar,
+        return answers.extended(
+            answers.SequenceAnswer,
+            sequence,
             seed=seed,
-            string=sequence.string,
             tree=" ".join(map(str, sequence.trees)),
             sentences=len(sequence.trees),
             new_sentences=new,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache
 from typing import Annotated
 
@@ -447,15 +447,14 @@ def _condition(column: str, value: str) -> str | None:
 @cache
 def _starts() -> tuple[ShippedStart, ...]:
     """Return the knowledge that is shipped with motiondb."""
-    return tuple(
-        ShippedStart(each["name"], each["words"], each["captions"], each["credit"])
-        for each in shipped_starts()
-    )
+    names = [field.name for field in fields(ShippedStart)]
+    return tuple(ShippedStart(*(each[name] for name in names)) for each in shipped_starts())
 
 
 def _status(page: Page, db: MotionDB) -> Status:
     info, drift = info_and_drift(db)
     limits, folders = page.settings.limits, page.settings.folders
+    sizes = limits.file_bytes, limits.request_bytes, limits.files
     return answers.extended(
         Status,
         info,
@@ -464,14 +463,7 @@ def _status(page: Page, db: MotionDB) -> Status:
         read_only=page.settings.read_only,
         revision=db.revision(),
         drift=drift,
-        accepts=Accepted(
-            CAPTURE_ENDINGS,
-            SKELETON_ENDINGS,
-            SHEET_ENDINGS,
-            limits.file_bytes,
-            limits.request_bytes,
-            limits.files,
-        ),
+        accepts=Accepted(CAPTURE_ENDINGS, SKELETON_ENDINGS, SHEET_ENDINGS, *sizes),
         writes=formats_here(),
         folders=[
             AllowedFolder(n, without_surrogates(folder.name or str(folder)))

@@ -20,6 +20,7 @@ from starlette.exceptions import HTTPException
 from starlette.formparsers import MultiPartException
 from starlette.responses import Response
 
+from motiondb.answers.plain import extended
 from motiondb.body.features import FEATURE_STEP
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.exporting import MotionChanges, write_motion
@@ -408,11 +409,11 @@ def wall_of(page: Page, db: MotionDB, count: int) -> list[WallTile]:
     moments = [(row, moment) for row, moment in looked if moment is not None]
     kept = _unlike([moment for _, moment in moments], count)
     return [
-        WallTile(
+        extended(
+            WallTile,
+            moment,
             capture=row.info.name,
             words=_said(row.captions, moment.pose),
-            start=moment.start,
-            end=moment.end,
             duration=round(row.info.duration, 3),
         )
         for row, moment in (moments[n] for n in kept)
