@@ -15,7 +15,7 @@ from pydantic import Field
 
 from motiondb import answers
 from motiondb.database import MotionDB
-from motiondb.database.curating import CurateSettings, gather
+from motiondb.database.curating import CurateSettings, Gathered, gather
 from motiondb.database.generating import ActionPlace
 from motiondb.errors import QueryError
 from motiondb.language.question.heads import verbs_in
@@ -233,9 +233,7 @@ def _kept_choice(page: Page, share: float) -> ChoiceReply:
         db.captures("quality >= 0")  # says so where they were not measured
         bodies, settings = [i for i in db.captures() if i.has_body], CurateSettings(share=share)
         gathered = gather(db.session, bodies, settings, lambda _what, _done, _all: None)
-    made = gathered.answer()
-    symbols = sorted({symbol for each in made.intervals for symbol in each.symbols})
-    reply = ChoiceReply(made.splits[0], symbols, made.reasons)
+    reply = _choice(gathered)
     with page.held.use() as db:
         kept = db.session.kept("choices", dict[float, ChoiceReply])
         if db.revision() == revision:
@@ -243,6 +241,12 @@ def _kept_choice(page: Page, share: float) -> ChoiceReply:
             for oldest in list(kept)[:-MOST_CHOICES]:
                 kept.pop(oldest, None)
     return reply
+
+
+def _choice(gathered: Gathered) -> ChoiceReply:
+    made = gathered.answer()
+    symbols = sorted({symbol for each in made.intervals for symbol in each.symbols})
+    return ChoiceReply(made.splits[0], symbols, made.reasons)
 
 
 def _playable(segments: Sequence[answers.SymbolSegment]) -> list[PlayableSegment]:
