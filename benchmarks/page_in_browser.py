@@ -277,9 +277,10 @@ def player(browser: Any, address: str) -> None:
         motions = [db.motion(SAMPLES / "captures" / f"{name}.bvh") for name in names]
     tracks = []
     for number in range(10):
-        shown = binary.figure_of(motions[number % len(motions)])
-        shown.points[..., 0] += number - 4.5
-        tracks.append(binary.body_track(f"P{number}", f"capture:{number}", shown))
+        motion = motions[number % len(motions)]
+        track = binary.body_track(f"P{number}", f"capture:{number}", motion)
+        track.points[..., 0] += number - 4.5
+        tracks.append(track)
     data = binary.pack(tracks)
     for size in ((1400, 900), (700, 500)):
         page = browser.new_context(viewport={"width": size[0], "height": size[1]}).new_page()

@@ -49,10 +49,8 @@ def _is_sure(names: list[str]) -> bool:
         printing.warn(f"  {name}")
     if len(names) > MOST_LISTED:
         printing.warn(f"  ... and {len(names) - MOST_LISTED} more")
-    try:
-        return typer.confirm(f"Remove {printing.number(len(names), 'capture')}?", err=True)
-    except typer.Abort:  # the end of the input, or Ctrl-C
-        raise motiondb.QueryError("remove: nothing was removed. Answer y, or pass --yes.") from None
+    question = f"Remove {printing.number(len(names), 'capture')}?"
+    return printing.confirmed(question, "remove: nothing was removed. Answer y, or pass --yes.")
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -154,17 +152,12 @@ def backup(
 
 
 @tagging.callback()
-def tags(context: typer.Context, shared: options.Shared) -> None:
+def tags(shared: options.Shared) -> None:
     """List the tags with their number of captures and of different values."""
-    if context.invoked_subcommand is not None:
-        return
     with shared.database() as base:
         rows = base.captures.tag_rows()
-    if printing.as_json(shared, rows):
-        return
-    printing.print_table(
-        ["tag", "captures", "values"], [[row.tag, row.captures, row.values] for row in rows]
-    )
+    columns = ["tag", "captures", "values"]
+    printing.print_rows(shared, rows, columns, lambda row: [row.tag, row.captures, row.values])
 
 
 @tagging.command("set")

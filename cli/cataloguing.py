@@ -9,7 +9,6 @@ from typing import Annotated, Any
 import typer
 
 import motiondb
-from motiondb import answers
 from motiondb.cli import options, printing
 
 app = options.Commands()
@@ -113,9 +112,7 @@ def add(
         report = base.add(folders, words, settings, tell, events, workers)
         facts, drift = base.info(), base.symbols.drift()
         wordless = not (facts.captures_with_words or base.symbols.start_facts())
-    if not printing.as_json(
-        shared, answers.extended(answers.AddAnswer, report, captures=facts.captures, drift=drift)
-    ):
+    if not printing.as_json(shared, report, captures=facts.captures, drift=drift):
         printing.say(
             f"{printing.number(len(report.added), 'capture')} added ({report.seconds:.0f} s of "
             f"motion), {len(report.known)} already there, "
@@ -170,8 +167,7 @@ def show(
     name: options.CaptureName,
     png: options.Png = None,
     gif: Annotated[
-        Path | None,
-        options.option("Write an animation to this file (.gif).", callback=options.animation_name),
+        Path | None, options.animation("Write an animation to this file (.gif).")
     ] = None,
     start: options.From = None,
     end: options.To = None,
@@ -232,12 +228,10 @@ def export(
     name: options.CaptureName,
     output: Annotated[
         Path,
-        options.option(
+        options.output(
             "File: .bvh, .glb, .gltf, .fbx or .usd; arrays: .npz, .csv or .parquet; or as it "
             "was added.",
-            "-o",
-            "--output",
-            callback=options.any_name,
+            options.any_name,
         ),
     ],
     start: options.From = None,
@@ -310,8 +304,7 @@ def joints(
         options.argument("A file (.bvh, .fbx, .glb, .gltf), or a capture's name.", "FILE|CAPTURE"),
     ],
     output: Annotated[
-        Path | None,
-        options.option("Write a joint map (.map).", "-o", "--output", callback=options.output_name),
+        Path | None, options.output("Write a joint map (.map).", options.output_name)
     ] = None,
 ) -> None:
     """Show which joints of a file have which roles; propose them for unknown names.
@@ -335,16 +328,6 @@ def joints(
         printing.say(f"joint map: {output}")
 
 
-def _accepts() -> bool:
-    """Ask whether the user accepts the terms."""
-    try:
-        return typer.confirm("Do you accept these terms?", err=True)
-    except typer.Abort:  # the end of the input, or Ctrl-C
-        raise motiondb.QueryError(
-            "terms: expected yes or no, found no answer. Accept them with --yes."
-        ) from None
-
-
 @fetching.command("cmu")
 def fetch_cmu(
     shared: options.Shared,
@@ -359,7 +342,8 @@ def fetch_cmu(
 ) -> None:
     """Download captures and captions of the CMU Graphics Lab database, and add them."""
     printing.warn(*motiondb.CMU_TERMS.split("\n"))
-    if not yes and not _accepts():
+    no_answer = "terms: expected yes or no, found no answer. Accept them with --yes."
+    if not yes and not printing.confirmed("Do you accept these terms?", no_answer):
         raise typer.Exit(2)
     wanted = [s.strip() for s in subjects.split(",") if s.strip()]
     with printing.progress(shared) as tell:

@@ -116,15 +116,9 @@ def _print_choice(answer: answers.CurateAnswer) -> None:
 def coverage(
     shared: options.Shared,
     where: Filter = "",
-    words: Annotated[
-        Path | None,
-        options.option("A file with a question in words a line."),
-    ] = None,
+    words: Annotated[Path | None, "A file with a question in words a line."] = None,
     png: Annotated[
-        Path | None,
-        options.option(
-            "Draw the tables of going into this file (.png).", callback=options.picture_name
-        ),
+        Path | None, options.picture("Draw the tables of going into this file (.png).")
     ] = None,
 ) -> None:
     """Say what a library holds and lacks, and what to record next.
@@ -189,18 +183,11 @@ def diff(
     if printing.as_json(shared, answer):
         return
     columns = ("capture", "other", "what", "start", "end", "licence", "other licence")
-    rows = [
-        (
-            each.capture,
-            each.other,
-            each.kind + (f", {each.fps:g} to {each.other_fps:g} fps" if each.resampled else ""),
-            f"{each.start:.2f}",
-            f"{each.end:.2f}",
-            each.licence,
-            each.other_licence,
-        )
-        for each in answer.shared
-    ]
+    rows = []
+    for each in answer.shared:
+        rates = f", {each.fps:g} to {each.other_fps:g} fps" if each.resampled else ""
+        what = each.kind + rates, f"{each.start:.2f}", f"{each.end:.2f}"
+        rows.append((each.capture, each.other, *what, each.licence, each.other_licence))
     if rows:
         printing.print_table(columns, rows)
     printing.say(

@@ -64,9 +64,7 @@ def learn(
         learned, lost = base.grammars.learn(captures, name, settings, tell)
         facts = base.grammars.show(learned.name)
         size = base.grammars.size(learned.name)
-    if printing.as_json(
-        shared, answers.extended(answers.GrammarLearnedAnswer, facts, no_longer_editable=lost)
-    ):
+    if printing.as_json(shared, facts, no_longer_editable=lost):
         return
     printing.say(summary(size))
     printing.say(f"foresight: {facts.foresight_says}")
@@ -140,17 +138,11 @@ def show(
     shared: options.Shared,
     name: options.GrammarName,
     png: Annotated[
-        Path | None,
-        options.option(
-            "Draw the trees of the sentences into this file (.png).", callback=options.picture_name
-        ),
+        Path | None, options.picture("Draw the trees of the sentences into this file (.png).")
     ] = None,
     strings: Annotated[
         Path | None,
-        options.option(
-            "Draw terminals, and captures as strings, into this file (.png).",
-            callback=options.picture_name,
-        ),
+        options.picture("Draw terminals, and captures as strings, into this file (.png)."),
     ] = None,
 ) -> None:
     """Show a grammar: rules, terminals with their words, and description length in bits."""
@@ -263,10 +255,7 @@ def ask(
     number: Annotated[int, options.option("Most questions.", min=1, max=1000)] = 10,
     png: options.Png = None,
     gif: Annotated[
-        Path | None,
-        options.option(
-            "Animate the questions into this file (.gif).", callback=options.animation_name
-        ),
+        Path | None, options.animation("Animate the questions into this file (.gif).")
     ] = None,
 ) -> None:
     """Ask which terminals can follow each other; the next learning of NAME keeps to the answers.

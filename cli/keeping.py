@@ -59,9 +59,7 @@ def info(shared: options.Shared) -> None:
     """Show what the database contains and the commands that changed it."""
     with shared.database() as base:
         facts, runs, drift = base.info(), base.runs(), base.symbols.drift()
-    if printing.as_json(
-        shared, answers.extended(answers.InfoAnswer, facts, drift=drift, runs=runs)
-    ):
+    if printing.as_json(shared, facts, drift=drift, runs=runs):
         return
     for key, value in vars(facts).items():
         if value is None or key in ("start", "compact_pays"):
@@ -136,9 +134,7 @@ def export_knowledge(
     with shared.database() as base:
         facts = answers.knowledge_answer(base.symbols.export_knowledge(file, name, credit))
     n_bytes = file.stat().st_size
-    if printing.as_json(
-        shared, answers.extended(answers.ExportedKnowledge, facts, file=file, bytes=n_bytes)
-    ):
+    if printing.as_json(shared, facts, file=file, bytes=n_bytes):
         return
     printing.say(f"{file}: {n_bytes / 1e6:.2f} MB, {say_origin(facts)}")
     printing.say(f"Start from it: motiondb learn --start {file}")
@@ -161,9 +157,7 @@ def show_knowledge(
     else:
         knowledge = motiondb.load_knowledge(what)
     facts = answers.knowledge_answer(knowledge)
-    if printing.as_json(
-        shared, answers.extended(answers.ShownKnowledge, facts, vocabulary=knowledge.words)
-    ):
+    if printing.as_json(shared, facts, vocabulary=knowledge.words):
         return
     printing.say(say_origin(facts))
     printing.say(f"sha256: {facts.sha256}")

@@ -46,9 +46,7 @@ def learn(
         )
         first = base.symbols.start_facts()
     size = motiondb.learned_summary(learning)
-    if printing.as_json(
-        shared, answers.extended(answers.LearnAnswer, size, drift=drift, start=first)
-    ):
+    if printing.as_json(shared, size, drift=drift, start=first):
         return
     number = printing.number
     printing.say(
@@ -111,16 +109,10 @@ def evaluate(
         report = base.evaluate(where, lambda what, share: tell(what, share, 1.0), workers)
     if printing.as_json(shared, report):
         return
-    rows = [
-        [
-            score.task,
-            score.measure,
-            score.questions,
-            "-" if score.value is None else f"{score.value:.3f}",
-            "-" if score.chance is None else f"{score.chance:.3f}",
-        ]
-        for score in report.scores
-    ]
+    rows = []
+    for score in report.scores:
+        shown = ["-" if v is None else f"{v:.3f}" for v in (score.value, score.chance)]
+        rows.append([score.task, score.measure, score.questions, *shown])
     printing.say(
         f"learned from {printing.number(report.learned_from, 'capture')}, judged by "
         f"{printing.number(report.judged, 'other')} with captions"
@@ -135,17 +127,11 @@ def symbols(shared: options.Shared, png: options.Png = None) -> None:
         rows = base.symbols.rows()
         if png:
             base.symbols.draw(png)
-    if printing.as_json(shared, rows):
-        return
-    printing.print_table(
-        ["symbol", "cluster", "count", "captures", "seconds", "words"],
-        [
-            (r.symbol, r.cluster, r.count, r.captures, f"{r.seconds:.2f}", _say_words(r))
-            for r in rows
-        ],
-    )
-    printing.say_pictures(png)
 
+    def cells(row: answers.SymbolRow) -> list[object]:
+        said = " ".join(f"{each.word} {each.probability:.2f}" for each in row.words)
+        return [row.symbol, row.cluster, row.count, row.captures, f"{row.seconds:.2f}", said]
 
-def _say_words(row: answers.SymbolRow) -> str:
-    return " ".join(f"{each.word} {each.probability:.2f}" for each in row.words)
+    columns = ["symbol", "cluster", "count", "captures", "seconds", "words"]
+    printing.print_rows(shared, rows, columns, cells)
+    printing.say_pictures(None if shared.json else png)

@@ -15,7 +15,7 @@ from typing import Annotated, Any, TypeVar, get_args, get_type_hints
 
 import typer
 import typer.core
-from typer.main import get_command_name
+from typer.main import get_command_name, get_current_context
 from typer.models import OptionInfo
 
 import motiondb
@@ -101,7 +101,22 @@ def output_name(path: Path | None) -> Path | None:
     return path
 
 
-Png = Annotated[Path | None, option("Draw a picture into this file (.png).", callback=picture_name)]
+def picture(about: str) -> Any:
+    """An option that names a picture to write (.png)."""
+    return option(about, callback=picture_name)
+
+
+def animation(about: str) -> Any:
+    """An option that names an animation to write (.gif)."""
+    return option(about, callback=animation_name)
+
+
+def output(about: str, check: Callable[[Path | None], Path | None]) -> Any:
+    """The option -o that names a file to write."""
+    return option(about, "-o", "--output", callback=check)
+
+
+Png = Annotated[Path | None, picture("Draw a picture into this file (.png).")]
 
 
 def html_name(path: Path | None) -> Path | None:
@@ -145,9 +160,7 @@ ExportFolder = Annotated[
         callback=any_name,
     ),
 ]
-Output = Annotated[
-    Path, option("File: .bvh, .glb, .gltf, .fbx or .usd.", "-o", "--output", callback=motion_name)
-]
+Output = Annotated[Path, output("File: .bvh, .glb, .gltf, .fbx or .usd.", motion_name)]
 
 
 @dataclass(frozen=True)
@@ -364,7 +377,7 @@ class Commands(typer.Typer):
         return _with_options(super().command(*args, **options))
 
     def callback(self, *args: Any, **options: Any) -> Callable[[Function], Function]:
-        """Register the function that a group runs before its commands, or alone."""
+        """Register the function that a group runs where none of its commands is named."""
         return _with_options(super().callback(*args, **options))
 
     def group(self, name: str, about: str, *, alone: bool = False) -> Commands:
@@ -445,6 +458,8 @@ def _with_options(
         @wraps(function)
         def command(*args: Any, **values: Any) -> Any:
             values.pop("force", None)  # its callback has heard it
+            if get_current_context().invoked_subcommand is not None:  # the group of a command
+                return None
             for name, kind in kinds.items():
                 own = {field.name: values.pop(field.name) for field in fields(kind)}
                 values[name] = kind(**own)

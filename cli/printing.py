@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import typer
 
@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
     from motiondb.cli.options import Shared, SharedOfClips
 
+
+Record = TypeVar("Record")
 
 _CONTROLS = (*range(0x20), *range(0x7F, 0xA0))
 _BIDIRECTIONAL = (0x061C, 0x200E, 0x200F, *range(0x2028, 0x202F), *range(0x2066, 0x206A))
@@ -175,6 +177,14 @@ def read_example(base: motiondb.MotionDB, example: str, up: str) -> str | motion
     return motion
 
 
+def confirmed(question: str, otherwise: str) -> bool:
+    """Ask a question of yes or no; `otherwise`: the error where there is no answer."""
+    try:
+        return typer.confirm(question, err=True)
+    except typer.Abort:  # the end of the input, or Ctrl-C
+        raise motiondb.QueryError(otherwise) from None
+
+
 @contextmanager
 def cluster(address: str | None) -> Iterator[motiondb.Cluster | None]:
     """Workers of a cluster, if there is an address; where they are, on standard error."""
@@ -202,12 +212,18 @@ def note_sources(sources: Sequence[motiondb.WordSource]) -> None:
         warn(f"known from the start {start} alone (captions there): {', '.join(words)}")
 
 
-def as_json(shared: Shared | SharedOfClips, answer: object) -> bool:
-    """Print an answer as JSON if that is asked for, and return whether it is."""
+def as_json(shared: Shared | SharedOfClips, answer: object, **more: object) -> bool:
+    """Print an answer as JSON if that is asked for, and return whether it is.
+
+    `more`: What this command says beside the answer, as further keys.
+    """
     if shared.json:
         encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
         plain = codecs.lookup(encoding).name != "utf-8"
-        text = json.dumps(motiondb.to_json(answer), indent=2, ensure_ascii=plain)
+        facts = (
+            motiondb.to_json(answer) | motiondb.to_json(more) if more else motiondb.to_json(answer)
+        )
+        text = json.dumps(facts, indent=2, ensure_ascii=plain)
         say(*text.translate(_IN_JSON).split("\n"))
     return shared.json
 
@@ -244,6 +260,17 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> Non
         return
     head = typer.style(head, bold=True) if sys.stdout.isatty() else head
     print(head, *lines, sep="\n", flush=True)
+
+
+def print_rows(
+    shared: Shared,
+    records: Sequence[Record],
+    columns: Sequence[str],
+    cells: Callable[[Record], Sequence[object]],
+) -> None:
+    """Print records as JSON, or as a table with a row of cells for each."""
+    if not as_json(shared, records):
+        print_table(columns, map(cells, records))
 
 
 def _padded(right: bool, texts: Sequence[str]) -> list[str]:

@@ -33,11 +33,7 @@ def quality(
         ),
     ] = None,
     png: Annotated[
-        Path | None,
-        options.option(
-            "Draw one capture with what it needs into this file (.png).",
-            callback=options.picture_name,
-        ),
+        Path | None, options.picture("Draw one capture with what it needs into this file (.png).")
     ] = None,
 ) -> None:
     """Say what captures lack: things they need, faults, wrong units and rates.

@@ -38,14 +38,16 @@ def check_grammar(
     grammar = motiondb.Scenes.read_grammar(file)
     report = motiondb.Scenes.check_grammar(grammar)
     clips = _clips(shared, grammar, exact)
+    with shared.database() as base:  # the nearest words for terminals without clips
+        nearest = None if base is None else base.scenes.nearest_words(grammar)
     starts = [
-        answers.StartSymbol(
-            start.symbol,
-            start.team,
-            start.empty,
-            start.n_strings,
-            " ".join(start.ambiguous),
-            int(start.n_trees) if math.isfinite(start.n_trees) else None,
+        answers.extended(
+            answers.StartSymbol,
+            start,
+            can_be_empty=start.empty,
+            strings=start.n_strings,
+            ambiguous=" ".join(start.ambiguous),
+            trees=int(start.n_trees) if math.isfinite(start.n_trees) else None,
         )
         for start in report.starts
     ]
@@ -56,7 +58,7 @@ def check_grammar(
         starts=starts,
         verbs=tuple(grammar.activity.verbs),
         clips=_number(clips, report.terminals),
-        nearest=_nearest(shared, grammar),
+        nearest=nearest,
     )
     if printing.as_json(shared, checked):
         return
@@ -171,12 +173,12 @@ def draw(
     clips, diagram = _clips(shared, text.grammar), text.diagram
     motiondb.Scenes.draw_diagram(text, out)
     players = [
-        answers.DiagramPlayer(
-            player.name,
-            player.team,
-            text.expressions[player.name],
-            text.shortest[player.name],
-            diagram.opponent_of(player.name) or None,
+        answers.extended(
+            answers.DiagramPlayer,
+            player,
+            expression=text.expressions[player.name],
+            shortest=text.shortest[player.name],
+            opponent=diagram.opponent_of(player.name) or None,
         )
         for player in diagram.players
     ]
@@ -208,14 +210,6 @@ def _clips(
         taken = {} if exact else base.scenes.taken_words(grammar)
         printing.note_taken(taken.values(), grammar.name)
         return base.scenes.find_actions(grammar, exact)
-
-
-def _nearest(
-    shared: options.SharedOfClips, grammar: motiondb.MotionGrammar
-) -> dict[str, tuple[str, ...]] | None:
-    """Return the nearest words of captions for terminals without clips; None: no database."""
-    with shared.database() as base:
-        return None if base is None else base.scenes.nearest_words(grammar)
 
 
 def _number(clips: Clips, names: Sequence[str]) -> dict[str, int] | None:
@@ -331,9 +325,7 @@ def _print(shared: options.Shared, scene: motiondb.Scene, folder: Path, seconds:
     facts = motiondb.Scenes.facts(scene.record)
     work = {what: round(took, 3) for what, took in scene.made.seconds.items()}
     took = work | {"all": round(seconds, 3)}
-    if printing.as_json(
-        shared, answers.extended(answers.WrittenScene, facts, folder=folder, took=took)
-    ):
+    if printing.as_json(shared, facts, folder=folder, took=took):
         return
     printing.say(
         f"{scene.record.name}: {facts.characters} characters, {facts.clips} clips,"
@@ -378,9 +370,8 @@ def report(shared: options.Shared, place: Place, png: options.Png = None) -> Non
             record = base.scenes.load(place)
             if png:
                 base.scenes.draw(place, png)
-    if not printing.as_json(
-        shared, answers.extended(answers.DrawnScene, motiondb.Scenes.facts(record), picture=png)
-    ):
+    drawn = {"picture": png} if png else {}
+    if not printing.as_json(shared, motiondb.Scenes.facts(record), **drawn):
         printing.say(*motiondb.Scenes.report(record).split("\n"))
     _refuse_impossible(record)
 

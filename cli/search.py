@@ -237,11 +237,9 @@ def describe(
     where: options.Where = "",
     output: Annotated[
         Path | None,
-        options.option(
+        options.output(
             "Write a sheet: file, start, end, words, probabilities (CSV if .csv, else TSV).",
-            "-o",
-            "--output",
-            callback=options.output_name,
+            options.output_name,
         ),
     ] = None,
     up: options.Up = "",
@@ -283,33 +281,22 @@ def describe(
         unchecked = base.words.why_unchecked(word for d in told for word, p in d.words if p is None)
     printing.note_sources(sources)
     printing.note(unchecked)
-    cells = [
-        [
-            name,
-            f"{d.start:.2f}",
-            f"{d.end:.2f}",
-            " ".join(w for w, _ in d.words),
-            " ".join(printing.NOT_MEASURED if p is None else f"{p:.2f}" for _, p in d.words),
-        ]
+    spans = [
+        ([name, f"{d.start:.2f}", f"{d.end:.2f}"], d.words)
         for name, answer in answers.items()
         for d in answer
     ]
     if output:
+        cells = [
+            [*span, " ".join(w for w, _ in words), " ".join(_two_digits(p) for _, p in words)]
+            for span, words in spans
+        ]
         motiondb.write_table(output, ["file", "start", "end", "words", "probabilities"], cells)
         printing.warn(f"{printing.number(len(answers), 'capture')} described in {output}")
     timed = {name: motiondb.words_over_time(answer) for name, answer in answers.items()}
     if printing.as_json(shared, timed if example is None else timed[example]) or output:
         return
-    rows = [
-        [
-            name,
-            f"{d.start:.2f}",
-            f"{d.end:.2f}",
-            "  ".join(printing.say_word(w, p) for w, p in d.words),
-        ]
-        for name, answer in answers.items()
-        for d in answer
-    ]
+    rows = [[*span, "  ".join(printing.say_word(w, p) for w, p in words)] for span, words in spans]
     first = 1 if example is not None else 0
     columns = ["capture", "start", "end", "words"]
     printing.print_table(columns[first:], [row[first:] for row in rows])
@@ -390,17 +377,17 @@ HEADER = (
 
 
 @dataclass(frozen=True)
-class _Question:
-    """A line of the file: a question in words, or an example."""
+class _Line:
+    """A line of the file."""
 
-    line: int
-    text: str
-    is_example: bool = False
-    start: float | None = None
-    end: float | None = None
-    where: str = ""
-    limit: int | None = None
-    fault: str = ""  # Why the line is no question
+    number: int
+    asked: motiondb.Question
+    fault: str = ""  # Why it is no question
+
+    @property
+    def text(self) -> str:
+        """The question, or the example."""
+        return self.asked.words or self.asked.like
 
 
 @app.command()
@@ -425,54 +412,45 @@ def batch(
     that begin with # are left out. A question that cannot be answered is named, and the exit code
     is 1 then. With --cluster, workers answer, which open the database under the same path.
     """
-    questions = list(_read(file))
-    if not questions:
+    where = f"({where})" if where.strip() else ""
+    lines = list(_read(file, motiondb.Question(where=where, limit=limit, exact=exact)))
+    if not lines:
         raise motiondb.MotionDBError(
             f"{file}: expected a question in a line, found none. Write some."
         )
     problems = []
-    asked = [each for each in questions if not each.fault]
+    asked = [each.asked for each in lines if not each.fault]
     with printing.cluster(cluster) as workers, shared.database() as base:
         printing.note_unlearned(base)
         if not shared.json:
             printing.say_tsv(HEADER)
-        answers = base.ask_many([_posed(each, where, limit, exact) for each in asked], workers)
-        for each in questions:
+        answers = base.ask_many(asked, workers)
+        for each in lines:
             answer = motiondb.QueryError(each.fault) if each.fault else next(answers)
             if isinstance(answer, motiondb.MotionDBError):
-                problems.append(f"{file}:{each.line}: {answer}")
-                _print_line(shared, each, {"error": str(answer)})
-            elif shared.json:
-                _print_line(shared, each, _facts(answer, each.is_example))
-            else:
+                problems.append(f"{file}:{each.number}: {answer}")
+            if shared.json:
+                _print_line(each, answer)
+            elif not isinstance(answer, motiondb.MotionDBError):
                 _print_rows(each, answer)
     printing.refuse(problems)
 
 
-def _posed(each: _Question, where: str, limit: int, exact: bool) -> motiondb.Question:
-    words, like = ("", each.text) if each.is_example else (each.text, "")
-    both = " and ".join(f"({f})" for f in (where, each.where) if f.strip())
-    return motiondb.Question(words, like, each.start, each.end, both, each.limit or limit, exact)
-
-
-def _facts(answer: Any, is_example: bool) -> dict[str, Any]:  # noqa: ANN401  of either kind
-    facts: dict[str, Any] = motiondb.to_json(
-        motiondb.like_answer(answer) if is_example else motiondb.search_answer(answer, False)
-    )
-    return facts
-
-
-def _print_line(shared: options.Shared, each: _Question, facts: dict[str, Any]) -> None:
+def _print_line(each: _Line, answer: Any) -> None:  # noqa: ANN401  an answer of any kind
     """Print the answer to a question as one line of JSON."""
-    if shared.json:
-        asked = {"like": each.text} if each.is_example else {"question": {"text": each.text}}
-        printing.say(json.dumps({"line": each.line, **asked, **facts}))
+    is_example = bool(each.asked.like)
+    facts: object = {"error": str(answer)}
+    if not isinstance(answer, motiondb.MotionDBError):
+        is_words = not is_example
+        facts = motiondb.search_answer(answer, False) if is_words else motiondb.like_answer(answer)
+    asked = {"like": each.text} if is_example else {"question": {"text": each.text}}
+    printing.say(json.dumps({"line": each.number, **asked, **motiondb.to_json(facts)}))
 
 
-def _print_rows(each: _Question, answer: motiondb.WordAnswer | motiondb.ExampleAnswer) -> None:
+def _print_rows(each: _Line, answer: motiondb.WordAnswer | motiondb.ExampleAnswer) -> None:
     """Print the matches of a question as rows of TSV; a question without any has one row."""
     sure = {True: "yes", False: "no", None: ""}[answer.matches_anything]
-    head = [str(each.line), _cell(each.text)]
+    head = [str(each.number), " ".join(each.text.split())]
     for match in answer.matches:
         probability = "" if match.probability is None else f"{match.probability:.4f}"
         times = [f"{match.start:.2f}", f"{match.end:.2f}", f"{match.score:.4f}"]
@@ -481,12 +459,11 @@ def _print_rows(each: _Question, answer: motiondb.WordAnswer | motiondb.ExampleA
         printing.say_tsv([*head, "", "", "", "", "", "", "no"])
 
 
-def _cell(text: str) -> str:
-    return " ".join(text.split())
+def _read(file: Path, usual: motiondb.Question) -> Iterator[_Line]:
+    """The lines of a file; a header with the column question or like makes it TSV.
 
-
-def _read(file: Path) -> Iterator[_Question]:
-    """The questions of a file; a header with the column question or like makes it TSV."""
+    `usual`: What holds where a line does not say otherwise.
+    """
     text = motiondb.read_user_text(file, "a file of questions")
     lines = [
         (number, line)
@@ -504,7 +481,7 @@ def _read(file: Path) -> Iterator[_Question]:
             "Save the sheet as TSV, or as CSV with commas."
         )
     if not (is_asked or "\t" in first):  # questions have commas, but no tabs
-        yield from (_Question(number, line.strip()) for number, line in lines)
+        yield from (_Line(number, replace(usual, words=line.strip())) for number, line in lines)
         return
     if wrong or len(set(header)) < len(header) or not is_asked:
         raise motiondb.QueryError(
@@ -513,7 +490,7 @@ def _read(file: Path) -> Iterator[_Question]:
         )
     for number, line in lines[1:]:
         cells = next(csv.reader(io.StringIO(line), delimiter=sign))
-        one = _to_question(number, dict(zip(header, (cell.strip() for cell in cells))))
+        one = _to_line(number, dict(zip(header, (cell.strip() for cell in cells))), usual)
         opened = [cell for cell in line.split(sign) if cell.startswith('"')]
         if opened and line.count('"') % 2:  # csv would take the rest of the line for one cell
             one = replace(one, fault='expected quotation marks in pairs, found one alone (").')
@@ -530,25 +507,25 @@ NUMBERS = {
 }  # Columns that hold numbers
 
 
-def _to_question(number: int, cells: dict[str, str]) -> _Question:
+def _to_line(number: int, cells: dict[str, str], usual: motiondb.Question) -> _Line:
     """A row of a table of questions."""
     words, like = cells.get("question", ""), cells.get("like", "")
-    one = _Question(number, words or like, bool(like), where=cells.get("where", ""))
+    own = f"({cells['where']})" if cells.get("where") else ""
+    where = " and ".join(filter(None, (str(usual.where), own)))
+    asked = replace(usual, words=words, like=like, where=where)
     if bool(words) == bool(like):
         found = "both." if words else "neither."
         fault = f"expected a question or a capture in the column like, found {found}"
-        return replace(one, is_example=False, fault=fault)
+        return _Line(number, replace(asked, like=""), fault)
     numbers: dict[str, Any] = {}
     for column, (kind, said) in NUMBERS.items():
         try:
-            numbers[column] = kind(cells[column]) if cells.get(column) else None
+            if cells.get(column):
+                numbers[column] = kind(cells[column])
         except ValueError:
             fault = f"expected {said} in the column {column}, found {cells[column]!r}."
-            return replace(one, fault=fault)
-    one = replace(one, **numbers)
-    if words and (one.start is not None or one.end is not None):
+            return _Line(number, asked, fault)
+    fault = "" if numbers.get("limit", 1) >= 1 else "expected a limit of at least 1."
+    if words and not numbers.keys() <= {"limit"}:
         fault = "expected start and end for an example only, found them with a question."
-        return replace(one, fault=fault)
-    if one.limit is not None and one.limit < 1:
-        return replace(one, fault="expected a limit of at least 1.")
-    return one
+    return _Line(number, replace(asked, **numbers), fault)

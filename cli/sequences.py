@@ -95,18 +95,12 @@ def edit(
     ] = None,
     output: Annotated[
         Path | None,
-        options.option(
-            "File for the chosen alternative; without --choose one for each.",
-            "-o",
-            "--output",
-            callback=options.motion_name,
+        options.output(
+            "File for the chosen alternative; without --choose one for each.", options.motion_name
         ),
     ] = None,
     save: Annotated[str | None, "Also save the chosen one as a capture of this name."] = None,
-    png: Annotated[
-        Path | None,
-        options.option("Draw the trees of the alternatives.", callback=options.picture_name),
-    ] = None,
+    png: Annotated[Path | None, options.picture("Draw the trees of the alternatives.")] = None,
     seed: options.Seed = 0,
 ) -> None:
     """Offer alternatives for a region of a sequence; the rest does not change.
@@ -134,14 +128,8 @@ def edit(
             if not printing.as_json(shared, offered):
                 _say_offer(offered)
             return
-        how = {
-            "edited": sequence,
-            "at": at,
-            "wider": wider,
-            "narrower": narrower,
-            "number": number,
-            "choose": choose,
-        }
+        how: dict[str, object] = {"edited": sequence, "at": at, "wider": wider}
+        how |= {"narrower": narrower, "number": number, "choose": choose}
         made = base.grammars.play(name, edited, choose - 1)
         facts = _hand_out(base, made, seed, output, None, save, how)
     if not printing.as_json(shared, facts):

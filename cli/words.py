@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 import motiondb
 from motiondb import answers
 from motiondb.cli import options, printing
@@ -19,19 +17,16 @@ marking = app.group(
 
 
 @speaking.callback()
-def words(context: typer.Context, shared: options.Shared) -> None:
+def words(shared: options.Shared) -> None:
     """List the words of the database with their most probable symbols."""
-    if context.invoked_subcommand is not None:
-        return
     with shared.database() as base:
         rows = base.words.rows()
-    if printing.as_json(shared, rows):
-        return
-    table = [
-        [r.word, r.count, "  ".join(f"{s.symbol}: {s.probability:.2f}" for s in r.symbols)]
-        for r in rows
-    ]
-    printing.print_table(["word", "count", "symbols t(word | symbol)"], table)
+
+    def cells(row: answers.WordRow) -> list[object]:
+        symbols = (f"{each.symbol}: {each.probability:.2f}" for each in row.symbols)
+        return [row.word, row.count, "  ".join(symbols)]
+
+    printing.print_rows(shared, rows, ["word", "count", "symbols t(word | symbol)"], cells)
 
 
 @speaking.command("set")
@@ -103,20 +98,16 @@ def export_words(
 
 
 @speaking.command("history")
-def show_history(
-    shared: options.Shared,
-    name: options.CaptureName,
-) -> None:
+def show_history(shared: options.Shared, name: options.CaptureName) -> None:
     """List the captions that a capture has had, oldest first, with the runs that set them."""
     with shared.database() as base:
         versions = base.words.history(name)
-    if printing.as_json(shared, versions):
-        return
-    rows = [
-        [v.run, v.kind, v.time, "; ".join(printing.say_caption(c) for c in v.words) or "-"]
-        for v in versions
-    ]
-    printing.print_table(["run", "command", "time", "words"], rows)
+
+    def cells(version: answers.CaptionVersion) -> list[object]:
+        said = "; ".join(map(printing.say_caption, version.words)) or "-"
+        return [version.run, version.kind, version.time, said]
+
+    printing.print_rows(shared, versions, ["run", "command", "time", "words"], cells)
 
 
 @speaking.command("synonyms")
@@ -131,10 +122,8 @@ def set_synonyms(
 
 
 @marking.callback()
-def events(context: typer.Context, shared: options.Shared) -> None:
+def events(shared: options.Shared) -> None:
     """List the kinds of events with their number, and the number of captures."""
-    if context.invoked_subcommand is not None:
-        return
     with shared.database() as base:
         rows = base.captures.event_rows()
     if printing.as_json(shared, rows):
@@ -147,17 +136,15 @@ def events(context: typer.Context, shared: options.Shared) -> None:
 
 
 @marking.command("show")
-def show_events(
-    shared: options.Shared,
-    name: options.CaptureName,
-) -> None:
+def show_events(shared: options.Shared, name: options.CaptureName) -> None:
     """List the events of one capture."""
     with shared.database() as base:
         rows = [motiondb.shown_event(event) for event in base.captures.events(name)]
-    if printing.as_json(shared, rows):
-        return
-    table = [[f"{row.seconds:.3f}", row.frame, row.name, row.joint, row.other] for row in rows]
-    printing.print_table(["seconds", "frame", "event", "joint", "other"], table)
+
+    def cells(row: answers.ShownEvent) -> list[object]:
+        return [f"{row.seconds:.3f}", row.frame, row.name, row.joint, row.other]
+
+    printing.print_rows(shared, rows, ["seconds", "frame", "event", "joint", "other"], cells)
 
 
 @marking.command("import")

@@ -97,9 +97,6 @@ from .curation import (
     SplitChoice as SplitChoice,
 )
 from .database import (
-    AddAnswer as AddAnswer,
-)
-from .database import (
     AddReport as AddReport,
 )
 from .database import (
@@ -112,28 +109,16 @@ from .database import (
     CaptionsSet as CaptionsSet,
 )
 from .database import (
-    Compacted as Compacted,
-)
-from .database import (
     DatabaseInfo as DatabaseInfo,
 )
 from .database import (
     Evaluation as Evaluation,
 )
 from .database import (
-    ExportedKnowledge as ExportedKnowledge,
-)
-from .database import (
     Faults as Faults,
 )
 from .database import (
-    InfoAnswer as InfoAnswer,
-)
-from .database import (
     KnowledgeAnswer as KnowledgeAnswer,
-)
-from .database import (
-    LearnAnswer as LearnAnswer,
 )
 from .database import (
     LearnedSummary as LearnedSummary,
@@ -152,9 +137,6 @@ from .database import (
 )
 from .database import (
     Score as Score,
-)
-from .database import (
-    ShownKnowledge as ShownKnowledge,
 )
 from .database import (
     StartAnswer as StartAnswer,
@@ -218,9 +200,6 @@ from .grammars import (
 )
 from .grammars import (
     GrammarLearned as GrammarLearned,
-)
-from .grammars import (
-    GrammarLearnedAnswer as GrammarLearnedAnswer,
 )
 from .grammars import (
     GrammarQuestion as GrammarQuestion,
@@ -403,9 +382,6 @@ from .scenes import (
     DrawnDiagram as DrawnDiagram,
 )
 from .scenes import (
-    DrawnScene as DrawnScene,
-)
-from .scenes import (
     MeasuredRule as MeasuredRule,
 )
 from .scenes import (
@@ -431,9 +407,6 @@ from .scenes import (
 )
 from .scenes import (
     ValidatedActions as ValidatedActions,
-)
-from .scenes import (
-    WrittenScene as WrittenScene,
 )
 from .scenes import (
     scene_row as scene_row,

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from motiondb.answers.plain import OPTIONAL
-from motiondb.learn.drift import Drift
 from motiondb.records import Relation
 from motiondb.tabled import Tabled
 
@@ -44,21 +43,6 @@ def knowledge_answer(knowledge: Knowledge) -> KnowledgeAnswer:
         symbols=knowledge.symbols.n_symbols,
         words=len(knowledge.words),
     )
-
-
-@dataclass(frozen=True, kw_only=True)
-class ShownKnowledge(KnowledgeAnswer):
-    """The content and origin of knowledge, with its words."""
-
-    vocabulary: Sequence[str]
-
-
-@dataclass(frozen=True, kw_only=True)
-class ExportedKnowledge(KnowledgeAnswer):
-    """Knowledge that was written to a file."""
-
-    file: Path
-    bytes: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,30 +88,11 @@ class DatabaseInfo(Tabled):
     start: StartAnswer | None = None  # The start that was used for learning
 
 
-@dataclass(frozen=True, kw_only=True)
-class InfoAnswer(DatabaseInfo):
-    """What is in a database, how far it has changed since it learned, and its runs."""
-
-    drift: Drift | None
-    runs: list[dict[str, Any]]
-
-
 @dataclass(frozen=True)
 class Faults:
     """The faults of a database."""
 
     faults: list[str]
-
-
-@dataclass(frozen=True)
-class Compacted:
-    """The size of a database file, bytes, and what became of motions, original files and scores."""
-
-    before: int
-    after: int
-    moved: int  # Captures whose motions and original files, or scores, were moved
-    unused: tuple[str, ...]  # Parquet files that this database no longer relies on
-    notes: tuple[str, ...] = ()  # What else was done to the file
 
 
 @dataclass(frozen=True)
@@ -149,14 +114,6 @@ class LearnedSummary:
     dimensions: int
     words: int
     run: int
-
-
-@dataclass(frozen=True, kw_only=True)
-class LearnAnswer(LearnedSummary):
-    """The size of what was learned, what had changed before, and the start that was used."""
-
-    drift: Drift | None
-    start: StartAnswer | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -290,14 +247,6 @@ class MergeReport(Tabled):
     notes: tuple[str, ...]  # Tags with other values, and what is not taken over
     counted: int = 0  # How many captures were counted, because the database had learned
     new_words: tuple[str, ...] = ()  # That the vocabulary lacks; the next ``learn`` counts them
-
-
-@dataclass(frozen=True, kw_only=True)
-class AddAnswer(AddReport):
-    """The result of ``add``, and the state of the database after it."""
-
-    captures: int
-    drift: Drift | None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -115,13 +115,6 @@ class GrammarAnswer(Tabled):
     text_with_loops: str
 
 
-@dataclass(frozen=True, kw_only=True)
-class GrammarLearnedAnswer(GrammarAnswer):
-    """A grammar that was learned, and the captures that can no longer be edited with it."""
-
-    no_longer_editable: list[str]
-
-
 @dataclass(frozen=True)
 class GrammarQuestion:
     """Whether a terminal can come straight after another, with a segment that shows each."""

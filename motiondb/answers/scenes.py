@@ -3,20 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, Literal
 
 from motiondb.answers.making import Source
 from motiondb.answers.plain import OPTIONAL, extended
-from motiondb.scene.report.report_records import (
-    Collision,
-    GuardReport,
-    ImpossibleMotion,
-    JumpReport,
-    LimbReport,
-    PaceReport,
-    SeenFault,
-)
+from motiondb.scene.report import report_records
 
 
 @dataclass(frozen=True)
@@ -66,15 +57,17 @@ class SceneRow:
 class SceneDetails:
     """What was measured on a scene beside its rules, and how it was made."""
 
-    collisions: tuple[Collision, ...]
+    collisions: tuple[report_records.Collision, ...]
     collisions_before: int
     feet: dict[str, tuple[float, float]]  # Slip of planted feet, there and in the sources, m/s
-    paces: tuple[PaceReport, ...]
-    impossible: tuple[ImpossibleMotion, ...]
-    planted_feet: tuple[JumpReport, ...]
-    near_limbs: tuple[LimbReport, ...]
-    guards: tuple[GuardReport, ...]
-    seen: tuple[SeenFault, ...] = ()  # What a viewer sees at once although no rule is about it
+    paces: tuple[report_records.PaceReport, ...]
+    impossible: tuple[report_records.ImpossibleMotion, ...]
+    planted_feet: tuple[report_records.JumpReport, ...]
+    near_limbs: tuple[report_records.LimbReport, ...]
+    guards: tuple[report_records.GuardReport, ...]
+    seen: tuple[
+        report_records.SeenFault, ...
+    ] = ()  # What a viewer sees at once although no rule is about it
     bone_error: float  # Metres
     ball_gap: float | None  # Metres; None without a ball
     too_fast: tuple[str, ...]
@@ -104,21 +97,6 @@ def scene_row(scene: SceneAnswer) -> SceneRow:
         What :meth:`Scenes.facts` gives.
     """
     return extended(SceneRow, scene)
-
-
-@dataclass(frozen=True, kw_only=True)
-class WrittenScene(SceneAnswer):
-    """The report of a scene that was made, its folder, and the seconds of each part of the work."""
-
-    folder: Path
-    took: dict[str, float]
-
-
-@dataclass(frozen=True, kw_only=True)
-class DrawnScene(SceneAnswer):
-    """The report of a scene, and its picture."""
-
-    picture: Path | None = field(default=None, metadata=OPTIONAL)
 
 
 @dataclass(frozen=True)

@@ -8,23 +8,12 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from motiondb import answers, store
+from motiondb import answers, records, store
 from motiondb.database.catalogue import browsing
 from motiondb.database.catalogue.parts import load_example
 from motiondb.database.session import Topic
 from motiondb.database.values import ANY, FOLDER, Where, folder_names, listed, names_by_pattern
 from motiondb.errors import QueryError
-from motiondb.records import (
-    Caption,
-    CaptureInfo,
-    DuplicateGroup,
-    Event,
-    Finding,
-    Float32Array,
-    Match,
-    Motion,
-    Relation,
-)
 from motiondb.store import CAPTION, COLUMNS
 from motiondb.tabled import Listed, Tupled
 
@@ -53,7 +42,9 @@ class Captures(Topic):
     ``path`` of a picture is the file, which is returned.
     """
 
-    def __call__(self, where: Where = "", exact: bool = False, sort: str = "") -> list[CaptureInfo]:
+    def __call__(
+        self, where: Where = "", exact: bool = False, sort: str = ""
+    ) -> list[records.CaptureInfo]:
         """The catalogue.
 
         ``exact``: whether words of ``where`` that are in no caption and no tag match nothing;
@@ -121,13 +112,13 @@ class Captures(Topic):
         """Names of captured captures that no question searches: added and not counted."""
         return browsing.unlearned_captures(self.session)
 
-    def relations(self, name: str | None = None) -> list[Relation]:
+    def relations(self, name: str | None = None) -> list[records.Relation]:
         """Copies, mirror images and cuts; of one capture, or of all."""
         with self.session.reading():
             full = store.load_capture(self.store, name).name if name else None
             return Listed(store.load_relations(self.store, full))
 
-    def duplicates(self, where: Where = "") -> tuple[DuplicateGroup, ...]:
+    def duplicates(self, where: Where = "") -> tuple[records.DuplicateGroup, ...]:
         """Groups of captures that repeat one another, with at least one that matches."""
         from motiondb.search.copies import group_duplicates
 
@@ -158,13 +149,13 @@ class Captures(Topic):
             answers.TagRow(key, len(of), len(set(of))) for key, of in sorted(values.items())
         )
 
-    def events(self, name: str) -> tuple[Event, ...]:
+    def events(self, name: str) -> tuple[records.Event, ...]:
         """Instants of a capture, by frames of its motion (30 a second)."""
         with self.session.reading():
             number = store.load_capture(self.store, name).capture_id
             return store.load_events(self.store, [number]).get(number, ())
 
-    def all_events(self) -> dict[int, tuple[Event, ...]]:
+    def all_events(self) -> dict[int, tuple[records.Event, ...]]:
         """Instants of all captures that have any, by capture number."""
         with self.session.reading():
             return dict(store.load_events(self.store))
@@ -341,11 +332,11 @@ class Captures(Topic):
                         store.save_tags(self.store, info.capture_id, merged)
         return [info.name for info, _ in changed]
 
-    def save_generated(self, name: str, words: str, made: Made, seed: int) -> CaptureInfo:
+    def save_generated(self, name: str, words: str, made: Made, seed: int) -> records.CaptureInfo:
         """Keep a generated motion as a capture, with the origin of every frame."""
         from motiondb.database.generated_files import keep_generated
 
-        opened, captions = self.store, [Caption(words)]
+        opened, captions = self.store, [records.Caption(words)]
         with (
             store.running(opened, "generate", {"words": words}, seed) as run_id,
             store.noting_edits(opened, run_id),
@@ -411,7 +402,7 @@ class Captures(Topic):
         start: float | None = None,
         end: float | None = None,
         whitened: bool = False,
-    ) -> Float32Array:
+    ) -> records.Float32Array:
         """Recognition features of a motion: what symbols are learned from, and examples found by.
 
         They do not depend on the performer's size, place and heading (:mod:`motiondb.body.features`
@@ -474,7 +465,7 @@ class Captures(Topic):
         answer: WordAnswer | ExampleAnswer,
         path: str | Path | None = None,
         title: str = "",
-        example: Motion | None = None,
+        example: records.Motion | None = None,
     ) -> Path | Figure:
         """Draw the first matches, below an example if given, as rows of stick figures (PNG)."""
         from motiondb import pictures
@@ -484,7 +475,7 @@ class Captures(Topic):
         query = None if example is None else ("query", example)
         return pictures.save_png(pictures.hits_figure(hits, title, query), path)
 
-    def _motion(self, name: str) -> Motion:
+    def _motion(self, name: str) -> records.Motion:
         return store.load_motion(self.store, store.load_capture(self.store, name).capture_id)
 
     def quality(
@@ -505,7 +496,7 @@ class Captures(Topic):
 
         return assessing.quality_of(self.session, self._of(where), again, progress)
 
-    def findings(self, name: str) -> tuple[Finding, ...]:
+    def findings(self, name: str) -> tuple[records.Finding, ...]:
         """What a capture lacks, as far as it was measured before."""
         number = store.load_capture(self.store, name).capture_id
         known = store.load_quality(self.store, [number])
@@ -538,7 +529,7 @@ class Captures(Topic):
 
         return assessing.draw_quality(self.session, name, path)
 
-    def _of(self, where: Where) -> list[CaptureInfo]:
+    def _of(self, where: Where) -> list[records.CaptureInfo]:
         """The captures of a filter, or of the name that it is."""
         if isinstance(where, str) and where.strip():
             names = self.store.connection.column("SELECT name FROM capture")
@@ -574,7 +565,7 @@ class Captures(Topic):
         return pictures.save_png(figure, path)
 
 
-def chosen(session: Session, names: Iterable[str], where: Where) -> list[CaptureInfo]:
+def chosen(session: Session, names: Iterable[str], where: Where) -> list[records.CaptureInfo]:
     """The captures of some names, and those that match a filter; each once."""
     infos = store.load_named(session.store, listed("names", names))
     where = session.filter(where)
@@ -582,7 +573,7 @@ def chosen(session: Session, names: Iterable[str], where: Where) -> list[Capture
     return list({info.capture_id: info for info in infos}.values())
 
 
-def _file_name(match: Match) -> str:
+def _file_name(match: records.Match) -> str:
     """The name of a file: rank, capture and interval."""
     plain = _UNUSUAL.sub("-", match.capture.replace("/", "-"))[:100]
     return f"{match.rank:03d}_{plain}_{match.start:.2f}-{match.end:.2f}"

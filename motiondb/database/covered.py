@@ -83,15 +83,12 @@ def coverage(
     )
     if png is None:
         return answer
-    pictures.save_png(
-        pictures.coverage_figure(*(_grid(cells, t) for t in ("going", "changes"))), png
-    )
+    grids: list[pictures.Grid] = [
+        [(c.row, c.column, c.amount, c.unit, c.performers) for c in cells if c.table == table]
+        for table in ("going", "changes")
+    ]
+    pictures.save_png(pictures.coverage_figure(*grids), png)
     return replace(answer, png=Path(png))
-
-
-def _grid(cells: Sequence[answers.Cell], table: str) -> pictures.Grid:
-    """The cells of a table, for a picture."""
-    return [(c.row, c.column, c.amount, c.unit, c.performers) for c in cells if c.table == table]
 
 
 class _Coverage:
@@ -215,11 +212,8 @@ class _Coverage:
             name = f"symbol {symbol}"
             likely = np.argsort(-translation[symbol + 1], kind="stable")[:2]
             said = ", ".join(as_said(known[word]) for word in likely)
-            out.append(
-                _cell(
-                    "symbols", name, "all", total, "s", f"{name} ({said})" if said else name, near
-                )
-            )
+            whole = f"{name} ({said})" if said else name
+            out.append(_cell("symbols", name, "all", total, "s", whole, near))
             out += [
                 replace(_cell("symbols", name, c, each, "s", name, ()), shot="")
                 for c, each in sorted(contexts.items())
@@ -283,11 +277,8 @@ def _cell(
     """A cell, with what to record where it has too little."""
     performers = len(held.performers or ())
     short = held.amount < _LEAST_SECONDS or performers < _LEAST_PERFORMERS
-    amount = f"{held.amount:.1f} s" if unit == "s" else _times(int(held.amount))
+    times = "once" if int(held.amount) == 1 else f"{int(held.amount)} times"
+    amount = f"{held.amount:.1f} s" if unit == "s" else times
     who = "one performer" if performers == 1 else f"{performers} performers"
     shot = f"To record: {said} ({f'{amount}, {who}' if held.amount else 'none'})" if short else ""
     return answers.Cell(table, row, column, round(held.amount, 2), unit, performers, shot, near)
-
-
-def _times(count: int) -> str:
-    return "once" if count == 1 else f"{count} times"

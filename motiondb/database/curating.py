@@ -8,9 +8,8 @@ choice (:mod:`motiondb.curate.covering`), each split on its own.
 
 from __future__ import annotations
 
-import csv
-import io
 import json
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
@@ -27,7 +26,7 @@ from motiondb.database.catalogue.parts import check_new_folder, write_bytes
 from motiondb.database.values import seeded
 from motiondb.errors import NotLearnedError, QueryError
 from motiondb.files.own_files import WRITER
-from motiondb.files.sheet_writer import plain_cell
+from motiondb.files.sheet_writer import write_table
 from motiondb.files.whole_folders import whole_folder
 from motiondb.language.vocabulary import words_of
 from motiondb.learn.learned import performers_of
@@ -271,10 +270,10 @@ class Gathered:
             if reason
         ]
         dropped.sort(key=lambda each: (each.capture, each.start))
-        sums: dict[str, float] = {}
+        sums = defaultdict[str, float](float)
         for each in dropped:
             kind = each.reason.partition(":")[0]
-            sums[kind] = sums.get(kind, 0.0) + each.end - each.start
+            sums[kind] = sums[kind] + each.end - each.start
         reasons = {kind: round(s, 2) for kind, s in sorted(sums.items(), key=lambda p: -p[1])}
         return answers.CurateAnswer(
             seconds=round(total, 2),
@@ -296,9 +295,9 @@ class Gathered:
         if not self.asked.split:
             return {"all": list(range(len(self.intervals)))}
         whose = [self.performers[each.capture] for each in self.intervals]
-        seconds: dict[str, float] = {}
+        seconds = defaultdict[str, float](float)
         for name, each in zip(whose, self.intervals):
-            seconds[name] = seconds.get(name, 0.0) + each.seconds
+            seconds[name] += each.seconds
         if len(seconds) < 2:
             raise QueryError(
                 f"split: expected captures of two performers or more, found {len(seconds)}. Tag "
@@ -402,13 +401,8 @@ class Gathered:
 
 def _with_reasons(told: list[answers.ChosenInterval]) -> list[answers.ChosenInterval]:
     """Say what each interval has that no other one of its split has."""
-    words: dict[str, int] = {}
-    symbols: dict[int, int] = {}
-    for each in told:
-        for word in each.words:
-            words[word] = words.get(word, 0) + 1
-        for symbol in each.symbols:
-            symbols[symbol] = symbols.get(symbol, 0) + 1
+    words = Counter(word for each in told for word in each.words)
+    symbols = Counter(symbol for each in told for symbol in each.symbols)
     out, of = [], {each.interval: each for each in told}
     for each in told:
         said = [f"stands for {each.weight:.0f} s"]
@@ -456,15 +450,14 @@ def _export(
 
 
 def _write_manifest(answer: answers.CurateAnswer, asked: CurateSettings, folder: Path) -> None:
+    def cell(value: object) -> str:
+        if isinstance(value, tuple):
+            return " ".join(map(str, value))
+        return "" if value is None else str(value)
+
     columns = [f.name for f in fields(answers.ChosenInterval)]
-    text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    for each in answer.intervals:
-        row = [getattr(each, name) for name in columns]
-        cells = [" ".join(map(str, v)) if isinstance(v, tuple) else v for v in row]
-        writer.writerow(["" if v is None else plain_cell(str(v)) for v in cells])
-    write_bytes(folder / "manifest.csv", text.getvalue().encode())
+    rows = [[cell(getattr(each, name)) for name in columns] for each in answer.intervals]
+    write_table(folder / "manifest.csv", columns, rows)
     settings: Mapping[str, object] = asdict(asked)
     told = {"written_by": WRITER, "settings": settings, **answers.to_json(answer)}
     told.pop("folder", None)

@@ -24,7 +24,7 @@ from motiondb.learn.learned_model import LearnedModel
 from motiondb.learn.recognition import FeaturePool, recognise_capture
 from motiondb.meaning.counting import join_tables
 from motiondb.meaning.occurrences import measured_track
-from motiondb.records import Caption, CaptureInfo, Motion, SegmentTable
+from motiondb.records import Caption, CaptureInfo, Match, Motion, SegmentTable
 from motiondb.search.asking import understand_learned
 from motiondb.search.by_example import search_motion
 from motiondb.search.by_words import search_words
@@ -60,23 +60,10 @@ class _Held:
         """Numbers of the captures."""
         return [info.capture_id for info in self.infos]
 
-    def ranked(self, text: str, among: Sequence[int] | None = None) -> list[int]:
-        """The captures, best first, for a question in words, from their motion alone."""
-        allowed = self.numbers if among is None else list(among)
-        question = understand_learned(self.learned, text)
-        answer = search_words(question, allowed, len(allowed), written=False)
-        return self._in_order([m.capture for m in answer.matches], allowed)
-
-    def alike(self, number: int) -> list[int]:
-        """The other captures, best first, by the motion of one."""
-        allowed = [other for other in self.numbers if other != number]
-        answer = search_motion(self.learned, self.pool, self.motions[number], allowed, len(allowed))
-        return self._in_order([m.capture for m in answer.matches], allowed)
-
-    def _in_order(self, names: Sequence[str], allowed: Sequence[int]) -> list[int]:
-        """Numbers in the order of names; those that were not found come last."""
+    def in_order(self, matches: Sequence[Match], allowed: Sequence[int]) -> list[int]:
+        """Numbers in the order of matches; those that were not found come last."""
         by_name = {info.name: info.capture_id for info in self.infos}
-        found = list(dict.fromkeys(by_name[name] for name in names))
+        found = list(dict.fromkeys(by_name[match.capture] for match in matches))
         return found + [number for number in allowed if number not in set(found)]
 
 
@@ -117,7 +104,8 @@ def evaluate(
         tell("words", 0.0)
         words = _words(asking)
         tell("captions", 0.3)
-        scores = [_mean_words(words), *_captions(asking)]
+        values, chances = [w.average_precision for w in words], [w.chance for w in words]
+        scores = [_score("words", "mean average precision", values, chances), *_captions(asking)]
         tell("examples", 0.5)
         scores += _examples(asking)
         tell("intervals", 0.8)
@@ -182,11 +170,13 @@ def _recognise_some(
 
 
 def _ranked(text: str, held: _Held) -> list[int] | None:
-    """The captures, best first, for a question in words; None if no word of it is known."""
+    """The captures, best first, for words, by their motion alone; None if no word is known."""
     try:
-        return held.ranked(text)
+        question = understand_learned(held.learned, text)
+        answer = search_words(question, held.numbers, len(held.infos), written=False)
     except QueryError:  # such as a word of the language of questions
         return None
+    return held.in_order(answer.matches, held.numbers)
 
 
 def _words(asking: _Asking) -> list[WordScore]:
@@ -218,11 +208,6 @@ def average_precision(ranked: Sequence[int], right: set[int] | frozenset[int]) -
     return sum(n / place for n, place in enumerate(places, start=1)) / len(right)
 
 
-def _mean_words(words: Sequence[WordScore]) -> Score:
-    values, chances = [w.average_precision for w in words], [w.chance for w in words]
-    return _score("words", "mean average precision", values, chances)
-
-
 def _captions(asking: _Asking) -> list[Score]:
     """How early a capture is found by its own caption, or by one with the same words."""
     held, reciprocal, first, chance = asking.held, list[float](), list[float](), list[float]()
@@ -233,7 +218,8 @@ def _captions(asking: _Asking) -> list[Score]:
         for caption in captions
         if caption.start is None and caption.end is None
     ]
-    for (number, text), ranked in asking.each(_ranked_by_caption, whole):
+    answered = asking.each(_ranked, (text for _, text in whole))
+    for number, (text, ranked) in zip((number for number, _ in whole), answered):
         if ranked is None:
             continue
         words = frozenset(words_of(text, learned.synonyms, learned.lemmas))
@@ -246,11 +232,6 @@ def _captions(asking: _Asking) -> list[Score]:
         _score("captions", "mean reciprocal rank", reciprocal),
         _score("captions", "found first", first, chance),
     ]
-
-
-def _ranked_by_caption(caption: tuple[int, str], held: _Held) -> list[int] | None:
-    """The captures, best first, for the words of a caption; None if no word of it is known."""
-    return _ranked(caption[1], held)
 
 
 def _examples(asking: _Asking) -> list[Score]:
@@ -275,7 +256,10 @@ def _examples(asking: _Asking) -> list[Score]:
 
 def _alike(number: int, held: _Held) -> list[int]:
     """The other captures, best first, by the motion of one."""
-    return held.alike(number)
+    allowed = [other for other in held.numbers if other != number]
+    motion = held.motions[number]
+    answer = search_motion(held.learned, held.pool, motion, allowed, len(allowed))
+    return held.in_order(answer.matches, allowed)
 
 
 def _intervals(asking: _Asking) -> list[Score]:

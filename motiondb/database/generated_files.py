@@ -15,14 +15,7 @@ import numpy as np
 
 from motiondb import answers, pictures, store
 from motiondb.body.retarget import to_clip
-from motiondb.database.catalogue.exporting import (
-    MotionChanges,
-    change_sequence,
-    check_changes,
-    check_joint_map,
-    unit_in,
-    write_motion,
-)
+from motiondb.database.catalogue import exporting
 from motiondb.database.catalogue.parts import outside, write_bytes
 from motiondb.database.session import Session
 from motiondb.errors import QueryError
@@ -55,16 +48,16 @@ def write_with_provenance(
     made: Made,
     facts: object,
     path: Path,
-    changes: MotionChanges | None = None,
+    changes: exporting.MotionChanges | None = None,
     said: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Write a motion, and beside it ``FILE.provenance.json``; the names of both files.
 
     `said`: How the motion was changed already.
     """
-    asked = changes or MotionChanges()
-    check_joint_map(asked, uses_names=False)
-    check_changes(asked, path)
+    asked = changes or exporting.MotionChanges()
+    exporting.check_joint_map(asked, uses_names=False)
+    exporting.check_changes(asked, path)
     told = answers.to_json(facts).items()
     kept = {k: v for k, v in told if k != "question" and (k != "words_from" or v)}
     beside = provenance_path(path)
@@ -73,11 +66,11 @@ def write_with_provenance(
         f"{source.name}, licence {source.licence or 'not known'}"
         for source in made.provenance.sources
     )
-    done = write_motion(made.motion, path, asked, owner)
+    done = exporting.write_motion(made.motion, path, asked, owner)
     said = (*said, *done.said)
     written: dict[str, object] = {"written_by": WRITER, "sha256": digest_of(path)}
     if said or asked.are_any:
-        unit = unit_in(path, done.clip)
+        unit = exporting.unit_in(path, done.clip)
         written |= {"changes": said, "fps": done.clip.fps, "unit": unit}
     runs = {"frames": frame_runs(made, done.clip.fps / asked.speed)}
     write_bytes(beside, json.dumps({**written, **kept, **runs}, indent=1).encode())
@@ -108,27 +101,18 @@ def frame_runs(made: Made, fps: float = MOTION_FPS) -> list[dict[str, Any]]:
     has 30 a second, too), and what was done.
     """
     provenance = made.provenance
-    steps = np.diff(provenance.source_frames)
+    steps = np.array([_step(edit) for edit in provenance.edits])
     same = np.diff(provenance.source_numbers) == 0
-    same &= np.array(
-        [a == b for a, b in zip(provenance.edits[:-1], provenance.edits[1:])], dtype=bool
-    )
-    runs: list[tuple[int, int, float]] = []
-    start, n_frames = 0, len(provenance.source_frames)
-    while start < n_frames:
-        step = _step(provenance.edits[start])
-        end = start + 1
-        while end < n_frames and same[end - 1] and abs(steps[end - 1] - step) < 1e-6:
-            end += 1
-        runs.append((start, end, step))
-        start = end
+    same &= np.array([a == b for a, b in pairwise(provenance.edits)], dtype=bool)
+    same &= np.abs(np.diff(provenance.source_frames) - steps[:-1]) < 1e-6
     share = MOTION_FPS / fps  # Frames of the motion from one frame of the file to the next
-    told, count = [], max(1, round(n_frames / share))
-    for a, b, step in runs:
+    told, count = [], max(1, round(len(steps) / share))
+    for a, b in runs_between(~same):
         first, behind = math.ceil(a / share - 1e-9), min(math.ceil(b / share - 1e-9), count)
         if first >= behind:  # a frame that a file of a lower rate leaves out
             continue
         number = int(provenance.source_numbers[a])
+        step = float(steps[a])
         source = float(provenance.source_frames[a]) + step * (first * share - a)
         told.append(
             {
@@ -282,7 +266,9 @@ class Joined(Tabled):
         sources = sources_of(self.provenance)
         return answers.extended(answers.JoinedAnswer, self, seconds=seconds, sources=sources)
 
-    def write(self, path: str | Path, changes: MotionChanges | None = None) -> answers.WrittenJoin:
+    def write(
+        self, path: str | Path, changes: exporting.MotionChanges | None = None
+    ) -> answers.WrittenJoin:
         """Write the motion, and beside it ``FILE.provenance.json`` with the origin of its frames.
 
         Parameters
@@ -321,7 +307,7 @@ def read_part(text: str) -> tuple[str, float | None, float | None]:
 
 
 def join_parts(
-    session: Session, texts: Sequence[str], changes: MotionChanges | None = None
+    session: Session, texts: Sequence[str], changes: exporting.MotionChanges | None = None
 ) -> Joined:
     """Join parts of captures, each ``CAPTURE:FROM-TO``."""
     from motiondb.generate.joining import join
@@ -350,7 +336,7 @@ def join_parts(
         ids = np.array(list(numbers))
         made, seams, said = joined.made, list(joined.seams), tuple[str, ...]()
         if changes is not None and changes.of_motion.are_any:
-            done = change_sequence(made, changes)
+            done = exporting.change_sequence(made, changes)
             parts, seams = _within(parts, joined.seams, done.first, done.made)
             made, said = done.made, done.said
         provenance = store.to_provenance(

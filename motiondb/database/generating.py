@@ -6,29 +6,20 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from motiondb import answers, store
+from motiondb.database import generated_files
 from motiondb.database.catalogue.exporting import MotionChanges, change_sequence
-from motiondb.database.generated_files import (
-    draw_generated,
-    sources_of,
-    write_with_provenance,
-)
 from motiondb.database.loading import nearby_table
 from motiondb.database.searching import check_any
 from motiondb.database.session import Session
 from motiondb.errors import QueryError
+from motiondb.generate import motion_making
 from motiondb.generate.excerpt_motion import Choices, PlaceWish
 from motiondb.generate.material import Takes
-from motiondb.generate.motion_making import (
-    JudgedMotion,
-    MadeMotion,
-    judge,
-    make_motion,
-)
 from motiondb.generate.sentence_plan import plan_sentence, speed_of
 from motiondb.generate.shown_actions import JudgedAction
 from motiondb.generate.smoothness import Smoothness
@@ -177,7 +168,7 @@ class Generated(Tabled):
             shown=self.shows_all,
             shown_actions=tuple(map(action_verdict, self.shown)),
             decodings=tuple(answers.extended(answers.DecodedAction, d) for d in self.decodings),
-            sources=sources_of(self.provenance),
+            sources=generated_files.sources_of(self.provenance),
             words_from=self.sources,
             question=answers.understood_question(self.question, self.not_used),
         )
@@ -196,12 +187,14 @@ class Generated(Tabled):
             place, mirror) is not judged here; ask :meth:`MotionDB.generate_variants` for it.
         """
         facts = self.facts()
-        written = write_with_provenance(self, facts, Path(path), changes, self.changed)
+        written = generated_files.write_with_provenance(
+            self, facts, Path(path), changes, self.changed
+        )
         return answers.extended(answers.WrittenMotion, facts, **written)
 
     def draw(self, path: str | Path | None = None) -> Path | Figure:
         """Draw a strip of stick figures over the sources of the frames, as PNG."""
-        return draw_generated(self, self.words, path)
+        return generated_files.draw_generated(self, self.words, path)
 
 
 def say_why_not(shown: Sequence[JudgedAction], first: str = "") -> str:
@@ -237,7 +230,7 @@ def generate(
             f"variants: expected 1 for trajectory, which is one motion, found {number}. "
             "Use the method stitched."
         )
-    made: list[MadeMotion] = []
+    made: list[motion_making.MadeMotion] = []
     motions: list[Generated] = []
     with session.reading():
         takes = Takes(session.features, lambda capture: store.load_motion(session.store, capture))
@@ -256,7 +249,7 @@ def generate(
         missing = not_understood(sentence, [w for w, t in takings.items() if t.is_taken])
         for variant in range(seed, seed + MOST_TRIES * number):
             rng = np.random.default_rng(variant)
-            motion = make_motion(
+            motion = motion_making.make_motion(
                 learned,
                 takes,
                 sentence.text,
@@ -272,23 +265,14 @@ def generate(
                 if changes is not None and changes.of_motion.are_any:
                     done = change_sequence(motion.made, changes)
                     origin, first, said = done.made, done.first, done.said
-                judged = judge(learned, takes, motion, origin, first)
+                judged = motion_making.judge(learned, takes, motion, origin, first)
                 provenance = store.to_provenance(
                     session.store, origin.captures, origin.frames, edits=origin.edits
                 )
+                more = {"words": words, "seed": variant, "method": method, "missing": missing}
+                more |= {"provenance": provenance, "changed": said}
                 heard = _taken_words(sentence, variant, motion, takings)
-                one = _to_generated(learned, motion, judged, provenance, takings, heard)
-                one = replace(
-                    one,
-                    words=words,
-                    seed=variant,
-                    method=method,
-                    question=replace(one.question, text=words),
-                    taken={**same, **one.taken},
-                    missing=missing,
-                    changed=said,
-                )
-                motions.append(one)
+                motions.append(_to_generated(learned, motion, judged, takings, heard, same, more))
             if len(motions) == number:
                 break
             if _took_all_places(motion, variant + 1 - seed):
@@ -313,7 +297,7 @@ def _wish(session: Session, place: ActionPlace) -> PlaceWish:
     return PlaceWish(None, (info.capture_id, first, last))
 
 
-def _took_all_places(motion: MadeMotion, n_tries: int) -> bool:
+def _took_all_places(motion: motion_making.MadeMotion, n_tries: int) -> bool:
     """Whether further seeds prefer the places of earlier ones, after some successive seeds.
 
     Never where alternatives are drawn, since the next seed may draw another one.
@@ -329,7 +313,7 @@ def _has_alternatives(node: Node) -> bool:
     return isinstance(node, AnyOf) or any(_has_alternatives(part) for part in parts)
 
 
-def _is_from_same(one: MadeMotion, other: MadeMotion) -> bool:
+def _is_from_same(one: motion_making.MadeMotion, other: motion_making.MadeMotion) -> bool:
     """Whether stitched motions show the same actions from the same places."""
     if not one.places or (one.actions, one.decided) != (other.actions, other.decided):
         return False
@@ -339,7 +323,9 @@ def _is_from_same(one: MadeMotion, other: MadeMotion) -> bool:
     )
 
 
-def _shares_most(one: MadeMotion, other: MadeMotion, action: int) -> bool:
+def _shares_most(
+    one: motion_making.MadeMotion, other: motion_making.MadeMotion, action: int
+) -> bool:
     """Whether two motions share more than half of the frames of an action, of the shorter one."""
     used = []
     for made in (one.made, other.made):
@@ -375,38 +361,36 @@ def replace_unknown(
 
 def _to_generated(
     learned: Learned,
-    motion: MadeMotion,
-    judged: JudgedMotion,
-    provenance: store.Provenance,
+    motion: motion_making.MadeMotion,
+    judged: motion_making.JudgedMotion,
     takings: Mapping[str, Taking],
     heard: Sequence[Mapping[str, Taking]],
+    same: Mapping[str, Taking],
+    more: Mapping[str, Any],
 ) -> Generated:
     suggested = {word: taking for word, taking in takings.items() if not taking.is_taken}
     hints = hints_of(suggested)
     of_each = [*heard, *[takings] * (len(judged.shown) - len(heard))]
-    return Generated(
+    return answers.extended(
+        Generated,
+        motion,
         motion=judged.made.motion,
         symbols=tuple(int(s) for s in motion.symbols),
-        positions=motion.positions,
-        actions=motion.actions,
-        decodings=motion.decodings,
         recognised=tuple(int(s) for s in judged.recognised),
-        provenance=provenance,
-        question=with_hints(motion.question, hints),
+        question=with_hints(replace(motion.question, text=more["words"]), hints),
         shown=tuple(map(with_notation, judged.shown, of_each)),
-        decided=motion.decided,
-        taken={word: taking for word, taking in takings.items() if taking.is_taken},
+        taken={**same, **{word: taking for word, taking in takings.items() if taking.is_taken}},
         suggested=suggested,
         spans=judged.spans,
         not_used=hinted(motion.not_used, hints),
         sources=word_sources(learned, (word for action in motion.actions for word in action)),
         smoothness=judged.smoothness,
-        places=motion.places,
+        **more,
     )
 
 
 def _taken_words(
-    sentence: Sentence, seed: int, motion: MadeMotion, takings: Mapping[str, Taking]
+    sentence: Sentence, seed: int, motion: motion_making.MadeMotion, takings: Mapping[str, Taking]
 ) -> list[Mapping[str, Taking]]:
     """The taken words of each action that was made: of "moonwalk, then walk", only the first's.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -25,7 +25,7 @@ from motiondb.generate.material import Takes
 from motiondb.generate.second_opinion import judge_sentence
 from motiondb.language.question.readings import hinted, with_hints
 from motiondb.quality.assess import assess
-from motiondb.records import Clip, Match, Motion
+from motiondb.records import Clip, Motion
 from motiondb.search.by_example import search_motion
 from motiondb.search.takings import Taking, hints_of, sentence_of, unknown_words, write_otherwise
 
@@ -73,14 +73,14 @@ def judge(
     actions = tuple(with_notation(one, takings) for one in found.actions)
     shown = found.shown if found.shown is not True or all(a.shown for a in actions) else None
     real = {info.name for info in learned.captures.values() if info.kind != "generated"} - names
-    return answers.Judgement(
+    return answers.extended(
+        answers.Judgement,
+        found,
         sentence=sentence,
         seconds=round(motion.duration, 3),
         shown=shown,
         actions=tuple(map(action_verdict, actions)),
-        in_order=found.in_order,
         reason=say_why_not(actions, found.against),
-        chosen=found.chosen,
         question=answers.understood_question(question, hinted(found.not_used, hints)),
         sentences=(
             *motion.notes,
@@ -91,13 +91,9 @@ def judge(
             ),
         ),
         left_out=tuple(left_out),
-        nearest=_first(near, real),
+        nearest=next((match for match in near if match.capture in real), None),
         quality=quality,
     )
-
-
-def _first(near: Iterable[Match], names: set[str]) -> Match | None:
-    return next((match for match in near if match.capture in names), None)
 
 
 def _own_names(session: Session, example: Example) -> set[str]:

@@ -230,15 +230,10 @@ def _with_generated(opened: store.Store, learned: Learned) -> Learned:
 def searchable(opened: store.Store, learned: Learned) -> Learned:
     """The learned model with the generated captures, and what questions need of all captures."""
     every = _with_generated(opened, learned)
-    return learned if every is learned else _prepared(opened, every, "searched")
+    return learned if every is learned else prepared(opened, every, "searched")
 
 
-def load_prepared(opened: store.Store, model: Learned, pool: Callable[[], FeaturePool]) -> Learned:
-    """The learned model with the catalogue of the same revision, ready for questions."""
-    return _prepared(opened, load_learned(opened, model, pool))
-
-
-def _prepared(opened: store.Store, learned: Learned, kind: str = "evidence") -> Learned:
+def prepared(opened: store.Store, learned: Learned, kind: str = "evidence") -> Learned:
     """The learned model with arrays of all captures from the cache of the database."""
     mark = f"{PREPARED} {store.learning_mark(opened)}{sorted(learned.damaged) or ''}"
     evidence = store.cached_arrays(opened, kind, lambda: prepare(learned), mark)

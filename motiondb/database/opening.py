@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from motiondb.answers import Compacted
     from motiondb.database import MotionDB
     from motiondb.database.catalogue.cataloguing import Progress
+    from motiondb.store.compaction import Compacted
 
 
 def open(
@@ -70,11 +70,8 @@ def compact(
         be written. What was moved until then stays moved; the others are as they were.
     """
     from motiondb import store
-    from motiondb.answers import Compacted
 
-    return Compacted(
-        **vars(store.compact(Path(path), wait=wait, motions_to=motions_to, progress=progress))
-    )
+    return store.compact(path, wait=wait, motions_to=motions_to, progress=progress)
 
 
 def check_merge(other: str | Path, prefix: str = "", wait: float = 0.0) -> None:

@@ -96,7 +96,7 @@ def ask_many(
     if workers is None:
         for question in asked:
             with session.reading():
-                found = _or_error(_answer_here, session, question)
+                found = _or_error(lambda one: _answer(session, _pose(session, one)), question)
             yield found
         return
     with session.reading():
@@ -139,11 +139,6 @@ def _answer(session: Session, posed: _Posed) -> Found:
     if posed.motion is not None:
         return search_motion(learned, session.features, posed.motion, allowed, asked.limit)
     return searching.answer_words(session, asked.words, allowed, asked.limit, asked.exact)
-
-
-def _answer_here(session: Session, question: Question) -> Found:
-    """The answer of this process."""
-    return _answer(session, _pose(session, question))
 
 
 def _or_error(

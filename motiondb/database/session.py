@@ -9,7 +9,7 @@ features (:mod:`motiondb.database.loading`) is imported when it is asked for: li
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
@@ -17,11 +17,10 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 from motiondb import store
 
 if TYPE_CHECKING:
-    from motiondb.database.loading import FeaturesMade
     from motiondb.database.values import Where
     from motiondb.learn.learned import Learned
     from motiondb.learn.recognition import FeaturePool
-    from motiondb.records import FloatArray, Motion
+    from motiondb.records import FloatArray
     from motiondb.search.seen_frames import Frames
 
 
@@ -114,7 +113,8 @@ class Session:
         from motiondb.database import loading
 
         def load() -> Learned:
-            return loading.load_prepared(self.store, self.without_rows, lambda: self.features)
+            held = loading.load_learned(self.store, self.without_rows, lambda: self.features)
+            return loading.prepared(self.store, held)
 
         return self.kept("learned", load)
 
@@ -159,23 +159,6 @@ class Session:
         return self.kept(
             "frames", lambda: Frames(lambda capture: self.features.of_capture(capture), track)
         )
-
-    def lacking_features(self) -> dict[int, Motion]:
-        """Motions of the captures whose features are not in the cache of the database."""
-        from motiondb.database import loading
-
-        with self.reading():
-            return store.lacking_rows(self.store, loading.FEATURES)
-
-    def keep_features(self, made: Mapping[int, FeaturesMade]) -> None:
-        """Keep features that were computed while the file was free.
-
-        `made`: Features of captures by number; those that were removed meanwhile are left out.
-        """
-        from motiondb.database import loading
-
-        with self.reading():
-            self.kept("features", lambda: loading.load_features(self.store, made))
 
 
 class Topic:

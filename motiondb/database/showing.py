@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,16 +38,13 @@ def describe_capture(session: Session, name: str) -> answers.CaptureFacts:
             learned = load_learned_grammar(session.store, derivation.grammar)
             string = derive_by(learned.grammar, derivation.rules).leaves()
             made |= {"grammar": derivation.grammar, "string": " ".join(string)}
-    return answers.CaptureFacts(
+    return answers.extended(
+        answers.CaptureFacts,
+        info,
         capture=info.name,
-        kind=info.kind,
-        format=info.format,
         seconds=round(info.duration, 3),
-        fps=info.fps,
         frames=info.n_frames,
         leg_length=f"{info.leg_length:.3f} m" if info.has_body else "",
-        path=info.path,
-        sha256=info.sha256,
         tags={k: v for k, v in info.tags.items() if k not in ("capture", "segments")},
         words=[_timed(c.words, c.start, c.end) for c in captions.get(number, ())],
         events=dict(sorted(Counter(e.name for e in events.get(number, ())).items())),
@@ -86,8 +82,7 @@ def capture_segments(session: Session, capture_id: int) -> list[answers.ShownSeg
 
 
 def shown_segment(table: SegmentTable, row: int) -> answers.ShownSegment:
-    """A row of the table of segments, with its times in seconds."""
-    """Symbol, times (seconds) and log-likelihood (nats per frame) of a segment."""
+    """A row of the table of segments: times in seconds, log-likelihood in nats per frame."""
     return answers.ShownSegment(
         int(table.symbols[row]),
         round(float(table.starts[row]) / MOTION_FPS, 3),
@@ -128,21 +123,15 @@ def _activities(session: Session, capture_id: int) -> list[answers.ShownActivity
     if not store.has_body(session.store, capture_id):
         return []
     motion = store.load_motion(session.store, capture_id)
-    features = recognition_features(motion)
-    runs = find_activities(features, np.random.default_rng(0))
+    runs = find_activities(recognition_features(motion), np.random.default_rng(0))
     if len(runs) < 2:
         return []
     rows = []
     for start, end, activity in runs:
         low, high = start * FEATURE_STEP, min(end * FEATURE_STEP, motion.n_frames)
-        rows.append(
-            answers.ShownActivity(
-                int(activity),
-                round(low / MOTION_FPS, 3),
-                round(high / MOTION_FPS, 3),
-                tuple(_likely_words(session, capture_id, low, high)),
-            )
-        )
+        words = tuple(_likely_words(session, capture_id, low, high))
+        span = round(low / MOTION_FPS, 3), round(high / MOTION_FPS, 3)
+        rows.append(answers.ShownActivity(int(activity), *span, words))
     return rows
 
 
@@ -187,19 +176,14 @@ def draw_capture(session: Session, name: str, path: str | Path | None) -> Path |
         written = [(c.start or 0.0, c.end or end, c.words, c.words) for c in captions]
         timelines.append(pictures.Timeline("words", written))
     if store.is_learned(session.store) and session.learned.fitted_word_map is not None:
-        said = [
-            (d.start, d.end, " ".join(_recognised(d.words[:3])), d.words[0][0])
-            for d in describe(session.learned, motion)
-        ]
+        said = []
+        for d in describe(session.learned, motion):
+            first = [(word, p) for word, p in d.words[:3] if (p or 0.0) > LIKELY]
+            if all(p is None for _, p in d.words[:3]):  # no own caption has checked any
+                first = [*d.words[:1]]
+            said.append((d.start, d.end, " ".join(word for word, _ in first), d.words[0][0]))
         timelines.append(pictures.Timeline("recognised", [span for span in said if span[2]]))
     return pictures.save_png(pictures.strip_figure(motion, info.name, timelines), path)
-
-
-def _recognised(words: Sequence[tuple[str, float | None]]) -> list[str]:
-    """Words above LIKELY; the first one where no own caption has checked any probability."""
-    if all(p is None for _, p in words):
-        return [word for word, _ in words[:1]]
-    return [word for word, p in words if p is not None and p > LIKELY]
 
 
 def _timed(words: str, start: float | None, end: float | None) -> str:

@@ -48,16 +48,15 @@ class Words(Topic):
         ``keep`` keeps the captions that are there. Words that are new to the vocabulary are counted
         at the next ``learn``.
         """
-        return self._save_captions(name, [Caption(words, start, end)], keep)
+        return self.set_captions(name, [Caption(words, start, end)], keep)
 
-    def set_captions(self, name: str, captions: Iterable[Caption]) -> updating.Change:
+    def set_captions(
+        self, name: str, captions: Iterable[Caption], keep: bool = False
+    ) -> updating.Change:
         """Replace all captions of a capture, and count them; none removes those that are there."""
-        return self._save_captions(name, list(captions), keep=False)
-
-    def _save_captions(self, name: str, new: list[Caption], keep: bool) -> updating.Change:
-        """Save captions of a capture, in place of those there, or after them (``keep``)."""
         from motiondb.database.learn import updating
 
+        new = list(captions)
         with store.transaction(self.store):
             info = store.load_capture(self.store, name)
             for caption in new:

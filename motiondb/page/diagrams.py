@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import AfterValidator
 
+from motiondb.answers.plain import extended
 from motiondb.scene.language.activity import Activity, Ground, Place
 from motiondb.scene.language.semantic_rules import Spot
 from motiondb.scene.language.tactics import DOES, Diagram, Element, Player
@@ -139,16 +140,12 @@ def text_of(shape: DiagramShape, activity: Activity | None) -> str:
     """Return the text of a request's diagram, by its grammar's ``activity`` (None: unknown)."""
     ground = Ground.field(shape.ground.width, shape.ground.length) if shape.ground.own else None
     elements = tuple(
-        Element(
-            e.kind,
-            e.step,
-            e.player,
-            e.other,
-            tuple(Spot(*at) for at in e.via),
-            Spot(*e.to) if e.to else None,
-            e.caught,
-            target=e.target,
-            link=e.link,
+        extended(
+            Element,
+            e,
+            via=tuple(Spot(*at) for at in e.via),
+            to=Spot(*e.to) if e.to else None,
+            line=0,
         )
         for e in shape.elements
         if e.kind != DOES
@@ -171,17 +168,11 @@ def diagram_shape(diagram: Diagram) -> DiagramShape:
     """Return a diagram for the browser."""
     own = dict(diagram.own_places)
     elements = [
-        ElementShape(
-            e.kind,
-            e.step,
-            e.player,
-            e.other,
-            e.caught,
-            [(spot.x, spot.z) for spot in e.via],
-            (e.to.x, e.to.z) if e.to else None,
-            e.line,
-            e.target,
-            e.link,
+        extended(
+            ElementShape,
+            e,
+            via=[(spot.x, spot.z) for spot in e.via],
+            to=(e.to.x, e.to.z) if e.to else None,
         )
         for e in diagram.elements
         if e.kind != DOES
@@ -200,10 +191,9 @@ def diagram_shape(diagram: Diagram) -> DiagramShape:
 
 def ground_shape(ground: Ground, own: bool = False) -> GroundShape:
     """Return a ground for the browser; ``own``: a diagram's."""
-    marks = [list(mark) for mark in ground.marks]
-    return GroundShape(ground.width, ground.length, ground.left, ground.back, own, marks)
+    return extended(GroundShape, ground, own=own, marks=[list(mark) for mark in ground.marks])
 
 
 def _place(name: str, spot: Spot, given: bool, diagram: Diagram) -> PlaceShape:
     known = diagram.activity.place.get(name, Place(name))
-    return PlaceShape(name, (spot.x, spot.z), given, known.height, known.width, known.tall)
+    return extended(PlaceShape, known, at=(spot.x, spot.z), given=given)

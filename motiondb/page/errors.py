@@ -17,22 +17,28 @@ FULL_DISK = (errno.ENOSPC, errno.EDQUOT)
 """Numbers of the errors that say that nothing more can be written."""
 
 
+STATUS_OF = {
+    "TokenError": 401,
+    **dict.fromkeys(("HostError", "OriginError", "ReadOnlyError", "FolderError"), 403),
+    **{"UnknownError": 404, "MethodError": 405, "ConflictError": 409},
+    **{"TooLargeError": 413, "KindError": 415},
+}
+"""Status of the answer for kinds of errors; of others it is 400."""
+
+
 class PageError(MotionDBError):
     """An error that the page raises itself, with the HTTP status of its answer."""
 
-    def __init__(self, message: str, status: int = 400, kind: str = "RequestError") -> None:
+    def __init__(self, message: str, kind: str = "RequestError", status: int = 0) -> None:
         super().__init__(message)
-        self.status, self.kind = status, kind
+        self.kind, self.status = kind, status or STATUS_OF.get(kind, 400)
 
 
 def unknown(what: str, name: str, advice: str = "") -> PageError:
     """Return the error, with status 404, for something that the server does not have."""
     shown = name if len(name) <= 200 else f"{name[:200]}..."
-    return PageError(
-        f"{what}: expected an existing one, found {shown!r}. {advice}".strip(),
-        404,
-        "UnknownError",
-    )
+    message = f"{what}: expected an existing one, found {shown!r}. {advice}".strip()
+    return PageError(message, "UnknownError")
 
 
 @dataclass(frozen=True)

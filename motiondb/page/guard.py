@@ -79,17 +79,14 @@ class Guard:
                 return
             check_token(request, self._settings)
             check_content(scope, headers)
-            most = self._limit(scope)
+            limits = self._settings.limits
+            most = limits.request_bytes if scope["path"] == UPLOADS else limits.body_bytes
             if int(headers.get("content-length") or 0) > most:
                 raise _too_large(most)
         except PageError as error:
             await answer_of(error)(scope, receive, guarded)
             return
         await self._measured(scope, receive, guarded, most)
-
-    def _limit(self, scope: Scope) -> int:
-        limits = self._settings.limits
-        return limits.request_bytes if scope["path"] == UPLOADS else limits.body_bytes
 
     async def _measured(self, scope: Scope, receive: Receive, send: Send, most: int) -> None:
         """Pass the request on; refuse it if its body turns out to be larger than the limit."""
@@ -116,7 +113,6 @@ class Guard:
 def _too_large(most: int) -> PageError:
     return PageError(
         f"request: expected at most {most / 1e6:.3g} MB, found more. Send less at a time.",
-        413,
         "TooLargeError",
     )
 
@@ -133,7 +129,6 @@ def check_host(host: str, settings: PageSettings) -> None:
         raise PageError(
             f"host: expected one of the names of this server, found {name[:100]!r}. Use the address"
             " that motiondb serve printed.",
-            403,
             "HostError",
         )
 
@@ -169,7 +164,6 @@ def check_origin(scope: Scope, headers: Headers) -> None:
         shown = (origin or site)[:100]
         raise PageError(
             f"origin: expected this page, found {shown!r}. Other sites may not use the server.",
-            403,
             "OriginError",
         )
 
@@ -192,7 +186,6 @@ def check_token(request: Request, settings: PageSettings) -> None:
         raise PageError(
             "token: expected the token that motiondb serve printed, found none or another one. Open"
             " the whole address that it printed.",
-            401,
             "TokenError",
         )
 
@@ -230,6 +223,5 @@ def check_content(scope: Scope, headers: Headers) -> None:
     if has_body and kind != "application/json":
         raise PageError(
             f"content: expected application/json, found {kind[:60] or 'no type'!r}.",
-            415,
             "KindError",
         )

@@ -15,12 +15,12 @@ from pathlib import Path
 
 from motiondb.answers.database import DatabaseInfo
 from motiondb.database import MotionDB
-from motiondb.database.loading import make_features
+from motiondb.database.loading import FEATURES, load_features, make_features
 from motiondb.database.session import Lent
 from motiondb.errors import MotionDBError
 from motiondb.files.safe_files import link_target, log_of
 from motiondb.learn.drift import Drift
-from motiondb.store import somebody_waits
+from motiondb.store import lacking_rows, somebody_waits
 
 _LEAVE, _PAUSE = 1.0, 0.01
 """Seconds for which the file is left to a process that waits for it, which tries five times a
@@ -99,12 +99,12 @@ class HeldDatabase:
 
         Of all data they take longest.
         """
-        with self.use() as db:
-            motions = db.session.lacking_features() if db.is_learned() else {}
+        with self.use() as db, db.session.reading():
+            motions = lacking_rows(db.store, FEATURES) if db.is_learned() else {}
         if motions:
             made = dict(zip(motions, make_features(list(motions.values()))))
-            with self.use() as db:
-                db.session.keep_features(made)
+            with self.use() as db, db.session.reading():  # captures may be removed meanwhile
+                db.session.kept("features", lambda: load_features(db.store, made))
 
     def close(self) -> None:
         """Close the file."""

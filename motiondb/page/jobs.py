@@ -170,30 +170,20 @@ class Job:
         seconds = (self.ended or time.time()) - self.started
         return answers.extended(
             JobReply,
-            self.step(),
+            self,
+            **vars(self.step()),
             id=self.job_id,
-            kind=self.kind,
-            title=self.title,
-            state=self.state,
             started=round(self.started, 3),
             seconds=round(seconds, 3),
-            message=self.message,
-            error_kind=self.error_kind,
-            result=self.result,
             curve=list(self.curve),
         )
 
     def step(self) -> JobStep:
         """Return the current step for JSON."""
         whole = self.progress.share
-        return JobStep(
-            what=self.what,
-            share=round(self.share, 4),
-            whole=None if whole is None else round(whole, 4),
-            left=None if self.is_over else self.progress.left(time.time() - self.started),
-            error=self.error,
-            preview=self.preview,
-        )
+        left = None if self.is_over else self.progress.left(time.time() - self.started)
+        whole = None if whole is None else round(whole, 4)
+        return answers.extended(JobStep, self, share=round(self.share, 4), whole=whole, left=left)
 
     def tell(self, what: str, share: float, error: float | None) -> None:
         """Record the current step, the share of it that is done, and the error of a scene."""
@@ -346,7 +336,7 @@ class Jobs:
         (self._run_alone if is_busy else self._run_scene)(job, parameters)
         if job.state != DONE:
             status = 503 if job.error_kind == "HeldError" else 400
-            raise PageError(job.message or "cancelled", status, job.error_kind or "WorkerError")
+            raise PageError(job.message or "cancelled", job.error_kind or "WorkerError", status)
         return job.result
 
     def get(self, job_id: str) -> Job:
@@ -395,15 +385,22 @@ class Jobs:
 
     def _run_alone(self, job: Job, parameters: Mapping[str, Any]) -> None:
         worker = Worker(self._database, self._read_only, self._folder)
+        try:
+            if not self._closed:
+                self._run_by(worker, job, parameters)
+        finally:
+            worker.stop()
+
+    def _run_by(self, worker: Worker, job: Job, parameters: Mapping[str, Any]) -> None:
+        """Run a job by a worker, which is ended if the job is cancelled meanwhile."""
         with self._lock:
             self._workers[job.job_id] = worker
         try:
-            if not job.is_over and not self._closed:
+            if not job.is_over:
                 worker.run(job, parameters, self._shown)
         finally:
             with self._lock:
                 self._workers.pop(job.job_id, None)
-            worker.stop()
 
     def _run_scene(self, job: Job, parameters: Mapping[str, Any]) -> None:
         while not job.is_over and not self._closed:
@@ -414,12 +411,7 @@ class Jobs:
             with worker.turn:
                 if not worker.is_alive:  # cancelled while this job waited
                     continue
-                with self._lock:
-                    self._workers[job.job_id] = worker
-                if not job.is_over:
-                    worker.run(job, parameters, self._shown)
-                with self._lock:
-                    self._workers.pop(job.job_id, None)
+                self._run_by(worker, job, parameters)
             return
 
     def _shown(self, message: str) -> str:

@@ -73,26 +73,17 @@ _MOST_STEP = 0.3  # Metres that a point moves in a frame at most; more is a faul
 BALL_RADIUS = 0.12  # Radius of an object without a size, metres
 
 
-@dataclass(frozen=True, eq=False)
-class Figure:
-    """A motion as points."""
+def points_of(motion: Motion) -> FloatArray:
+    """Return the points of a motion: array (frames, 26, 3).
 
-    # (frames, 26, 3): metres on the standard body, right-handed world frame, y up, ground at y = 0
-    points: FloatArray
-    # (frames, 2): whether the left and the right foot are on the ground
-    contacts: NDArray[np.bool_]
-    leg_length: float  # The performer's leg length, metres
-
-
-def figure_of(motion: Motion) -> Figure:
-    """Return the points and the contacts of a motion."""
+    Metres on the standard body, right-handed world frame, y up, ground at y = 0.
+    """
     positions, rotations = retarget.motion_positions(motion)
     ends = [
         positions[:, joint] + rotation.rotate(rotations[:, joint], np.array(offset))
         for joint, offset in body.END_SITES
     ]
-    points = np.concatenate([positions, np.stack(ends, axis=1)], axis=1)
-    return Figure(points, find_contacts(positions), float(motion.leg_length))
+    return np.concatenate([positions, np.stack(ends, axis=1)], axis=1)
 
 
 def facing_forward(points: FloatArray) -> FloatArray:
@@ -202,11 +193,13 @@ class Track:
 
 
 def body_track(
-    name: str, ref: str, shown: Figure, start: float = 0.0, fps: float = MOTION_FPS
+    name: str, ref: str, motion: Motion, start: float = 0.0, fps: float = MOTION_FPS
 ) -> Track:
-    """Return the track of a figure, at the same or a lower frame rate."""
-    whole = Track(name, ref, shown.points, shown.contacts, start, leg_length=shown.leg_length)
-    return part_of(whole, 0, len(shown.points), fps)
+    """Return the track of a motion, at the same or a lower frame rate."""
+    points = points_of(motion)
+    contacts = find_contacts(points[:, : len(body.JOINTS)])
+    whole = Track(name, ref, points, contacts, start, leg_length=float(motion.leg_length))
+    return part_of(whole, 0, len(points), fps)
 
 
 def part_of(track: Track, low: int, high: int, fps: float) -> Track:
@@ -327,8 +320,7 @@ def scene_tracks(
 ) -> list[Track]:
     """Return the tracks of a scene: its players with their roles, and the object (frames, 3)."""
     tracks = [
-        replace(body_track(name, ref, figure_of(motion)), team=teams[name])
-        for name, motion in motions.items()
+        replace(body_track(name, ref, motion), team=teams[name]) for name, motion in motions.items()
     ]
     if len(ball):
         tracks.append(Track("ball", ref, ball, radius=size / 2.0))

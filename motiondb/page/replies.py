@@ -20,20 +20,14 @@ from motiondb.database.catalogue.browsing import BrowsedCapture
 from motiondb.database.catalogue.parts import cut_motion
 from motiondb.database.generated_files import Stretch, sources_of, stretches
 from motiondb.database.generating import Generated
-from motiondb.database.grammars.grammar_facts import (
-    PATH_STEP,
-    StripTerminal,
-    TreeNode,
-    root_path,
-    tree_nodes,
-)
+from motiondb.database.grammars import grammar_facts
 from motiondb.database.grammars.grammar_sequences import GrammarSequence
 from motiondb.database.scenes.scene_folder import report_facts
 from motiondb.database.scenes.scene_records import action_captions, record_text
 from motiondb.errors import MotionDBError
 from motiondb.language.vocabulary import as_said
 from motiondb.page.diagrams import DiagramShape, diagram_shape
-from motiondb.page.motion import Track, figure_of, pack, shapes_of
+from motiondb.page.motion import Track, pack, points_of, shapes_of
 from motiondb.page.state import Block
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Finding, Match, Relation
 from motiondb.search.by_example import ExampleAnswer
@@ -170,7 +164,7 @@ def _poster(db: MotionDB, match: Match, info: CaptureInfo) -> str | None:
             whole = load_motion(db.store, info.capture_id)
         except MotionDBError:  # markers, or damaged: the player says it
             return None
-        points = figure_of(cut_motion(whole, match.start, match.end)).points
+        points = points_of(cut_motion(whole, match.start, match.end))
         pose = int(np.argmax(shapes_of(points)[1]))
         track = Track(info.name, f"capture:{info.name}", points[pose : pose + 1])
         made[key] = base64.b64encode(pack([track])).decode()
@@ -340,7 +334,7 @@ class Positions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class WordedTerminal(StripTerminal):
+class WordedTerminal(grammar_facts.StripTerminal):
     """A terminal of a sequence, with its words and its position in the string."""
 
     words: tuple[str, ...]
@@ -366,7 +360,7 @@ class SequenceReply(answers.SequenceAnswer):
     saved: str | None = None
     strip: tuple[WordedTerminal, ...]
     path: RootPath
-    nodes: tuple[TreeNode, ...]
+    nodes: tuple[grammar_facts.TreeNode, ...]
     stretches: tuple[Stretch, ...]
 
 
@@ -381,7 +375,7 @@ def sequence_reply(
     meanings = db.grammars.meanings(sequence.grammar)
     names = db.grammars.load(sequence.grammar).terminals.names
     words = {name: tuple(w for w, _ in one.words) for name, one in zip(names, meanings)}
-    path = root_path(sequence).round(3).tolist()
+    path = grammar_facts.root_path(sequence).round(3).tolist()
     return answers.extended(
         SequenceReply,
         db.grammars.facts(sequence, seed),
@@ -391,8 +385,8 @@ def sequence_reply(
             answers.extended(WordedTerminal, each, words=words.get(each.terminal, ()), at=at)
             for at, each in enumerate(db.grammars.strip(sequence))
         ),
-        path=RootPath(MOTION_FPS / PATH_STEP, [(x, z) for x, z in path]),
-        nodes=tree_nodes(sequence.tree),
+        path=RootPath(MOTION_FPS / grammar_facts.PATH_STEP, [(x, z) for x, z in path]),
+        nodes=grammar_facts.tree_nodes(sequence.tree),
         stretches=stretches(sequence.provenance),
         **more,
     )

@@ -25,16 +25,8 @@ from motiondb.database.generating import Generated
 from motiondb.database.grammars.grammar_sequences import GrammarSequence
 from motiondb.errors import MotionDBError
 from motiondb.files.own_files import SEAL, sealed
-from motiondb.page.motion import body_track, figure_of, pack, pack_scene
-from motiondb.page.replies import (
-    capture_details,
-    generate_reply,
-    like_reply,
-    made_reply,
-    made_scene_reply,
-    search_reply,
-    sequence_reply,
-)
+from motiondb.page import replies
+from motiondb.page.motion import body_track, pack, pack_scene
 from motiondb.page.settings import BUNDLE, NO_BUNDLE, VERSION, is_built
 from motiondb.records import MOTION_FPS, Match, Motion
 from motiondb.search.by_example import ExampleAnswer
@@ -96,7 +88,7 @@ class StandalonePage:
     def of_search(db: MotionDB, answer: WordAnswer) -> StandalonePage:
         """Return the page of an answer to words."""
         motions = _matched(db, answer.matches)
-        reply = search_reply(db, answer)
+        reply = replies.search_reply(db, answer)
         return StandalonePage("search", answer.question.text, _name(db), reply, motions)
 
     @staticmethod
@@ -115,15 +107,15 @@ class StandalonePage:
         part = db.motion(example if motion is None else motion, start, end)
         shown = _packed(example, EXAMPLE, part, start or 0.0)
         motions = {**_matched(db, answer.matches), EXAMPLE: shown}
-        reply = like_reply(db, answer, EXAMPLE, start, end)
+        reply = replies.like_reply(db, answer, EXAMPLE, start, end)
         return StandalonePage("like", f"like {example}", _name(db), reply, motions)
 
     @staticmethod
     def of_generated(db: MotionDB, made: Generated, saved: str = "") -> StandalonePage:
         """Return the page of a generated motion; ``saved`` is the capture that holds it."""
-        variant = made_reply(db, made, "file", saved)
+        variant = replies.made_reply(db, made, "file", saved)
         motions = {variant.ref: _packed(made.words, variant.ref, made.motion)}
-        reply = generate_reply(made, [variant])
+        reply = replies.generate_reply(made, [variant])
         return StandalonePage("generate", made.words, _name(db), reply, motions)
 
     @staticmethod
@@ -140,12 +132,12 @@ class StandalonePage:
         assert row is not None
         ref = f"capture:{full}"
         motions = {ref: _packed(full, ref, motion)}
-        return StandalonePage("capture", full, _name(db), capture_details(db, row), motions)
+        return StandalonePage("capture", full, _name(db), replies.capture_details(db, row), motions)
 
     @staticmethod
     def of_sequence(db: MotionDB, sequence: GrammarSequence, seed: int = 0) -> StandalonePage:
         """Return the page of a sequence of a grammar."""
-        reply = sequence_reply(db, sequence, seed, "file")
+        reply = replies.sequence_reply(db, sequence, seed, "file")
         motions = {reply.ref: _packed(sequence.grammar, reply.ref, sequence.motion)}
         return StandalonePage("sequence", sequence.grammar, _name(db), reply, motions)
 
@@ -155,7 +147,7 @@ class StandalonePage:
         ref, trace = "scene:file", scene.made.trace.best
         curve = [(n / max(len(trace) - 1, 1), float(error)) for n, error in enumerate(trace)]
         motions = {ref: pack_scene(scene.made.polished, scene.made.text.diagram, ref)}
-        reply = made_scene_reply(ref, scene, curve)
+        reply = replies.made_scene_reply(ref, scene, curve)
         return StandalonePage("scene", scene.record.name, database, reply, motions)
 
 
@@ -224,4 +216,4 @@ def _matched(db: MotionDB, matches: Iterable[Match]) -> dict[str, bytes]:
 
 
 def _packed(name: str, ref: str, motion: Motion, start: float = 0.0) -> bytes:
-    return pack([body_track(name, ref, figure_of(motion), start)])
+    return pack([body_track(name, ref, motion, start)])

@@ -178,7 +178,6 @@ class Page:
             raise PageError(
                 "page: expected to change the database, found a page that was started with"
                 " --read-only. Start motiondb serve without it.",
-                403,
                 "ReadOnlyError",
             )
 

@@ -158,8 +158,8 @@ def _nothing_taken(upload: UploadReply) -> PageError:
     why = "; ".join(f"{file.name}: {file.message}" for file in upload.refused[:5])
     message = f"upload: expected captures or sheets of words, found none. {why}".strip()
     if upload.refused and all(file.message.endswith(TOO_LARGE) for file in upload.refused):
-        return PageError(message, 413, "TooLargeError")
-    return PageError(message, 415, "KindError")
+        return PageError(message, "TooLargeError")
+    return PageError(message, "KindError")
 
 
 def _odd_content(path: Path) -> str:
@@ -210,7 +210,6 @@ def allowed_path(roots: Sequence[Path], root: int, path: str) -> Path:
         raise PageError(
             "folder: expected one of the folders that the page was started with, found another."
             " Start motiondb serve with --folder FOLDER.",
-            403,
             "FolderError",
         )
     base = roots[root].resolve()

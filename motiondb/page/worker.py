@@ -57,9 +57,9 @@ class Events:
         self._what, self._told = what, now
         self.write({"what": what, "share": share, "error": error})
 
-    def preview(self, ref: str) -> None:
-        """Report the ref of a first motion."""
-        self.write({"preview": ref})
+    def counted(self, what: str, done: float, total: float) -> None:
+        """Report the progress of a step by the number that is done."""
+        self.progress(what, done / max(total, 1e-9))
 
     def write(self, event: dict[str, Any]) -> None:
         """Write an event."""
@@ -80,7 +80,7 @@ def _first_motion(parameters: Parameters, progress: Events) -> Callable[[Polishe
         folder = Path(parameters["folder"])
         folder.mkdir(mode=0o700, exist_ok=True)
         (folder / FIRST_FILE).write_bytes(pack_scene(polished, diagram, ref))
-        progress.preview(ref)
+        progress.write({"preview": ref})
 
     return show
 
@@ -138,23 +138,12 @@ class Workshop:
         if words and within:
             words = _copied(Path(words), Path(within))
             places.append(str(words.parent))
-        settings = AddSettings(
-            unit=unit_from_name(unit) if unit else None,
-            fps=parameters["fps"],
-            up=parameters["up"],
-            mirror_world=parameters["mirror_world"],
-            swap_sides=parameters["swap_sides"],
-            skip_bad_frames=parameters["skip_bad_frames"],
-            keep_implausible=parameters["keep_implausible"],
-            within=Path(within) if within else None,
-        )
+        read: dict[str, Any] = {"unit": unit_from_name(unit) if unit else None}
+        read["within"] = Path(within) if within else None
+        others = {"folder", "words", *read}
+        settings = AddSettings(**{k: v for k, v in parameters.items() if k not in others}, **read)
         before = {info.name for info in self.database.captures()}
-        report = self.database.add(
-            parameters["folder"],
-            words,
-            settings,
-            lambda what, done, total: progress.progress(what, done / max(total, 1e-9)),
-        )
+        report = self.database.add(parameters["folder"], words, settings, progress.counted)
         names = [info.name for info in self.database.captures() if info.name not in before]
         return answers.AddResult(
             added=len(report.added),
@@ -168,9 +157,7 @@ class Workshop:
         )
 
     def _add_sample(self, _parameters: Parameters, progress: Events) -> answers.LearnResult:
-        self.database.captures.add_sample(
-            lambda what, done, total: progress.progress(what, done / max(total, 1e-9))
-        )
+        self.database.captures.add_sample(progress.counted)
         return self._learn({"symbols": None, "seed": 0, "start": None}, progress)
 
     def _learn(self, parameters: Parameters, progress: Events) -> answers.LearnResult:
@@ -185,12 +172,9 @@ class Workshop:
     def _learn_grammar(self, parameters: Parameters, progress: Events) -> answers.GrammarLearned:
         from motiondb.database.grammars.grammar_learning import GrammarSettings
 
-        settings = GrammarSettings(**parameters["settings"])
+        settings, captures = GrammarSettings(**parameters["settings"]), parameters["captures"]
         learned, lost = self.database.grammars.learn(
-            parameters["captures"],
-            parameters["name"],
-            settings,
-            lambda what, done, total: progress.progress(what, done / max(total, 1e-9)),
+            captures, parameters["name"], settings, progress.counted
         )
         return answers.GrammarLearned(grammar=learned.name, no_longer_editable=list(lost))
 

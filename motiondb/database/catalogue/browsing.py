@@ -10,7 +10,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from operator import attrgetter
 from typing import Any
 
 from motiondb import answers, store
@@ -125,10 +125,6 @@ def _filtered(session: Session, where: str) -> list[BrowsedCapture]:
     return [row for row in rows if row.info.capture_id in names]
 
 
-def _field(name: str, row: BrowsedCapture) -> object:
-    return getattr(row.info, name)
-
-
 def sort_captures(session: Session, infos: Sequence[CaptureInfo], sort: str) -> list[CaptureInfo]:
     """Return captures sorted by a column or tag, as :func:`browse` sorts them."""
     rows = rows_by_name(session)
@@ -146,7 +142,7 @@ _COLUMNS: dict[str, Callable[[BrowsedCapture], object]] = {
     "licence": lambda row: row.info.tags.get("licence", ""),
     "caption": lambda row: " ".join(caption.words for caption in row.captions),
     "copies": lambda row: row.copies,
-    **{name: partial(_field, name) for name in store.COLUMNS},
+    **{name: attrgetter(f"info.{name}") for name in store.COLUMNS},
 }  # Column to sort by -> its value in a row; "" where a row has none
 
 
@@ -208,14 +204,12 @@ def database_info(session: Session) -> answers.DatabaseInfo:
             learned["start"] = start_facts(session)
     n_bytes, unused = opened.path.stat().st_size, store.unused_bytes(opened)
     files = store.load_parquet_files(opened)
-    return answers.DatabaseInfo(
+    return answers.extended(
+        answers.DatabaseInfo,
+        totals,
         database=str(opened.path),
         bytes=n_bytes,
-        captures=totals.captures,
-        generated=totals.generated,
         seconds=round(totals.seconds, 2),
-        performers=totals.performers,
-        captures_with_words=totals.captures_with_words,
         copies=len(store.load_relations(opened)),
         grammars=len(store.load_grammar_names(opened)),
         cache_bytes=store.cache_bytes(opened),

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 from motiondb import store
 from motiondb.answers.database import AddReport
+from motiondb.answers.plain import extended
 from motiondb.body import world
 from motiondb.database.catalogue.file_reading import (
     AddSettings,
@@ -41,6 +42,10 @@ if TYPE_CHECKING:
 Progress = Callable[[str, int, int], None]
 """Called with the name of the step, the number done, and the total number."""
 
+_KEPT_SETTINGS = (
+    *("unit", "up", "mirror_world", "swap_sides", "skip_bad_frames"),
+    *("joint_map", "keep_implausible", "originals"),
+)  # With the run: those by which files are read again
 BATCH_BYTES = 256 * 2**20
 """Motions and packed files that are read before they are saved, bytes: about three hours."""
 
@@ -116,7 +121,10 @@ def _names(paths: Mapping[Path, Path], prefix: str) -> tuple[dict[str, Path], se
 
     Where files of a folder differ only in their ending, this is a part of their names.
     """
-    whole = {path: prefix + _below(path, folder) for path, folder in paths.items()}
+    whole = {
+        path: prefix + (path.name if path == folder else path.relative_to(folder).as_posix())
+        for path, folder in paths.items()
+    }
     alike = Counter(capture_name(name) for name in set(whole.values()))
     shared = {name for name in whole.values() if alike[capture_name(name)] > 1}
     names: dict[str, Path] = {}
@@ -130,12 +138,6 @@ def _names(paths: Mapping[Path, Path], prefix: str) -> tuple[dict[str, Path], se
                 "itself with --prefix FOLDER/, or rename one of them."
             )
     return names, shared, problems
-
-
-def _renamed(readings: Sequence[ReadFile], chosen: _Chosen) -> dict[str, str]:
-    """The files whose content a capture of another name has, with its name."""
-    paths = {reading.name: reading.path for reading in readings}
-    return {paths[name]: known for name, known in chosen.known if name != known}
 
 
 def _takes_note(takes: Sequence[str], sheets: Sheets) -> str:
@@ -242,10 +244,12 @@ class _Adding:
         self.takes += [tuple(r.name for r in of_file) for of_file in batch if len(of_file) > 1]
         faults = [r.problem for r in readings if r.problem and not r.is_known]
         self.left.faulty.update({r.path: r.problem for r in readings if r.problem})
+        paths = {reading.name: reading.path for reading in readings}
         with store.reading(opened):  # where nothing is new, nothing is written
             chosen = _sort_readings(opened, readings, settings.replace)
             part = _report_known(opened, sheets, chosen, faults)
-            self.left.same.update(_renamed(readings, chosen))
+            renamed = [(paths[name], known) for name, known in chosen.known if name != known]
+            self.left.same.update(renamed)
             is_noted = self.n_read < self.n_files or store.is_noted(opened, self.left)
         if chosen.new or chosen.filled:
             with store.bounded_memory(opened, sum(reading.n_bytes for reading in readings)):
@@ -323,14 +327,8 @@ def _start_run(
         "folder": ", ".join(map(str, folders)),
         "sheet": sheets.words.path if sheets.words else None,
         "events": sheets.events.path if sheets.events else None,
-        "unit": settings.unit,
-        "up": settings.up,
-        "mirror_world": settings.mirror_world,
-        "swap_sides": settings.swap_sides,
-        "skip_bad_frames": settings.skip_bad_frames,
+        **{name: getattr(settings, name) for name in _KEPT_SETTINGS},
         "joint_map": dict(settings.joint_map),
-        "keep_implausible": settings.keep_implausible,
-        "originals": settings.originals,
     }
     return store.start_run(opened, "add", parameters)
 
@@ -355,7 +353,19 @@ def _save(
     with updating.counted(opened, run_id, touched) as change:
         saved, kepts = list[store.NewCapture](), list[_Kept]()
         for reading in chosen.new:
-            info = _info(reading, sheets.entry(reading.name), run_id)
+            info = extended(
+                CaptureInfo,
+                reading,
+                capture_id=0,
+                sha256="",
+                format=reading.source.format if reading.source else "",
+                kind="captured",
+                duration=reading.n_frames / reading.fps,
+                motion_frames=0,
+                leg_length=0.0,
+                run_id=run_id,
+                tags=_tags(sheets.entry(reading.name)),
+            )
             captions = sheets.words.within(info.name, info.duration, faults) if sheets.words else ()
             assert reading.motion is not None
             assert reading.source is not None
@@ -553,31 +563,8 @@ def _text_names(paths: Sequence[Path]) -> tuple[list[Path], list[str]]:
     return usable, problems
 
 
-def _below(path: Path, folder: Path) -> str:
-    return path.name if path == folder else path.relative_to(folder).as_posix()
-
-
 def _tags(entry: SheetEntry | None) -> dict[str, str]:
     return dict(entry.tags) if entry else {}
-
-
-def _info(reading: ReadFile, entry: SheetEntry | None, run_id: int) -> CaptureInfo:
-    return CaptureInfo(
-        capture_id=0,
-        name=reading.name,
-        sha256="",
-        format=reading.source.format if reading.source else "",
-        kind="captured",
-        fps=reading.fps,
-        n_frames=reading.n_frames,
-        duration=reading.n_frames / reading.fps,
-        motion_frames=0,
-        leg_length=0.0,
-        path=reading.path,
-        run_id=run_id,
-        tags=_tags(entry),
-        notes=reading.notes,
-    )
 
 
 def check_name_free(opened: store.Store, name: str) -> None:

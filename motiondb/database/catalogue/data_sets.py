@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,10 +9,10 @@ from typing import TYPE_CHECKING
 from motiondb import answers, store
 from motiondb.body.kinematics import clip_positions
 from motiondb.database.catalogue.exporting import MotionChanges, changed
-from motiondb.database.catalogue.parts import check_new_folder, write_bytes
+from motiondb.database.catalogue.parts import check_new_folder
 from motiondb.files import humanml3d
 from motiondb.files.own_rigs import own_rig
-from motiondb.files.sheet_writer import plain_cell
+from motiondb.files.sheet_writer import write_table
 from motiondb.files.whole_folders import whole_folder
 from motiondb.generate.onto import onto
 from motiondb.records import CaptureInfo, FloatArray
@@ -30,29 +28,19 @@ def write_humanml3d(
 ) -> answers.DataSet:
     """Write captures in the form of HumanML3D into a new folder, with a table of what they are."""
     check_new_folder(folder)  # before captures are converted
-    rows, left_out = list[tuple[object, ...]](), list[str]()
+    rows, left_out = list[tuple[str, ...]](), list[str]()
     with session.reading(), whole_folder(folder, check_new_folder) as draft:
         written = humanml3d.write_set(draft, _converted(session, infos, rows, left_out))
-        table = io.StringIO(newline="")
-        writer = csv.writer(table, lineterminator="\n")
-        writer.writerow(("id", "capture", "frames", "captions", "performer", "licence"))
-        writer.writerows([plain_cell(str(cell)) for cell in row] for row in rows)
-        write_bytes(draft / "captures.csv", table.getvalue().encode())
-    return answers.DataSet(
-        folder,
-        "humanml3d",
-        written.motions,
-        written.frames,
-        written.captions,
-        written.without_captions,
-        tuple(left_out),
-    )
+        columns = ("id", "capture", "frames", "captions", "performer", "licence")
+        write_table(draft / "captures.csv", columns, rows)
+    named = {"folder": folder, "form": "humanml3d", "captures": written.motions}
+    return answers.extended(answers.DataSet, written, **named, left_out=tuple(left_out))
 
 
 def _converted(
     session: Session,
     infos: Sequence[CaptureInfo],
-    rows: list[tuple[object, ...]],
+    rows: list[tuple[str, ...]],
     left_out: list[str],
 ) -> Iterator[tuple[str, FloatArray, str]]:
     """Convert captures, one after the other; `rows` of the table and what is left out grow."""
@@ -68,5 +56,6 @@ def _converted(
         numbers = humanml3d.motion_numbers(clip_positions(clip)[0])
         text = humanml3d.text_lines(captions.get(info.capture_id, ()), info.duration)
         tags = (info.tags.get("performer", ""), info.tags.get("licence", ""))
-        rows.append((f"{len(rows):06d}", info.name, len(numbers), text.count("\n"), *tags))
-        yield str(rows[-1][0]), numbers, text
+        counts = str(len(numbers)), str(text.count("\n"))
+        rows.append((f"{len(rows):06d}", info.name, *counts, *tags))
+        yield rows[-1][0], numbers, text

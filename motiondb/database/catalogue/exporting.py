@@ -23,13 +23,7 @@ from motiondb.body import body, changes, retarget
 from motiondb.body.contacts import find_contacts
 from motiondb.body.joint_names import joint_map
 from motiondb.body.joint_proposals import map_text
-from motiondb.database.catalogue.parts import (
-    check_motion_file,
-    cut_clip,
-    cut_motion,
-    write_bytes,
-    write_clip,
-)
+from motiondb.database.catalogue import parts
 from motiondb.database.session import Session
 from motiondb.errors import CaptureError, QueryError, SkeletonError
 from motiondb.files import packed_files
@@ -138,7 +132,7 @@ def check_changes(asked: MotionChanges, path: Path) -> None:
             f"other, found {unit_name(unit)}."
         )
     if path.suffix.lower() not in ARRAY_ENDINGS:
-        check_motion_file(path, ARRAY_ENDINGS)
+        parts.check_motion_file(path, ARRAY_ENDINGS)
 
 
 def formats_here() -> tuple[str, ...]:
@@ -151,7 +145,7 @@ def formats_here() -> tuple[str, ...]:
     def can(ending: str) -> bool:
         try:
             if ending not in ARRAY_ENDINGS:
-                check_motion_file(Path(f"motion{ending}"))
+                parts.check_motion_file(Path(f"motion{ending}"))
         except CaptureError:
             return False
         return needed.get(ending, True)
@@ -296,18 +290,13 @@ def write_changed(clip: Clip, path: Path, asked: MotionChanges, owner: str = "")
 def _write(clip: Clip, path: Path, asked: MotionChanges, owner: str) -> tuple[str, ...]:
     """Write a clip in the format that the ending names; return what is missing in the file."""
     if path.suffix.lower() not in ARRAY_ENDINGS:
-        return write_clip(clip, path, owner, asked.reduce_keys or 0.0)
+        return parts.write_clip(clip, path, owner, asked.reduce_keys or 0.0)
     try:
         write_arrays(clip, path, _contacts(clip, asked))
     except SkeletonError as error:
         write_arrays(clip, path)
         return (f"without contacts of the feet: {error}",)
     return ()
-
-
-def owner_of(info: CaptureInfo) -> str:
-    """Return the origin and the licence of a capture, for files that have a place for it: glTF."""
-    return f"{info.name}, licence {info.tags.get('licence', 'not known')}"
 
 
 def write_motion(motion: Motion, path: Path, asked: MotionChanges, owner: str = "") -> Changed:
@@ -321,7 +310,9 @@ def write_motion(motion: Motion, path: Path, asked: MotionChanges, owner: str = 
     fitted = onto(motion, rig, _map_of(rig, path, asked))
     done = changed(fitted.clip, asked)
     clip = done.clip
-    own = path.suffix.lower() in GLTF or _keeps_frames(asked.onto, rig)
+    # a BVH may have joint frames of its own beside the pose in which it stands
+    has_frames = bool((abs(rig.local_rotations[..., 0]) < 1.0).any())
+    own = path.suffix.lower() in GLTF or (asked.onto.suffix.lower() == ".bvh" and has_frames)
     clip = clip if own else at_rest(clip, fitted.rig)
     missing = _write(clip, path, asked, owner)
     said = (*_say_fit(asked.onto, fitted.fit), *done.said, *missing)
@@ -374,11 +365,6 @@ def _say_robot(model: Path, fitted: FittedRobot) -> list[str]:
     ]
 
 
-def _keeps_frames(source: Path, rig: Clip) -> bool:
-    """Whether the file of a rig has joint frames of its own beside the pose in which it stands."""
-    return source.suffix.lower() == ".bvh" and bool((abs(rig.local_rotations[..., 0]) < 1.0).any())
-
-
 def _map_of(rig: Clip, path: Path, asked: MotionChanges) -> Mapping[str, str]:
     """Return the joint map of a rig; without one for unknown names, write a proposal and say so."""
     assert asked.onto is not None
@@ -392,7 +378,7 @@ def _map_of(rig: Clip, path: Path, asked: MotionChanges) -> Mapping[str, str]:
         if proposal.exists():
             place = f"{proposal} exists already and stays as it is"
         else:
-            write_bytes(proposal, text.encode())
+            parts.write_bytes(proposal, text.encode())
             place = f"A proposal was written to {proposal}"
         raise SkeletonError(
             f"{asked.onto}: {error} {place}: check it, and pass --joint-map {proposal}."
@@ -434,8 +420,8 @@ def write_added(
     if skeleton is not None and source.skeleton_data is not None:
         check_overwriting(path)  # both files or none
         check_overwriting(skeleton)
-        write_bytes(skeleton, source.skeleton_data)
-    write_bytes(path, source.data)
+        parts.write_bytes(skeleton, source.skeleton_data)
+    parts.write_bytes(path, source.data)
     if source.take:
         said = (f"the file holds all of its takes; this capture is {source.take}",)
     return Exported(info.name, path, info.fps, info.n_frames, unit_name(unit), True, said, skeleton)
@@ -484,29 +470,21 @@ def export(
 
             return export_markers(session, info, path, whole, (start, end))
         if canonical or asked.onto is not None:
-            motion = cut_motion(store.load_motion(session.store, info.capture_id), start, end)
+            motion = parts.cut_motion(store.load_motion(session.store, info.capture_id), start, end)
         else:
             source = store.load_source(session.store, info.capture_id)
             if whole and path.suffix.lower() == Path(source.own_name).suffix.lower():
                 return write_added(info, source, path, load_clip(session, name).unit)
-            motion, clip = None, cut_clip(load_clip(session, name), start, end)
-            asked = _with_joint_map(session, info, asked)
-    owner = owner_of(info)
+            motion, clip = None, parts.cut_clip(load_clip(session, name), start, end)
+            if not asked.joint_map:
+                asked = replace(asked, joint_map=added_joint_map(session, info))
+    owner = f"{info.name}, licence {info.tags.get('licence', 'not known')}"
     if motion is not None:
         made = write_motion(motion, path, asked, owner)
     else:
         made = write_changed(clip, path, asked, owner)
-    unit = unit_in(path, made.clip)
-    clip = made.clip
-    return Exported(
-        info.name, path, clip.fps, clip.n_frames, unit, False, made.said, None, made.fit
-    )
-
-
-def _with_joint_map(session: Session, info: CaptureInfo, asked: MotionChanges) -> MotionChanges:
-    """Return the changes with the joint map with which a capture was added."""
-    added = {} if asked.joint_map else added_joint_map(session, info)
-    return replace(asked, joint_map=added) if added else asked
+    size = made.clip.fps, made.clip.n_frames, unit_in(path, made.clip)
+    return Exported(info.name, path, *size, False, made.said, None, made.fit)
 
 
 def write_match(session: Session, match: Match, path: Path, question: str) -> MatchFile:
@@ -515,17 +493,12 @@ def write_match(session: Session, match: Match, path: Path, question: str) -> Ma
     sources = store.load_provenance(session.store, info.capture_id).sources
     licence = info.tags.get("licence", "unknown")
     export(session, match.capture, path, match.start, match.end)
+    told = ("rank", "capture", "start", "end", "place", "score", "probability")
     origin = {
         "written_by": WRITER,
         "sha256": digest_of(path),
         "question": question,
-        "rank": match.rank,
-        "capture": match.capture,
-        "start": match.start,
-        "end": match.end,
-        "place": match.place,
-        "score": match.score,
-        "probability": match.probability,
+        **{name: getattr(match, name) for name in told},
         "kind": info.kind,
         "licence": licence,
         "performer": info.tags.get("performer", "unknown"),
@@ -534,5 +507,5 @@ def write_match(session: Session, match: Match, path: Path, question: str) -> Ma
         "made_of": [vars(source) for source in sources],
     }
     beside = provenance_path(path)
-    write_bytes(beside, json.dumps(to_json(origin), indent=1).encode())
+    parts.write_bytes(beside, json.dumps(to_json(origin), indent=1).encode())
     return MatchFile(match.rank, match.capture, path, beside, licence)

@@ -27,16 +27,8 @@ from motiondb.body import body, retarget
 from motiondb.body.world import UPS, Found
 from motiondb.database.catalogue.processes import in_processes, interrupts_wait, pool_of
 from motiondb.errors import CaptureError, MotionDBError, NoBodyError
+from motiondb.files import formats
 from motiondb.files.folder import WITH_SKELETON, named_skeleton, skeleton_path
-from motiondb.files.formats import (
-    capture_format,
-    data_format,
-    read_capture_bytes,
-    read_events_bytes,
-    read_file,
-    read_skeleton,
-    read_takes_bytes,
-)
 from motiondb.files.limits import (
     NO_LIMITS,
     ReadLimits,
@@ -188,7 +180,10 @@ def read_all(
     if len(jobs) <= _FEW or n_jobs == 1:
         yield from map(_read, jobs)
         return
-    folder = _working_folder()
+    try:
+        folder = str(Path.cwd())
+    except FileNotFoundError:  # it was removed meanwhile
+        folder = os.sep
     n_jobs = min(n_jobs, len(jobs))
     yield from in_processes(jobs, n_jobs, partial(_submit, folder), partial(_result, folder))
 
@@ -247,14 +242,6 @@ def _too_slow(job: FileToRead, n_bytes: int) -> Readings:
     return _refused(job, too_slow(_GRACE * job.seconds(n_bytes)))
 
 
-def _working_folder() -> str:
-    """Return the working folder, or the root where it was removed meanwhile."""
-    try:
-        return str(Path.cwd())
-    except FileNotFoundError:
-        return os.sep
-
-
 def _read_beside(folder: str, packed: bytes, n_bytes: int) -> Readings:
     """Read in another process; ``folder`` is the working directory of the one that asks."""
     os.chdir(folder)
@@ -273,7 +260,7 @@ def _read_by(workers: Cluster, jobs: Sequence[FileToRead]) -> Iterator[Readings]
 
     pieces = ((job, _load(job)) for job in jobs)
     bounds: Bounds[_Piece, Readings] = Bounds(
-        _longest,
+        lambda piece: _GRACE * piece[0].seconds(_n_bytes(piece[1])),
         lambda piece: _too_slow(piece[0], _n_bytes(piece[1])),
         lambda piece: _refused(
             piece[0],
@@ -342,12 +329,6 @@ _Piece = tuple[FileToRead, _Loaded | Readings]
 """A file that was loaded; or the reading that says why it cannot be."""
 
 
-def _longest(piece: _Piece) -> float:
-    """Seconds after which a worker that reads a file is started anew."""
-    job, loaded = piece
-    return _GRACE * job.seconds(_n_bytes(loaded))
-
-
 def _n_bytes(loaded: _Loaded | Readings) -> int:
     return len(loaded.data) if isinstance(loaded, _Loaded) else 0
 
@@ -388,11 +369,11 @@ def _load(job: FileToRead) -> _Loaded | Readings:
     path, options = job.path, job.options()
     try:
         with guarded(path, job.seconds(_size(path))):
-            capture_format(path)
-            data = read_file(path, options)
-            kind = data_format(data, path)
+            formats.capture_format(path)
+            data = formats.read_file(path, options)
+            kind = formats.data_format(data, path)
             asf = job.skeleton()
-            skeleton_data = read_skeleton(asf, options) if asf else None
+            skeleton_data = formats.read_skeleton(asf, options) if asf else None
             return _Loaded(options, kind, data, asf, skeleton_data)
     except MotionDBError as error:
         return (_with_problem(job.name, path, error),)
@@ -423,7 +404,7 @@ def _solve_takes(job: FileToRead, loaded: _Loaded) -> Readings:
     skeleton_data, options = loaded.skeleton_data, loaded.options
     skeleton = SkeletonFile(skeleton_data, asf) if skeleton_data is not None else None
     try:
-        clips = read_takes_bytes(data, kind, path=path, skeleton=skeleton, options=options)
+        clips = formats.read_takes_bytes(data, kind, path=path, skeleton=skeleton, options=options)
     except NoBodyError as error:
         return (_with_events(_as_markers(job.name, loaded, path, skeleton, error), loaded, ""),)
     readings = []
@@ -444,7 +425,7 @@ def _with_events(reading: ReadFile, loaded: _Loaded, take: str) -> ReadFile:
     if loaded.options.skip_bad_frames:
         return reading
     assert reading.motion is not None
-    found = read_events_bytes(
+    found = formats.read_events_bytes(
         loaded.data, loaded.kind, path=reading.path, fps=reading.fps, take=take
     )
     last = reading.motion.n_frames - 1
@@ -513,12 +494,16 @@ def read_joint_map(path: Path) -> dict[str, str]:
 
 def read_source(name: str, source: Source, options: ReadOptions) -> Clip:
     """The clip of a stored file, read with :func:`stored_options` as it was when it was added."""
-    skeleton = None
-    if source.skeleton_data is not None:
-        skeleton = SkeletonFile(source.skeleton_data, source.skeleton_name or "")
-    return read_capture_bytes(
+    skeleton = stored_skeleton(source)
+    return formats.read_capture_bytes(
         source.data, source.format, path=name, skeleton=skeleton, options=options
     )
+
+
+def stored_skeleton(source: Source) -> SkeletonFile | None:
+    """The skeleton file that was stored beside a file, if any."""
+    data = source.skeleton_data
+    return None if data is None else SkeletonFile(data, source.skeleton_name or "")
 
 
 def stored_options(

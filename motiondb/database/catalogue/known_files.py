@@ -25,12 +25,8 @@ from motiondb.files.packed_files import Source, digest
 if TYPE_CHECKING:
     from motiondb.database.cluster import Cluster
 
-_OF_ADD = (
-    "joint_map",
-    "keep_implausible",
-    "outside_skeletons",
-    "skeleton",
-)  # Settings that decide, too
+_OF_ADD = ("joint_map", "keep_implausible", "outside_skeletons", "skeleton")
+"""Settings that decide, too."""
 
 
 @dataclass

@@ -66,16 +66,12 @@ def export_markers(
     if unchanged and ending == Path(source.own_name).suffix.lower():
         write_bytes(path, source.data)
         return Exported(info.name, path, info.fps, info.n_frames, "as added", True)
-    if not unchanged and part == (None, None):
+    if (not unchanged and part == (None, None)) or ending not in MARKER_ENDINGS:
         raise QueryError(f"{info.name}: {store.MARKERS_ONLY}")
-    if ending not in MARKER_ENDINGS:
-        raise QueryError(f"{info.name}: {store.MARKERS_ONLY}")
-    from motiondb.database.catalogue.file_reading import stored_options
+    from motiondb.database.catalogue.file_reading import stored_options, stored_skeleton
 
     options = stored_options(info, source, run.parameters, info.fps)
-    skeleton = None
-    if source.skeleton_data is not None:
-        skeleton = SkeletonFile(source.skeleton_data, source.skeleton_name or "")
+    skeleton = stored_skeleton(source)
     tracks = read_marker_bytes(
         source.data, source.format, path=info.name, skeleton=skeleton, options=options
     )

@@ -157,23 +157,18 @@ class _Merging:
         all_events = {*old_events, *events}
         tags = {**info.tags, **here.tags}
         self.notes += _other_values(here, info.tags)
-        if all_captions != old_captions:
+        if is_worded := all_captions != old_captions:
             store.save_captions(self.opened, here.capture_id, all_captions)
-        if all_events != set(old_events):
+        if is_marked := all_events != set(old_events):
             store.save_events(self.opened, here.capture_id, all_events)
-        if tags != here.tags:
+        if is_tagged := tags != here.tags:
             store.save_tags(self.opened, here.capture_id, tags)
         is_filled = False
         if info.sha256 in self.left_out:
             source = store.load_packed_source(self.other, info.capture_id)
             if is_filled := bool(source.data):
                 store.fill_in(self.opened, source)
-        if (
-            is_filled
-            or all_captions != old_captions
-            or all_events != set(old_events)
-            or tags != here.tags
-        ):
+        if is_worded or is_marked or is_tagged or is_filled:
             self.changed.append(here.name)
 
     def _run(self, number: int) -> int:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from motiondb import store
 from motiondb.body import retarget
+from motiondb.database.catalogue.exporting import joint_map_of
 from motiondb.database.catalogue.file_reading import read_source, stored_options
 from motiondb.errors import MotionDBError, StoreError
 from motiondb.files import packed_files
@@ -161,12 +162,10 @@ def _read_anew(
 ) -> tuple[CaptureInfo, Motion]:
     """The motion of a stored file, read as it was when it was added."""
     parameters = run.parameters if run else {}
-    joints = parameters.get("joint_map")
     options = stored_options(info, source, parameters, info.fps if info.n_frames else None)
     clip = read_source(info.name, source, options)
-    joint_map = {str(k): str(v) for k, v in joints.items()} if isinstance(joints, dict) else {}
     facts = replace(info, fps=clip.fps, n_frames=clip.n_frames, duration=clip.n_frames / clip.fps)
-    return facts, retarget.to_motion(clip, joint_map)
+    return facts, retarget.to_motion(clip, joint_map_of(parameters))
 
 
 def _written_anew(info: CaptureInfo, motion: Motion) -> tuple[CaptureInfo, packed_files.Source]:
@@ -175,15 +174,8 @@ def _written_anew(info: CaptureInfo, motion: Motion) -> tuple[CaptureInfo, packe
     file = f"{info.name.replace('/', '_')}.bvh"
     packed = packed_files.pack_source(file, to_bvh(clip, file).encode(), "bvh")
     notes = (*info.notes, "the file was lost; this is the canonical motion, rescued")
-    facts = replace(
-        info,
-        format="bvh",
-        fps=clip.fps,
-        n_frames=clip.n_frames,
-        duration=clip.duration,
-        notes=notes,
-    )
-    return facts, packed
+    info = replace(info, format="bvh", notes=notes, duration=clip.duration)
+    return replace(info, fps=clip.fps, n_frames=clip.n_frames), packed
 
 
 def _free_name(name: str, taken: list[str]) -> str:

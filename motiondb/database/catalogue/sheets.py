@@ -208,13 +208,9 @@ def export_words(opened: store.Store, path: str | Path, where: str, form: str = 
 
 def _read_already(sheet: Sheet, infos: Mapping[str, CaptureInfo]) -> list[str]:
     """A note if a sheet says how to read captures that were already added."""
-    notes = []
+    notes, known = [], [entry for name, entry in sheet.entries.items() if name in infos]
     for what in ("fps", "skeleton", "up"):
-        count = sum(
-            getattr(entry, what) is not None
-            for name, entry in sheet.entries.items()
-            if name in infos
-        )
+        count = sum(getattr(entry, what) is not None for entry in known)
         if count:
             notes.append(
                 f"{sheet.path}: has a column {what} for {count} captures that were read already; "

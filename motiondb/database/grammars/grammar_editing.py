@@ -35,9 +35,8 @@ def edit_rules(database: store.Store, name: str, text: str) -> list[str]:
     with store.transaction(database):
         learned = load_learned_grammar(database, name)
         grammar = _read_rules(learned, text)
-        if grammar.start == learned.grammar.start and set(grammar.rules) == set(
-            learned.grammar.rules
-        ):
+        old = learned.grammar
+        if grammar.start == old.start and set(grammar.rules) == set(old.rules):
             return []
         edited = _parsed(replace(learned, grammar=grammar))
         return _save(database, learned, edited, "rules", {})
@@ -50,9 +49,7 @@ def rename_terminal(database: store.Store, name: str, terminal: str, to: str) ->
         known = learned.terminals.names
         if terminal not in known:
             near = suggestion(terminal, known) or f" There are: {', '.join(known)}."
-            raise QueryError(
-                f"terminal: expected one of {name}, found {terminal!r}.{near}",
-            )
+            raise QueryError(f"terminal: expected one of {name}, found {terminal!r}.{near}")
         if to == terminal:
             return []
         taken = {*known, *learned.grammar.nonterminals, EMPTY}
@@ -80,8 +77,7 @@ def undo_edit(database: store.Store, name: str) -> str:
     """Take the last edit of a grammar back; return what it was."""
     with store.transaction(database):
         learned = load_learned_grammar(database, name)
-        runs = _runs(database)
-        edit = _edit_of(runs[learned.run_id])
+        edit = _edit_of(store.load_run(database, learned.run_id))
         if edit is None:
             raise QueryError(
                 f"{name}: expected a grammar that was edited, found none: nothing to undo."
@@ -104,7 +100,7 @@ def undo_edit(database: store.Store, name: str) -> str:
             sha256: store.Derivation(name, tuple(rules), tuple(clips))
             for sha256, (rules, clips) in before["derivations"].items()
         }
-        of_before = runs[before["run"]]
+        of_before = store.load_run(database, before["run"])
         undone = {UNDONE: {"what": edit["what"], "run": learned.run_id}}
         parameters = of_before.parameters | undone
         with store.running(database, "grammar undo", parameters, of_before.seed) as number:
@@ -134,10 +130,6 @@ def _derivations(database: store.Store, learned: LearnedGrammar) -> dict[str, st
     digests = {info.name: info.sha256 for info in store.load_captures(database)}
     known = store.load_derivations(database, learned.grammar_id)
     return {digests[name]: derivation for name, derivation in known.items()}
-
-
-def _runs(database: store.Store) -> dict[int, Run]:
-    return {run.run_id: run for run in store.load_runs(database)}
 
 
 def _read_rules(learned: LearnedGrammar, text: str) -> Grammar:
@@ -217,7 +209,7 @@ def _save(
     """Save an edited grammar with what was before it."""
     known = _derivations(database, learned)
     kept, lost = _carried(learned, edited, known, renamed)
-    run = _runs(database)[learned.run_id]
+    run = store.load_run(database, learned.run_id)
     before: dict[str, Any] = {
         "run": learned.run_id,
         "terminals": learned.terminals.names,

@@ -30,33 +30,20 @@ from motiondb.files import packed_files
 from motiondb.files.formats import read_file
 from motiondb.files.limits import ReadOptions
 from motiondb.files.safe_files import is_file
-from motiondb.grammar import foresight
+from motiondb.grammar import foresight, languages
 from motiondb.grammar.cfg import context_free
 from motiondb.grammar.cfg.context_free import Grammar, Tree
 from motiondb.grammar.cfg.loops import format_loops
 from motiondb.grammar.cfg.parse import ParseError, parse_passage
 from motiondb.grammar.foresight import Foresight, Model
 from motiondb.grammar.induction.induction import induce_quickly
-from motiondb.grammar.languages import (
-    coverage,
-    derived_strings,
-    finite_language,
-    finite_state_grammar,
-    held_out_coverage,
-)
 from motiondb.grammar.rules.description_length import description_length
 from motiondb.grammar.sentences.doubtful import find_doubtful
 from motiondb.grammar.terminals.labelling import Reader, Transcription, make_reader, read_string
 from motiondb.records import MOTION_FPS, FloatArray, Motion, Run
 from motiondb.tabled import Tabled
 
-_NOT_SETTINGS = (
-    "name",
-    "captures",
-    EDIT,
-    UNDONE,
-    FORESIGHT,
-)  # Parameters of a run that are no settings
+_NOT_SETTINGS = ("name", "captures", EDIT, UNDONE, FORESIGHT)  # Other parameters of a run
 N_STRINGS = 500  # Number of strings that are derived at random from each compared grammar
 FOLDS = 5  # Most parts of the sentences in the cross-validation
 LIMIT = 10_000  # Largest language whose strings are counted
@@ -176,7 +163,7 @@ def derives_new(grammar: context_free.Grammar, sentences: Sequence[tuple[str, ..
     False
     """
     known = frozenset(sentences)
-    language = finite_language(grammar, len(known))
+    language = languages.finite_language(grammar, len(known))
     return language is None or not language <= known
 
 
@@ -229,26 +216,26 @@ class ComparedGrammar:
 def compare(learned: LearnedGrammar, seed: int = 0) -> tuple[ComparedGrammar, ...]:
     """Compare a learned grammar with the finite state machine of its sentences."""
     sentences = learned.strings
-    machine = finite_state_grammar(sentences)
+    machine = languages.finite_state_grammar(sentences)
     kinds: tuple[tuple[str, Grammar, Callable[[list[tuple[str, ...]]], Grammar]], ...] = (
         ("learned", learned.grammar, induce_quickly),
-        ("finite state machine", machine, finite_state_grammar),
+        ("finite state machine", machine, languages.finite_state_grammar),
     )
     folds, rows = min(FOLDS, len(sentences)), []
     for kind, grammar, learn in kinds:
         rng = seeded(seed)
         used = Grammar(grammar.start, grammar.rules)  # bits count the terminals that rules use
-        language = finite_language(grammar, LIMIT)
-        strings = derived_strings(grammar, rng, N_STRINGS)
+        language = languages.finite_language(grammar, LIMIT)
+        strings = languages.derived_strings(grammar, rng, N_STRINGS)
         row = ComparedGrammar(
             kind,
             len(grammar.nonterminals),
             len(grammar.rules),
             description_length(used, sentences).total,
             None if language is None else len(language),
-            held_out_coverage(learn, sentences, rng, folds=folds) if folds > 1 else None,
+            languages.held_out_coverage(learn, sentences, rng, folds=folds) if folds > 1 else None,
             sum(string not in sentences for string in strings) / len(strings),
-            1.0 - coverage(learned.grammar, strings),
+            1.0 - languages.coverage(learned.grammar, strings),
             float(np.mean([len(string) for string in strings])),
             foresight.foresee(learn, learned.takes, seeded(seed)),
         )

@@ -32,7 +32,7 @@ from motiondb.grammar.terminals.terminals import (
     strings_of,
     terminals_from_symbols,
 )
-from motiondb.records import MOTION_FPS, Caption, CaptureInfo, FloatArray, IntArray, Motion
+from motiondb.records import MOTION_FPS, Caption, CaptureInfo, IntArray, Motion
 
 Progress = Callable[[str, float, float], None]
 """Called with the name of the step, the amount done and the total amount."""
@@ -280,12 +280,7 @@ def caption_cuts(captions: Sequence[Caption], starts: IntArray) -> list[int]:
     [2]
     """
     times = {c.start * MOTION_FPS for c in captions if c.start is not None}
-    return sorted({_nearest(starts, time) for time in times} - {0})
-
-
-def _nearest(starts: IntArray, frame: float) -> int:
-    gaps: FloatArray = np.abs(starts - frame)
-    return int(np.argmin(gaps))
+    return sorted({int(np.argmin(np.abs(starts - time))) for time in times} - {0})
 
 
 def _intervals(sentences: Sequence[Sequence[str]]) -> IntArray:

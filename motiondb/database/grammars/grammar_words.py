@@ -26,15 +26,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.database.grammars.grammar_sequences import (
-    LONGEST_STRING,
-    Material,
-)
+from motiondb.database.grammars.grammar_sequences import LONGEST_STRING, Material
 from motiondb.database.loading import LearnedGrammar, nearby_table
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar.derivation.pattern import ANY, GAP, Pattern, PatternSymbol, read_pattern
@@ -45,9 +41,6 @@ from motiondb.records import FloatArray
 from motiondb.search.asked_words import AskedWords, learned_words, with_replaced
 from motiondb.search.described import segment_words
 from motiondb.search.takings import Sentence, Taking, find_takings, sentence_of
-
-if TYPE_CHECKING:
-    pass
 
 N_WORDS = 2  # Most words of a terminal
 LEAST_PROBABILITY = 0.25  # Least probability of a word in the segments of a terminal

@@ -25,12 +25,7 @@ from motiondb.database.grammars import (
 )
 from motiondb.database.grammars.grammar_facts import ParsedMotion
 from motiondb.database.grammars.grammar_learning import GrammarSettings, Progress
-from motiondb.database.grammars.grammar_sequences import (
-    Edit,
-    GrammarSequence,
-    Material,
-    terminals_of,
-)
+from motiondb.database.grammars.grammar_sequences import Edit, GrammarSequence, Material
 from motiondb.database.loading import LearnedGrammar
 from motiondb.database.session import Topic
 from motiondb.database.values import listed, seeded
@@ -340,7 +335,7 @@ class Grammars(Topic):
     ) -> tuple[tuple[str | None, float], ...]:
         """Return the terminals that may come next, with their probabilities; None is the end."""
         grammar = self.load(name).grammar
-        return prefix.suggest(grammar, terminals_of(grammar, beginning))
+        return prefix.suggest(grammar, grammar_sequences.terminals_of(grammar, beginning))
 
     def plan(
         self, name: str, beginning: str | Sequence[str], goal: str, shortest: bool = False
@@ -350,7 +345,10 @@ class Grammars(Topic):
         GrammarError is raised if no sentence leads there.
         """
         grammar = self.load(name).grammar
-        before, (wanted,) = terminals_of(grammar, beginning), terminals_of(grammar, [goal])
+        before, (wanted,) = (
+            grammar_sequences.terminals_of(grammar, beginning),
+            grammar_sequences.terminals_of(grammar, [goal]),
+        )
         return plan(grammar, before, wanted, shortest=shortest)
 
     def complete(self, name: str, like: str, n: int = 5, exact: bool = False) -> Completions:
@@ -479,10 +477,10 @@ class Grammars(Topic):
         """
         made, known = sequence.made, frozenset(self.load(sequence.grammar).strings)
         new = sum(tree.leaves() not in known for tree in sequence.trees)
-        return answers.SequenceAnswer(
-            grammar=sequence.grammar,
+        return answers.extended(
+            answers.SequenceAnswer,
+            sequence,
             seed=seed,
-            string=sequence.string,
             tree=" ".join(map(str, sequence.trees)),
             sentences=len(sequence.trees),
             new_sentences=new,

@@ -66,7 +66,7 @@ def learn(
             own_numbers = {number: capture for capture, number in numbers.items()}
             model = fitting.renumber_model(model, own_numbers)
         with store.transaction(opened):
-            is_same = _same(_load_catalogue(opened, where), taught)
+            is_same = vars(_load_catalogue(opened, where)) == vars(taught)  # motions never change
             if is_same:
                 model = _save(opened, settings, model, tell, where)
         if is_same:
@@ -133,8 +133,3 @@ def _load_catalogue(opened: store.Store, where: str) -> TaughtWords:
     captured = {i.capture_id: i for i in infos if i.is_captured}
     captions = {c: v for c, v in store.load_captions(opened).items() if c in captured}
     return TaughtWords(captions, store.load_synonyms(opened), performers_of(captured))
-
-
-def _same(first: TaughtWords, second: TaughtWords) -> bool:
-    """Whether the same would be learned from both; motions never change."""
-    return vars(first) == vars(second)

@@ -12,12 +12,7 @@ from typing import Any
 from motiondb import answers, store
 from motiondb.database.session import Session
 from motiondb.errors import KnowledgeError, QueryError, suggestion
-from motiondb.files.knowledge_file import (
-    from_bytes,
-    read_knowledge,
-    read_summary,
-    write_knowledge,
-)
+from motiondb.files import knowledge_file
 from motiondb.learn.codec import from_values
 from motiondb.learn.joining import fits, start_weight, strange_share
 from motiondb.learn.knowledge import Knowledge, Started
@@ -41,7 +36,7 @@ def shipped_starts() -> list[dict[str, Any]]:
     facts = []
     for name in shipped_names():
         file = resources.files("motiondb.files").joinpath(f"{name}{ENDING}")
-        origin, words = read_summary(file.read_bytes(), file.name)
+        origin, words = knowledge_file.read_summary(file.read_bytes(), file.name)
         facts.append({**origin.facts(), "name": name, "words": len(words)})
     return facts
 
@@ -62,13 +57,13 @@ def load_knowledge(what: str | Path) -> Knowledge:
     names = shipped_names()
     if str(what) in names:
         file = resources.files("motiondb.files").joinpath(f"{what}{ENDING}")
-        return from_bytes(file.read_bytes(), file.name)
+        return knowledge_file.from_bytes(file.read_bytes(), file.name)
     if not _is_there(Path(what)):
         raise KnowledgeError(
             f"{what}: expected a file of knowledge or one of {', '.join([*names, NONE])}, found "
             f"neither.{suggestion(str(what), names)} motiondb knowledge export FILE writes one."
         )
-    return read_knowledge(what)
+    return knowledge_file.read_knowledge(what)
 
 
 def _is_there(path: Path) -> bool:
@@ -118,8 +113,8 @@ def export(
     facts = [{key: getattr(run, key) for key in _RUN} for run in runs]
     label = name or Path(path).name.removesuffix(ENDING)
     knowledge = make_knowledge(learned, label, facts, credit, runs[-1].version)
-    write_knowledge(knowledge, path)
-    return read_knowledge(path)
+    knowledge_file.write_knowledge(knowledge, path)
+    return knowledge_file.read_knowledge(path)
 
 
 def start_facts(session: Session) -> answers.StartAnswer | None:

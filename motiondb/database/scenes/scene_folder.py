@@ -31,21 +31,14 @@ from motiondb.errors import MotionDBError, SceneError
 from motiondb.files.bvh_writer import write_bvh
 from motiondb.files.formats import read_capture
 from motiondb.files.gltf_writer import Character, write_gltf_scene
+from motiondb.files.json_text import to_record
 from motiondb.files.safe_files import check_output, read_bounded_text
 from motiondb.files.whole_folders import unwritable
 from motiondb.pictures.scenes import performer_colours
 from motiondb.records import MOTION_FPS, Clip, IntArray, Motion
 from motiondb.scene.language.activity import Thing
 from motiondb.scene.language.tactics import Diagram
-from motiondb.scene.report.report_records import (
-    Collision,
-    GuardReport,
-    ImpossibleMotion,
-    JumpReport,
-    LimbReport,
-    PaceReport,
-    SeenFault,
-)
+from motiondb.scene.report import report_records
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -53,10 +46,10 @@ if TYPE_CHECKING:
 # The report of a scene as text and as facts for JSON.
 
 
-_Span = tuple[int, int]
+_Span = tuple[int, int]  # The first evaluated frame of a rule, and the one after the last
 
 
-def report_facts(record: store.StoredScene) -> answers.SceneAnswer:
+def report_facts(scene: store.StoredScene) -> answers.SceneAnswer:
     """Return everything that is known of a scene, for JSON.
 
     Every rule has the frames [``start``, ``end``) in which it was evaluated and their number
@@ -69,39 +62,38 @@ def report_facts(record: store.StoredScene) -> answers.SceneAnswer:
     (:mod:`motiondb.scene.report.scene_report`), in the frames in which a rule is evaluated: one,
     or, for throughout, those of its own actions and no others.
     """
-    rest: dict[str, Any] = dict(record.report)
-    del rest["rule_frames"]
-    for key, shape in _PARTS.items():  # scenes of earlier versions have no "seen"
-        rest[key] = tuple(shape(**row) for row in rest.get(key, ()))
-    return answers.SceneAnswer(
-        scene=record.name,
-        characters=len(record.players),
-        clips=sum(len(player.clips) for player in record.players),
-        frames=record.n_frames,
-        seconds=round(record.n_frames / MOTION_FPS, 3),
-        error=record.error,
-        rules=len(record.rules),
-        broken=sum(not rule.kept for rule in record.rules),
-        settings=dict(record.settings),
-        ball=bool(len(record.ball)),
+    rest = {key: value for key, value in scene.report.items() if key != "rule_frames"}
+    return answers.extended(
+        answers.SceneAnswer,
+        to_record(answers.SceneDetails, rest, "report"),
+        scene=scene.name,
+        characters=len(scene.players),
+        clips=sum(len(player.clips) for player in scene.players),
+        frames=scene.n_frames,
+        seconds=round(scene.n_frames / MOTION_FPS, 3),
+        error=scene.error,
+        rules=len(scene.rules),
+        broken=sum(not rule.kept for rule in scene.rules),
+        settings=dict(scene.settings),
+        ball=bool(len(scene.ball)),
         actions={
-            player.name: tuple(clip.terminal for clip in player.clips) for player in record.players
+            player.name: tuple(clip.terminal for clip in player.clips) for player in scene.players
         },
-        by_rule=tuple(_measured(rule, span) for rule, span in _spans(record)),
-        **rest,
+        by_rule=tuple(
+            answers.extended(
+                answers.MeasuredRule,
+                rule,
+                rule=rule.kind,
+                before=round(rule.before, 4),
+                after=round(rule.after, 4),
+                threshold=round(rule.threshold, 4),
+                start=start,
+                end=end,
+                frames=end - start,
+            )
+            for rule, (start, end) in _spans(scene)
+        ),
     )
-
-
-_PARTS: dict[str, type] = {
-    "collisions": Collision,
-    "paces": PaceReport,
-    "impossible": ImpossibleMotion,
-    "planted_feet": JumpReport,
-    "near_limbs": LimbReport,
-    "guards": GuardReport,
-    "seen": SeenFault,
-    "sources": answers.Source,
-}  # What the lists of a stored report hold
 
 
 def _spans(record: store.StoredScene) -> list[tuple[store.SceneRule, _Span]]:
@@ -110,28 +102,13 @@ def _spans(record: store.StoredScene) -> list[tuple[store.SceneRule, _Span]]:
     return [(rule, (start, end)) for rule, (start, end) in zip(record.rules, frames, strict=True)]
 
 
-def _measured(rule: store.SceneRule, span: _Span) -> answers.MeasuredRule:
-    start, end = span
-    return answers.extended(
-        answers.MeasuredRule,
-        rule,
-        rule=rule.kind,
-        before=round(rule.before, 4),
-        after=round(rule.after, 4),
-        threshold=round(rule.threshold, 4),
-        start=start,
-        end=end,
-        frames=end - start,
-    )
-
-
-def report_text(record: store.StoredScene) -> str:
-    """Return the report as lines of text."""
-    facts = report_facts(record)
+def report_text(scene: store.StoredScene) -> str:
+    """Return how well a scene keeps each rule, collisions and sources, as text."""
+    facts = report_facts(scene)
     lines = [
-        f"{record.name}: {facts.characters} characters, {facts.clips} clips,"
-        f" {record.n_frames} frames ({facts.seconds:.1f} s)",
-        f"error -log P(Z) {record.error:.2f} as sampled; seed {record.settings.get('seed')}",
+        f"{scene.name}: {facts.characters} characters, {facts.clips} clips,"
+        f" {scene.n_frames} frames ({facts.seconds:.1f} s)",
+        f"error -log P(Z) {scene.error:.2f} as sampled; seed {scene.settings.get('seed')}",
         *cut_short_lines(facts),
         "",
     ]
@@ -140,9 +117,14 @@ def report_text(record: store.StoredScene) -> str:
     lines += [f"rules kept: {facts.rules - facts.broken} of {facts.rules}", ""]
     lines += _table(
         ["player", "action", "rule", "about", "before", "after", "threshold", "frame", ""],
-        [_rule_row(rule, span, record.n_frames) for rule, span in _spans(record)],
+        [_rule_row(rule, span, scene.n_frames) for rule, span in _spans(scene)],
     )
-    lines += ["", *_contact_lines(facts), *impossible_lines(facts)]
+    lines += ["", f"collisions:{'' if facts.collisions else ' none'}"]
+    lines += [
+        f"  {' and '.join(c.players)}, frames {c.start} to {c.end}, {c.depth:.2f} m deep"
+        for c in facts.collisions
+    ]
+    lines += impossible_lines(facts)
     lines += [*_limb_lines(facts), *_guard_lines(facts), *_feet_lines(facts), "", "made from:"]
     lines += [f"  {s.capture}, licence {s.licence}, {s.frames} frames" for s in facts.sources]
     return "\n".join(lines)
@@ -170,24 +152,7 @@ def _rule_row(rule: store.SceneRule, span: _Span, n_frames: int) -> list[str]:
         f"{value:.2f} {rule.unit}".rstrip() for value in (rule.before, rule.after, rule.threshold)
     ]
     action = f"{rule.action} ({rule.clip + 1})"
-    return [
-        rule.player,
-        action,
-        rule.kind,
-        rule.about,
-        *shown,
-        frames,
-        fault,
-    ]
-
-
-def _contact_lines(facts: answers.SceneAnswer) -> list[str]:
-    if not facts.collisions:
-        return ["collisions: none"]
-    return ["collisions:"] + [
-        f"  {' and '.join(c.players)}, frames {c.start} to {c.end}, {c.depth:.2f} m deep"
-        for c in facts.collisions
-    ]
+    return [rule.player, action, rule.kind, rule.about, *shown, frames, fault]
 
 
 _IMPOSSIBLE = {
@@ -210,7 +175,7 @@ def impossible_lines(facts: answers.SceneAnswer) -> list[str]:
     ]
 
 
-def _frames(motion: ImpossibleMotion) -> str:
+def _frames(motion: report_records.ImpossibleMotion) -> str:
     start, last = motion.start, motion.end - 1
     if start == last:
         return f"frame {start}"
@@ -250,16 +215,12 @@ def _limb_lines(facts: answers.SceneAnswer) -> list[str]:
 def _guard_lines(facts: answers.SceneAnswer) -> list[str]:
     guards = facts.guards
     return ["distance of guards over all frames (rules use those of guarding):"] * bool(guards) + [
-        f"  {g.player} from {g.target}: outside {g.near:g} to {_metres(g.far)} m in"
-        f" {100 * g.outside:.0f} % of {facts.frames} frames (rules use {g.n_frames}), "
+        f"  {g.player} from {g.target}: outside {g.near:g} to "
+        f"{np.inf if g.far is None else g.far:g} m in {100 * g.outside:.0f} % of "
+        f"{facts.frames} frames (rules use {g.n_frames}), "
         f"farthest {g.farthest:.1f} m at frame {g.frame}"
         for g in guards
     ]
-
-
-def _metres(far: float | None) -> str:
-    """Return the largest distance of a rule; "inf" where it has none."""
-    return "inf" if far is None else f"{far:g}"
 
 
 def _feet_lines(facts: answers.SceneAnswer) -> list[str]:
@@ -403,8 +364,9 @@ def action_runs(
     ]
 
 
-def check_scene_folder(folder: Path) -> None:
-    """Refuse a folder that cannot hold a scene, before anything is computed."""
+def check_scene_folder(folder: str | Path) -> None:
+    """Refuse a folder that cannot be written, or holds something else than a scene."""
+    folder = Path(folder)
     if not folder.absolute().parent.is_dir():
         raise MotionDBError(
             f"{folder}: expected the folder {folder.parent}, found none. Make the folder first."
@@ -425,9 +387,9 @@ def check_scene_folder(folder: Path) -> None:
         )
 
 
-def read_scene_folder(folder: Path) -> store.StoredScene:
-    """Read the record in a scene's folder."""
-    path = folder / RECORD
+def read_scene_folder(folder: str | Path) -> store.StoredScene:
+    """Return the scene of a folder."""
+    path = Path(folder) / RECORD
     try:
         record = from_json(read_bounded_text(path), str(path))
     except (OSError, UnicodeDecodeError) as error:
@@ -446,14 +408,10 @@ def read_scene_folder(folder: Path) -> store.StoredScene:
     return record
 
 
-def read_motions(folder: Path, names: list[str]) -> dict[str, Motion]:
-    """Read the motions of a scene's characters from their BVH files."""
-    return {name: retarget.to_motion(read_capture(folder / f"{name}.bvh")) for name in names}
-
-
-def draw_folder(folder: Path, png: str | Path | None) -> Path | Figure:
-    """Draw the paths of the characters of a scene's folder over its diagram."""
+def draw_folder(folder: str | Path, path: str | Path | None = None) -> Path | Figure:
+    """Draw the paths of the characters of a folder's scene over its diagram, as PNG."""
     record = read_scene_folder(folder)
     diagram = stored_text(record.diagram, record.grammar, str(folder)).diagram
-    motions = read_motions(folder, [player.name for player in record.players])
-    return pictures.save_png(pictures.scene_paths_figure(diagram, motions, record.ball), png)
+    files = {player.name: Path(folder) / f"{player.name}.bvh" for player in record.players}
+    motions = {name: retarget.to_motion(read_capture(file)) for name, file in files.items()}
+    return pictures.save_png(pictures.scene_paths_figure(diagram, motions, record.ball), path)

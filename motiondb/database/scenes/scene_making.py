@@ -27,15 +27,9 @@ from motiondb.database.session import Session
 from motiondb.database.values import seeded
 from motiondb.errors import SceneError, suggestion
 from motiondb.records import MOTION_FPS, Motion
+from motiondb.scene.clips import clip_cutting
 from motiondb.scene.clips.caption_actions import THROW, FoundActions, ShownAction
 from motiondb.scene.clips.caption_actions import find_actions as actions_of_captions
-from motiondb.scene.clips.clip_cutting import (
-    SHORTEST,
-    BodyFrames,
-    ShownMotion,
-    body_frames,
-    throw_frames,
-)
 from motiondb.scene.clips.clips import ClipLibrary, VariantSettings, make_library
 from motiondb.scene.energy.binding import RuleTable, bind
 from motiondb.scene.energy.scene_arrays import SceneState
@@ -44,14 +38,7 @@ from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.polish.polish import PolishedScene, polish
 from motiondb.scene.report.report_records import SceneReport
 from motiondb.scene.report.scene_report import report_scene
-from motiondb.scene.sampling.annealing import (
-    WARM,
-    SamplerSettings,
-    Trace,
-    sample,
-    warm_start,
-    warm_up,
-)
+from motiondb.scene.sampling import annealing
 from motiondb.scene.sampling.play import Play, make_play
 
 
@@ -130,14 +117,14 @@ def _make(
     }
     names = sorted({part.capture for parts in actions.values() for part in parts})
     motions = {n: store.load_motion(session.store, infos[n].capture_id) for n in names}
-    shown, seen = [], dict[str, BodyFrames]()
+    shown, seen = [], dict[str, clip_cutting.BodyFrames]()
     for terminal in grammar.terminals:
         for part in actions[terminal.name]:
             start, end = _frames(part, motions[part.capture], seen)
-            if end - start >= SHORTEST:
+            if end - start >= clip_cutting.SHORTEST:
                 info = infos[part.capture]
                 shown.append(
-                    ShownMotion(
+                    clip_cutting.ShownMotion(
                         terminal.name,
                         part.capture,
                         motions[part.capture],
@@ -160,16 +147,18 @@ def _evenly(parts: list[ShownAction], most: int) -> list[ShownAction]:
     return [parts[k] for k in chosen]
 
 
-def _frames(part: ShownAction, motion: Motion, seen: dict[str, BodyFrames]) -> tuple[int, int]:
+def _frames(
+    part: ShownAction, motion: Motion, seen: dict[str, clip_cutting.BodyFrames]
+) -> tuple[int, int]:
     """Return the frames that show an action; ``seen`` keeps analysed captures with throws."""
     start = 0 if part.start is None else round(part.start * MOTION_FPS)
     end = motion.n_frames if part.end is None else round(part.end * MOTION_FPS)
     end = min(end, motion.n_frames)
-    if not part.stretch or end - start < SHORTEST:
+    if not part.stretch or end - start < clip_cutting.SHORTEST:
         return start, end
     if part.capture not in seen:
-        seen[part.capture] = body_frames(motion)
-    first, last = throw_frames(seen[part.capture], start, end)
+        seen[part.capture] = clip_cutting.body_frames(motion)
+    first, last = clip_cutting.throw_frames(seen[part.capture], start, end)
     return (first, last) if part.stretch == THROW else (start, first)
 
 
@@ -215,7 +204,7 @@ class SceneSettings:
     :attr:`MadeScene.cut_short`)."""
     chains: int = 4
     """Number of Markov chains; the best scene of all is kept."""
-    rounds: int = SamplerSettings().rounds
+    rounds: int = annealing.SamplerSettings().rounds
     """Most rounds of sampling in a try; each has a fixed number of steps."""
     minutes: float | None = None
     """Limit of time for sampling, without compiling; None for no limit."""
@@ -255,7 +244,7 @@ class MadeScene:
     table: RuleTable
     polished: PolishedScene
     report: SceneReport
-    trace: Trace  # The course of the sampling
+    trace: annealing.Trace  # The course of the sampling
     error: float  # -log P(Z) before polishing
     tries: int  # Number of the try that was kept
     seconds: dict[str, float]  # Time taken by each part of the work
@@ -299,7 +288,7 @@ def make(
     most, prices = sampler.most_actions, sampler.prices
     play = make_play(text.diagram, text.grammar, clips.library, most, prices)
     progress("compiling", 0.0, math.nan)
-    warm_up(play, sampler, np.random.default_rng(0))
+    annealing.warm_up(play, sampler, np.random.default_rng(0))
     progress("compiling", 1.0, math.nan)
     until = math.inf if settings.minutes is None else time.monotonic() + 60.0 * settings.minutes
     making = _Making(text, clips, settings, progress, play, sampler, start, until)
@@ -321,12 +310,12 @@ def make(
     return replace(best, cut_short=cut_short, cut_at=cut_at)
 
 
-def _sampler(settings: SceneSettings, warm: bool) -> SamplerSettings:
+def _sampler(settings: SceneSettings, warm: bool) -> annealing.SamplerSettings:
     """Return the settings of the sampler; they fix the number of its steps."""
     if warm:
-        return WARM
+        return annealing.WARM
     threads = min(settings.chains, os.cpu_count() or 1)
-    return SamplerSettings(settings.chains, rounds=settings.rounds, threads=threads)
+    return annealing.SamplerSettings(settings.chains, rounds=settings.rounds, threads=threads)
 
 
 @dataclass(frozen=True, eq=False)
@@ -338,7 +327,7 @@ class _Making:
     settings: SceneSettings
     progress: SceneProgress
     play: Play
-    sampler: SamplerSettings
+    sampler: annealing.SamplerSettings
     start: Start | None
     until: float  # A time of :func:`time.monotonic`
     seconds: dict[str, float] = field(default_factory=lambda: {"sampling": 0.0, "polishing": 0.0})
@@ -373,8 +362,8 @@ class _Making:
 
         began = time.monotonic()
         progress(what, 0.0, math.nan)
-        first = warm_start(start[1], start[0], self.play, rng) if start else None
-        state, trace = sample(self.play, self.sampler, rng, first, heard)
+        first = annealing.warm_start(start[1], start[0], self.play, rng) if start else None
+        state, trace = annealing.sample(self.play, self.sampler, rng, first, heard)
         self.seconds["sampling"] += time.monotonic() - began
         began = time.monotonic()
         progress("polishing", 0.0, trace.final)

@@ -34,10 +34,11 @@ FORMAT = "motiondb scene 1"  # Marks the files of records
 
 
 def scene_record(
-    made: MadeScene, name: str, digests: Mapping[str, str], details: answers.SceneDetails
+    made: MadeScene, name: str, digests: Mapping[str, str], sources: tuple[answers.Source, ...]
 ) -> store.StoredScene:
     """Return the record of a made scene."""
     frames = [[rule.start, rule.end] for rule in made.report.rules]
+    details = _details(made, sources)
     measured = {k: v for k, v in plain.to_json(details).items() if v is not None or k != "cut_at"}
     ball = made.polished.ball
     return store.StoredScene(
@@ -192,7 +193,7 @@ def action_captions(placed: Placed, actions: tuple[str, ...]) -> list[Caption]:
     ]
 
 
-def scene_details(made: MadeScene, sources: tuple[answers.Source, ...]) -> answers.SceneDetails:
+def _details(made: MadeScene, sources: tuple[answers.Source, ...]) -> answers.SceneDetails:
     """Return what a report says beside the values of rules, with rounded numbers."""
     report = made.report
     cut_at = dict(zip(("try", "rounds", "of"), made.cut_at)) if made.cut_short else None

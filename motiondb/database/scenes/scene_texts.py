@@ -124,7 +124,10 @@ class SceneText:
 
 
 def read_scene_text(diagram: str | os.PathLike[str]) -> SceneText:
-    """Read a diagram by its file or name, with its grammar, which must allow it."""
+    """Read a tactics diagram with its grammar, which must allow what is drawn.
+
+    A grammar beside the file is preferred to a shipped one.
+    """
     text, where = text_of(str(diagram), TACTICS)
     file = grammar_file(grammar_name(text, where), str(diagram))
     grammar_text, grammar_where = text_of(file, GRAMMAR)

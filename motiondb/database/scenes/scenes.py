@@ -15,39 +15,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motiondb import pictures, store
-from motiondb.answers.scenes import SceneAnswer
 from motiondb.body import body
 from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.generated_files import keep_generated
 from motiondb.database.learn import updating
-from motiondb.database.scenes import scene_folder, scene_texts
-from motiondb.database.scenes.scene_folder import (
-    fill_scene_folder,
-    source_list,
-)
-from motiondb.database.scenes.scene_making import (
-    FirstMotion,
-    MadeScene,
-    SceneProgress,
-    SceneSettings,
-    find_actions,
-    make,
-    scene_clips,
-)
-from motiondb.database.scenes.scene_records import (
-    action_captions,
-    record_state,
-    record_text,
-    scene_details,
-    scene_record,
-)
+from motiondb.database.scenes import scene_folder, scene_making, scene_records, scene_texts
+from motiondb.database.scenes.scene_making import FirstMotion, SceneProgress, SceneSettings
+from motiondb.database.scenes.scene_records import record_text
 from motiondb.database.scenes.scene_texts import SceneText, read_scene_text
 from motiondb.database.session import Topic
 from motiondb.errors import QueryError, SceneError, suggestion
 from motiondb.files.safe_files import is_folder
 from motiondb.files.whole_folders import whole_folder
 from motiondb.records import Motion
-from motiondb.scene.clips.caption_actions import ShownAction
+from motiondb.scene.clips.caption_actions import FoundActions, ShownAction
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.polish.placed import Placed
 from motiondb.scene.services import services
@@ -62,7 +43,7 @@ if TYPE_CHECKING:
 class Scene(Tabled):
     """A made scene: how it was made, its record, and the origin of every frame of each player."""
 
-    made: MadeScene
+    made: scene_making.MadeScene
     record: store.StoredScene
     provenance: Mapping[str, store.Provenance]
 
@@ -119,11 +100,11 @@ class Scenes(Topic):
         progress("loading", 0.0, np.nan)
         settings = settings or SceneSettings()
         with self.session.reading():
-            clips = scene_clips(self.session, text.grammar, exact=settings.exact)
+            clips = scene_making.scene_clips(self.session, text.grammar, exact=settings.exact)
             digests = self._digests()
         progress("loading", 1.0, np.nan)
         with store.released(self.store):
-            made = make(text, clips, settings, progress, shown=shown)
+            made = scene_making.make(text, clips, settings, progress, shown=shown)
         return self._finished(made, name or text.diagram.name, digests)
 
     def update(
@@ -150,18 +131,21 @@ class Scenes(Topic):
         if new.grammar_text != old.grammar_text:
             return self.make(diagram, settings, progress, earlier.name, shown)
         with self.session.reading():
-            clips = scene_clips(self.session, new.grammar, exact=settings.exact)
+            clips = scene_making.scene_clips(self.session, new.grammar, exact=settings.exact)
             digests = self._digests()
-        state = record_state(earlier, old, clips.library)
+        state = scene_records.record_state(earlier, old, clips.library)
         with store.released(self.store):
-            made = make(new, clips, settings, progress, (old.diagram, state), shown)
+            start = old.diagram, state
+            made = scene_making.make(new, clips, settings, progress, start, shown)
         return self._finished(made, earlier.name, digests)
 
     def _digests(self) -> dict[str, str]:
         """Digests of all captures by name."""
         return {info.name: info.sha256 for info in store.load_captures(self.store)}
 
-    def _finished(self, made: MadeScene, name: str, digests: Mapping[str, str]) -> Scene:
+    def _finished(
+        self, made: scene_making.MadeScene, name: str, digests: Mapping[str, str]
+    ) -> Scene:
         """The scene with the origin of its frames.
 
         `digests`: Those of the captures when its clips were loaded; others may have changed the
@@ -181,8 +165,9 @@ class Scenes(Topic):
                 player.player: self._provenance(player, {n: i.capture_id for n, i in infos.items()})
                 for player in made.polished.players
             }
-        details = scene_details(made, source_list(list(provenance.values())))
-        return Scene(made, scene_record(made, name, digests, details), provenance)
+        sources = scene_folder.source_list(list(provenance.values()))
+        record = scene_records.scene_record(made, name, digests, sources)
+        return Scene(made, record, provenance)
 
     def _provenance(self, player: Placed, numbers: Mapping[str, int]) -> store.Provenance:
         captures = np.array([numbers[capture] for capture in player.captures], dtype=np.int64)
@@ -213,8 +198,9 @@ class Scenes(Topic):
         kept : bool
             Whether to keep the scene in the database too, as :meth:`keep` does.
         """
-        with whole_folder(Path(folder), scene_folder.check_scene_folder) as part:
-            fill_scene_folder(scene.made, scene.record, scene.provenance, part, progress, drawn)
+        with whole_folder(Path(folder), self.check_folder) as part:
+            origins = scene.provenance
+            scene_folder.fill_scene_folder(scene.made, scene.record, origins, part, progress, drawn)
             if kept:
                 self.keep(scene)
 
@@ -237,7 +223,8 @@ class Scenes(Topic):
                     capture = f"{name}/{who.name}"
                     check_name_free(database, capture)
                     motion = replace(placed.motion, leg_length=body.LEG_LENGTH)
-                    captions = action_captions(placed, tuple(clip.terminal for clip in who.clips))
+                    actions = tuple(clip.terminal for clip in who.clips)
+                    captions = scene_records.action_captions(placed, actions)
                     origin = scene.provenance[who.name]
                     info = keep_generated(database, capture, motion, origin, captions, run_id)
                     kept.append(replace(who, capture_id=info.capture_id))
@@ -288,19 +275,20 @@ class Scenes(Topic):
         self, grammar: str | Path | MotionGrammar, exact: bool = False
     ) -> dict[str, tuple[ShownAction, ...]]:
         """Parts of captures whose captions show the terminals of a grammar."""
+        return dict(self._found(grammar, exact).parts)
+
+    def _found(self, grammar: str | Path | MotionGrammar, exact: bool = False) -> FoundActions:
         with self.session.reading():
-            return dict(find_actions(self.session, self.read_grammar(grammar), exact).parts)
+            return scene_making.find_actions(self.session, self.read_grammar(grammar), exact)
 
     def nearest_words(self, grammar: str | Path | MotionGrammar) -> dict[str, tuple[str, ...]]:
         """The words of captions that are nearest to those of every terminal without clips."""
-        with self.session.reading():
-            found = find_actions(self.session, self.read_grammar(grammar))
-            return {n: near for n, near in found.nearest().items() if not found.parts[n]}
+        found = self._found(grammar)
+        return {n: near for n, near in found.nearest().items() if not found.parts[n]}
 
     def taken_words(self, grammar: str | Path | MotionGrammar) -> dict[str, Taking]:
         """What words of a grammar's phrases are taken as that no caption holds."""
-        with self.session.reading():
-            return dict(find_actions(self.session, self.read_grammar(grammar)).takings)
+        return dict(self._found(grammar).takings)
 
     def names(self) -> list[str]:
         """Return the names of the kept scenes."""
@@ -400,13 +388,7 @@ class Scenes(Topic):
         wanted = [(goal,) if isinstance(goal, str) else tuple(goal) for goal in goals]
         return services.plan(cls.read_grammar(grammar), _names(actions), wanted, start).leaves()
 
-    @staticmethod
-    def read_diagram(diagram: str | Path) -> SceneText:
-        """Read a tactics diagram with its grammar, which must allow what is drawn.
-
-        A grammar beside the file is preferred to a shipped one.
-        """
-        return read_scene_text(diagram)
+    read_diagram = staticmethod(read_scene_text)
 
     @classmethod
     def draw_diagram(
@@ -416,35 +398,12 @@ class Scenes(Topic):
         text = diagram if isinstance(diagram, SceneText) else cls.read_diagram(diagram)
         return pictures.save_png(pictures.tactics_figure(text.diagram), path)
 
-    @staticmethod
-    def is_folder(place: str | Path) -> bool:
-        """Whether a name is that of a folder, and not of a kept scene."""
-        return is_folder(place)
-
-    @staticmethod
-    def check_folder(folder: str | Path) -> None:
-        """Refuse a folder that cannot be written, or holds something else than a scene."""
-        scene_folder.check_scene_folder(Path(folder))
-
-    @staticmethod
-    def read_folder(folder: str | Path) -> store.StoredScene:
-        """Return the scene of a folder."""
-        return scene_folder.read_scene_folder(Path(folder))
-
-    @staticmethod
-    def draw_folder(folder: str | Path, path: str | Path | None = None) -> Path | Figure:
-        """Draw the paths of the characters of a folder's scene over its diagram, as PNG."""
-        return scene_folder.draw_folder(Path(folder), path)
-
-    @staticmethod
-    def facts(scene: store.StoredScene) -> SceneAnswer:
-        """Return everything that is known of a scene, for JSON."""
-        return scene_folder.report_facts(scene)
-
-    @staticmethod
-    def report(scene: store.StoredScene) -> str:
-        """Return how well a scene keeps each rule, collisions and sources, as text."""
-        return scene_folder.report_text(scene)
+    is_folder = staticmethod(is_folder)
+    check_folder = staticmethod(scene_folder.check_scene_folder)
+    read_folder = staticmethod(scene_folder.read_scene_folder)
+    draw_folder = staticmethod(scene_folder.draw_folder)
+    facts = staticmethod(scene_folder.report_facts)
+    report = staticmethod(scene_folder.report_text)
 
     @staticmethod
     def seen(scene: store.StoredScene) -> list[str]:

@@ -19,32 +19,9 @@ from motiondb.database.curating import CurateSettings, Gathered, gather
 from motiondb.database.generating import ActionPlace
 from motiondb.errors import QueryError
 from motiondb.language.question.heads import verbs_in
+from motiondb.page import replies
 from motiondb.page.errors import ERRORS, PageError
-from motiondb.page.replies import (
-    GenerateReply,
-    LikeReply,
-    SearchReply,
-    described_words,
-    generate_reply,
-    like_reply,
-    made_reply,
-    search_reply,
-)
-from motiondb.page.routes.parameters import (
-    LARGEST_SEED,
-    LONGEST_TEXT,
-    Body,
-    End,
-    Limit,
-    Name,
-    RefText,
-    SaveBody,
-    Saved,
-    Seconds,
-    Start,
-    Text,
-    Where,
-)
+from motiondb.page.routes import parameters
 from motiondb.page.state import Block, MadeMotion, Page, Ref, load_motion, read_ref
 from motiondb.records import Match
 from motiondb.search.chances import LIKELY
@@ -140,17 +117,19 @@ def router(page: Page) -> APIRouter:
 
     @routes.get("/api/search")
     def search(
-        q: Annotated[str, Query(max_length=LONGEST_TEXT, description="Such as: walk, turn left.")],
-        where: Where = "",
-        limit: Limit = 10,
+        q: Annotated[
+            str, Query(max_length=parameters.LONGEST_TEXT, description="Such as: walk, turn left.")
+        ],
+        where: parameters.Where = "",
+        limit: parameters.Limit = 10,
         exact: bool = False,
         by_symbols: bool = False,
-    ) -> SearchReply:
+    ) -> replies.SearchReply:
         """Intervals that match a question in words, best first, each with its reasons."""
         began = time.perf_counter()
         with page.reading() as db:
             answer = db.search(q, where, limit, by_symbols, exact=exact)
-            return search_reply(db, answer, round(time.perf_counter() - began, 4))
+            return replies.search_reply(db, answer, round(time.perf_counter() - began, 4))
 
     @routes.get("/api/examples")
     def examples() -> ExamplesReply:
@@ -160,13 +139,13 @@ def router(page: Page) -> APIRouter:
 
     @routes.get("/api/like")
     def like(
-        ref: RefText,
-        start: Start = None,
-        end: End = None,
-        where: Where = "",
-        limit: Limit = 10,
+        ref: parameters.RefText,
+        start: parameters.Start = None,
+        end: parameters.End = None,
+        where: parameters.Where = "",
+        limit: parameters.Limit = 10,
         meaning: bool | None = None,
-    ) -> LikeReply:
+    ) -> replies.LikeReply:
         """Intervals that move like a capture, an uploaded file, or a generated motion."""
         began = time.perf_counter()
         with page.reading() as db:
@@ -179,16 +158,18 @@ def router(page: Page) -> APIRouter:
             strength = None if found_itself else answer.strength
             answer = replace(answer, matches=kept, strength=strength)
             took = round(time.perf_counter() - began, 4)
-            return like_reply(db, answer, ref, start, end, took)
+            return replies.like_reply(db, answer, ref, start, end, took)
 
     @routes.get("/api/describe")
-    def describe(ref: RefText, start: Start = None, end: End = None) -> DescribeReply:
+    def describe(
+        ref: parameters.RefText, start: parameters.Start = None, end: parameters.End = None
+    ) -> DescribeReply:
         """The words of a motion over time, from the beginning of the part."""
         with page.reading() as db:
             asked = read_ref(ref)
             motion = load_motion(page, db, asked, start, end)
             if asked.kind == "capture" and start is None and end is None:
-                words = described_words(db, asked.name)
+                words = replies.described_words(db, asked.name)
             else:
                 words = answers.words_over_time(db.describe(motion))
         return DescribeReply(ref, round(motion.duration, 3), words)
@@ -249,7 +230,9 @@ def _kept_choice(page: Page, share: float) -> ChoiceReply:
         if share in kept:
             return kept[share]
         revision = db.revision()  # before what is gathered, so that no older choice is kept
-        gathered = _gathered(db, share)
+        db.captures("quality >= 0")  # says so where they were not measured
+        bodies, settings = [i for i in db.captures() if i.has_body], CurateSettings(share=share)
+        gathered = gather(db.session, bodies, settings, lambda _what, _done, _all: None)
     reply = _choice(gathered)
     with page.held.use() as db:
         kept = db.session.kept("choices", dict[float, ChoiceReply])
@@ -258,12 +241,6 @@ def _kept_choice(page: Page, share: float) -> ChoiceReply:
             for oldest in list(kept)[:-MOST_CHOICES]:
                 kept.pop(oldest, None)
     return reply
-
-
-def _gathered(db: MotionDB, share: float) -> Gathered:
-    db.captures("quality >= 0")  # says so where they were not measured
-    bodies = [info for info in db.captures() if info.has_body]
-    return gather(db.session, bodies, CurateSettings(share=share), lambda _what, _done, _all: None)
 
 
 def _choice(gathered: Gathered) -> ChoiceReply:
@@ -344,21 +321,19 @@ def _prove(db: MotionDB, question: str) -> ProvenQuestion | None:
 
 
 MOST_VARIANTS = 8  # Largest number of variants of one request: as many as can be watched at once
-
-
 MOST_BLOCKS = 30  # Largest number of actions on a timeline
 _FOR = re.compile(r"\s+for\s+(about\s+)?[\d.]+\s*s(ec(ond)?s?)?\b", re.IGNORECASE)
 
 
-class BlockBody(Body):
+class BlockBody(parameters.Body):
     """An action on the timeline: its phrase, its duration, and where it is taken from."""
 
     phrase: Annotated[str, Field(min_length=1, max_length=500)]
     seconds: Annotated[float, Field(ge=0.5, le=60.0, allow_inf_nan=False)] | None = None
     place: Annotated[int, Field(ge=0, le=1000)] | None = None
-    capture: Text | None = None
-    start: Seconds | None = None
-    end: Seconds | None = None
+    capture: parameters.Text | None = None
+    start: parameters.Seconds | None = None
+    end: parameters.Seconds | None = None
 
     def to_block(self) -> Block:
         """Return the block; an excerpt that was picked has both ends."""
@@ -382,12 +357,12 @@ def sentence_of(blocks: Sequence[Block]) -> str:
     return ", then ".join(said)
 
 
-class GenerateBody(Body):
+class GenerateBody(parameters.Body):
     """A sentence, and the settings for its motion."""
 
-    words: Text = ""
+    words: parameters.Text = ""
     blocks: Annotated[tuple[BlockBody, ...], Field(max_length=MOST_BLOCKS)] = ()
-    seed: Annotated[int, Field(ge=0, le=LARGEST_SEED - MOST_VARIANTS)] = 0
+    seed: Annotated[int, Field(ge=0, le=parameters.LARGEST_SEED - MOST_VARIANTS)] = 0
     variants: Annotated[int, Field(ge=1, le=MOST_VARIANTS)] = 1
     method: Literal["stitched", "trajectory"] = "stitched"
     exact: bool = False
@@ -398,7 +373,7 @@ def making_router(page: Page) -> APIRouter:
     routes = APIRouter(tags=["generate"], responses=ERRORS)
 
     @routes.post("/api/generate")
-    def generate(body: GenerateBody) -> GenerateReply:
+    def generate(body: GenerateBody) -> replies.GenerateReply:
         """Motions that show the actions of a sentence; variant k has the seed ``seed + k``.
 
         With blocks, one motion that takes each action from where its block says.
@@ -412,26 +387,25 @@ def making_router(page: Page) -> APIRouter:
             with page.held.use() as db:  # opened for each variant in turn
                 made = db.generate(body.words, seed, body.method, body.exact)
                 motions.append(made)
-                variants.append(made_reply(db, made, page.made.put(MadeMotion(made))))
-        return generate_reply(motions[0], variants)
+                variants.append(replies.made_reply(db, made, page.made.put(MadeMotion(made))))
+        return replies.generate_reply(motions[0], variants)
 
     @routes.get("/api/made")
-    def made(id: Name) -> GenerateReply:
+    def made(id: parameters.Name) -> replies.GenerateReply:
         """A motion that was generated before."""
         kept = page.made.get(id)
         with page.held.use() as db:
-            reply = made_reply(db, kept.generated, id, kept.saved, kept.blocks)
-        return generate_reply(kept.generated, [reply])
+            reply = replies.made_reply(db, kept.generated, id, kept.saved, kept.blocks)
+        return replies.generate_reply(kept.generated, [reply])
 
     @routes.post("/api/made/save")
-    def save(body: SaveBody) -> Saved:
+    def save(body: parameters.SaveBody) -> parameters.Saved:
         """Save a generated motion as a capture."""
         page.check_writable()
         kept = page.made.get(body.id)
         if kept.saved:
             raise PageError(
                 f"{kept.saved}: expected a motion that is not saved, found it saved already.",
-                409,
                 "ConflictError",
             )
         with page.held.use() as db:
@@ -440,12 +414,12 @@ def making_router(page: Page) -> APIRouter:
                 body.name, kept.generated.words, kept.generated, kept.generated.seed
             )
         page.made.replace(body.id, replace(kept, saved=info.name))
-        return Saved(info.name, f"capture:{info.name}")
+        return parameters.Saved(info.name, f"capture:{info.name}")
 
     return routes
 
 
-def _from_blocks(page: Page, body: GenerateBody) -> GenerateReply:
+def _from_blocks(page: Page, body: GenerateBody) -> replies.GenerateReply:
     """Return the motion of a timeline."""
     blocks = tuple(block.to_block() for block in body.blocks)
     places = [
@@ -455,4 +429,4 @@ def _from_blocks(page: Page, body: GenerateBody) -> GenerateReply:
     with page.held.use() as db:
         made = db.generate(words, body.seed, body.method, body.exact, places=places)
         name = page.made.put(MadeMotion(made, blocks=blocks))
-        return generate_reply(made, [made_reply(db, made, name, blocks=blocks)])
+        return replies.generate_reply(made, [replies.made_reply(db, made, name, blocks=blocks)])

@@ -189,7 +189,6 @@ def save_board(folder: Path, name: str, text: str) -> None:
     if name in shipped(TACTICS):
         raise PageError(
             f"{name}: expected another name than those of the shipped diagrams. Choose one.",
-            409,
             "ConflictError",
         )
     try:
@@ -314,16 +313,15 @@ def _reply(db: MotionDB, text: str, name: str = "", is_shipped: bool = False) ->
         clips = {action: len(found.get(action, ())) for action in board.actions}
     about = {fault.player: fault.message for fault in board.faults if fault.player}
     by_line = {fault.line: fault.message for fault in board.faults}
-    return BoardReply(
+    return answers.extended(
+        BoardReply,
+        board,
         name=name,
         shipped=is_shipped,
-        text=board.text,
         diagram=diagram_shape(board.diagram) if board.diagram else None,
         feasible=not board.faults,
         fault="\n".join(fault.message for fault in board.faults) or None,
         line=next((fault.line for fault in board.faults if fault.line), None),
-        faults=board.faults,
-        holder=board.holder,
         elements=[
             ElementVerdict(number, not reason, reason or None)
             for number, reason in enumerate(element_faults(board))

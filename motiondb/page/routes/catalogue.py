@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache
 from typing import Annotated
 
@@ -112,7 +112,7 @@ def remove_captures(page: Page, db: MotionDB, captures: Sequence[str]) -> Captur
 def undo_last(page: Page, db: MotionDB) -> Edit:
     """Take back the latest edit that the page made; the caller holds ``page.editing``."""
     if not page.edits:
-        raise PageError("undo: expected an edit, found none.", 409, "ConflictError")
+        raise PageError("undo: expected an edit, found none.", "ConflictError")
     last = page.edits[-1]
     try:
         db.undo(last.run)
@@ -120,7 +120,6 @@ def undo_last(page: Page, db: MotionDB) -> Edit:
         page.edits.pop()
         raise PageError(
             f"{last.captures[0]}: this change of {last.what} was not taken back. {error}",
-            409,
             "ConflictError",
         ) from error
     page.edits.pop()  # only now: a full disk leaves the edit to be undone later
@@ -409,7 +408,6 @@ def _check_same(db: MotionDB, capture: str, before: Sequence[Caption]) -> None:
         raise PageError(
             f"{capture}: expected the words that were edited, found others: {said}. They were"
             " changed meanwhile; nothing is saved.",
-            409,
             "ConflictError",
         )
 
@@ -449,15 +447,14 @@ def _condition(column: str, value: str) -> str | None:
 @cache
 def _starts() -> tuple[ShippedStart, ...]:
     """Return the knowledge that is shipped with motiondb."""
-    return tuple(
-        ShippedStart(each["name"], each["words"], each["captions"], each["credit"])
-        for each in shipped_starts()
-    )
+    names = [field.name for field in fields(ShippedStart)]
+    return tuple(ShippedStart(*(each[name] for name in names)) for each in shipped_starts())
 
 
 def _status(page: Page, db: MotionDB) -> Status:
     info, drift = info_and_drift(db)
     limits, folders = page.settings.limits, page.settings.folders
+    sizes = limits.file_bytes, limits.request_bytes, limits.files
     return answers.extended(
         Status,
         info,
@@ -466,14 +463,7 @@ def _status(page: Page, db: MotionDB) -> Status:
         read_only=page.settings.read_only,
         revision=db.revision(),
         drift=drift,
-        accepts=Accepted(
-            CAPTURE_ENDINGS,
-            SKELETON_ENDINGS,
-            SHEET_ENDINGS,
-            limits.file_bytes,
-            limits.request_bytes,
-            limits.files,
-        ),
+        accepts=Accepted(CAPTURE_ENDINGS, SKELETON_ENDINGS, SHEET_ENDINGS, *sizes),
         writes=formats_here(),
         folders=[
             AllowedFolder(n, without_surrogates(folder.name or str(folder)))

@@ -20,6 +20,7 @@ from starlette.exceptions import HTTPException
 from starlette.formparsers import MultiPartException
 from starlette.responses import Response
 
+from motiondb.answers.plain import extended
 from motiondb.body.features import FEATURE_STEP
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.exporting import MotionChanges, write_motion
@@ -36,8 +37,8 @@ from motiondb.page.motion import (
     best_moment,
     body_track,
     facing_forward,
-    figure_of,
     pack,
+    points_of,
 )
 from motiondb.page.routes.parameters import LONGEST_TEXT, Body, End, Part, RefText, Start, Text
 from motiondb.page.state import (
@@ -61,37 +62,25 @@ LICENCES = "LICENCES.txt"  # In a zip: the licence of each capture, as BVH has n
 MOST_ITEMS = 500  # Largest number of captures of one download
 Format = Literal["bvh", "glb", "fbx", "usd", "npz", "csv", "parquet", "source"]
 _SCENE_FORMATS = ("bvh", "glb", "source")
-_UPLOAD = {
-    "requestBody": {
-        "required": True,
-        "content": {
-            "multipart/form-data": {
-                "schema": {
-                    "type": "object",
-                    "required": ["files"],
-                    "properties": {
-                        "files": {
-                            "type": "array",
-                            "minItems": 1,
-                            "items": {"type": "string", "format": "binary"},
-                        }
-                    },
-                }
-            }
-        },
-    }
-}  # OpenAPI description of an upload
-_BINARY = {"schema": {"type": "string", "format": "binary"}}
-_FILE: dict[int | str, dict[str, Any]] = {
-    200: {
-        "description": "A file to be saved: a motion, or a zip of several.",
-        "content": {
-            "application/octet-stream": _BINARY,
-            "application/zip": _BINARY,
-            "model/gltf-binary": _BINARY,
-        },
-    }
-}  # OpenAPI description of a download
+_BYTES = {"type": "string", "format": "binary"}
+_FORM = {
+    "type": "object",
+    "required": ["files"],
+    "properties": {"files": {"type": "array", "minItems": 1, "items": _BYTES}},
+}
+_UPLOAD = {"requestBody": {"required": True, "content": {"multipart/form-data": {"schema": _FORM}}}}
+"""OpenAPI description of an upload."""
+
+
+def _described(about: str, *kinds: str) -> dict[int | str, dict[str, Any]]:
+    """Return the OpenAPI description of an answer of bytes, of any of some kinds."""
+    return {200: {"description": about, "content": {k: {"schema": _BYTES} for k in kinds}}}
+
+
+_FILE = _described(
+    "A file to be saved: a motion, or a zip of several.",
+    *("application/octet-stream", "application/zip", "model/gltf-binary"),
+)
 
 
 class DownloadBody(Body):
@@ -323,12 +312,7 @@ THUMB_SECONDS, THUMB_RATE = 2.0, 15.0  # Length of a thumbnail, and its frames p
 SEARCHED = 60.0  # Seconds of a capture in which its moment is looked for
 MOST_TILES = 60  # Largest number of captures of the wall
 MOST_MOTIONS = 64  # Largest number of motions of one request
-_CONTAINER: dict[int | str, dict[str, Any]] = {
-    200: {
-        "description": "Motion as binary; docs/guide/page.md describes the format.",
-        "content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
-    }
-}  # OpenAPI description of binary motion
+_CONTAINER = _described("Motion as binary; docs/guide/page.md describes the format.", MEDIA_TYPE)
 Rate = Annotated[float, Query(ge=1.0, le=MOTION_FPS, description="Frames per second.")]
 
 
@@ -395,7 +379,7 @@ def tracks_of(page: Page, db: MotionDB, part: Part, fps: float) -> list[Track]:
         return load_scene(page, db, ref, part.start, part.end, fps)
     loaded = load_motion(page, db, ref, part.start, part.end)
     first = round((part.start or 0.0) * MOTION_FPS / FEATURE_STEP) * FEATURE_STEP / MOTION_FPS
-    return [body_track(ref.name, part.ref, figure_of(loaded), first, fps)]
+    return [body_track(ref.name, part.ref, loaded, first, fps)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -425,11 +409,11 @@ def wall_of(page: Page, db: MotionDB, count: int) -> list[WallTile]:
     moments = [(row, moment) for row, moment in looked if moment is not None]
     kept = _unlike([moment for _, moment in moments], count)
     return [
-        WallTile(
+        extended(
+            WallTile,
+            moment,
             capture=row.info.name,
             words=_said(row.captions, moment.pose),
-            start=moment.start,
-            end=moment.end,
             duration=round(row.info.duration, 3),
         )
         for row, moment in (moments[n] for n in kept)
@@ -474,7 +458,7 @@ def _moment(page: Page, db: MotionDB, info: CaptureInfo) -> Moment | None:
                 page.moments[key] = None
             return None
         looked = cut_motion(motion, None, SEARCHED)
-        best = best_moment(figure_of(looked).points, round(THUMB_SECONDS * MOTION_FPS))
+        best = best_moment(points_of(looked), round(THUMB_SECONDS * MOTION_FPS))
         start, stop, at = (round(n / MOTION_FPS, 3) for n in (best.first, best.stop, best.pose))
         page.moments[key] = Moment(start, stop, at, best.speed, best.shape)
     return page.moments[key]
@@ -487,7 +471,7 @@ def _thumb(page: Page, db: MotionDB, name: str) -> Track:
     if row is None or at is None:
         return Track(name, ref, np.zeros((0, len(POINTS), 3)))
     motion = load_stored(db.store, row.info.capture_id)
-    shown = figure_of(cut_motion(motion, at.start, at.end))
+    shown = cut_motion(motion, at.start, at.end)
     track = body_track(name, ref, shown, at.start, THUMB_RATE)
     return replace(track, points=facing_forward(track.points), contacts=None, moment=at.pose)
 

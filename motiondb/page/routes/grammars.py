@@ -379,7 +379,6 @@ def check_version(db: MotionDB, body: EditBody) -> None:
         raise PageError(
             f"{body.grammar}: expected the version that was shown, found a newer one. Nothing was"
             " changed: look at the present rules, and edit these.",
-            409,
             "ConflictError",
         )
 
@@ -398,7 +397,6 @@ def _check_rules(db: MotionDB, made: MadeSequence) -> None:
         raise PageError(
             f"{name}: expected a sequence of its present rules, found one of earlier rules."
             " Make a new one.",
-            409,
             "ConflictError",
         )
 

@@ -165,11 +165,8 @@ def _places(page: Page, body: AddBody) -> tuple[Path, Path | None, Path | None]:
     roots = page.settings.folders
     root = body.folder.root
     folder = allowed_path(roots, root, body.folder.path)
-    return (
-        folder,
-        allowed_path(roots, root, body.words) if body.words else None,
-        roots[root].resolve(),
-    )
+    words = allowed_path(roots, root, body.words) if body.words else None
+    return folder, words, roots[root].resolve()
 
 
 def _stream(events: AsyncIterator[str]) -> StreamingResponse:

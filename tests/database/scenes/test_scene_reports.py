@@ -28,7 +28,7 @@ SCENE = store.StoredScene(
         store.SceneRule("D1", "guard", 1, "direction", "A1", "deg", 3.0, 30.0, 20.0, 240, False),
     ),
     report={
-        **dict.fromkeys(LISTS, ()),
+        **{name: [] for name in LISTS},
         "rule_frames": [[40, 127], [200, 230], [240, 241]],
         "collisions_before": 0,
         "feet": {},
