@@ -28,7 +28,7 @@ const FRAGMENT = /* glsl */ `
 
 /** Lines on each side of the middle, and after how many of their distances each has a corner. */
 const LINES = 12;
-const PIECE = 2;
+const PIECE = 4;
 
 export interface Ground {
   readonly object: THREE.LineSegments;
