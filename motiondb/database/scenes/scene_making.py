@@ -335,7 +335,7 @@ class _Making:
     def glimpse(self) -> PolishedScene:
         """The motion of a few rounds, to be looked at while the scene is sampled."""
         few = replace(self.sampler, rounds=min(GLIMPSE, self.sampler.rounds))
-        state, _ = sample(self.play, few, np.random.default_rng(0))
+        state, _ = annealing.sample(self.play, few, np.random.default_rng(0))
         return self._polished(state)[0]
 
     def _polished(self, state: SceneState) -> tuple[PolishedScene, RuleTable]:

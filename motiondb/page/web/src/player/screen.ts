@@ -183,6 +183,7 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
     scene,
     camera,
     prepare(fine) {
+      drawListeners.forEach((listener) => listener()); // also where only the size has changed
       if (!figures) return;
       people?.show(figures.picture.people, fine ? "fine" : canvas.clientHeight > LARGE ? "large" : "small");
       light.setFine(fine);
@@ -196,8 +197,10 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
       changed = false;
       if (moved && figures) {
         place();
-        if (!stage.available) paintFlat(canvas, figures.draw(playback.time, switches), orbit);
-        drawListeners.forEach((listener) => listener());
+        if (!stage.available) {
+          paintFlat(canvas, figures.draw(playback.time, switches), orbit);
+          drawListeners.forEach((listener) => listener());
+        }
       }
       if (playback.time !== toldTime) {
         toldTime = playback.time;

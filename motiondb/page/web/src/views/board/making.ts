@@ -182,6 +182,7 @@ export function makeMaking(
     first ||= stands;
     playing = tracks;
     stands = false;
+    player.element.classList.remove("still");
     player.show({ tracks }, !first);
     if (wasPlaying || (first && !REDUCED.matches)) player.play();
     if (!first) player.seek(Math.min(time, player.screen.playback.duration));
@@ -242,6 +243,7 @@ export function makeMaking(
       if (scene || playing.length) return;
       player.show({ tracks }, stands);
       stands = tracks.length > 0;
+      player.element.classList.toggle("still", stands);
     },
     open(ref, job) {
       if (job && job !== watched?.id) watch(job);
