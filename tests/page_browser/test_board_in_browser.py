@@ -61,6 +61,20 @@ def test_a_shipped_board_is_drawn_with_its_actions(asked_server, new_page):
     assert page.get_by_role("button", name="Make the scene").is_enabled()
 
 
+def test_people_stand_on_the_stage_before_anything_is_made_and_x_makes_it_large(
+    asked_server, new_page
+):
+    page = opened(new_page(f"{asked_server}#/board?board=give-and-go"))
+    wait_for_figure(page, ".board-scene .still .player-canvas")
+    assert page.locator(".player-name").all_inner_texts() == ["A1", "A2", "A3", "D1", "D2", "D3"]
+    wide = "() => document.querySelector('.board-scene .player-canvas').clientWidth"
+    before = page.evaluate(wide)
+    page.keyboard.press("x")
+    wait_for(page, f"before => ({wide})() > 1.3 * before", before)
+    page.get_by_role("button", name="Larger board").click()
+    wait_for(page, f"before => ({wide})() === before", before)
+
+
 def test_on_a_phone_the_court_stands_above_its_tools(asked_server, new_page):
     page = opened(new_page(f"{asked_server}#/board?board=give-and-go", size=(390, 844)))
     court, tools = (
@@ -199,7 +213,7 @@ def test_a_scene_is_made_survives_a_reload_and_follows_a_change(serve_copy, new_
     page.reload()
     page.locator("[aria-label='step 1: A1 walk']").wait_for()
     first = made(page)
-    wait_for_figure(page, ".board-scene .player-canvas")
+    wait_for_figure(page, ".board-scene .player:not(.still) .player-canvas")
     report = page.locator(".board-report").inner_text()
     assert "A1 walk: at the end of its walk in step 1" in report
     assert "(0, 6)" not in report
