@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 from motiondb import store
 
 if TYPE_CHECKING:
-    from motiondb.database.loading import FeaturesMade
+    from motiondb.database.loading import FramesMade
     from motiondb.database.values import Where
     from motiondb.learn.learned import Learned
-    from motiondb.learn.recognition import FeaturePool
+    from motiondb.learn.recognition import FramePool
     from motiondb.records import FloatArray, Motion
     from motiondb.search.seen_frames import Frames
 
@@ -114,7 +114,7 @@ class Session:
         from motiondb.database import loading
 
         def load() -> Learned:
-            return loading.load_prepared(self.store, self.without_rows, lambda: self.features)
+            return loading.load_prepared(self.store, self.without_rows, lambda: self.pool)
 
         return self.kept("learned", load)
 
@@ -139,11 +139,11 @@ class Session:
         return self.kept("searchable", lambda: loading.searchable(self.store, self.learned))
 
     @property
-    def features(self) -> FeaturePool:
-        """Recognition features of all captures."""
+    def pool(self) -> FramePool:
+        """What questions look at in the frames of all captures."""
         from motiondb.database import loading
 
-        return self.kept("features", lambda: loading.load_features(self.store))
+        return self.kept("pool", lambda: loading.load_frames(self.store, self.without_rows))
 
     @property
     def frames(self) -> Frames:
@@ -156,26 +156,25 @@ class Session:
         def track(capture: int) -> FloatArray:
             return measured_track(store.load_motion(opened, capture))
 
-        return self.kept(
-            "frames", lambda: Frames(lambda capture: self.features.of_capture(capture), track)
-        )
+        return self.kept("frames", lambda: Frames(self.pool, track))
 
-    def lacking_features(self) -> dict[int, Motion]:
-        """Motions of the captures whose features are not in the cache of the database."""
+    def lacking_frames(self) -> dict[int, Motion]:
+        """Motions of the captures whose frames are not in the cache of the database."""
         from motiondb.database import loading
 
         with self.reading():
-            return store.lacking_rows(self.store, loading.FEATURES)
+            mark = loading.frames_mark(self.without_rows)
+            return store.lacking_rows(self.store, loading.FRAMES, mark)
 
-    def keep_features(self, made: Mapping[int, FeaturesMade]) -> None:
-        """Keep features that were computed while the file was free.
+    def keep_frames(self, made: Mapping[int, FramesMade]) -> None:
+        """Keep frames that were computed while the file was free.
 
-        `made`: Features of captures by number; those that were removed meanwhile are left out.
+        `made`: Those of captures by number; those that were removed meanwhile are left out.
         """
         from motiondb.database import loading
 
         with self.reading():
-            self.kept("features", lambda: loading.load_features(self.store, made))
+            self.kept("pool", lambda: loading.load_frames(self.store, self.without_rows, made))
 
 
 class Topic:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from motiondb.answers.database import DatabaseInfo
 from motiondb.database import MotionDB
-from motiondb.database.loading import make_features
+from motiondb.database.loading import make_frames
 from motiondb.database.session import Lent
 from motiondb.errors import MotionDBError
 from motiondb.files.safe_files import link_target, log_of
@@ -85,7 +85,7 @@ class HeldDatabase:
         """Load the data that questions need, so that the first user does not wait for it."""
         self.warm_view()
         with suppress(MotionDBError):
-            self._warm_features()
+            self._warm_frames()
             with self.use() as db:
                 learned = db.learned
                 if learned.has_words:
@@ -94,17 +94,18 @@ class HeldDatabase:
                     first = learned.captures[min(learned.rows)]
                     db.like(first.name, 0.0, min(first.duration, EXAMPLE), limit=1)
 
-    def _warm_features(self) -> None:
-        """Compute the features of all captures, while the file is free.
+    def _warm_frames(self) -> None:
+        """Compute the frames of all captures, while the file is free.
 
         Of all data they take longest.
         """
         with self.use() as db:
-            motions = db.session.lacking_features() if db.is_learned() else {}
-        if motions:
-            made = dict(zip(motions, make_features(list(motions.values()))))
+            learned = db.session.without_rows if db.is_learned() else None
+            motions = db.session.lacking_frames() if learned else {}
+        if learned and motions:
+            made = dict(zip(motions, make_frames(learned, list(motions.values()))))
             with self.use() as db:
-                db.session.keep_features(made)
+                db.session.keep_frames(made)
 
     def close(self) -> None:
         """Close the file."""

@@ -147,6 +147,9 @@ from .catalogue.generated import (
 from .catalogue.generated import (
     to_provenance as to_provenance,
 )
+from .catalogue.joined_rows import (
+    FileRows as FileRows,
+)
 from .catalogue.known_files import KnownFile as KnownFile
 from .catalogue.known_files import load_known_files as load_known_files
 from .catalogue.known_files import save_known_files as save_known_files
