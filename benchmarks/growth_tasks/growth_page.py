@@ -44,6 +44,15 @@ SIZES = (
 )
 
 
+BESIDE = ("beside bytes", "file and cache beside the originals, an hour", None)
+
+
+def with_beside(row: Row) -> Row:
+    """A row with what file and cache take beside the originals, bytes an hour."""
+    taken = row["file bytes"] + row["cache bytes"] - row["originals bytes"]
+    return row | {BESIDE[0]: taken / row["hours"]}
+
+
 def exponent(hours: Sequence[float], values: Sequence[float]) -> float:
     """Slope of the logarithm of values over that of hours, by least squares."""
     pairs = [(h, v) for h, v in zip(hours, values) if h > 0 and v > 0]
@@ -82,6 +91,37 @@ def write_page(rows: Sequence[Row], captures: Path, path: Path) -> None:
         f"{_missing(rows)}Other load on a machine whose threads share cores changes processor "
         f"times too (load at the end {psutil.getloadavg()[0]:.1f} on {psutil.cpu_count()} cores).",
         f"![Growth of times and sizes](pictures/{picture.name})",
+    ]
+    path.write_text("\n\n".join(blocks) + "\n", encoding="utf-8")
+
+
+TWO = "## Two builds, in turn"  # The section that :func:`write_beside` writes
+
+
+def write_beside(
+    rows: Sequence[Row], former: Sequence[Row], builds: tuple[str, str], path: Path
+) -> None:
+    """Write the last section of the page: sizes that two builds measured, and what each took.
+
+    `builds`: The commits of the former one and of this one.
+    """
+    both = [
+        (row, old) for row in rows for old in former if row["asked hours"] == old["asked hours"]
+    ]
+    lines = []
+    for key, name, _ in (*TIMES, *SIZES, BESIDE):
+        shown = _bytes if "bytes" in key else _seconds
+        pairs = [(row[key], old[key]) for row, old in both]
+        cells = [f"{shown(old)} → {shown(new)} ({new / old:.2f})" for new, old in pairs]
+        lines.append([name, *cells])
+    taken = BESIDE[0], f"{both[-1][1][BESIDE[0]] / 1e6:.1f}", f"{both[-1][0][BESIDE[0]] / 1e6:.1f}"
+    blocks = [
+        path.read_text(encoding="utf-8").partition(TWO)[0].rstrip(),
+        TWO,
+        f"The same variants of other captures (CMU), by the build {builds[0]}, then by {builds[1]}, "
+        f"on {machine()}, which other work kept busy; ratios in brackets. File and cache beside "
+        f"the originals: {taken[1]} MB an hour, then {taken[2]} MB, at the largest size.",
+        table(["", *(f"{row['asked hours']:g} h" for row, _ in both)], lines),
     ]
     path.write_text("\n\n".join(blocks) + "\n", encoding="utf-8")
 

@@ -38,6 +38,7 @@ from motiondb.records import Float32Array, FloatArray, IntArray, SegmentTable
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 T = TypeVar("T")
+Numbers = TypeVar("Numbers", FloatArray, Float32Array)
 WRITTEN = 4.0  # Log-odds added by a word written about the interval: captions are rarely wrong
 UNWRITTEN = -1.0  # Log-odds added by a word missing from a caption: captions are rarely complete
 KEPT = 256  # Captures whose evidence of captions is kept: some 3 MB
@@ -90,12 +91,11 @@ def hear_takes(
             wholes[some] = vectors[ends[some.start + 1 : some.stop + 1] - first - 1]
     suggested = captions.suggest(wholes)
     likeness, meanings = suggested.likeness(), suggested.meanings.astype(np.float32)
-    return Heard(with_likeness(odds, likeness, ends[1:] - 1), likeness, meanings)
+    with_likeness(odds, likeness, ends[1:] - 1)
+    return Heard(odds, likeness, meanings)
 
 
-def with_likeness(
-    odds: FloatArray, likeness: FloatArray, wholes: int | IntArray = -1
-) -> FloatArray:
+def with_likeness(odds: Numbers, likeness: FloatArray, wholes: int | IntArray = -1) -> Numbers:
     """Log-odds (rows, words) with the likeness of captures as a whole, whose rows are given.
 
     An action's log-odds are half those of the whole capture, so that twice the likeness adds it

@@ -20,6 +20,7 @@ from motiondb.learn.learned import performers_of
 from motiondb.learn.learned_model import LearnedModel, to_stored
 from motiondb.learn.recognition import FeaturePool, LearnSettings, Progress
 from motiondb.learn.word_fitting import TaughtWords
+from motiondb.symbols.hmm_jobs import one_blas_thread
 from motiondb.workers import HERE, Workers
 
 SHIPPED = "cmu"  # The knowledge that comes with motiondb
@@ -57,7 +58,10 @@ def learn(
                     knowledge = load_knowledge(SHIPPED)
                 started = None if knowledge is None else begin(knowledge, taught.synonyms)
                 renumbered = fitting.renumber_taught(taught, numbers)
-                model = fitting.fit_model(pool, renumbered, settings, rng, tell, started, workers)
+                with one_blas_thread():  # a second one takes a fifth more of the processors
+                    model = fitting.fit_model(
+                        pool, renumbered, settings, rng, tell, started, workers
+                    )
                 own_numbers = {number: capture for capture, number in numbers.items()}
                 model = fitting.renumber_model(model, own_numbers)
             with store.transaction(opened):
