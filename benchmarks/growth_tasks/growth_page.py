@@ -118,7 +118,7 @@ def write_beside(
     blocks = [
         path.read_text(encoding="utf-8").partition(TWO)[0].rstrip(),
         TWO,
-        f"The same variants of other captures (CMU), by the build {builds[0]}, then by {builds[1]}, "
+        f"The same variants of CMU captures, by the build {builds[0]}, then by {builds[1]}, "
         f"on {machine()}, which other work kept busy; ratios in brackets. File and cache beside "
         f"the originals: {taken[1]} MB an hour, then {taken[2]} MB, at the largest size.",
         table(["", *(f"{row['asked hours']:g} h" for row, _ in both)], lines),
