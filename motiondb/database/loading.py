@@ -202,7 +202,7 @@ def load_frames(
     rows = cast(Float32Array, held.rows) if len(held.rows) else none
 
     def features(capture: int) -> Float32Array:
-        return recognition_features(store.load_motion(opened, capture))
+        return recognition_features(store.unflatten_motion(store.load_poses(opened, capture)))
 
     return FramePool(held.capture_ids, held.bounds, rows, features)
 

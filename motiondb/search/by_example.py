@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import overload
 
@@ -17,8 +16,9 @@ from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import FramePool, Recognised, recognise
 from motiondb.meaning import by_motion, extents, regression, score_vectors
 from motiondb.meaning.resemblance import MeaningSpace, emphasis_of, resemblance
+from motiondb.meaning.word_evidence import WhenAsked
 from motiondb.meaning.word_map import clearest
-from motiondb.records import Float32Array, Match, Motion
+from motiondb.records import Float32Array, FloatArray, Match, Motion
 from motiondb.search.asked_words import learned_words
 from motiondb.search.chances import NOTHING, reaches, why_unchecked
 from motiondb.search.matches import mark_generated, match_rows, to_seconds
@@ -93,7 +93,7 @@ def search_motion(
         query = _query(seen, learned.meaning_space if by_words else None)
         found = _find(learned, pool, query, [c for c in allowed if c in learned.rows])
         if motion.n_frames >= FEATURE_STEP * extents.LEAST_EXAMPLE:
-            found = _whole_activities(learned, pool, seen.raw, motion.n_frames, found[: 2 * limit])
+            found = _whole_activities(learned, pool, seen.raw, motion.n_frames, found, limit)
         found = found[:limit]
         sure = _how_sure(learned, query, found)
         # what ranks is not what is calibrated: no answer is more probable than one before it
@@ -189,6 +189,7 @@ def _whole_activities(
     example: Float32Array,
     n_frames: int,
     candidates: Sequence[by_motion.Candidate],
+    limit: int,
 ) -> list[by_motion.Candidate]:
     """Extend answers in long captures to the whole activity (``motiondb.meaning.extents``).
 
@@ -197,13 +198,17 @@ def _whole_activities(
     `example`: Recognition features (frames, 130) of a motion of `n_frames`.
     """
     contexts = learned.context_space
-    lengths = {c.capture: learned.captures[c.capture].motion_frames for c in candidates}
-    takes = {}
-    for capture, length in lengths.items():
-        if length >= extents.LONG * n_frames:
-            with suppress(StoreError):
-                takes[capture] = contexts.view(pool.features(capture))
-    return by_motion.to_activities(contexts.view(example), candidates, takes)
+    some = candidates[: 2 * limit]
+    lengths = {c.capture: learned.captures[c.capture].motion_frames for c in some}
+    long = [capture for capture, n in lengths.items() if n >= extents.LONG * n_frames]
+
+    def view(capture: int) -> FloatArray | None:
+        try:
+            return contexts.view(pool.features(capture))
+        except StoreError:
+            return None
+
+    return by_motion.to_activities(contexts.view(example), some, WhenAsked(long, view), limit)
 
 
 def _same(answer: by_motion.Candidate) -> str:
