@@ -48,7 +48,9 @@ BESIDE = ("beside bytes", "file and cache beside the originals, an hour", None)
 
 
 def with_beside(row: Row) -> Row:
-    """A row with what file and cache take beside the originals, bytes an hour."""
+    """A row with what file and cache take beside the originals, bytes an hour, where measured."""
+    if "file bytes" not in row:
+        return row
     taken = row["file bytes"] + row["cache bytes"] - row["originals bytes"]
     return row | {BESIDE[0]: taken / row["hours"]}
 
@@ -95,13 +97,13 @@ def write_page(rows: Sequence[Row], captures: Path, path: Path) -> None:
     path.write_text("\n\n".join(blocks) + "\n", encoding="utf-8")
 
 
-TWO = "## Two builds, in turn"  # The section that :func:`write_beside` writes
+TWO = "## Two builds, side by side"  # The section that :func:`write_beside` writes
 
 
 def write_beside(
     rows: Sequence[Row], former: Sequence[Row], builds: tuple[str, str], path: Path
 ) -> None:
-    """Write the last section of the page: sizes that two builds measured, and what each took.
+    """Write the last section of the page: what two builds took, where both were measured.
 
     `builds`: The commits of the former one and of this one.
     """
@@ -111,16 +113,17 @@ def write_beside(
     lines = []
     for key, name, _ in (*TIMES, *SIZES, BESIDE):
         shown = _bytes if "bytes" in key else _seconds
-        pairs = [(row[key], old[key]) for row, old in both]
-        cells = [f"{shown(old)} → {shown(new)} ({new / old:.2f})" for new, old in pairs]
+        pairs = [(row.get(key), old.get(key)) for row, old in both]
+        cells = [
+            f"{shown(old)} → {shown(new)} ({new / old:.2f})" if new and old else ""
+            for new, old in pairs
+        ]
         lines.append([name, *cells])
-    taken = BESIDE[0], f"{both[-1][1][BESIDE[0]] / 1e6:.1f}", f"{both[-1][0][BESIDE[0]] / 1e6:.1f}"
     blocks = [
         path.read_text(encoding="utf-8").partition(TWO)[0].rstrip(),
         TWO,
-        f"The same variants of CMU captures, by the build {builds[0]}, then by {builds[1]}, "
-        f"on {machine()}, which other work kept busy; ratios in brackets. File and cache beside "
-        f"the originals: {taken[1]} MB an hour, then {taken[2]} MB, at the largest size.",
+        f"The same variants of CMU captures, by the builds {builds[0]} and {builds[1]} at the same "
+        f"time, on {machine()}, which other work kept busy: ratios in brackets.",
         table(["", *(f"{row['asked hours']:g} h" for row, _ in both)], lines),
     ]
     path.write_text("\n\n".join(blocks) + "\n", encoding="utf-8")
