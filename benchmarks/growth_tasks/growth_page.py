@@ -118,7 +118,8 @@ def write_beside(
             f"{shown(old)} → {shown(new)} ({new / old:.2f})" if new and old else ""
             for new, old in pairs
         ]
-        lines.append([name, *cells])
+        if any(cells):
+            lines.append([name, *cells])
     blocks = [
         path.read_text(encoding="utf-8").partition(TWO)[0].rstrip(),
         TWO,
