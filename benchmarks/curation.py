@@ -49,12 +49,12 @@ class Data:
     def __init__(self, db: motiondb.MotionDB) -> None:
         every = db.curate(motiondb.CurateSettings(share=1.0))
         infos = {info.name: info for info in db.captures()}
-        pool = db.session.features
+        features = {i.capture_id: db.captures.features(i.name) for i in infos.values()}
         self.intervals = [
             pieces.Interval(
                 infos[e.capture].capture_id,
                 round(e.start * 15),
-                min(round(e.end * 15), len(pool.of_capture(infos[e.capture].capture_id))),
+                min(round(e.end * 15), len(features[infos[e.capture].capture_id])),
             )
             for e in every.intervals
         ]
@@ -65,13 +65,11 @@ class Data:
         self.owner, self.first = windows.owner[order], windows.first[order]
         self.capture = capture[order]
         numbers = np.unique(self.capture).tolist()
-        parts = [pool.of_capture(n) for n in numbers]
-        self.vectors = pieces.vectors(parts, [self.first[self.capture == n] for n in numbers])
+        poses = [pieces.poses(features[n], self.first[self.capture == n]) for n in numbers]
+        self.vectors = pieces.vectors(np.concatenate(poses))
         self.frames = np.stack(
             [
-                pool.of_capture(n)[
-                    np.minimum(a + np.arange(pieces.WINDOW), len(pool.of_capture(n)) - 1)
-                ]
+                features[n][np.minimum(a + np.arange(pieces.WINDOW), len(features[n]) - 1)]
                 for n, a in zip(self.capture.tolist(), self.first.tolist())
             ]
         )

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import duckdb
-from growth_tasks.growth_page import write_page
+from growth_tasks.growth_page import with_beside, write_beside, write_page
 from growth_tasks.warped import Original, lay_out, make_pool, read_originals
 from measured_run import motiondb_command, run_measured
 
@@ -158,14 +158,20 @@ def lay_out_hours(originals: list[Original], out: Path, hours: float) -> Given:
     return Given(*first, second, folder / "motions.duckdb")
 
 
-def measure(arguments: argparse.Namespace) -> list[Row]:
-    """All rows: those that were measured before, and the others now."""
-    out: Path = arguments.out
-    out.mkdir(parents=True, exist_ok=True)
+def read_rows(out: Path) -> dict[float, Row]:
+    """Rows that were measured before, by hours."""
     file, rows = out / "rows.jsonl", dict[float, Row]()
     for line in file.read_text().splitlines() if file.is_file() else []:
         entry = json.loads(line)
         rows.setdefault(entry["asked hours"], {}).update(entry)
+    return rows
+
+
+def measure(arguments: argparse.Namespace) -> list[Row]:
+    """All rows: those that were measured before, and the others now."""
+    out: Path = arguments.out
+    out.mkdir(parents=True, exist_ok=True)
+    file, rows = out / "rows.jsonl", read_rows(out)
     originals: list[Original] = []
     for hours in sorted(arguments.hours):
         row = rows.setdefault(hours, {"asked hours": hours})
@@ -193,11 +199,22 @@ def main() -> None:
     parser.add_argument("--captures", type=Path, default=SAMPLES / "captures")
     parser.add_argument("--words", type=Path, default=None)
     parser.add_argument("--page", type=Path, default=ROOT / "docs/measured/scale.md")
+    parser.add_argument(
+        "--former",
+        nargs=3,
+        metavar=("OUT", "COMMIT", "COMMIT"),
+        help="write a last section: OUT of another build, its commit and that of this one",
+    )
     arguments = parser.parse_args()
     if arguments.words is None and arguments.captures == SAMPLES / "captures":
         arguments.words = SAMPLES / "captions.tsv"
     rows = measure(arguments)
-    write_page(rows, arguments.captures, arguments.page)
+    if arguments.former is None:
+        write_page(rows, arguments.captures, arguments.page)
+        return
+    folder, *builds = arguments.former
+    former = [with_beside(row) for _, row in sorted(read_rows(Path(folder)).items())]
+    write_beside([with_beside(row) for row in rows], former, tuple(builds), arguments.page)
 
 
 if __name__ == "__main__":

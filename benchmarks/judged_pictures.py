@@ -171,7 +171,7 @@ def choose_limits(db: MotionDB) -> None:
                 continue
             name = learned.association.words[word]
             for capture in (with_it, without):
-                rows = pool_windows(learned.frames_of(capture, db.session.features.of_capture))
+                rows = pool_windows(db.session.pool.whitened(capture))
                 n_rows = min(int(rng.integers(1, PARTS + 1)), len(rows))
                 start = int(rng.integers(len(rows) - n_rows + 1))
                 scores = left.scores(rows[start : start + n_rows])

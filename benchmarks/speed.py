@@ -174,9 +174,9 @@ def compare() -> list[Ratio]:
 
 def compare_parts(db: MotionDB, repeats: int) -> tuple[Timing, Ratio]:
     """Parts of captures, found by their symbols, and by the frames with compiled time warping."""
-    learned, pool, rng = db.learned, db.session.features, np.random.default_rng(0)
+    learned, pool, rng = db.learned, db.session.pool, np.random.default_rng(0)
     table_, scale = learned.segments, alignment.distance_scale(learned.distances)
-    frames = {c: learned.feature_space.project(pool.of_capture(c)) for c in learned.rows}
+    frames = {c: pool.whitened(c) for c in learned.rows}
     long = [c for c, rows in learned.rows.items() if rows.stop - rows.start > PART]
     parts = []
     for capture in rng.choice(long, repeats).tolist():

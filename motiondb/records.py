@@ -26,6 +26,10 @@ IntArray = NDArray[np.int64]
 
 MOTION_FPS = 30.0  # Frames per second of every canonical :class:`~motiondb.records.Motion`
 
+POSE_STEP = 2.0**-17
+"""Root positions (metres) and quaternions of captures are multiples of this: some .01 mm and .001
+degrees, finer than any capture. An hour of them takes half as many bytes as one of any floats."""
+
 LARGEST = 1e9  # Bound on every number of a file
 
 

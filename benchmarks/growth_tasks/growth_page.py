@@ -44,6 +44,17 @@ SIZES = (
 )
 
 
+BESIDE = ("beside bytes", "file and cache beside the originals, an hour", None)
+
+
+def with_beside(row: Row) -> Row:
+    """A row with what file and cache take beside the originals, bytes an hour, where measured."""
+    if "file bytes" not in row:
+        return row
+    taken = row["file bytes"] + row["cache bytes"] - row["originals bytes"]
+    return row | {BESIDE[0]: taken / row["hours"]}
+
+
 def exponent(hours: Sequence[float], values: Sequence[float]) -> float:
     """Slope of the logarithm of values over that of hours, by least squares."""
     pairs = [(h, v) for h, v in zip(hours, values) if h > 0 and v > 0]
@@ -82,6 +93,39 @@ def write_page(rows: Sequence[Row], captures: Path, path: Path) -> None:
         f"{_missing(rows)}Other load on a machine whose threads share cores changes processor "
         f"times too (load at the end {psutil.getloadavg()[0]:.1f} on {psutil.cpu_count()} cores).",
         f"![Growth of times and sizes](pictures/{picture.name})",
+    ]
+    path.write_text("\n\n".join(blocks) + "\n", encoding="utf-8")
+
+
+TWO = "## Two builds, side by side"  # The section that :func:`write_beside` writes
+
+
+def write_beside(
+    rows: Sequence[Row], former: Sequence[Row], builds: tuple[str, str], path: Path
+) -> None:
+    """Write the last section of the page: what two builds took, where both were measured.
+
+    `builds`: The commits of the former one and of this one.
+    """
+    both = [
+        (row, old) for row in rows for old in former if row["asked hours"] == old["asked hours"]
+    ]
+    lines = []
+    for key, name, _ in (*TIMES, *SIZES, BESIDE):
+        shown = _bytes if "bytes" in key else _seconds
+        pairs = [(row.get(key), old.get(key)) for row, old in both]
+        cells = [
+            f"{shown(old)} → {shown(new)} ({new / old:.2f})" if new and old else ""
+            for new, old in pairs
+        ]
+        if any(cells):
+            lines.append([name, *cells])
+    blocks = [
+        path.read_text(encoding="utf-8").partition(TWO)[0].rstrip(),
+        TWO,
+        f"The same variants of CMU captures, by the builds {builds[0]} and {builds[1]} at the same "
+        f"time, on {machine()}, which other work kept busy: ratios in brackets.",
+        table(["", *(f"{row['asked hours']:g} h" for row, _ in both)], lines),
     ]
     path.write_text("\n\n".join(blocks) + "\n", encoding="utf-8")
 

@@ -10,7 +10,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from motiondb.language.vocabulary import split_actions
-from motiondb.meaning.limb_sides import limb_speeds, limbs_to_measure, moves_otherwise
+from motiondb.meaning.limb_sides import (
+    limb_speeds,
+    limbs_to_measure,
+    moves_otherwise,
+    speeds_of_limbs,
+)
 from motiondb.meaning.travelled import directions_to_measure, furthest, speeds_of, turning
 from quality_protocol.captures import Capture, load_bandai, load_cmu, without_copies
 from quality_protocol.confidence import mean_of
@@ -61,4 +66,6 @@ def _goes(capture: Capture, direction: str, turn: str) -> float:
 
 
 def _moves(capture: Capture, side: str, limb: str, words: tuple[str, ...]) -> float:
-    return float(not moves_otherwise(limb_speeds(capture.features, limb, words), side))
+    return float(
+        not moves_otherwise(limb_speeds(speeds_of_limbs(capture.features), limb, words), side)
+    )

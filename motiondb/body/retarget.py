@@ -19,7 +19,15 @@ import numpy as np
 from motiondb.body import body, cleaning, kinematics, rotation, world
 from motiondb.body.joint_names import crossed_names, joint_map, same_names
 from motiondb.errors import ImplausibleError, SkeletonError
-from motiondb.records import MOTION_FPS, Clip, FloatArray, Motion, Skeleton
+from motiondb.records import (
+    MOTION_FPS,
+    POSE_STEP,
+    Clip,
+    Float32Array,
+    FloatArray,
+    Motion,
+    Skeleton,
+)
 
 _I = body.INDEX
 _COLLAR_FROM_NECK = body.OFFSETS[_I["l_collar"]] - body.OFFSETS[_I["neck"]]
@@ -84,11 +92,16 @@ def motion_from_positions(keypoints: FloatArray, fps: float) -> Motion:
     positions, _ = kinematics.forward(body.PARENTS, body.OFFSETS, rotations, root)
     root[:, 1] -= ground_height(positions)
     return Motion(
-        local_rotations=rotation.unroll(rotations).astype(np.float32),
-        root_positions=root.astype(np.float32),
+        local_rotations=_to_steps(rotation.unroll(rotations)),
+        root_positions=_to_steps(root),
         leg_length=leg_length,
         notes=notes + cleaning.fastest_note(positions),
     )
+
+
+def _to_steps(values: FloatArray) -> Float32Array:
+    """Values rounded to multiples of ``POSE_STEP``."""
+    return (np.rint(values / POSE_STEP) * POSE_STEP + 0.0).astype(np.float32)  # without -0.0
 
 
 def motion_positions(

@@ -73,6 +73,9 @@ def cut(
     return out, short
 
 
+NO_FEATURES = np.zeros((1, N_FEATURES), dtype=np.float32)
+
+
 @dataclass(frozen=True, eq=False)
 class Windows:
     """The seconds of intervals, one after another."""
@@ -96,22 +99,23 @@ def windows_of(intervals: Sequence[Interval]) -> Windows:
     )
 
 
-def vectors(parts: Sequence[Float32Array], firsts: Sequence[IntArray]) -> Float32Array:
+def poses(features: Float32Array, first: IntArray) -> Float32Array:
+    """Features of the windows of a capture side by side: array (windows, values), float32.
+
+    Shapes: `features` (frames, 130); `first` (windows,), where the windows begin.
+    """
+    frames = np.minimum(first[:, None] + np.array(POSES), len(features) - 1)
+    return features[frames].reshape(len(first), len(POSES) * N_FEATURES)
+
+
+def vectors(every: Float32Array) -> Float32Array:
     """Vectors of windows on their main axes: array (windows, axes), float32.
 
-    Shapes: `parts` each (frames, 130), features of a capture; `firsts` each (windows,), where its
-    windows begin.
+    `every` (windows, values): those of :func:`poses`, which are centred in place.
     """
-    shape = sum(len(f) for f in firsts), len(POSES) * N_FEATURES
-    every = np.empty(shape, dtype=np.float32)
-    at = 0
-    for features, first in zip(parts, firsts, strict=True):
-        frames = np.minimum(first[:, None] + np.array(POSES), len(features) - 1)
-        every[at : at + len(first)] = features[frames].reshape(len(first), shape[1])
-        at += len(first)
     mean = every.mean(axis=0, dtype=np.float64)
     every -= mean.astype(np.float32)
-    moment = np.zeros((shape[1], shape[1]))
+    moment = np.zeros((every.shape[1], every.shape[1]))
     for low in range(0, len(every), _BLOCK):
         block = every[low : low + _BLOCK].astype(np.float64)
         moment += block.T @ block

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motiondb import answers, store
-from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
+from motiondb.body.features import FEATURE_FPS, FEATURE_STEP, recognition_features
 from motiondb.curate import covering, pieces
 from motiondb.database.catalogue import assessing, exporting
 from motiondb.database.catalogue.parts import check_new_folder, write_bytes
@@ -148,11 +148,9 @@ def _left_out(
         for each in assessing.rates(found, whose)
         if each.speed is not None and not _SLOW <= each.speed <= _FAST
     }
-    pool, out = session.features, {}
+    out = {}
     for info in infos:
-        if info.capture_id not in pool.places:
-            continue
-        frames = len(pool.of_capture(info.capture_id))
+        frames = -(-info.motion_frames // FEATURE_STEP)
         why = whole.get(info.name) or false.get(whose[info.name], "")
         if why or info.name not in found:
             why = why or f"not measured: {failed.get(info.name, '')}"
@@ -174,9 +172,7 @@ class Gathered:
         reasons: dict[int, list[str]],
         lacks: dict[str, Quality],
     ) -> None:
-        self.pool, self.asked, self.reasons, self.lacks = session.features, asked, reasons, lacks
-        self.infos = {info.capture_id: info for info in infos if info.capture_id in reasons}
-        self.unread = [info.name for info in infos if info.capture_id not in reasons]
+        self.asked, self.reasons, self.lacks = asked, dict[int, list[str]](), lacks
         everyone = {info.capture_id: info for info in store.load_captures(session.store)}
         self.performers = performers_of(everyone)
         self.captions = store.load_captions(session.store)
@@ -187,31 +183,33 @@ class Gathered:
                 "learn first."
             )
         self.intervals: list[pieces.Interval] = []
-        for number in self.infos:
-            self._cut(number)
+        self._poses = [pieces.poses(pieces.NO_FEATURES, np.zeros(0, dtype=np.int64))]
+        for number, motion in store.readable_motions(session.store, reasons):
+            self.reasons[number] = reasons[number]
+            self._cut(number, recognition_features(motion))
+        self.infos = {info.capture_id: info for info in infos if info.capture_id in self.reasons}
+        self.unread = [info.name for info in infos if info.capture_id not in self.reasons]
         self.windows = pieces.windows_of(self.intervals)
 
-    def _cut(self, number: int) -> None:
+    def _cut(self, number: int, features: pieces.Float32Array) -> None:
         why, borders = self.reasons[number], list[int]()
         if self.learned is not None and number in self.learned.rows:
             starts = self.learned.segments.starts[self.learned.rows[number]]
             borders = (starts // FEATURE_STEP).tolist()
         else:
-            borders = pieces.rests(self.pool.of_capture(number))
+            borders = pieces.rests(features)
         kept = np.array([not reason for reason in why], dtype=bool)
         asked = self.asked
         found, short = pieces.cut(number, borders, kept, asked.shortest, asked.longest)
         self.intervals += found
+        self._poses.append(pieces.poses(features, pieces.windows_of(found).first))
         for frame in np.flatnonzero(short).tolist():
             why[frame] = f"short: less than {asked.shortest:g} s between what is left out"
 
     @cached_property
     def vectors(self) -> pieces.Float32Array:
         """Vectors of all windows."""
-        of = np.array([each.capture for each in self.intervals])[self.windows.owner]
-        numbers = list(dict.fromkeys(of.tolist()))
-        features = [self.pool.of_capture(n) for n in numbers]
-        return pieces.vectors(features, [self.windows.first[of == n] for n in numbers])
+        return pieces.vectors(np.concatenate(self._poses))
 
     def words(self, each: pieces.Interval) -> tuple[str, ...]:
         """Words of the captions of an interval, or of its whole capture."""

@@ -6,9 +6,9 @@ cut and scored by the learned symbols, as a generated capture is, and searched a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TypeVar
 
 import numpy as np
@@ -16,15 +16,16 @@ import numpy as np
 from motiondb import store
 from motiondb.answers.database import Evaluation, Score, WordScore
 from motiondb.answers.plain import extended
+from motiondb.body.features import recognition_features
 from motiondb.database.session import Session
 from motiondb.errors import QueryError
 from motiondb.language.vocabulary import MODIFIERS, words_of
 from motiondb.learn.learned import Learned
 from motiondb.learn.learned_model import LearnedModel
-from motiondb.learn.recognition import FeaturePool, recognise_capture
+from motiondb.learn.recognition import FramePool, frame_rows, recognise_capture
 from motiondb.meaning.counting import join_tables
 from motiondb.meaning.occurrences import measured_track
-from motiondb.records import Caption, CaptureInfo, Match, Motion, SegmentTable
+from motiondb.records import Caption, CaptureInfo, Float32Array, Match, Motion, SegmentTable
 from motiondb.search.asking import understand_learned
 from motiondb.search.by_example import search_motion
 from motiondb.search.by_words import search_words
@@ -43,7 +44,7 @@ HALF = 0.5  # Overlap of two intervals from which on they count as the same
 class _Held:
     """The captures in question, and the model that sees them."""
 
-    pool: FeaturePool  # Features of the captures in question, and perhaps of others
+    pool: FramePool  # Frames of the captures in question
     learned: Learned  # With segments of the captures in question, and without their captions
     infos: tuple[CaptureInfo, ...]
     captions: dict[int, tuple[Caption, ...]]
@@ -53,7 +54,7 @@ class _Held:
     @cached_property
     def frames(self) -> Frames:
         """What questions look at in the captures."""
-        return Frames(self.pool.of_capture, lambda number: measured_track(self.motions[number]))
+        return Frames(self.pool, lambda number: measured_track(self.motions[number]))
 
     @property
     def numbers(self) -> list[int]:
@@ -155,11 +156,16 @@ def _load(session: Session, where: str, workers: Workers | None) -> _Held:
         captions={n: c for n, c in learned.captions.items() if n not in said},
     )
     own = {info.capture_id: captions[info.capture_id] for info in infos}
-    pool = session.features
-    if workers is not None:  # what they need of it, in memory
-        pool = pool.only(motions)
-        pool = replace(pool, features=np.asarray(pool.features))
+    features_of = partial(_features, motions)
+    rows = [frame_rows(learned, features_of(number)) for number in motions]
+    numbers, bounds = np.array(list(motions)), np.cumsum([0, *map(len, rows)])
+    pool = FramePool(numbers, bounds, np.concatenate(rows), features_of)
     return _Held(pool, seen, tuple(infos), own, said, motions)
+
+
+def _features(motions: Mapping[int, Motion], number: int) -> Float32Array:
+    """Recognition features of one of some captures."""
+    return recognition_features(motions[number])
 
 
 def _recognise_some(

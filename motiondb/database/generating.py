@@ -233,7 +233,7 @@ def generate(
     made: list[motion_making.MadeMotion] = []
     motions: list[Generated] = []
     with session.reading():
-        takes = Takes(session.features, lambda capture: store.load_motion(session.store, capture))
+        takes = Takes(session.pool, lambda capture: store.load_motion(session.store, capture))
         check_any(session.learned)
         sentence, same = sentence_of(session.learned, words), dict[str, Taking]()
         if exact:

@@ -54,12 +54,12 @@ def judge(
             learned, takings, _ = replace_unknown(asked, False, False)
         names = _own_names(session, example)
         near = search_motion(
-            session.searchable, session.features, motion, list(learned.captures), N_NEAREST
+            session.searchable, session.pool, motion, list(learned.captures), N_NEAREST
         ).matches
         copies = [match.capture for match in near if match.score >= SAME]
         left_out = sorted({*names, *copies} & {info.name for info in learned.captures.values()})
         numbers = {info.name: number for number, info in learned.captures.items()}
-        takes = Takes(session.features, lambda capture: store.load_motion(session.store, capture))
+        takes = Takes(session.pool, lambda capture: store.load_motion(session.store, capture))
         found = judge_sentence(
             learned, takes, motion, asked.text, [numbers[n] for n in left_out], seeded(0)
         )

@@ -1,16 +1,18 @@
-"""What is loaded from the store: the learned model, features, nearby words, grammars, copies.
+"""What is loaded from the store: the learned model, frames, nearby words, grammars, copies.
 
-Features and outlines of captures are made once, and kept in the cache beside the database.
+Frames and outlines of captures are made once, and kept in the cache beside the database. Features
+are not kept: they are made from the motions when ``learn`` or a question needs them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
+from hashlib import sha256
 from importlib import resources
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, BinaryIO, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +31,13 @@ from motiondb.learn.checking import given_certainties
 from motiondb.learn.joining import with_segments
 from motiondb.learn.learned import PREPARED, Learned, Prepared, prepare
 from motiondb.learn.learned_model import LearnedModel, from_stored
-from motiondb.learn.recognition import FeaturePool, describe_segments, recognise_capture
+from motiondb.learn.recognition import (
+    FeaturePool,
+    FramePool,
+    describe_segments,
+    frame_rows,
+    recognise_capture,
+)
 from motiondb.meaning.counting import capture_rows, join_tables, take_rows
 from motiondb.meaning.word_evidence import WhenAsked
 from motiondb.records import MOTION_FPS, Float32Array, IntArray, Motion, Relation, SegmentTable
@@ -43,7 +51,8 @@ TABLE = "words.table"  # The shipped table of nearby words
 FEATURE_SECONDS = 1e-5  # Time of one processor for a frame; decides only how work is divided
 SEGMENTS = "segments"  # Name of scores and movement of all segments in that cache
 PLACES = "places"  # Name of the fitted maps of places there
-FEATURES = "features"  # Name of the features of all captures in the cache of the database
+_AT_ONCE = 64  # Captures whose features are made together: bounds memory
+FRAMES = "frames"  # Name of the frames of all captures in the cache of the database
 
 
 def load_without_rows(opened: store.Store) -> Learned:
@@ -69,18 +78,18 @@ def load_without_rows(opened: store.Store) -> Learned:
         )
 
 
-def load_learned(opened: store.Store, model: Learned, pool: Callable[[], FeaturePool]) -> Learned:
+def load_learned(opened: store.Store, model: Learned, pool: Callable[[], FramePool]) -> Learned:
     """Load the data that questions need, all of one revision.
 
     `model`: That of :func:`load_without_rows`.
 
-    `pool`: Gives the features; captures that it lacks, whose motions cannot be read, are left out.
+    `pool`: Gives the frames; captures that it lacks, whose motions cannot be read, are left out.
     """
     with store.reading(opened):
-        features = pool()
-        held = _segment_rows(opened, model, features.of_capture)
+        places = pool().places
+        held = _segment_rows(opened, model)
         lacking = set(model.segments.capture_ids.tolist()) - set(held.capture_ids.tolist())
-        lacking |= model.captures.keys() - features.places.keys()
+        lacking |= model.captures.keys() - places.keys()
         damaged = {n: info.name for n, info in model.captures.items() if n in lacking}
         if damaged:
             sound = ~np.isin(model.segments.capture_ids, list(damaged))
@@ -97,11 +106,10 @@ def load_learned(opened: store.Store, model: Learned, pool: Callable[[], Feature
 def _segment_rows(
     opened: store.Store,
     model: LearnedModel,
-    features_of: Callable[[int], Float32Array],
     ready: Mapping[int, store.Made] = MappingProxyType({}),
 ) -> store.CaptureRows:
     """Scores and movement of the segments of a model, side by side, from the cache."""
-    make = partial(_make_segment_rows, opened, model, features_of)
+    make = partial(_make_segment_rows, opened, model)
     return store.cached_segment_rows(opened, SEGMENTS, make, ready)
 
 
@@ -118,19 +126,13 @@ def _with_rows(model: LearnedModel, held: store.CaptureRows) -> SegmentTable:
 
 
 def _make_segment_rows(
-    opened: store.Store,
-    model: LearnedModel,
-    features_of: Callable[[int], Float32Array],
-    captures: Sequence[int],
+    opened: store.Store, model: LearnedModel, captures: Sequence[int]
 ) -> dict[int, store.Made]:
     """Scores and movement of the segments of some captures, side by side."""
     rows, table = capture_rows(model.segments), model.segments
-    made: dict[int, store.Made] = {}
-    for capture, scores in store.load_scores(opened, captures).items():
-        try:
-            features = features_of(capture)
-        except KeyError:  # of a motion that cannot be read
-            continue
+    made, every = dict[int, store.Made](), store.load_scores(opened, captures)
+    for capture, motion in store.readable_motions(opened, every):
+        features, scores = recognition_features(motion), every[capture]
         starts, ends = table.starts[rows[capture]], table.ends[rows[capture]]
         cut = starts // FEATURE_STEP, -(-ends // FEATURE_STEP)
         moving = describe_segments(model.feature_space.project(features), features, *cut)
@@ -145,11 +147,7 @@ def segments_of(
 
     Without those whose motion is damaged and whose rows are not in the cache.
     """
-
-    def features_of(capture: int) -> Float32Array:
-        return recognition_features(dict(store.readable_motions(opened, [capture]))[capture])
-
-    make = partial(_make_segment_rows, opened, model, features_of)
+    make = partial(_make_segment_rows, opened, model)
     found = store.cached_segment_rows(opened, SEGMENTS, make, only=captures)
     table = take_rows(model.segments, np.isin(model.segments.capture_ids, found.capture_ids))
     n_columns = model.symbols.n_symbols
@@ -158,10 +156,15 @@ def segments_of(
     return replace(table, scores=rows[:, :n_columns], movement=rows[:, n_columns:])
 
 
-def keep_what_follows(opened: store.Store, model: LearnedModel) -> None:
+def keep_what_follows(
+    opened: store.Store, model: LearnedModel, features: FeaturePool, numbers: Mapping[int, int]
+) -> None:
     """Put into the cache what follows from a model that was just saved, until the next ``learn``.
 
-    These are scores and movement of its segments, and the fitted maps of places.
+    These are frames of its captures, scores and movement of its segments, and the fitted maps of
+    places.
+
+    `numbers`: Capture number -> the number that it has among the features.
     """
     table, rows = model.segments, capture_rows(model.segments)
 
@@ -171,50 +174,82 @@ def keep_what_follows(opened: store.Store, model: LearnedModel) -> None:
 
     with store.reading(opened):
         if store.load_learning_size(opened).run_id == model.run_id:
-            pool = load_features(opened)
-            _segment_rows(opened, model, pool.of_capture, WhenAsked(rows, of_capture))
+            framed = WhenAsked(
+                numbers, lambda n: (frame_rows(model, features.of_capture(numbers[n])), 0.0)
+            )
+            pool = load_frames(opened, model, framed)
+            _segment_rows(opened, model, WhenAsked(rows, of_capture))
             learned = load_learned(opened, load_without_rows(opened), lambda: pool)
             _place_arrays(opened, learned)
 
 
-FeaturesMade = tuple[NDArray[Any], float]
-"""Features (frames, 130) of a capture, and the length of its motion in frames."""
+FramesMade = tuple[NDArray[Any], float]
+"""Frames (frames, dimensions + 10) of a capture, and 0."""
 
 
-def load_features(
+def load_frames(
     opened: store.Store,
-    ready: Mapping[int, FeaturesMade] = MappingProxyType({}),
-    workers: Workers = HERE,
-) -> FeaturePool:
-    """Features of all motions; computed once, then memory-mapped from the cache of the database.
+    model: LearnedModel,
+    ready: Mapping[int, FramesMade] = MappingProxyType({}),
+) -> FramePool:
+    """What questions look at in the frames of all captures, from the cache where possible.
 
-    `ready`: Features that were computed already, by number of the capture.
+    `ready`: Frames that were computed already, by number of the capture.
     """
-    held = store.cached_rows(opened, FEATURES, partial(_made_by, workers), ready)
-    none = np.zeros((0, N_FEATURES), dtype=np.float32)
-    features = cast(Float32Array, held.rows) if len(held.rows) else none
-    return FeaturePool(held.capture_ids, held.bounds, features, held.values.astype(np.int64))
+    make = partial(make_frames, model)
+    held = store.cached_rows(opened, FRAMES, make, ready, frames_mark(model))
+    none = np.zeros((0, model.symbols.means.shape[2] + 10), dtype=np.float32)
+    rows = cast(Float32Array, held.rows) if len(held.rows) else none
+
+    def features(capture: int) -> Float32Array:
+        return recognition_features(store.unflatten_motion(store.load_poses(opened, capture)))
+
+    return FramePool(held.capture_ids, held.bounds, rows, features)
 
 
-def make_features(motions: Sequence[Motion]) -> list[FeaturesMade]:
-    """Features and length of some motions, in their order."""
-    parts = features_of_motions(motions)
-    return [(part, float(motion.n_frames)) for part, motion in zip(parts, motions)]
+def frames_mark(model: LearnedModel) -> str:
+    """What frames follow from beside the motions: the projection of the features."""
+    space = model.feature_space
+    return sha256(space.mean.tobytes() + space.projection.tobytes()).hexdigest()
 
 
-def _made_by(workers: Workers, motions: Sequence[Motion]) -> list[FeaturesMade]:
-    """As :func:`make_features`, by workers."""
+def make_frames(model: LearnedModel, motions: Sequence[Motion]) -> list[FramesMade]:
+    """Frames of some motions, in their order."""
+    return [(frame_rows(model, part), 0.0) for part in features_of_motions(motions)]
+
+
+def features_in(
+    file: BinaryIO, opened: store.Store, numbers: Mapping[int, int], workers: Workers = HERE
+) -> FeaturePool:
+    """Features of the captures whose motion can be read, which lie in a file until they are needed.
+
+    `numbers`: Capture number -> the number that it has in the pool.
+    """
+    captures, lengths = sorted(numbers, key=lambda capture: numbers[capture]), dict[int, int]()
+    for first in range(0, len(captures), _AT_ONCE):
+        motions = dict(store.readable_motions(opened, captures[first : first + _AT_ONCE]))
+        for (capture, motion), part in zip(motions.items(), _made_by(workers, motions.values())):
+            file.write(part.data)
+            lengths[numbers[capture]] = motion.n_frames
+    bounds = np.cumsum([0, *(-(-n // FEATURE_STEP) for n in lengths.values())], dtype=np.int64)
+    rows = store.FileRows(file, (int(bounds[-1]), N_FEATURES), np.float32)
+    columns = (np.array(list(each), dtype=np.int64) for each in (lengths, lengths.values()))
+    return FeaturePool(next(columns), bounds, cast(Float32Array, rows), next(columns))
+
+
+def _made_by(workers: Workers, some: Iterable[Motion]) -> list[Float32Array]:
+    """Features of some motions, in their order, by workers."""
+    motions = list(some)
     pieces = runs(motions, workers.n_pieces(FEATURE_SECONDS * sum(m.n_frames for m in motions)))
-    parts = trusted(workers, _are_features, make_features, pieces)
+    parts = trusted(workers, _are_features, features_of_motions, pieces)
     return [made for _, part in parts for made in part]
 
 
-def _are_features(found: Sequence[FeaturesMade], motions: Sequence[Motion]) -> bool:
-    """Whether features and lengths can be those of motions."""
+def _are_features(found: Sequence[Float32Array], motions: Sequence[Motion]) -> bool:
+    """Whether features can be those of motions."""
     return all(
         is_array(features, (-(-motion.n_frames // FEATURE_STEP), N_FEATURES))
-        and length == motion.n_frames
-        for (features, length), motion in zip(found, motions, strict=True)
+        for features, motion in zip(found, motions, strict=True)
     )
 
 

@@ -137,7 +137,7 @@ def _answer(session: Session, posed: _Posed) -> Found:
     asked, learned = posed.question, session.searchable
     allowed = list(learned.captures) if posed.allowed is None else posed.allowed
     if posed.motion is not None:
-        return search_motion(learned, session.features, posed.motion, allowed, asked.limit)
+        return search_motion(learned, session.pool, posed.motion, allowed, asked.limit)
     return searching.answer_words(session, asked.words, allowed, asked.limit, asked.exact)
 
 
@@ -206,11 +206,11 @@ def _opened(file: DatabaseFile) -> Iterator[Session]:
 
 def why_not_opened(file: DatabaseFile) -> str:
     """Why this worker cannot map what it needs of the database that asks; "" if it can."""
-    from motiondb.database.loading import FEATURES
+    from motiondb.database.loading import FRAMES
 
     try:
         with _opened(file) as session:
-            is_cached = store.is_cached(session.store, FEATURES)
+            is_cached = store.is_cached(session.store, FRAMES)
             return "" if is_cached else f"{file.path}: expected its cache beside it, found none."
     except MotionDBError as error:
         return str(error)

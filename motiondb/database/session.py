@@ -9,7 +9,7 @@ features (:mod:`motiondb.database.loading`) is imported when it is asked for: li
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Hashable, Iterable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
@@ -17,10 +17,11 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 from motiondb import store
 
 if TYPE_CHECKING:
+    from motiondb.database.loading import FramesMade
     from motiondb.database.values import Where
     from motiondb.learn.learned import Learned
-    from motiondb.learn.recognition import FeaturePool
-    from motiondb.records import FloatArray
+    from motiondb.learn.recognition import FramePool
+    from motiondb.records import FloatArray, Motion
     from motiondb.search.seen_frames import Frames
 
 
@@ -113,7 +114,7 @@ class Session:
         from motiondb.database import loading
 
         def load() -> Learned:
-            held = loading.load_learned(self.store, self.without_rows, lambda: self.features)
+            held = loading.load_learned(self.store, self.without_rows, lambda: self.pool)
             return loading.prepared(self.store, held)
 
         return self.kept("learned", load)
@@ -139,11 +140,11 @@ class Session:
         return self.kept("searchable", lambda: loading.searchable(self.store, self.learned))
 
     @property
-    def features(self) -> FeaturePool:
-        """Recognition features of all captures."""
+    def pool(self) -> FramePool:
+        """What questions look at in the frames of all captures."""
         from motiondb.database import loading
 
-        return self.kept("features", lambda: loading.load_features(self.store))
+        return self.kept("pool", lambda: loading.load_frames(self.store, self.without_rows))
 
     @property
     def frames(self) -> Frames:
@@ -156,9 +157,25 @@ class Session:
         def track(capture: int) -> FloatArray:
             return measured_track(store.load_motion(opened, capture))
 
-        return self.kept(
-            "frames", lambda: Frames(lambda capture: self.features.of_capture(capture), track)
-        )
+        return self.kept("frames", lambda: Frames(self.pool, track))
+
+    def lacking_frames(self) -> dict[int, Motion]:
+        """Motions of the captures whose frames are not in the cache of the database."""
+        from motiondb.database import loading
+
+        with self.reading():
+            mark = loading.frames_mark(self.without_rows)
+            return store.lacking_rows(self.store, loading.FRAMES, mark)
+
+    def keep_frames(self, made: Mapping[int, FramesMade]) -> None:
+        """Keep frames that were computed while the file was free.
+
+        `made`: Those of captures by number; those that were removed meanwhile are left out.
+        """
+        from motiondb.database import loading
+
+        with self.reading():
+            self.kept("pool", lambda: loading.load_frames(self.store, self.without_rows, made))
 
 
 class Topic:

@@ -266,7 +266,7 @@ def _unseen(
         return {}
     unseen = {}
     for capture in sorted({e.capture for e in excerpts}):
-        frames = learned.frames_of(capture, takes.features.of_capture)
+        frames = takes.frames.whitened(capture)
         evidence = averaged(edges.evidence(frames, words))
         least = SEEN * float(evidence.max())
         unseen[capture] = np.repeat((evidence < least) | (least <= 0.0), FEATURE_STEP).astype(float)

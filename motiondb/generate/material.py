@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.body import pose_vectors, rotation
-from motiondb.learn.recognition import FeaturePool
+from motiondb.learn.recognition import FramePool
 from motiondb.records import FloatArray, IntArray, Motion
 
 
@@ -16,7 +16,7 @@ from motiondb.records import FloatArray, IntArray, Motion
 class Takes:
     """Motion of all captures, as far as generation needs it."""
 
-    features: FeaturePool
+    frames: FramePool
     motion: Callable[[int], Motion]  # Gives the motion of a capture by its number
 
 

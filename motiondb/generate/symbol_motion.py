@@ -294,7 +294,7 @@ def _fit_hmms(
             capture, start, end = (
                 int(column[row]) for column in (table.capture_ids, table.starts, table.ends)
             )
-            whitened = learned.feature_space.project(takes.features.of_capture(capture))
+            whitened = takes.frames.whitened(capture)
             features = whitened[start // FEATURE_STEP : -(-end // FEATURE_STEP)]
             path = hmm.viterbi(learned.symbols, int(symbol), features)
             of_symbol.append(material.vectors[capture][start:end])

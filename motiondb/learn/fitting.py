@@ -71,8 +71,7 @@ def fit_model(
         model = _fit_with_start(pool, taught, started, rng, tell, workers)
         if model is not None:
             return model
-    parts = [pool.features[a:b] for a, b in pairwise(pool.bounds)]
-    space = feature_space.fit_feature_space(parts)
+    space = feature_space.fit_feature_space(pool)
     frames = space.project(pool.features)
     held = spread(frames, pool.bounds, workers)
     acquired = acquire_symbols(held, pool, rng, settings, tell)
@@ -82,7 +81,7 @@ def fit_model(
     symbol_space = symbol_spaces.build_space(acquired.symbols, rng)
     tell("words", 0.0)
     words = fit_words(table, taught)
-    contexts = extents.fit_context_space(parts)
+    contexts = extents.fit_context_space(pool)
     of_symbols = _Symbols(acquired.symbols, symbol_space, space, contexts, settings.acquisition)
     return replace(
         _fit_rest(of_symbols, frames, pool, table, taught, words, rng),
@@ -246,21 +245,6 @@ def renumber_taught(taught: TaughtWords, numbers: Mapping[int, int]) -> TaughtWo
     """Captions and performers under other numbers."""
     return TaughtWords(
         _renumber(taught.captions, numbers), taught.synonyms, _renumber(taught.performers, numbers)
-    )
-
-
-def renumber_pool(pool: FeaturePool, numbers: Mapping[int, int]) -> FeaturePool:
-    """Features under other numbers, in their order."""
-    captures = np.array([numbers[int(c)] for c in pool.capture_ids], dtype=np.int64)
-    if np.array_equal(captures, pool.capture_ids):
-        return pool
-    order = np.argsort(captures)
-    parts = [slice(a, b) for a, b in pairwise(pool.bounds)]
-    return FeaturePool(
-        captures[order],
-        np.concatenate([[0], np.cumsum(np.diff(pool.bounds)[order])]).astype(np.int64),
-        np.concatenate([pool.features[parts[n]] for n in order]),
-        np.asarray(pool.lengths)[order],
     )
 
 

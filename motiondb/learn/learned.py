@@ -53,7 +53,6 @@ from motiondb.records import (
     Association,
     Caption,
     CaptureInfo,
-    Float32Array,
     FloatArray,
     IntArray,
 )
@@ -187,13 +186,6 @@ class Learned(LearnedModel):
         for old in list(kept)[:-MOST_KEPT]:
             kept.pop(old, None)
         return cast(Value, value)
-
-    def frames_of(self, capture: int, features: Callable[[int], Float32Array]) -> Float32Array:
-        """Whitened features of a capture (frames, D).
-
-        `features`: Recognition features of a capture by its number.
-        """
-        return self.kept("frames", capture, lambda: self.feature_space.project(features(capture)))
 
     @cached_property
     def n_posture_and_travel(self) -> int:

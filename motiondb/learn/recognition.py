@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,7 @@ from motiondb.language.translation import decoding
 from motiondb.learn.learned import Learned
 from motiondb.learn.learned_model import LearnedModel
 from motiondb.meaning import score_vectors
+from motiondb.meaning.limb_sides import speeds_of_limbs
 from motiondb.meaning.word_evidence import WINDOW_MARGIN
 from motiondb.records import (
     Association,
@@ -78,14 +80,48 @@ class FeaturePool:
         place = self.places[capture_id]
         return self.features[self.bounds[place] : self.bounds[place + 1]]
 
-    def only(self, captures: Collection[int]) -> FeaturePool:
-        """The pool of some of its captures."""
-        keep = np.array([int(c) in captures for c in self.capture_ids], dtype=bool)
-        if keep.all():
-            return self
-        sizes = np.diff(self.bounds)
-        bounds, rows = np.concatenate([[0], np.cumsum(sizes[keep])]), np.repeat(keep, sizes)
-        return FeaturePool(self.capture_ids[keep], bounds, self.features[rows], self.lengths[keep])
+    def __iter__(self) -> Iterator[Float32Array]:
+        """Features of each capture in turn: array (frames, 130)."""
+        return (self.features[a:b] for a, b in pairwise(self.bounds.tolist()))
+
+
+LIMB_COLUMNS = slice(-10, -4)  # Of a row of frames: what ``speeds_of_limbs`` returns
+
+
+def frame_rows(learned: LearnedModel, features: Float32Array) -> Float32Array:
+    """What questions look at in each frame: array (frames, dimensions + 10).
+
+    These are the whitened features, squared speeds of limbs, and velocity and turning of the
+    pelvis, as the features hold them. `features` (frames, 130): recognition features.
+    """
+    parts = learned.feature_space.project(features), speeds_of_limbs(features), features[:, -4:]
+    return np.concatenate(parts, axis=1, dtype=np.float32)
+
+
+@dataclass(frozen=True, eq=False)
+class FramePool:
+    """What questions look at in the frames of all captures, end to end, 15 a second."""
+
+    capture_ids: IntArray  # (captures,): numbers of the captures, rising
+    bounds: IntArray  # (captures + 1,): first row of each, and the end of the last
+    rows: Float32Array  # (rows, dimensions + 10), as ``frame_rows`` makes them
+    # Recognition features (frames, 130) of a capture by its number, made from its motion;
+    # StoreError where that is away
+    features: Callable[[int], Float32Array]
+
+    @cached_property
+    def places(self) -> dict[int, int]:
+        """Number of a capture -> its place."""
+        return {int(number): place for place, number in enumerate(self.capture_ids)}
+
+    def of_capture(self, capture_id: int) -> Float32Array:
+        """Rows of one capture: array (frames, dimensions + 10)."""
+        place = self.places[capture_id]
+        return self.rows[self.bounds[place] : self.bounds[place + 1]]
+
+    def whitened(self, capture_id: int, first: int = 0, end: int | None = None) -> Float32Array:
+        """Whitened features of some frames of one capture: array (frames, dimensions)."""
+        return self.of_capture(capture_id)[first:end, : LIMB_COLUMNS.start].copy()
 
 
 def acquire_symbols(

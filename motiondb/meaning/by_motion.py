@@ -24,7 +24,7 @@ largest, although a new segmentation of it differs from the stored one.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -262,25 +262,33 @@ def _near_copies(
 
 
 def to_activities(
-    example: FloatArray, answers: Sequence[Candidate], takes: Mapping[int, FloatArray]
+    example: FloatArray,
+    answers: Sequence[Candidate],
+    takes: Mapping[int, FloatArray | None],
+    most: int | None = None,
 ) -> list[Candidate]:
     """Extend answers to the interval in which the activity of the example lasts.
 
     Shapes: `example`, `takes` (frames, axes).
 
     `answers`: Answers, best first. The order is kept, and so is the interval of an answer that
-    nearly agrees with the query frame by frame.
+    nearly agrees with the query frame by frame. `takes`: None: not known. `most`: No more answers
+    are looked at than are needed for so many.
     """
-    wholes = {capture: extents.extent(example, take) for capture, take in takes.items()}
-    placed = []
-    for c in answers:
-        if c.capture in wholes and c.warp >= NEAR:
-            _, start, end = wholes[c.capture]
-            shared = min(end, c.end) - max(start, c.start)
-            if shared > 0.5 * min(end - start, c.end - c.start):
-                c = replace(c, start=start, end=end)
-        placed.append(c)
-    return _without_overlaps(placed)
+    wholes = dict[int, tuple[int, int]]()
+
+    def placed(c: Candidate) -> Candidate:
+        if c.warp < NEAR or c.capture not in takes:
+            return c
+        if c.capture not in wholes:
+            take = takes[c.capture]
+            wholes[c.capture] = (0, 0) if take is None else extents.extent(example, take)[1:]
+        start, end = wholes[c.capture]
+        shared = min(end, c.end) - max(start, c.start)
+        is_same = shared > 0.5 * min(end - start, c.end - c.start)
+        return replace(c, start=start, end=end) if is_same and end else c
+
+    return _without_overlaps(map(placed, answers), most)
 
 
 def same_motion(chance: float, warp: float) -> float:
@@ -313,10 +321,12 @@ def _separate_peaks(rough: FloatArray, places: IntArray) -> IntArray:
     return chosen[:n]
 
 
-def _without_overlaps(candidates: Sequence[Candidate]) -> list[Candidate]:
+def _without_overlaps(candidates: Iterable[Candidate], most: int | None = None) -> list[Candidate]:
     """Leave out intervals that share more than half of their frames with a better one."""
     kept: list[Candidate] = []
     for c in candidates:
+        if len(kept) == most:
+            break
         shared = [min(c.end, k.end) - max(c.start, k.start) for k in kept if k.capture == c.capture]
         if all(s <= 0.5 * (c.end - c.start) for s in shared):
             kept.append(c)

@@ -126,14 +126,18 @@ def fit_edge_map(takes: Sequence[FrameTake], n_words: int) -> EdgeMap:
     are computed anew in every pass, so that memory does not grow with the takes.
     """
     regression = _Regression(takes)
-    shown = [take.shown for take in takes]
+    shown, cross = [take.shown for take in takes], np.zeros((len(regression.centre), n_words))
+    for n, y in enumerate(shown):
+        cross[:, list(takes[n].words)] += regression.products(n, regression.cues(n), y)
+    mean, slopes = regression.mean(shown, n_words), regression.inverse @ cross
     for _ in range(ROUNDS - 1):
-        mean, slopes = regression.mean(shown, n_words), regression.slopes(shown, n_words)
+        cross = np.zeros_like(cross)
         for n, take in enumerate(takes):
-            words = list(take.words)
-            predicted = regression.left_out(n, shown[n] - mean[words], slopes[:, words])
+            words, cues = list(take.words), regression.cues(n)
+            predicted = regression.left_out(n, cues, shown[n] - mean[words], slopes[:, words])
             shown[n] = _sharpened(take.shown, predicted + mean[words])
-    mean, slopes = regression.mean(shown, n_words), regression.slopes(shown, n_words)
+            cross[:, words] += regression.products(n, cues, shown[n])
+        mean, slopes = regression.mean(shown, n_words), regression.inverse @ cross
     spreads = spreads_of(mean)
     return EdgeMap(regression.centre, regression.spread, slopes / spreads, mean / spreads)
 
@@ -199,19 +203,19 @@ class _Regression:
             mean[list(take.words)] += weight * y.sum(axis=0)
         return mean / self.total
 
-    def slopes(self, shown: Sequence[FloatArray], n_words: int) -> FloatArray:
-        """Slopes of the regression: array (cues, words). Centred cues need no centred y."""
-        cross = np.zeros((len(self.centre), n_words))
-        for n, (take, y) in enumerate(zip(self.takes, shown)):
-            cross[:, list(take.words)] += np.sqrt(self.weights[n]) * (self.cues(n).T @ y)
-        return np.asarray(self.inverse @ cross)
+    def products(self, n: int, cues: FloatArray, y: FloatArray) -> FloatArray:
+        """Products of cues and y of a take: (cues, listed words). Centred cues need no centred y.
 
-    def left_out(self, n: int, y: FloatArray, slopes: FloatArray) -> FloatArray:
+        Their sum over the takes, by the inverse, gives the slopes of the regression.
+        """
+        return np.asarray(np.sqrt(self.weights[n]) * (cues.T @ y))
+
+    def left_out(self, n: int, cues: FloatArray, y: FloatArray, slopes: FloatArray) -> FloatArray:
         """Prediction (frames, listed words) for a take without this take, up to a constant.
 
-        Shapes: `y` (frames, listed words); `slopes` (cues, listed words).
+        Shapes: `cues` (frames, cues); `y` (frames, listed words); `slopes` (cues, listed words).
         """
-        cues, root = self.cues(n), np.sqrt(self.weights[n])
+        root = np.sqrt(self.weights[n])
         residuals = root * y - cues @ slopes
         return y - residuals_without(cues, self.gram, self.inverse, residuals) / root
 

@@ -19,7 +19,7 @@ are available.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -54,15 +54,22 @@ class ContextSpace:
         return (_contexts(features - self.features) - self.mean) @ self.projection
 
 
-def fit_context_space(captures: Sequence[FloatArray | Float32Array]) -> ContextSpace:
-    """Whitened principal axes of the contexts of all captures; `captures` each (frames, n)."""
-    total = sum(len(c) for c in captures)
-    centre = sum(c.sum(axis=0, dtype=np.float64) for c in captures) / max(total, 1)
-    # copied, so that the frames between are not held
-    rows = np.concatenate([_contexts(c - centre)[::THINNED].copy() for c in captures])
-    mean = rows.mean(axis=0)
-    rows -= mean
-    values, axes = np.linalg.eigh(rows.T @ rows / len(rows))
+def fit_context_space(captures: Iterable[FloatArray | Float32Array]) -> ContextSpace:
+    """Whitened principal axes of the contexts of all captures; `captures` each (frames, n).
+
+    They are gone through more than once.
+    """
+    total, centre = 0, np.zeros(())
+    for c in captures:
+        total, centre = total + len(c), centre + c.sum(axis=0, dtype=np.float64)
+    centre = centre / max(total, 1)
+    n_rows, sums, products = 0, np.zeros(()), np.zeros(())
+    for c in captures:
+        rows = _contexts(c - centre)[::THINNED]
+        n_rows, sums = n_rows + len(rows), sums + rows.sum(axis=0)
+        products = products + rows.T @ rows
+    mean = sums / n_rows
+    values, axes = np.linalg.eigh(products / n_rows - np.outer(mean, mean))
     kept = np.argsort(-values)[:N_AXES]
     spread = np.sqrt(np.maximum(values[kept], 1e-6 * values.max() + 1e-12))
     return ContextSpace(np.asarray(centre), mean, axes[:, kept] / spread)

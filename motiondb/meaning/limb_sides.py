@@ -73,10 +73,10 @@ def without_sides(words: tuple[str, ...]) -> tuple[str, ...]:
     return rest or words
 
 
-def limb_speeds(features: Float32Array, limb: str, action: Sequence[str] = ()) -> FloatArray:
-    """Squared speeds of the left and the right wrist or ankle, (m/s)^2: array (frames, 2).
+def speeds_of_limbs(features: Float32Array) -> FloatArray:
+    """Squared speeds of ankles, of wrists, and of these outward, (m/s)^2: array (frames, 6).
 
-    `features` (frames, 130): recognition features. `action`: the words that name the limb.
+    Of each the left one first. `features` (frames, 130): recognition features.
     """
     n = len(body.JOINTS)
     places, moving = (
@@ -84,12 +84,21 @@ def limb_speeds(features: Float32Array, limb: str, action: Sequence[str] = ()) -
         for start in (0, 3)
     )
     moving /= VELOCITY_WEIGHT * VELOCITY_SECONDS
-    if limb not in LEGS and not PUNCHES.isdisjoint(action):
-        return outward_speeds(places, moving) ** 2
-    joint = "ankle" if limb in LEGS else "wrist"
-    sides = [body.INDEX[f"{side}_{joint}"] for side in "lr"]
-    relative = moving[:, sides] - moving[:, :1]
-    return np.asarray((relative**2).sum(axis=2))
+    limbs = [body.INDEX[f"{side}_{joint}"] for joint in ("ankle", "wrist") for side in "lr"]
+    relative = moving[:, limbs] - moving[:, :1]
+    outward = outward_speeds(places, moving) ** 2
+    return np.concatenate([(relative**2).sum(axis=2), outward], axis=1)
+
+
+def limb_speeds(
+    speeds: FloatArray | Float32Array, limb: str, action: Sequence[str] = ()
+) -> FloatArray:
+    """Squared speeds of the left and the right wrist or ankle, (m/s)^2: array (frames, 2).
+
+    `speeds` (frames, 6): those of :func:`speeds_of_limbs`. `action`: the words that name the limb.
+    """
+    first = 0 if limb in LEGS else 2 if PUNCHES.isdisjoint(action) else 4
+    return speeds[:, first : first + 2].astype(np.float64)
 
 
 def outward_speeds(places: FloatArray, moving: FloatArray) -> FloatArray:

@@ -15,12 +15,12 @@ from pathlib import Path
 
 from motiondb.answers.database import DatabaseInfo
 from motiondb.database import MotionDB
-from motiondb.database.loading import FEATURES, load_features, make_features
+from motiondb.database.loading import make_frames
 from motiondb.database.session import Lent
 from motiondb.errors import MotionDBError
 from motiondb.files.safe_files import link_target, log_of
 from motiondb.learn.drift import Drift
-from motiondb.store import lacking_rows, somebody_waits
+from motiondb.store import somebody_waits
 
 _LEAVE, _PAUSE = 1.0, 0.01
 """Seconds for which the file is left to a process that waits for it, which tries five times a
@@ -85,7 +85,7 @@ class HeldDatabase:
         """Load the data that questions need, so that the first user does not wait for it."""
         self.warm_view()
         with suppress(MotionDBError):
-            self._warm_features()
+            self._warm_frames()
             with self.use() as db:
                 learned = db.learned
                 if learned.has_words:
@@ -94,17 +94,18 @@ class HeldDatabase:
                     first = learned.captures[min(learned.rows)]
                     db.like(first.name, 0.0, min(first.duration, EXAMPLE), limit=1)
 
-    def _warm_features(self) -> None:
-        """Compute the features of all captures, while the file is free.
+    def _warm_frames(self) -> None:
+        """Compute the frames of all captures, while the file is free.
 
         Of all data they take longest.
         """
-        with self.use() as db, db.session.reading():
-            motions = lacking_rows(db.store, FEATURES) if db.is_learned() else {}
-        if motions:
-            made = dict(zip(motions, make_features(list(motions.values()))))
-            with self.use() as db, db.session.reading():  # captures may be removed meanwhile
-                db.session.kept("features", lambda: load_features(db.store, made))
+        with self.use() as db:
+            learned = db.session.without_rows if db.is_learned() else None
+            motions = db.session.lacking_frames() if learned else {}
+        if learned and motions:
+            made = dict(zip(motions, make_frames(learned, list(motions.values()))))
+            with self.use() as db:
+                db.session.keep_frames(made)
 
     def close(self) -> None:
         """Close the file."""

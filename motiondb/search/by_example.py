@@ -9,21 +9,21 @@ from typing import overload
 import numpy as np
 
 from motiondb.body.features import FEATURE_STEP
+from motiondb.errors import StoreError
 from motiondb.language import vocabulary
 from motiondb.learn.checking import NO_EXAMPLES_CHECKED
 from motiondb.learn.learned import Learned
-from motiondb.learn.recognition import FeaturePool, Recognised, recognise
+from motiondb.learn.recognition import FramePool, Recognised, recognise
 from motiondb.meaning import by_motion, extents, regression, score_vectors
 from motiondb.meaning.resemblance import MeaningSpace, emphasis_of, resemblance
+from motiondb.meaning.word_evidence import WhenAsked
 from motiondb.meaning.word_map import clearest
-from motiondb.records import Float32Array, Match, Motion
+from motiondb.records import Float32Array, FloatArray, Match, Motion
 from motiondb.search.asked_words import learned_words
 from motiondb.search.chances import NOTHING, reaches, why_unchecked
 from motiondb.search.matches import mark_generated, match_rows, to_seconds
 from motiondb.symbols.hmm_jobs import one_blas_thread
 from motiondb.tabled import Tabled
-
-TOGETHER = 32  # Intervals that are projected at once: as many as fit the processor's cache
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -77,7 +77,7 @@ class ExampleAnswer(Tabled, Sequence[Match]):
 
 def search_motion(
     learned: Learned,
-    pool: FeaturePool,
+    pool: FramePool,
     motion: Motion,
     allowed: Sequence[int],
     limit: int = 10,
@@ -93,7 +93,7 @@ def search_motion(
         query = _query(seen, learned.meaning_space if by_words else None)
         found = _find(learned, pool, query, [c for c in allowed if c in learned.rows])
         if motion.n_frames >= FEATURE_STEP * extents.LEAST_EXAMPLE:
-            found = _whole_activities(learned, pool, seen.raw, motion.n_frames, found[: 2 * limit])
+            found = _whole_activities(learned, pool, seen.raw, motion.n_frames, found, limit)
         found = found[:limit]
         sure = _how_sure(learned, query, found)
         # what ranks is not what is calibrated: no answer is more probable than one before it
@@ -128,25 +128,18 @@ def _query(seen: Recognised, meaning: MeaningSpace | None) -> by_motion.Query:
 
 
 def _find(
-    learned: Learned, pool: FeaturePool, query: by_motion.Query, captures: Sequence[int]
+    learned: Learned, pool: FramePool, query: by_motion.Query, captures: Sequence[int]
 ) -> list[by_motion.Candidate]:
     """Intervals of captures that move like an example, best first."""
     rows = [learned.rows[capture] for capture in captures]
     bounds = np.array([(each.start, each.stop) for each in rows], dtype=np.int64).reshape(-1, 2)
     takes = by_motion.Takes(np.array(captures, dtype=np.int64), bounds, learned.compared)
-    project = learned.feature_space.project
 
     def frames_of(intervals: Sequence[tuple[int, int, int]]) -> Sequence[Float32Array]:
-        raw = [pool.of_capture(capture)[first:end] for capture, first, end in intervals]
-        projected: list[Float32Array] = []
-        for at in range(0, len(raw), TOGETHER):
-            some = raw[at : at + TOGETHER]
-            frames = project(np.concatenate(some))
-            projected += np.split(frames, np.cumsum([len(part) for part in some[:-1]]))
-        return projected
+        return [pool.whitened(*interval) for interval in intervals]
 
     candidates = by_motion.find_candidates(query, takes, learned.distances, frames_of=frames_of)
-    return by_motion.refine(query, candidates, lambda capture: project(pool.of_capture(capture)))
+    return by_motion.refine(query, candidates, pool.whitened)
 
 
 def _why_no_probabilities(learned: Learned) -> str:
@@ -192,23 +185,30 @@ def _how_sure(
 
 def _whole_activities(
     learned: Learned,
-    pool: FeaturePool,
+    pool: FramePool,
     example: Float32Array,
     n_frames: int,
     candidates: Sequence[by_motion.Candidate],
+    limit: int,
 ) -> list[by_motion.Candidate]:
     """Extend answers in long captures to the whole activity (``motiondb.meaning.extents``).
+
+    Those whose motion is kept elsewhere and cannot be read stay as they are.
 
     `example`: Recognition features (frames, 130) of a motion of `n_frames`.
     """
     contexts = learned.context_space
-    lengths = {c.capture: learned.captures[c.capture].motion_frames for c in candidates}
-    takes = {
-        capture: contexts.view(pool.of_capture(capture))
-        for capture, length in lengths.items()
-        if length >= extents.LONG * n_frames
-    }
-    return by_motion.to_activities(contexts.view(example), candidates, takes)
+    some = candidates[: 2 * limit]
+    lengths = {c.capture: learned.captures[c.capture].motion_frames for c in some}
+    long = [capture for capture, n in lengths.items() if n >= extents.LONG * n_frames]
+
+    def view(capture: int) -> FloatArray | None:
+        try:
+            return contexts.view(pool.features(capture))
+        except StoreError:
+            return None
+
+    return by_motion.to_activities(contexts.view(example), some, WhenAsked(long, view), limit)
 
 
 def _same(answer: by_motion.Candidate) -> str:

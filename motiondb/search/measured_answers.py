@@ -96,7 +96,7 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
         is_next = k + 1 < len(places) and bool(reading.parts[k + 1].actions)
         room = slice(
             -(-places[k - 1].end // FEATURE_STEP) if k else 0,
-            places[k + 1].start // FEATURE_STEP if is_next else len(seen.features),
+            places[k + 1].start // FEATURE_STEP if is_next else seen.n_frames,
         )
         places[k], against, is_whole = _at_events(
             question, seen, part, actions_of[k], places[k], room
@@ -214,11 +214,11 @@ def _goes(
     And whether the motion leaves it open which limb moves.
     """
     believed = _believed(asked, seen.capture, action)
-    shown = np.zeros((2, len(seen.features)), dtype=bool)
+    shown = np.zeros((2, seen.n_frames), dtype=bool)
     shown[0, room] = _frames_that_show(asked, seen, action, place)[room]
     shown[1, room] = True
     sides = [
-        (side, limb, limb_speeds(seen.features, limb, action))
+        (side, limb, limb_speeds(seen.limbs, limb, action))
         for side, limb in limbs_to_measure(action)
         if side not in believed
     ]
@@ -331,7 +331,7 @@ def _of_side(
 ) -> list[tuple[int, int]]:
     """The events in which the limb of the side clearly moves; all if there is none."""
     for side, limb in limbs_to_measure(action):
-        speeds = limb_speeds(seen.features, limb, action)
+        speeds = limb_speeds(seen.limbs, limb, action)
         inside = [speeds[a // FEATURE_STEP : -(-b // FEATURE_STEP)] for a, b in found]
         clear = [f for f, part in zip(found, inside) if side_amount(part, side) >= CLEAR_SIDE]
         found = clear or found
@@ -492,7 +492,7 @@ def _goes_though_excluded(
         f"moves the {side} {limb}, which is excluded"
         for side, limb in limbs_to_measure(words)
         if side in ("left", "right")
-        and _moves_side(limb_speeds(seen.features[inside], limb, words), side)
+        and _moves_side(limb_speeds(seen.limbs[inside], limb, words), side)
     ]
     return gone + moved
 
@@ -566,7 +566,7 @@ def _frames_that_show(
     Directions and limbs are left out of the evidence; of words whose places were not learned there
     is none.
     """
-    shown = np.zeros(len(seen.features), dtype=bool)
+    shown = np.zeros(seen.n_frames, dtype=bool)
     shown[_inside(place)] = True
     known = [word for word in action if word in asked.numbers and word not in MODIFIERS]
     smooth = seen.smooth([asked.numbers[word] for word in known])

@@ -147,7 +147,7 @@ def refine_places(
     evidence = {k: found for k, found in each.items() if found is not None}
     if ordered:
         return _ordered(places, np.stack([*evidence.values()]))
-    bounds = [0, *(place.start for place in places[1:]), FEATURE_STEP * len(seen.features)]
+    bounds = [0, *(place.start for place in places[1:]), FEATURE_STEP * seen.n_frames]
     refined, end = [], 0
     for k, place in enumerate(places):
         if k in evidence and not kept[k]:

@@ -16,6 +16,7 @@ from motiondb.body.features import FEATURE_STEP
 from motiondb.errors import StoreError
 from motiondb.language.vocabulary import IN_PLACE
 from motiondb.learn.learned import Learned
+from motiondb.learn.recognition import LIMB_COLUMNS, FramePool
 from motiondb.meaning.edge_map import averaged, frame_cues
 from motiondb.meaning.occurrences import HELD, event_of, find_occurrences, frames_without, standing
 from motiondb.meaning.travelled import (
@@ -38,12 +39,10 @@ Value = TypeVar("Value")
 
 
 class Frames:
-    """What questions look at in captures, by their numbers: functions that give it."""
+    """What questions look at in captures, by their numbers."""
 
-    def __init__(
-        self, features: Callable[[int], Float32Array], track: Callable[[int], FloatArray]
-    ) -> None:
-        self.features = features  # Recognition features: array (frames, 130), 15 a second
+    def __init__(self, pool: FramePool, track: Callable[[int], FloatArray]) -> None:
+        self.pool = pool
         # ``measured_track``: array (frames, columns), 30 a second; StoreError where it is away
         self.track = track
         self._lock = Lock()
@@ -55,12 +54,12 @@ class Frames:
         with self._lock:
             seen = self._kept.pop(capture, None)
             if seen is None or seen.learned is not learned:
-                self._n_frames -= 0 if seen is None else len(seen.features)
+                self._n_frames -= 0 if seen is None else len(seen.rows)
                 seen = SeenFrames(learned, capture, self)
-                self._n_frames += len(seen.features)
+                self._n_frames += len(seen.rows)
             self._kept[capture] = seen
             while self._n_frames > MOST_FRAMES and len(self._kept) > 1:
-                self._n_frames -= len(self._kept.pop(next(iter(self._kept))).features)
+                self._n_frames -= len(self._kept.pop(next(iter(self._kept))).rows)
             return seen
 
 
@@ -82,14 +81,24 @@ class SeenFrames:
         return cast(Value, self._known[key])
 
     @cached_property
-    def features(self) -> Float32Array:
-        """Recognition features: array (frames, 130)."""
-        return self.frames.features(self.capture)
+    def rows(self) -> Float32Array:
+        """Its rows of the pool: array (frames, columns), 15 a second, see ``frame_rows``."""
+        return self.frames.pool.of_capture(self.capture)
+
+    @property
+    def n_frames(self) -> int:
+        """Number of frames, 15 a second."""
+        return len(self.rows)
 
     @cached_property
     def speeds(self) -> FloatArray:
         """Speeds over the ground and of turning: array (frames, 3), see ``speeds_of``."""
-        return speeds_of(self.features)
+        return speeds_of(self.rows)
+
+    @property
+    def limbs(self) -> Float32Array:
+        """Squared speeds of limbs: array (frames, 6), see ``speeds_of_limbs``."""
+        return self.rows[:, LIMB_COLUMNS]
 
     def longest_going(
         self, action: Sequence[str], room: slice = slice(None)
@@ -100,7 +109,7 @@ class SeenFrames:
         as its event does; infinitely long where the motion is away.
         """
         if event_of(action) in HELD and self.is_away:
-            return inf, 0, len(self.features)
+            return inf, 0, len(self.rows)
         shown = self._once(("posture", *action), lambda: self._posture(action))
         speed = self._once(("speed",), lambda: steady_speed(self.speeds))
         inside = np.zeros_like(shown)
@@ -111,7 +120,7 @@ class SeenFrames:
         """Frames whose posture is that of an action; all if it needs none: array (frames,)."""
         event, rests = event_of(action), not REST.isdisjoint(action)
         if event not in HELD and (not rests or TRAVELS.intersection(action) or self.is_away):
-            return np.ones(len(self.features), dtype=bool)
+            return np.ones(len(self.rows), dtype=bool)
         posed = np.ones(len(self.track), dtype=bool)
         if event in HELD:
             posed = ~frames_without(self.events(event), len(posed))
@@ -119,7 +128,7 @@ class SeenFrames:
             posed = standing(self.track)
         if {"still", "freeze"}.intersection(action):
             posed = posed & frames_without(self.events("move"), len(posed))
-        return posed[::FEATURE_STEP][: len(self.features)]
+        return posed[::FEATURE_STEP][: len(self.rows)]
 
     def furthest(
         self, direction: str, turn: str, part: slice | NDArray[np.bool_], least: float = 0.0
@@ -165,7 +174,7 @@ class SeenFrames:
 
     @cached_property
     def _cues(self) -> FloatArray:
-        return frame_cues(self.learned.frames_of(self.capture, self.frames.features))
+        return frame_cues(self.frames.pool.whitened(self.capture))
 
     def evidence(self, words: Sequence[int]) -> FloatArray | None:
         """Evidence for words whose places were learned at every frame: array (frames,).

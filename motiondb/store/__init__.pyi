@@ -85,6 +85,9 @@ from .catalogue.captures import (
     load_named as load_named,
 )
 from .catalogue.captures import (
+    load_poses as load_poses,
+)
+from .catalogue.captures import (
     load_totals as load_totals,
 )
 from .catalogue.captures import (
@@ -98,6 +101,9 @@ from .catalogue.captures import (
 )
 from .catalogue.captures import (
     save_captures as save_captures,
+)
+from .catalogue.captures import (
+    unflatten_motion as unflatten_motion,
 )
 from .catalogue.edits import (
     SYNONYMS as SYNONYMS,
@@ -146,6 +152,9 @@ from .catalogue.generated import (
 )
 from .catalogue.generated import (
     to_provenance as to_provenance,
+)
+from .catalogue.joined_rows import (
+    FileRows as FileRows,
 )
 from .catalogue.known_files import KnownFile as KnownFile
 from .catalogue.known_files import load_known_files as load_known_files

@@ -6,7 +6,7 @@ is learned by each ``learn`` and stored, so that later queries are projected int
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -32,19 +32,23 @@ class FeatureSpace:
         """Features (frames, 130) -> whitened array (frames, dimensions), float32."""
         # In double precision: products differ in their last bits between processors, and in single
         # precision that would be enough to change which symbol wins a segment.
-        blocks = [features[a : a + _BLOCK] for a in range(0, max(len(features), 1), _BLOCK)]
+        blocks = (features[a : a + _BLOCK] for a in range(0, max(len(features), 1), _BLOCK))
         parts = ((block - self.mean) @ self.projection for block in blocks)
         return np.concatenate([np.clip(p, -_CLIP, _CLIP).astype(np.float32) for p in parts])
 
 
 def fit_feature_space(
-    captures: Sequence[Float32Array], n_dimensions: int = N_DIMENSIONS
+    captures: Iterable[Float32Array], n_dimensions: int = N_DIMENSIONS
 ) -> FeatureSpace:
-    """Whitened principal axes, largest first; a capture counts as 60 seconds at most."""
-    weights = [min(len(c), _MOST_FRAMES) / max(len(c), 1) for c in captures]
-    total = sum(w * len(c) for w, c in zip(weights, captures))
+    """Whitened principal axes, largest first; a capture counts as 60 seconds at most.
+
+    `captures` are gone through more than once.
+    """
+    shapes = [c.shape for c in captures]
+    weights = [min(length, _MOST_FRAMES) / max(length, 1) for length, _ in shapes]
+    total = sum(w * length for w, (length, _) in zip(weights, shapes))
     if total < 2:
-        n = captures[0].shape[1] if captures else 0
+        n = shapes[0][1] if shapes else 0
         return FeatureSpace(np.zeros(n), np.eye(n)[:, : min(n, n_dimensions)])
     mean = sum(w * c.sum(axis=0, dtype=np.float64) for w, c in zip(weights, captures)) / total
     covariance = np.zeros((len(mean), len(mean)))

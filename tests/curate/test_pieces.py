@@ -49,7 +49,7 @@ def test_distances_of_windows_are_those_of_their_poses() -> None:
     rng = np.random.default_rng(0)
     parts = [rng.normal(size=(40, 130)).astype(np.float32) for _ in range(2)]
     firsts = [np.array([0, 20]), np.array([5])]
-    found = pieces.vectors(parts, firsts)
+    found = pieces.vectors(np.concatenate(list(map(pieces.poses, parts, firsts))))
     whole = [p[f : f + 15][list(pieces.POSES)].ravel() for p, s in zip(parts, firsts) for f in s]
     for a in range(3):
         for b in range(3):

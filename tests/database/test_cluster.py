@@ -254,7 +254,7 @@ def test_bytes_and_digests_are_those_of_the_process_that_adds(some: Path, tmp_pa
 
 @pytest.mark.usefixtures("divided")
 @pytest.mark.parametrize(
-    "of", ["make_features", "first_cuts", "cut_captures", "expect", "score_blocks"]
+    "of", ["features_of_motions", "first_cuts", "cut_captures", "expect", "score_blocks"]
 )
 def test_wrong_answers_of_workers_teach_nothing(of: str, some: Path, tmp_path: Path) -> None:
     def spoilt(found: Any) -> Any:

@@ -69,7 +69,7 @@ def test_captures_are_added_beside_a_damaged_one_which_can_be_removed(
         np.testing.assert_allclose(db.motion("again").duration, clip.duration, atol=0.1)
 
 
-@pytest.mark.parametrize("lost", ["nothing", "features-*", "segments-*"])
+@pytest.mark.parametrize("lost", ["nothing", "frames-*", "segments-*"])
 def test_a_motion_that_is_mended_answers_again(learned_copy: Path, lost: str) -> None:
     with motiondb.open(learned_copy) as db:
         before = [(m.capture, m.start) for m in db.search("walk", limit=200).matches]

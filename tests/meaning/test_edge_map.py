@@ -98,7 +98,11 @@ def test_a_take_left_out_is_predicted_as_if_the_map_were_fitted_without_it() -> 
     takes.append(take([standing(90, rng), jumping(40, rng)], 0))  # more frames than cues
     shown = [rng.uniform(size=one.shown.shape) for one in takes]
     regression = edge_map._Regression(takes)
-    mean, slopes = regression.mean(shown, 1), regression.slopes(shown, 1)
+    mean, products = (
+        regression.mean(shown, 1),
+        [regression.products(n, regression.cues(n), y) for n, y in enumerate(shown)],
+    )
+    slopes = regression.inverse @ np.sum(products, axis=0)
     for n in range(len(takes)):
         others = [k for k in range(len(takes)) if k != n]
         rows = np.concatenate([regression.cues(k) for k in others])
@@ -108,7 +112,7 @@ def test_a_take_left_out_is_predicted_as_if_the_map_were_fitted_without_it() -> 
         gram = rows.T @ rows + edge_map.RIDGE * np.eye(rows.shape[1])
         naive = np.linalg.solve(gram, rows.T @ target)
         expected = regression.cues(n) @ naive / np.sqrt(regression.weights[n])
-        actual = regression.left_out(n, shown[n] - mean, slopes)
+        actual = regression.left_out(n, regression.cues(n), shown[n] - mean, slopes)
         np.testing.assert_allclose(actual, expected, atol=1e-8)
 
 

@@ -7,7 +7,12 @@ import pytest
 
 from motiondb.body import body, rotation
 from motiondb.body.features import VELOCITY_SECONDS, VELOCITY_WEIGHT, recognition_features
-from motiondb.meaning.limb_sides import limb_speeds, limbs_to_measure, moves_otherwise
+from motiondb.meaning.limb_sides import (
+    limb_speeds,
+    limbs_to_measure,
+    moves_otherwise,
+    speeds_of_limbs,
+)
 from motiondb.records import Float32Array, Motion
 
 FRAMES = 60
@@ -34,7 +39,7 @@ def swinging(*joints: str) -> Float32Array:
     ],
 )
 def test_the_limb_that_moves_is_seen(joints: tuple[str, ...], limb: str, moving: set[str]) -> None:
-    speeds = limb_speeds(swinging(*joints), limb)
+    speeds = limb_speeds(speeds_of_limbs(swinging(*joints)), limb)
     sides = ("left", "right", "both")
     assert {side for side in sides if not moves_otherwise(speeds, side)} == moving
 
@@ -57,7 +62,8 @@ def test_the_hand_that_is_drawn_back_does_not_punch() -> None:
         places.reshape(10, -1),
         moving.reshape(10, -1),
     )
-    alike, punched = limb_speeds(features, "hand"), limb_speeds(features, "hand", ("punch", "left"))
+    speeds = speeds_of_limbs(features)
+    alike, punched = limb_speeds(speeds, "hand"), limb_speeds(speeds, "hand", ("punch", "left"))
     np.testing.assert_allclose(alike, np.full((10, 2), 9.0), rtol=1e-5)
     np.testing.assert_allclose(punched, np.tile([0.0, 9.0], (10, 1)), rtol=1e-5)
     assert not moves_otherwise(alike, "left")

@@ -14,7 +14,8 @@ from typing import Any
 import pytest
 
 import motiondb
-from motiondb.database.loading import make_features
+from motiondb.database.loading import make_frames
+from motiondb.learn.learned import Learned
 from motiondb.page.held import HeldDatabase
 from motiondb.records import Motion
 
@@ -29,26 +30,26 @@ def test_what_examples_need_is_computed_before_the_first_example(learned_copy: P
     shutil.rmtree(f"{learned_copy}.cache", ignore_errors=True)
     held = HeldDatabase(learned_copy, read_only=False, wait=0.0)
     held.warm_view()
-    assert "features" not in cached(learned_copy)
+    assert "frames" not in cached(learned_copy)
     held.warm()
-    assert "features" in cached(learned_copy)
+    assert "frames" in cached(learned_copy)
     with held.use() as db:
         assert db.like("ana/bow_1", limit=1)[0].capture == "ana/bow_1"
     held.close()
 
 
-def test_the_file_is_free_while_features_are_computed(
+def test_the_file_is_free_while_frames_are_computed(
     learned_copy: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shutil.rmtree(f"{learned_copy}.cache", ignore_errors=True)
     opened: list[int] = []
 
-    def compute(motions: Sequence[Motion]) -> list[Any]:
+    def compute(learned: Learned, motions: Sequence[Motion]) -> list[Any]:
         code = "import motiondb, sys; motiondb.open(sys.argv[1]).close()"
         opened.append(subprocess.run([sys.executable, "-c", code, learned_copy]).returncode)
-        return make_features(motions)
+        return make_frames(learned, motions)
 
-    monkeypatch.setattr("motiondb.page.held.make_features", compute)
+    monkeypatch.setattr("motiondb.page.held.make_frames", compute)
     held = HeldDatabase(learned_copy, read_only=False, wait=0.0)
     held.warm()
     held.warm()  # they are there now

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import asdict, replace
 from pathlib import Path
+from tempfile import TemporaryFile
+from typing import BinaryIO
 
 from motiondb import store
 from motiondb.database.learn.start import find_start, load_knowledge
-from motiondb.database.loading import keep_what_follows, load_features
+from motiondb.database.loading import features_in, keep_what_follows
 from motiondb.database.session import damage_sentence
 from motiondb.database.values import seeded
 from motiondb.errors import MotionDBError, QueryError, StoreError
@@ -18,6 +20,7 @@ from motiondb.learn.learned import performers_of
 from motiondb.learn.learned_model import LearnedModel, to_stored
 from motiondb.learn.recognition import FeaturePool, LearnSettings, Progress
 from motiondb.learn.word_fitting import TaughtWords
+from motiondb.symbols.hmm_jobs import one_blas_thread
 from motiondb.workers import HERE, Workers
 
 SHIPPED = "cmu"  # The knowledge that comes with motiondb
@@ -44,34 +47,31 @@ def learn(
     store.check_writable(opened)
     knowledge = find_start(opened, start, settings)
     for _ in range(_ATTEMPTS):
-        with store.released(opened) as let_go:
-            tell("features", 0.0)
-            pool, taught, names = _load_taught(opened, where, workers)
-            let_go()
-            rng = seeded(settings.seed)
-            as_usual = replace(settings, seed=0) == LearnSettings()  # symbols of one's own, else
-            if start is knowledge is None and as_usual and is_hardly_described(taught):
-                knowledge = load_knowledge(SHIPPED)
-            started = None if knowledge is None else begin(knowledge, taught.synonyms)
-            numbers = fitting.numbers_by_name(names)
-            model = fitting.fit_model(
-                fitting.renumber_pool(pool, numbers),
-                fitting.renumber_taught(taught, numbers),
-                settings,
-                rng,
-                tell,
-                started,
-                workers,
-            )
-            own_numbers = {number: capture for capture, number in numbers.items()}
-            model = fitting.renumber_model(model, own_numbers)
-        with store.transaction(opened):
-            is_same = vars(_load_catalogue(opened, where)) == vars(taught)  # motions never change
+        with TemporaryFile(dir=opened.path.parent) as file:
+            with store.released(opened) as let_go:
+                tell("features", 0.0)
+                pool, taught, numbers = _load_taught(opened, where, file, workers)
+                let_go()
+                rng = seeded(settings.seed)
+                as_usual = replace(settings, seed=0) == LearnSettings()  # one's own symbols, else
+                if start is knowledge is None and as_usual and is_hardly_described(taught):
+                    knowledge = load_knowledge(SHIPPED)
+                started = None if knowledge is None else begin(knowledge, taught.synonyms)
+                renumbered = fitting.renumber_taught(taught, numbers)
+                with one_blas_thread():  # a second one takes a fifth more of the processors
+                    model = fitting.fit_model(
+                        pool, renumbered, settings, rng, tell, started, workers
+                    )
+                own_numbers = {number: capture for capture, number in numbers.items()}
+                model = fitting.renumber_model(model, own_numbers)
+            with store.transaction(opened):
+                now = _load_catalogue(opened, where)
+                is_same = vars(now) == vars(taught)  # motions never change
+                if is_same:
+                    model = _save(opened, settings, model, tell, where)
             if is_same:
-                model = _save(opened, settings, model, tell, where)
-        if is_same:
-            keep_what_follows(opened, model)
-            return model
+                keep_what_follows(opened, model, pool, numbers)
+                return model
         tell("captures changed, again", 0.0)
     raise MotionDBError(
         f"{opened.path}: expected captures and words to stay as they are while learning, found "
@@ -105,9 +105,9 @@ def _save(
 
 
 def _load_taught(
-    opened: store.Store, where: str, workers: Workers
-) -> tuple[FeaturePool, TaughtWords, dict[int, str]]:
-    """Features, captions and names of the captured captures, of one revision."""
+    opened: store.Store, where: str, file: BinaryIO, workers: Workers
+) -> tuple[FeaturePool, TaughtWords, dict[int, int]]:
+    """Features, captions and numbers while learning of the captured captures, of one revision."""
     with store.reading(opened):
         taught = _load_catalogue(opened, where)
         if not taught.performers and where:
@@ -121,10 +121,11 @@ def _load_taught(
             )
         names = {i.capture_id: i.name for i in store.load_captures(opened)}
         names = {capture: names[capture] for capture in taught.performers}
-        pool = load_features(opened, workers=workers)
-        if damaged := [name for capture, name in names.items() if capture not in pool.places]:
+        numbers = fitting.numbers_by_name(names)
+        pool = features_in(file, opened, numbers, workers)
+        if damaged := [names[n] for n, number in numbers.items() if number not in pool.places]:
             raise StoreError(damage_sentence(opened.path, damaged))
-        return pool.only(taught.performers), taught, names
+        return pool, taught, numbers
 
 
 def _load_catalogue(opened: store.Store, where: str) -> TaughtWords:

@@ -125,8 +125,9 @@ def cached_rows(
     kind: str,
     make: Callable[[Sequence[Motion]], Sequence[Made]],
     ready: Mapping[int, Made] = MappingProxyType({}),
+    mark: str = "",
 ) -> CaptureRows:
-    """Rows that follow from the motion of each capture alone, from the cache where possible.
+    """Rows that follow from the motion of each capture and a mark, from the cache where possible.
 
     Only those of new captures are made. Rows are used only for a capture with the same number,
     file, and run that added it. Within a transaction the cache is read but not written.
@@ -134,13 +135,15 @@ def cached_rows(
     `make`: Makes rows and number of some motions, in their order.
 
     `ready`: Capture number -> rows and number that were made already (:func:`lacking_rows`).
+
+    `mark`: What rows follow from beside the motion.
     """
 
     def of_captures(numbers: Sequence[int]) -> Mapping[int, Made]:
         motions = dict(readable_motions(store, numbers))
         return dict(zip(motions, make(list(motions.values()))))
 
-    return _cached(store, kind, _marks(store, _CAPTURES), of_captures, ready)
+    return _cached(store, kind, _marks(store, _CAPTURES, mark), of_captures, ready)
 
 
 def cached_segment_rows(
@@ -163,10 +166,11 @@ def cached_segment_rows(
     return _cached(store, kind, marks, make, ready, may_write=only is None)
 
 
-def lacking_rows(store: Store, kind: str) -> dict[int, Motion]:
+def lacking_rows(store: Store, kind: str, mark: str = "") -> dict[int, Motion]:
     """Motions of the captures whose rows are not in the cache, by number."""
     held = {mark for batch in _load_batches(store, kind) for mark in batch.marks.tolist()}
-    new = [number for number, mark in _marks(store, _CAPTURES).items() if mark not in held]
+    marks = _marks(store, _CAPTURES, mark)
+    new = [number for number, mark_of in marks.items() if mark_of not in held]
     return dict(readable_motions(store, new))
 
 
@@ -370,12 +374,12 @@ _SEGMENTS = "SELECT DISTINCT capture_id, '', run_id FROM segment ORDER BY captur
 """What tells the motions, and the segments, of captures from all others."""
 
 
-def _marks(store: Store, captures: str) -> dict[int, int]:
-    """Capture number -> 56 bits of its number, digest and run, which a query gives."""
+def _marks(store: Store, captures: str, mark: str = "") -> dict[int, int]:
+    """Capture number -> 56 bits of its number, digest and run, which a query gives, and a mark."""
     runs = store.connection.execute("SELECT run_id, started, version, parameters FROM run")
     made_by = {run: repr(facts) for run, *facts in runs.fetchall()}
     texts = (
-        (number, f"{number} {digest} {made_by.get(run)}")
+        (number, f"{number} {digest} {made_by.get(run)}{mark}")
         for number, digest, run in store.connection.execute(captures).fetchall()
     )
     return {
@@ -405,8 +409,8 @@ def _names(folder: OwnFolder, kind: str, key: str) -> list[str]:
 
 
 def _remove_all_but(folder: OwnFolder, kind: str, current: set[str]) -> None:
-    """Remove the other files of a kind, and those of former formats (``.npy``, ``.json``)."""
-    ours = re.compile(rf"{kind}-[0-9a-f]{{32}}(-[0-9a-z_]+\.(arrays|npy)|\.json)")
+    """Remove the other files of a kind, and those of former formats (``features``, ``.npy``)."""
+    ours = re.compile(rf"({kind}|features)-[0-9a-f]{{32}}(-[0-9a-z_]+\.(arrays|npy)|\.json)")
     folder.sweep(ours.pattern)
     names = set(folder.names()) - current  # a user may keep files here, such as motions-2024.json
     folder.remove(*(name for name in names if ours.fullmatch(name)))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
@@ -115,6 +115,25 @@ class JoinedRows(NDArrayOperatorsMixin):
     def __reduce__(self) -> tuple[Callable[..., NDArray[Any]], tuple[NDArray[Any]]]:
         """Another process gets the rows as an array."""
         return np.asarray, (np.asarray(self),)
+
+
+class FileRows:
+    """Rows (rows, columns) in an open file, of which memory holds only those that are looked at."""
+
+    def __init__(self, file: BinaryIO, shape: tuple[int, int], dtype: DTypeLike) -> None:
+        self._file, self.shape, self.dtype = file, shape, np.dtype(dtype)
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __getitem__(self, which: slice) -> NDArray[Any]:
+        start, stop, step = which.indices(len(self))
+        width = self.shape[1]
+        self._file.seek(start * width * self.dtype.itemsize)
+        rows = np.empty((max(stop - start, 0), width), self.dtype)
+        if self._file.readinto(rows.data.cast("B") if rows.size else b"") != rows.nbytes:  # type: ignore
+            raise OSError("the file is shorter than its rows")
+        return rows[::step]
 
 
 def page_checksum(array: NDArray[Any]) -> int:

@@ -26,7 +26,7 @@ def described(db: MotionDB) -> tuple[np.ndarray, np.ndarray]:
     """Statistics and words of every described interval, capture by capture."""
     learned, rows = db.learned, {}
     for number, captions in learned.captions.items():
-        frames = learned.feature_space.project(db.session.features.of_capture(number))
+        frames = db.session.pool.whitened(number)
         for caption in captions:
             actions = vocabulary.split_actions(caption.words, learned.synonyms, learned.lemmas)
             words = [

@@ -290,15 +290,15 @@ def test_arrays_are_built_once_until_the_motions_change(
         return {"x": np.arange(3), "y": np.zeros((0, 2))}
 
     for _ in range(3):
-        arrays = store.cached_arrays(filled, "features", build)
+        arrays = store.cached_arrays(filled, "evidence", build)
         assert arrays["x"].tolist() == [0, 1, 2]
         assert arrays["y"].shape == (0, 2)
     assert len(calls) == 1
     store.save_captions(filled, 1, [])  # words do not matter
-    store.cached_arrays(filled, "features", build)
+    store.cached_arrays(filled, "evidence", build)
     assert len(calls) == 1
     samples.add(filled, "dddd")
-    store.cached_arrays(filled, "features", build)
+    store.cached_arrays(filled, "evidence", build)
     assert len(calls) == 2
 
 
@@ -328,7 +328,7 @@ def _expect_healed(filled: store.Store) -> None:
         return _arrays()
 
     for _ in range(2):
-        cached = store.cached_arrays(filled, "features", build)
+        cached = store.cached_arrays(filled, "evidence", build)
         for name, expected in _arrays().items():
             np.testing.assert_array_equal(cached[name], expected)
     assert set(cached) == {"x", "y"}
@@ -336,13 +336,13 @@ def _expect_healed(filled: store.Store) -> None:
 
 
 def _arrays_file(filled: store.Store) -> Path:
-    (file,) = _folder(filled).glob("features-*.arrays")
+    (file,) = _folder(filled).glob("evidence-*.arrays")
     return file
 
 
 @pytest.mark.parametrize("place", [0, 9, 20, 40, 200, 10_000, -60, "all"])
 def test_a_changed_file_is_made_anew(filled: store.Store, place: int | str) -> None:
-    store.cached_arrays(filled, "features", _arrays)
+    store.cached_arrays(filled, "evidence", _arrays)
     file = _arrays_file(filled)
     if isinstance(place, int):
         flip(file, place, 2)
@@ -353,7 +353,7 @@ def test_a_changed_file_is_made_anew(filled: store.Store, place: int | str) -> N
 
 @pytest.mark.parametrize(("before", "after"), [(b"3000", b"1500"), (b'"x"', b'"z"')])
 def test_a_changed_head_is_noticed(filled: store.Store, before: bytes, after: bytes) -> None:
-    store.cached_arrays(filled, "features", _arrays)
+    store.cached_arrays(filled, "evidence", _arrays)
     file = _arrays_file(filled)
     file.write_bytes(file.read_bytes().replace(before, after, 1))
     _expect_healed(filled)
@@ -361,7 +361,7 @@ def test_a_changed_head_is_noticed(filled: store.Store, before: bytes, after: by
 
 def test_a_file_of_objects_is_not_loaded(filled: store.Store) -> None:
     """Nor where its name fits."""
-    store.cached_arrays(filled, "features", _arrays)
+    store.cached_arrays(filled, "evidence", _arrays)
     file = _arrays_file(filled)
     content = file.read_bytes().replace(b"<i8", b"|O8", 1)
     digest = hashlib.sha256(content[8 : 8 + int.from_bytes(content[:8], "little")]).hexdigest()
@@ -385,7 +385,7 @@ def test_arrays_of_another_motiondb_are_not_used(
 
 
 def test_a_draft_stays_only_while_its_process_runs(filled: store.Store) -> None:
-    store.cached_arrays(filled, "features", _arrays)
+    store.cached_arrays(filled, "evidence", _arrays)
     ended = subprocess.Popen([sys.executable, "-c", ""])
     ended.wait()
     name, processes = _arrays_file(filled).name, (ended.pid, 1, os.getpid())
@@ -417,7 +417,7 @@ def test_threads_that_build_together_leave_a_whole_cache(filled: store.Store) ->
     actual: list[dict[str, np.ndarray]] = []
     threads = [
         threading.Thread(
-            target=lambda: actual.append(store.cached_arrays(filled, "features", _arrays))
+            target=lambda: actual.append(store.cached_arrays(filled, "evidence", _arrays))
         )
         for _ in range(8)
     ]

@@ -13,7 +13,7 @@ from motiondb import store
 from motiondb.body import body
 from motiondb.errors import QueryError, StoreError
 from motiondb.files import packed_files
-from motiondb.records import Caption, Relation
+from motiondb.records import POSE_STEP, Caption, Relation
 from motiondb.store.catalogue.captures import (
     N_JOINTS,
     CaptureTotals,
@@ -247,10 +247,16 @@ def test_runs_tell_what_made_a_row(database: store.Store) -> None:
 
 
 @pytest.mark.parametrize("n_frames", [0, 1, 2, 300])
-def test_packed_poses_are_the_same_bit_by_bit(n_frames: int) -> None:
+@pytest.mark.parametrize("kind", ["floats", "multiples", "large multiples"])
+def test_packed_poses_are_the_same_bit_by_bit(n_frames: int, kind: str) -> None:
     poses = np.random.default_rng(0).normal(size=(n_frames, POSE_SIZE)).astype(np.float32)
-    poses[:, 3] *= 1e38
-    poses[:, 5] *= 1e-42
-    poses[n_frames // 2 :, 4] = -0.0
+    if kind == "floats":
+        poses[:, 3] *= 1e38
+        poses[:, 5] *= 1e-42
+        poses[n_frames // 2 :, 4] = -0.0
+    else:
+        poses = (np.rint(poses / POSE_STEP) * POSE_STEP).astype(np.float32)
+        poses[:, 0] += 16_000.0 if kind == "multiples" else 17_000.0
+    assert pack_poses(poses).startswith(b"\1") == (n_frames == 0 or kind == "multiples")
     unpacked = unpack_poses(pack_poses(poses))
     assert (unpacked.shape, unpacked.tobytes()) == (poses.shape, poses.tobytes())
