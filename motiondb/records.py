@@ -24,12 +24,8 @@ Float32Array = NDArray[np.float32]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
+POSE_STEP = 2.0**-17  # Places (m) and quaternions of captures are multiples: .01 mm, .001 degrees
 MOTION_FPS = 30.0  # Frames per second of every canonical :class:`~motiondb.records.Motion`
-
-POSE_STEP = 2.0**-17
-"""Root positions (metres) and quaternions of captures are multiples of this: some .01 mm and .001
-degrees, finer than any capture. An hour of them takes half as many bytes as one of any floats."""
-
 LARGEST = 1e9  # Bound on every number of a file
 
 

@@ -101,7 +101,8 @@ def motion_from_positions(keypoints: FloatArray, fps: float) -> Motion:
 
 def _to_steps(values: FloatArray) -> Float32Array:
     """Values rounded to multiples of ``POSE_STEP``."""
-    return (np.rint(values / POSE_STEP) * POSE_STEP + 0.0).astype(np.float32)  # without -0.0
+    steps = np.rint(values / POSE_STEP) + 0.0  # without -0.0
+    return (steps * POSE_STEP).astype(np.float32)
 
 
 def motion_positions(

@@ -38,7 +38,6 @@ from motiondb.records import Float32Array, FloatArray, IntArray, SegmentTable
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 T = TypeVar("T")
-Numbers = TypeVar("Numbers", FloatArray, Float32Array)
 WRITTEN = 4.0  # Log-odds added by a word written about the interval: captions are rarely wrong
 UNWRITTEN = -1.0  # Log-odds added by a word missing from a caption: captions are rarely complete
 KEPT = 256  # Captures whose evidence of captions is kept: some 3 MB
@@ -61,7 +60,7 @@ class Heard:
 
     # (segments + captures, words): the rows of a capture are those of its segments and, behind
     # them, that of the whole
-    odds: Float32Array
+    odds: FloatArray
     likeness: FloatArray  # (captures, words): that of the caption map, which ``odds`` has too
     meanings: Float32Array  # (captures, axes): meanings that the motion suggests (``caption_map``)
 
@@ -69,7 +68,7 @@ class Heard:
         """Log-odds of the captures with these rows of the table: arrays (segments + 1, words)."""
         ends = np.cumsum([part.stop - part.start + 1 for part in rows.values()]).tolist()
         inside = {c: slice(a, b) for c, a, b in zip(rows, [0, *ends], ends)}
-        return WhenAsked(rows, lambda capture: self.odds[inside[capture]].astype(np.float64))
+        return WhenAsked(rows, lambda capture: self.odds[inside[capture]])
 
 
 def hear_takes(
@@ -82,7 +81,7 @@ def hear_takes(
     """Log-odds of all words from the motion alone; `rows` are those of the captures."""
     parts = list(rows.values())
     ends = np.cumsum([0, *(part.stop - part.start + 1 for part in parts)])
-    odds = np.empty((ends[-1], len(fit.offsets)), dtype=np.float32)
+    odds = np.empty((ends[-1], len(fit.offsets)))
     wholes = np.empty((len(parts), standardised.shape[1]))
     with one_blas_thread():  # many small products
         for some, vectors in window_vectors_of(standardised, table, parts, WINDOW_MARGIN):
@@ -91,11 +90,12 @@ def hear_takes(
             wholes[some] = vectors[ends[some.start + 1 : some.stop + 1] - first - 1]
     suggested = captions.suggest(wholes)
     likeness, meanings = suggested.likeness(), suggested.meanings.astype(np.float32)
-    with_likeness(odds, likeness, ends[1:] - 1)
-    return Heard(odds, likeness, meanings)
+    return Heard(with_likeness(odds, likeness, ends[1:] - 1), likeness, meanings)
 
 
-def with_likeness(odds: Numbers, likeness: FloatArray, wholes: int | IntArray = -1) -> Numbers:
+def with_likeness(
+    odds: FloatArray, likeness: FloatArray, wholes: int | IntArray = -1
+) -> FloatArray:
     """Log-odds (rows, words) with the likeness of captures as a whole, whose rows are given.
 
     An action's log-odds are half those of the whole capture, so that twice the likeness adds it

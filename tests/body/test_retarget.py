@@ -223,7 +223,7 @@ def test_sample_captures_keep_their_joints(name: str) -> None:
     for joint, parent in (("l_knee", "l_hip"), ("r_wrist", "r_elbow"), ("l_elbow", "l_shoulder")):
         source = rotation.normalize(points[:, I[joint]] - points[:, I[parent]])
         solved = rotation.normalize(actual[:, I[joint]] - actual[:, I[parent]])
-        np.testing.assert_allclose(solved, source, atol=1e-5)
+        np.testing.assert_allclose(solved, source, atol=5e-5)  # poses are multiples of 2^-17
     assert angles_between_frames(motion).max() < 1.0
     assert (
         np.abs(actual[:, I["head"]] - points[:, I["head"]] + points[0, 0] * [1, 0, 1]).max() < 0.15

@@ -130,10 +130,11 @@ class FileRows:
         start, stop, step = which.indices(len(self))
         width = self.shape[1]
         self._file.seek(start * width * self.dtype.itemsize)
-        rows = np.empty((max(stop - start, 0), width), self.dtype)
-        if self._file.readinto(rows.data.cast("B") if rows.size else b"") != rows.nbytes:  # type: ignore
+        size = max(stop - start, 0) * width * self.dtype.itemsize
+        read = bytearray(self._file.read(size))
+        if len(read) != size:
             raise OSError("the file is shorter than its rows")
-        return rows[::step]
+        return np.frombuffer(read, self.dtype).reshape(-1, width)[::step]
 
 
 def page_checksum(array: NDArray[Any]) -> int:
