@@ -53,6 +53,8 @@ _WORD_SYNONYMS = MappingProxyType(
         "filename": "file",
     }
 )
+_SAID = ("captions", "description", "descriptions", "text", "label", "labels", "annotation")
+"""Columns that hold the words where none is called so; beside one that is, they are tags."""
 MAX_BYTES = 100_000_000  # Largest sheet that is read; a million rows take about as much
 EVENT_COLUMNS = ("file", "event", "frame", "time", "joint", "other")
 _EVENT_SYNONYMS = MappingProxyType(
@@ -181,6 +183,9 @@ def read_sheet(path: Path | str) -> Sheet:
     header_number, names = rows[0]
     header = [_WORD_SYNONYMS.get(c.strip().lower(), c.strip()) for c in names]
     header = [c.lower() if c.lower() in KNOWN else c for c in header]
+    said = next((c for name in _SAID for c in header if c.lower() == name), None)
+    if said is not None and "words" not in header:
+        header[header.index(said)] = "words"
     if "file" not in header:
         raise SheetError(
             f"{path}:{header_number}: expected a column `file`, found {shown_row(header)}. "

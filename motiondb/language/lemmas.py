@@ -33,7 +33,7 @@ arise arose arisen, awake awoke awoken, bear bore borne, beat beaten, become bec
 begun, bend bent, bind bound, bite bitten, bleed bled, blow blew blown, break broke broken, breed
 bred, bring brought, build built, burn burnt, buy bought, catch caught, choose chose chosen, cling
 clung, come came, creep crept, deal dealt, dig dug, dive dove, do did done, draw drew drawn, drink
-drank drunk, drive drove driven, eat ate eaten, fall fell fallen, feed fed, feel felt, fight
+drank, drive drove driven, eat ate eaten, fall fell fallen, feed fed, feel felt, fight
 fought, find found, flee fled, fling flung, fly flew flown, forget forgot forgotten, freeze froze
 frozen, get got gotten, give gave given, go went gone, grow grew grown, hang hung, have had, hear
 heard, hide hid hidden, hold held, keep kept, kneel knelt, know knew known, lead led, lean leant,
@@ -54,7 +54,7 @@ written
 _IRREGULAR = {
     form: verb for verb, *forms in map(str.split, _IRREGULAR_TEXT.split(",")) for form in forms
 }
-"""Irregular pasts. "Saw" and "ground" stay: who saws, or lies on the ground."""
+"""Irregular pasts. "Saw", "ground" and "drunk" stay: who saws, lies on the ground, walks so."""
 
 _DEGREES = {
     form: word
@@ -118,6 +118,8 @@ def lemma(word: str, known: Mapping[str, str] | None = None) -> str:
 
     >>> [lemma(word) for word in ("Walks", "running", "dancer", "boxing", "left", "backwards")]
     ['walk', 'run', 'dance', 'box', 'left', 'backward']
+    >>> [lemma(word) for word in ("bored", "wounded", "drunk", "drank")]
+    ['bored', 'wounded', 'drunk', 'drink']
     """
     word = word.lower()
     ruled = _ruled_lemma(word)
@@ -206,8 +208,12 @@ def _dictionary_lemma(word: str) -> str:
     """A verb of the table as it is, or of which a word is a regular form; else simplemma's."""
     if word in MORE_VERBS:
         return word
-    verb = next((base for base in _bases(word, _OF_VERBS) if base in MORE_VERBS), None)
-    return verb or FORMS.get(_simplemma(word), _simplemma(word))
+    bases = _bases(word, _OF_VERBS)
+    verb = next((base for base in bases if base in MORE_VERBS), None)
+    base = verb or _simplemma(word)
+    if base in FORMS and base in bases:  # "bored" is no form of "bear"
+        return word
+    return FORMS.get(base, base)
 
 
 @lru_cache(maxsize=20_000)

@@ -27,7 +27,7 @@ _VERB = (
     r"(?:(?:find|show|locate|display|retrieve|fetch|list|return)(?!\s+(?:off|up)\b)"
     r"|(?:search|searching|look|looking|query)\s+for"
     rf"|(?:get|give|bring|play|pull\s+up|open|select|pick|see|have|want|need)(?=\s+(?:me|us)\b"
-    rf"|\s+{_ALL}{_CAPTURES}\b))"
+    rf"|\s+{_ALL}(?!\w+thing\b){_CAPTURES}\b))"
 )
 _REQUEST = re.compile(
     rf"{_POLITE}(?:"

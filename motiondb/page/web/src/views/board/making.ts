@@ -237,6 +237,7 @@ export function makeMaking(
       const key = JSON.stringify(plan);
       if (key === ground) return;
       ground = key;
+      stands = false; // those of another ground are looked at from elsewhere
       court.show(plan);
     },
     stand(tracks) {
