@@ -403,7 +403,7 @@ def _with_reasons(told: list[answers.ChosenInterval]) -> list[answers.ChosenInte
     symbols = Counter(symbol for each in told for symbol in each.symbols)
     out, of = [], {each.interval: each for each in told}
     for each in told:
-        said = [f"stands for {each.weight:.0f} s"]
+        said = [f"represents {each.weight:.0f} s of the library"]
         alone = [word for word in each.words if words[word] == 1]
         said += [f"the only one with {', '.join(alone)}"] if alone else []
         own = [str(symbol) for symbol in each.symbols if symbols[symbol] == 1]

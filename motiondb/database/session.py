@@ -167,14 +167,17 @@ class Session:
             mark = loading.frames_mark(self.without_rows)
             return store.lacking_rows(self.store, loading.FRAMES, mark)
 
-    def keep_frames(self, made: Mapping[int, FramesMade]) -> None:
-        """Keep frames that were computed while the file was free.
+    def keep_frames(self, made: Mapping[int, FramesMade], model: Learned) -> None:
+        """Keep frames that were computed by a model while the file was free.
 
-        `made`: Those of captures by number; those that were removed meanwhile are left out.
+        `made`: Those of captures by number; those that were removed meanwhile are left out, and all
+        if another model was learned.
         """
         from motiondb.database import loading
 
         with self.reading():
+            if loading.frames_mark(model) != loading.frames_mark(self.without_rows):
+                made = {}
             self.kept("pool", lambda: loading.load_frames(self.store, self.without_rows, made))
 
 

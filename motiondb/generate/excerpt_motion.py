@@ -56,7 +56,7 @@ from motiondb.generate.sentence_plan import PlannedAction, is_within
 from motiondb.learn.learned import Learned
 from motiondb.meaning.direction import ONCE, gone, lacking
 from motiondb.meaning.edge_map import averaged
-from motiondb.meaning.occurrences import measured_track
+from motiondb.meaning.occurrences import FLIGHTS, OVER, measured_track
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 
 JOIN_WEIGHT = 0.5  # Weight of join costs relative to target costs
@@ -85,6 +85,7 @@ SMOOTHINGS = 3  # How often the speed over the ground is smoothed where it jumps
 MOST_CHANGE = 1.4
 """Largest factor by which a recorded motion is played faster or slower. Beyond it jumps look as if
 gravity had changed."""
+SWIFT = frozenset((*FLIGHTS, *OVER, "kick", "punch"))  # Actions that are none if they are slow
 MOST_FITTED = 1.25  # The same where a duration is asked for, and no speed
 
 
@@ -495,7 +496,8 @@ def _lay_out(
 ) -> ShownExcerpt:
     """Play excerpt n of an action, as cut, at the tempo and as often and long as is asked for.
 
-    Its tempo also fits it to a duration that its loops do not reach.
+    Its tempo also fits it to a duration that its loops do not reach, unless its speed is a part of
+    it: a slow kick is none.
     """
     action, rate, range_of = row.of.action, 1.0, None
     if action.speed:
@@ -507,7 +509,8 @@ def _lay_out(
         range_of = (speed, float(row.speeds.min()), float(row.speeds.max()))
     shown = _played(material, row, n, excerpt, is_last, rate)
     seconds, asked = shown.n_frames / MOTION_FPS, action.seconds
-    if asked is None or action.speed or is_within(seconds, asked):
+    is_fixed = bool(action.speed) or not SWIFT.isdisjoint(action.words)
+    if asked is None or is_fixed or is_within(seconds, asked) or asked.wanted <= 0.0:
         return replace(shown, speeds=range_of)
     fitting = float(np.clip(seconds / asked.wanted, 1.0 / MOST_FITTED, MOST_FITTED))
     again = _played(material, row, n, excerpt, is_last, round(fitting, 3))

@@ -24,6 +24,7 @@ from motiondb.records import MOTION_FPS, FloatArray
 def say_amounts(action: PlannedAction) -> list[str]:
     """Count, duration and speed of an action as words; those that are not asked for are left out.
 
+    >>> from motiondb.generate.sentence_plan import Amount
     >>> say_amounts(PlannedAction((("walk",),), "slow", (), Amount(3, 3), Amount(2.0, None)))
     ['3 times', 'for at least 2 s', 'slowly']
     """

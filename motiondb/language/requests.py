@@ -66,7 +66,7 @@ _MANNERS = (
     (rf"in\s+slow\s+motion|at\s+(?:a\s+)?(?:slow|low)\s+{_SPEED}", "slowly"),
     (r"at\s+all", ""),
     (
-        r"(?:all\s+)?in\s+(?:a\s+row|succession|series)|one\s+after\s+(?:the|an)other|back\s+to\s+back",
+        r"(?:all\s+)?in\s+(?:a\s+row|succession|series)|one\s+after\s+(?:the\s+|an)other",
         "",
     ),
 )

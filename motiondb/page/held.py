@@ -105,7 +105,7 @@ class HeldDatabase:
         if learned and motions:
             made = dict(zip(motions, make_frames(learned, list(motions.values()))))
             with self.use() as db:
-                db.session.keep_frames(made)
+                db.session.keep_frames(made, learned)
 
     def close(self) -> None:
         """Close the file."""

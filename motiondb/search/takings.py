@@ -25,6 +25,7 @@ import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -34,7 +35,8 @@ from motiondb.language.nearby.table import NearbyTable
 from motiondb.language.question.heads import missing_heads, verbs_in
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import KnownQuestion, hold_to_known
-from motiondb.language.question.tree import Question, actions_of
+from motiondb.language.question.tokens import tokenize
+from motiondb.language.question.tree import Question
 from motiondb.language.requests import without_request
 from motiondb.language.vocabulary import (
     MODIFIERS,
@@ -253,8 +255,9 @@ class Sentence:
         """Its words: lemma -> word as written; not those of parts that are not used."""
         lemmas = self.learned.lemmas
         asked = split_actions(self.text, self.learned.synonyms, lemmas)
-        unused = {lemma(f, lemmas) for p in self.parsed.not_used for f in forms_of(p.text)}
-        unused -= {word for one in actions_of(self.parsed.tree) for word in one.all_words}
+        tokens, left_out = tokenize(self.text, self.learned.synonyms, lemmas)
+        unused = {lemma(form, lemmas) for part in left_out for form in forms_of(part.text)}
+        unused -= {word for token in tokens for word in token.words}
         forms = [f for f in reversed(forms_of(self.text)) if f not in STOP_WORDS]  # without a lemma
         written = {lemma(form, lemmas): form for form in forms}
         words = (word for action in asked for word in action if word not in unused)
@@ -376,7 +379,7 @@ def write_otherwise(
     `find` returns further known words. It is called only if a word of the question is not known.
     """
     if sentence.known.issuperset(sentence.forms):
-        return sentence, {}
+        return _joined(sentence)
     learned, known = sentence.learned, sentence.known.union(find())
     changed, phrases = written_otherwise(sentence.text, known, learned.synonyms, learned.lemmas)
     if not phrases:
@@ -384,6 +387,23 @@ def write_otherwise(
     same = {word: Taking(word, ((phrase, 1.0),), is_same=True) for word, phrase in phrases.items()}
     together = [words_of(phrase, learned.synonyms, learned.lemmas) for phrase in phrases.values()]
     return Sentence(learned, changed, tuple(map(tuple, together))), same
+
+
+def _joined(sentence: Sentence) -> tuple[Sentence, dict[str, Taking]]:
+    """A question with a compound of known words ("back flip") that captions write as one word."""
+    learned, text, same = sentence.learned, sentence.text, dict[str, Taking]()
+    for pair in pairwise(forms_of(text)):
+        whole = "".join(pair)
+        if whole not in sentence.known or not sentence.known.issuperset(pair):
+            continue
+        numbers = {learned.word_numbers.get(word, -1) for word in pair}
+        if any(
+            numbers <= action for listed in learned.listed_actions.values() for action in listed
+        ):
+            continue  # captions say both of one action: "side step"
+        text = re.sub(rf"\b{pair[0]}[ -]{pair[1]}\b", whole, text, flags=re.IGNORECASE)
+        same[" ".join(pair)] = Taking(" ".join(pair), ((whole, 1.0),), is_same=True)
+    return (Sentence(learned, text), same) if same else (sentence, same)
 
 
 def not_understood(sentence: Sentence, added: Collection[str] = ()) -> tuple[str, ...]:

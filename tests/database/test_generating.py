@@ -90,10 +90,14 @@ def test_counts_and_durations_are_honoured(db: MotionDB) -> None:
     assert "3 times" in " ".join(made.shown[0].done)
     long = db.generate("walk for ten seconds", seed=3)
     assert long.motion.n_frames / MOTION_FPS == pytest.approx(10.0, rel=0.1) or long.not_used
-    slowed = db.generate("kick for three seconds")
+    slowed = db.generate("bow for three seconds", seed=1)
     assert slowed.motion.n_frames / MOTION_FPS == pytest.approx(3.0, rel=0.1)
     assert slowed.not_used == ()
     assert "of its speed, so that it lasts" in " ".join(slowed.shown[0].done)
+    assert slowed.shown[0].shown
+    kick = db.generate("kick for three seconds", seed=1)  # a slow kick is none
+    assert "of its speed" not in " ".join(kick.shown[0].done)
+    assert db.generate("walk for at most 0 s").not_used
     least = db.generate("kick for at least seven seconds")
     assert least.motion.n_frames / MOTION_FPS >= 7.0 or least.not_used
 

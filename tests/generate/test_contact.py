@@ -80,14 +80,14 @@ def test_only_legs_move_and_bones_keep_their_lengths() -> None:
     legs = [I[f"{s}_{j}"] for s in "lr" for j in ("hip", "knee", "ankle")]
     others = [j for j in range(21) if j not in legs]
     dots = np.sum(locked.local_rotations * motion.local_rotations, axis=-1)
-    np.testing.assert_allclose(np.abs(dots[:, others]), 1.0, atol=1e-5)
+    np.testing.assert_allclose(np.abs(dots[:, others]), 1.0, atol=3e-5)  # multiples of 2^-17
     positions, world = retarget.motion_positions(locked)
     bones = np.linalg.norm(positions[:, 1:] - positions[:, body.PARENTS[1:]], axis=-1)
     lengths = np.linalg.norm(body.OFFSETS[1:], axis=-1)
-    np.testing.assert_allclose(bones, np.broadcast_to(lengths, bones.shape), atol=1e-5)
+    np.testing.assert_allclose(bones, np.broadcast_to(lengths, bones.shape), atol=3e-5)
     before = retarget.motion_positions(motion)[1][:, I["l_ankle"]]
     feet = np.abs(np.sum(world[:, I["l_ankle"]] * before, axis=-1))
-    np.testing.assert_allclose(feet, 1.0, atol=1e-5)
+    np.testing.assert_allclose(feet, 1.0, atol=3e-5)
 
 
 def test_one_who_stands_still_stays() -> None:

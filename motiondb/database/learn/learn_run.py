@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, replace
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import BinaryIO
+from typing import BinaryIO, cast
 
 from motiondb import store
 from motiondb.database.learn.start import find_start, load_knowledge
@@ -47,7 +47,7 @@ def learn(
     store.check_writable(opened)
     knowledge = find_start(opened, start, settings)
     for _ in range(_ATTEMPTS):
-        with TemporaryFile(dir=opened.path.parent) as file:
+        with _beside(opened.path) as file:
             with store.released(opened) as let_go:
                 tell("features", 0.0)
                 pool, taught, numbers = _load_taught(opened, where, file, workers)
@@ -78,6 +78,17 @@ def learn(
         f"them changed by others in {_ATTEMPTS} attempts. Nothing was changed; run motiondb learn "
         f"again when no other process changes the database."
     )
+
+
+def _beside(path: Path) -> BinaryIO:
+    """A file without a name beside a database, for the features of its captures."""
+    try:
+        return cast(BinaryIO, TemporaryFile(dir=path.parent))
+    except OSError as error:
+        raise MotionDBError(
+            f"{path.parent}: expected a folder in which learning can write, found: "
+            f"{error.strerror}. Some 30 MB an hour of motion are needed while it learns."
+        ) from error
 
 
 def is_hardly_described(taught: TaughtWords) -> bool:

@@ -290,10 +290,11 @@ def make(
     progress("compiling", 0.0, math.nan)
     annealing.warm_up(play, sampler, np.random.default_rng(0))
     progress("compiling", 1.0, math.nan)
-    until = math.inf if settings.minutes is None else time.monotonic() + 60.0 * settings.minutes
-    making = _Making(text, clips, settings, progress, play, sampler, start, until)
+    making = _Making(text, clips, settings, progress, play, sampler, start)
     if shown is not None and start is None:
         shown(making.glimpse())
+    until = math.inf if settings.minutes is None else time.monotonic() + 60.0 * settings.minutes
+    making = replace(making, until=until)
     best: MadeScene | None = None
     for number, rng in enumerate(seeded(settings.seed).spawn(settings.tries)):
         made = making.attempt(number, rng, shown if start and number == 0 else None)
@@ -329,7 +330,7 @@ class _Making:
     play: Play
     sampler: annealing.SamplerSettings
     start: Start | None
-    until: float  # A time of :func:`time.monotonic`
+    until: float = math.inf  # A time of :func:`time.monotonic`
     seconds: dict[str, float] = field(default_factory=lambda: {"sampling": 0.0, "polishing": 0.0})
 
     def glimpse(self) -> PolishedScene:

@@ -37,19 +37,21 @@ from motiondb.language.question.tree import LIMBS, NotUsed
 from motiondb.language.vocabulary import MODIFIERS, join_phrases, motion_word, split_compound
 
 _SECONDS = r"[0-9]+(?:[.,][0-9]+)?\s*(?:s|sec|secs|seconds?|min|mins|minutes?)"
+_PART = rf"(?:first|last|final)\s+(?:{_SECONDS}|second|minute|half|third)"
 _WORDS = (
     (
         "which",
-        r"(?:(?:by|from|of|in|with|for)\s+)?(?:the\s+)?(?:subject|performer|actor|participant|person"
-        r"|player|dancer|trial|session|capture|clip|file|recording)"
-        r"[\s_-]+(?:number\s+|no\.?\s*|\#\s*)?[0-9][\w/]*\b(?!\s*(?:m|cm|s|sec|seconds?|feet|kg)\b)",
+        r"(?:(?:by|from|of|in|with|for)\s+)?(?:the\s+)?"
+        r"(?:(?:subject|performer|actor|participant|trial|session|capture|clip|file|recording)[\s_-]+"
+        r"(?:number\s+|no\.?\s*|\#\s*)?|(?:person|player|dancer)\s+(?:number\s+|no\.?\s*|\#\s*))"
+        r"[0-9]+(?![\w.,/]*\d)(?!\s*(?:x|times?|°|%|degrees?|steps?|m|cm|s|sec|seconds?|feet|kg)\b)",
     ),
     (
         "when",
-        rf"(?:with)?in\s+the\s+(?:first|last|final)\s+(?:{_SECONDS}|second|minute|half|third)"
+        rf"(?:with)?in\s+the\s+{_PART}(?:\s+and\s+(?:in\s+)?the\s+{_PART})*"
         r"|at\s+the\s+(?:very\s+)?(?:beginning|start|end)\s+of\s+(?:the|a|each|every)"
         r"(?:\s+(?:clip|take|capture|file|recording|motion|sequence)|(?=\s*(?:[,.;?!]|$)))"
-        rf"|(?:after|before)\s+(?:the\s+first\s+)?{_SECONDS}",
+        rf"|(?:after|before)\s+(?:the\s+first\s+)?{_SECONDS}(?=\s*(?:[.;?!]|$))",
     ),
     ("skip", r"not\s+(?:only|just|merely|simply)(?=\W.*\bbut\b)"),
     (
@@ -172,6 +174,8 @@ def tokenize(
     >>> _, unused = tokenize("subject 14 walks in the first 2 s, then sits after 5 s")
     >>> [part.text for part in unused]
     ['subject 14', 'in the first 2 s', 'after 5 s']
+    >>> tokenize("the person 3 times jumps after 2 s of walking")[1]
+    []
     """
     _check_length(len(text), MOST_CHARACTERS, "characters")
     words = _words(_scan(join_phrases(text)), synonyms or {}, lemmas)

@@ -61,6 +61,8 @@ let isStage = false;
 /** Whether a board was opened since the page was loaded: then an address names no scene to begin with. */
 let opened = false;
 
+const inDialog = (): boolean => document.querySelector("dialog[open]") !== null;
+
 export function open(host: HTMLElement, context: Context): OpenView {
   let name = "";
   /** The text of the file of this board when it was opened or saved; "": a new board. */
@@ -355,8 +357,8 @@ export function open(host: HTMLElement, context: Context): OpenView {
   const onKey = (event: KeyboardEvent): void => {
     const at = event.target as Element;
     if (at !== document.body && !host.contains(at)) return;
-    if (event.key === "x" && !event.ctrlKey && !event.metaKey && !at.matches("input, textarea, select"))
-      swap();
+    const plain = !event.ctrlKey && !event.metaKey && !event.altKey && !event.repeat;
+    if (event.key === "x" && plain && !at.matches("input, textarea, select") && !inDialog()) swap();
     else if ((event.ctrlKey || event.metaKey) && event.key === "z" && !at.matches("input, textarea")) {
       event.preventDefault();
       undo();

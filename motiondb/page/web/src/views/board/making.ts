@@ -63,8 +63,9 @@ export function makeMaking(
   );
   let scene: string | null = null;
   let ground = "";
-  /** Whether people stand there and nothing plays. */
+  /** Whether people stand there and nothing plays; and those of the drawing. */
   let stands = false;
+  let people: Track[] = [];
   let watched: { id: string; source: EventSource } | null = null;
 
   /** What this is for, while there is nothing. */
@@ -91,6 +92,7 @@ export function makeMaking(
   function ended(job: JobReply): void {
     stop();
     went({ job: null });
+    if (job.result?.kind !== "scene" && !scene) rest();
     if (job.result?.kind === "scene") {
       state.replaceChildren();
       void show(job.result.ref);
@@ -110,6 +112,7 @@ export function makeMaking(
     let last: JobReply | null = null;
     source.addEventListener("job", (event) => {
       const job = JSON.parse(event.data) as JobReply;
+      if (job.preview && job.preview !== last?.preview && isActive(job)) void showFirst(job.preview, id);
       last = job;
       if (job.curve) points = [...job.curve];
       if (job.kind === "scene") curve.show(points);
@@ -142,8 +145,24 @@ export function makeMaking(
     }
   }
 
+  /** Let the people of the drawing stand there, if no scene does. */
+  function rest(): void {
+    playing = [];
+    moved([]);
+    stands = false;
+    stand(people);
+  }
+
+  function stand(tracks: Track[]): void {
+    people = tracks;
+    if (scene || playing.length) return;
+    player.show({ tracks }, stands);
+    stands = tracks.length > 0;
+    player.element.classList.toggle("still", stands);
+  }
+
   async function show(ref: string): Promise<void> {
-    const first = scene === null;
+    const first = scene === null && playing.length === 0;
     try {
       const [facts, tracks] = await Promise.all([
         get<SceneReply>("/api/scene", { ref }),
@@ -240,12 +259,7 @@ export function makeMaking(
       stands = false; // those of another ground are looked at from elsewhere
       court.show(plan);
     },
-    stand(tracks) {
-      if (scene || playing.length) return;
-      player.show({ tracks }, stands);
-      stands = tracks.length > 0;
-      player.element.classList.toggle("still", stands);
-    },
+    stand,
     open(ref, job) {
       if (job && job !== watched?.id) watch(job);
       else if (ref && ref !== scene) void show(ref);

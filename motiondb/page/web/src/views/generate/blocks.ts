@@ -117,6 +117,8 @@ export interface Blocks {
 /** Which block is chosen; it stays chosen when the motion is made again. */
 export interface Chosen {
   at: number;
+  /** Whether it was moved by keys, and keeps the focus. */
+  focus: boolean;
 }
 
 /** A drag shorter than this is a click, pixels. */
@@ -172,13 +174,15 @@ export function blocksOf(
       { class: "made-block-body", type: "button", title: `${block.phrase}: ${text}` },
       h("span", { class: "mark", "aria-hidden": "true" }, mark),
       h("b", {}, block.phrase),
+      " ",
       h("span", { class: "made-block-text" }, text),
     );
     body.addEventListener("keydown", (event) => {
       const to = at + (event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0);
-      if (to === at || !event.altKey || !wishes[to]) return;
-      event.preventDefault();
-      chosen.at = to;
+      if (to === at || !event.altKey) return;
+      event.preventDefault(); // else the browser goes back
+      if (!wishes[to]) return;
+      Object.assign(chosen, { at: to, focus: true });
       ask(moved(wishes, at, to));
     });
     body.addEventListener("click", () => {
@@ -205,7 +209,7 @@ export function blocksOf(
 
   /** Let a block be dragged: what lies behind an edge follows it, what a block passes makes room. */
   function drag(element: HTMLElement, edge: HTMLElement, at: number): void {
-    let from = { x: 0, edge: false };
+    let from = { x: 0, edge: false, pointer: -1 };
     let size = 0;
     let going = false;
     const shift = (i: number, pixels: number): void => {
@@ -226,12 +230,12 @@ export function blocksOf(
     element.addEventListener("pointerdown", (event) => {
       event.stopPropagation(); // the timeline would move its cursor
       if (event.button !== 0) return;
-      from = { x: event.clientX, edge: event.target === edge };
+      from = { x: event.clientX, edge: event.target === edge, pointer: event.pointerId };
       size = element.offsetWidth;
       element.setPointerCapture(event.pointerId);
     });
     element.addEventListener("pointermove", (event) => {
-      if (!element.hasPointerCapture(event.pointerId)) return;
+      if (event.pointerId !== from.pointer) return;
       const by = event.clientX - from.x;
       going ||= Math.abs(by) > CLICK;
       if (!going) return;
@@ -250,7 +254,8 @@ export function blocksOf(
       );
     });
     element.addEventListener("pointerup", (event) => {
-      element.releasePointerCapture(event.pointerId);
+      if (event.pointerId !== from.pointer) return; // pressed elsewhere, or by another button
+      from.pointer = -1;
       if (!going) {
         if (from.edge) return;
         element.querySelector("button")!.click(); // the capture keeps the click from the button
@@ -265,7 +270,10 @@ export function blocksOf(
       else if (to !== at) ask(moved(wishes, at, to));
       else choose(at);
     });
-    element.addEventListener("pointercancel", still);
+    element.addEventListener("pointercancel", () => {
+      from.pointer = -1;
+      still();
+    });
   }
 
   function showTools(): void {
@@ -355,5 +363,7 @@ export function blocksOf(
     if (fresh) ask([...wishes, fresh]);
   });
   choose(chosen.at);
+  if (chosen.focus) requestAnimationFrame(() => elements[chosen.at]?.querySelector("button")?.focus());
+  chosen.focus = false;
   return { lane, tools };
 }

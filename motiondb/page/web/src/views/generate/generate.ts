@@ -23,7 +23,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
   let variants: Variant[] = [];
   let asked = "";
   let running = 0;
-  const chosen: Chosen = { at: 0 };
+  const chosen: Chosen = { at: 0, focus: false };
 
   const box = h("input", {
     id: "sentence",
@@ -140,6 +140,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     running += 1;
     const mine = running;
     clear();
+    chosen.at = 0;
     understood.replaceChildren();
     fill(
       results,
