@@ -184,8 +184,10 @@ def read_sheet(path: Path | str) -> Sheet:
     header = [_WORD_SYNONYMS.get(c.strip().lower(), c.strip()) for c in names]
     header = [c.lower() if c.lower() in KNOWN else c for c in header]
     said = next((c for name in _SAID for c in header if c.lower() == name), None)
+    notes = list[str]()
     if said is not None and "words" not in header:
         header[header.index(said)] = "words"
+        notes.append(f"{path}: the words are those of the column {quoted(said)}.")
     if "file" not in header:
         raise SheetError(
             f"{path}:{header_number}: expected a column `file`, found {shown_row(header)}. "
@@ -193,7 +195,8 @@ def read_sheet(path: Path | str) -> Sheet:
         )
     check_columns(path, header_number, header)
     advice = " Put text with separators in quotes."
-    return Sheet(str(path), *_gather(path, header, rows[1:], _read_words, _merged, advice))
+    sheet = Sheet(str(path), *_gather(path, header, rows[1:], _read_words, _merged, advice))
+    return replace(sheet, notes=(*notes, *sheet.notes))
 
 
 _OTHERS = re.compile(r"\bbehavior\b|begin time|\d:\d\d:\d\d[.,]\d", re.IGNORECASE)
@@ -334,6 +337,8 @@ def _read_text(path: Path) -> str:
             f"{path}: expected a readable sheet, found: {error.strerror}. Check its name and "
             "its permissions."
         ) from None
+    if data[:4] in (b"PK\3\4", b"\xd0\xcf\x11\xe0"):
+        raise SheetError(f"{path}: expected text, found a workbook. Save its sheet as CSV or TSV.")
     utf_16 = data[:2] in (b"\xff\xfe", b"\xfe\xff")
     try:
         text = data.decode("utf-16" if utf_16 else "utf-8-sig")

@@ -175,3 +175,24 @@ def test_what_lies_outside_and_who_is_not_there_have_their_lines(tmp_path: Path)
         "Did you mean ana/bow? Correct the file column."
     ]
     assert sheet.within("somebody", 10, problems) == ()
+
+
+@pytest.mark.parametrize("column", ["Description", "captions", "label"])
+def test_a_column_of_descriptions_holds_the_words_where_none_is_called_so(
+    tmp_path: Path, column: str
+) -> None:
+    sheet = read_sheet(written(tmp_path, f"file,{column}\nwalk.bvh,a slow walk\n"))
+    (entry,) = sheet.entries.values()
+    assert sheet.notes[0].endswith(f"the words are those of the column '{column}'.")
+    assert [caption.words for caption in entry.captions] == ["a slow walk"]
+    sheet = read_sheet(written(tmp_path, f"file,words,{column}\nw.bvh,walk,slow\n"))
+    (entry,) = sheet.entries.values()
+    assert [caption.words for caption in entry.captions] == ["walk"]
+    assert entry.tags == {column: "slow"}
+
+
+def test_a_workbook_is_no_sheet(tmp_path: Path) -> None:
+    path = tmp_path / "words.xlsx"
+    path.write_bytes(b"PK\x03\x04...")
+    with pytest.raises(SheetError, match="expected text, found a workbook"):
+        read_sheet(path)

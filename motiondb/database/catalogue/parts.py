@@ -38,11 +38,11 @@ def cut_motion(motion: Motion, start: float | None, end: float | None, step: int
 
 
 def cut_clip(clip: Clip, start: float | None, end: float | None) -> Clip:
-    """The part of a clip from start to end (seconds)."""
+    """The part of a clip from start to end, seconds; the end may be half a second behind its."""
     _check_finite(clip.duration, start, end)
     low = round((start or 0.0) * clip.fps)
     high = clip.n_frames if end is None else min(round(end * clip.fps), clip.n_frames)
-    if not 0 <= low < high:
+    if not 0 <= low < high or (end or 0.0) > clip.duration + 0.5:
         raise QueryError(outside(clip.duration, start, end))
     return clip[low:high]
 
