@@ -496,8 +496,7 @@ def _lay_out(
 ) -> ShownExcerpt:
     """Play excerpt n of an action, as cut, at the tempo and as often and long as is asked for.
 
-    Its tempo also fits it to a duration that its loops do not reach, unless its speed is a part of
-    it: a slow kick is none.
+    Its tempo also fits it to a duration that its loops miss; but a slow kick is none.
     """
     action, rate, range_of = row.of.action, 1.0, None
     if action.speed:
