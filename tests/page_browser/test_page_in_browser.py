@@ -87,11 +87,13 @@ def test_an_empty_database_says_what_to_do(serve_copy, new_page, tmp_path):
     address = serve_copy(database=tmp_path / "empty.duckdb")
     page = new_page(f"{address}#/search")
     page.get_by_role("heading", name="This database is empty").wait_for()
-    for name in ("Generate", "Symbols", "Grammars"):
+    for name, view in (("Generate", "generate"), ("Symbols", "symbols"), ("Grammars", "grammar")):
         if name != "Generate":
             page.get_by_text("Explore", exact=True).click()
         page.get_by_role("link", name=name).click()
-        page.get_by_role("heading", name="This database is empty").wait_for()
+        page.locator(f".view-{view}").get_by_role(
+            "heading", name="This database is empty"
+        ).wait_for()
     page.get_by_role("button", name="Go to the catalogue").click()
     page.get_by_role("button", name="Add captures").first.wait_for()
 
