@@ -32,7 +32,7 @@ export interface TimelineOptions {
 const hasViews = (): boolean => document.getElementById("motiondb-data") === null;
 
 /** A drag shorter than this is a click, pixels. */
-const CLICK = 4;
+export const CLICK = 4;
 /** A press this near to an end of the selection moves that end, pixels. */
 const GRIP = 7;
 

@@ -98,9 +98,14 @@ export function restOf(point: string): Vector {
   return [point.startsWith("r_") ? -x : x, y, z];
 }
 
+/** The points that the mannequin needs, those of the right side too. */
+export const POINTS: readonly string[] = [
+  ...new Set(Object.keys(REST).flatMap((name) => [name, opposite(name)])),
+];
+
 /** Whether a body has the points that the mannequin needs. */
 export function fits(points: readonly string[]): boolean {
-  return Object.keys(REST).every((name) => points.includes(name) && points.includes(opposite(name)));
+  return POINTS.every((name) => points.includes(name));
 }
 
 /** Bones that follow poses. */

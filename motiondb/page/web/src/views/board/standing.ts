@@ -2,14 +2,9 @@
 
 import type { DiagramShape } from "../../api/types.ts";
 import type { Track } from "../../api/container.ts";
-import { restOf } from "../../player/mannequin/bones.ts";
+import { POINTS, restOf } from "../../player/mannequin/bones.ts";
 import type { Spot } from "./spot.ts";
 
-const SIDED = ["hip", "knee", "ankle", "toe", "toe_end", "collar", "shoulder", "elbow", "wrist", "hand_end"];
-const POINTS: readonly string[] = [
-  ...["pelvis", "spine", "chest", "neck", "head", "head_end"],
-  ...["l", "r"].flatMap((side) => SIDED.map((name) => `${side}_${name}`)),
-];
 /** Where a hanging arm has its points, from the shoulder of the left side, metres. */
 const HANGING: Readonly<Record<string, readonly [number, number, number]>> = {
   elbow: [0.04, -0.27, -0.02],

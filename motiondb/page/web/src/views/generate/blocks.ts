@@ -10,6 +10,7 @@ import { makeMenu } from "../../parts/menu.ts";
 import { interval, probability, sharedReason } from "../../parts/text.ts";
 import { sayGrade } from "../search/certainty.ts";
 import { makeClip, type Clip } from "../../take/clip.ts";
+import { CLICK } from "../../timeline/timeline.ts";
 import type { Context } from "../view.ts";
 
 /** What a timeline asks for. */
@@ -120,9 +121,6 @@ export interface Chosen {
   /** Whether it was moved by keys, and keeps the focus. */
   focus: boolean;
 }
-
-/** A drag shorter than this is a click, pixels. */
-const CLICK = 4;
 
 /**
  * The blocks of a motion: an edge is dragged to make an action longer or shorter, a block to another
