@@ -73,7 +73,7 @@ def cut(
     return out, short
 
 
-NO_FEATURES = np.zeros((1, N_FEATURES), dtype=np.float32)
+NO_POSES = np.zeros((0, len(POSES) * N_FEATURES), dtype=np.float32)
 
 
 @dataclass(frozen=True, eq=False)

@@ -183,7 +183,7 @@ class Gathered:
                 "learn first."
             )
         self.intervals: list[pieces.Interval] = []
-        self._poses = [pieces.poses(pieces.NO_FEATURES, np.zeros(0, dtype=np.int64))]
+        self._poses = [pieces.NO_POSES]
         for number, motion in store.readable_motions(session.store, reasons):
             self.reasons[number] = reasons[number]
             self._cut(number, recognition_features(motion))

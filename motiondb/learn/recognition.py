@@ -61,24 +61,33 @@ class LearnSettings:
 
 
 @dataclass(frozen=True, eq=False)
-class FeaturePool:
-    """Recognition features of all captures, end to end."""
+class _Pool:
+    """Where the rows of captures lie that stand end to end."""
 
     capture_ids: IntArray  # (captures,): numbers of the captures, rising
-    # (captures + 1,): capture n holds the rows bounds[n] to bounds[n + 1] of ``features``
-    bounds: IntArray
-    features: Float32Array  # (rows, 130), float32: recognition features, 15 a second
-    lengths: IntArray  # (captures,): lengths of the motions in frames, 30 a second
+    bounds: IntArray  # (captures + 1,): first row of each, and the end of the last
 
     @cached_property
     def places(self) -> dict[int, int]:
         """Number of a capture -> its place."""
         return {int(number): place for place, number in enumerate(self.capture_ids)}
 
+    def rows_of(self, capture_id: int) -> slice:
+        """The rows of one capture."""
+        place = self.places[capture_id]
+        return slice(self.bounds[place], self.bounds[place + 1])
+
+
+@dataclass(frozen=True, eq=False)
+class FeaturePool(_Pool):
+    """Recognition features of all captures, end to end."""
+
+    features: Float32Array  # (rows, 130), float32: recognition features, 15 a second
+    lengths: IntArray  # (captures,): lengths of the motions in frames, 30 a second
+
     def of_capture(self, capture_id: int) -> Float32Array:
         """Features of one capture: array (frames, 130), 15 a second."""
-        place = self.places[capture_id]
-        return self.features[self.bounds[place] : self.bounds[place + 1]]
+        return self.features[self.rows_of(capture_id)]
 
     def __iter__(self) -> Iterator[Float32Array]:
         """Features of each capture in turn: array (frames, 130)."""
@@ -99,25 +108,17 @@ def frame_rows(learned: LearnedModel, features: Float32Array) -> Float32Array:
 
 
 @dataclass(frozen=True, eq=False)
-class FramePool:
+class FramePool(_Pool):
     """What questions look at in the frames of all captures, end to end, 15 a second."""
 
-    capture_ids: IntArray  # (captures,): numbers of the captures, rising
-    bounds: IntArray  # (captures + 1,): first row of each, and the end of the last
     rows: Float32Array  # (rows, dimensions + 10), as ``frame_rows`` makes them
     # Recognition features (frames, 130) of a capture by its number, made from its motion;
     # StoreError where that is away
     features: Callable[[int], Float32Array]
 
-    @cached_property
-    def places(self) -> dict[int, int]:
-        """Number of a capture -> its place."""
-        return {int(number): place for place, number in enumerate(self.capture_ids)}
-
     def of_capture(self, capture_id: int) -> Float32Array:
         """Rows of one capture: array (frames, dimensions + 10)."""
-        place = self.places[capture_id]
-        return self.rows[self.bounds[place] : self.bounds[place + 1]]
+        return self.rows[self.rows_of(capture_id)]
 
     def whitened(self, capture_id: int, first: int = 0, end: int | None = None) -> Float32Array:
         """Whitened features of some frames of one capture: array (frames, dimensions)."""

@@ -165,8 +165,7 @@ def vertical_ways(words: Sequence[str]) -> tuple[str, ...]:
 
 def gone_anywhere(track: FloatArray, way: str) -> float:
     """How much some part of a motion does of what is measured, in full amounts."""
-    climbed = progress(track, way)
-    return float((climbed - np.minimum.accumulate(climbed)).max())
+    return _most_gained(progress(track, way))
 
 
 def trodden_anywhere(track: FloatArray, way: str) -> float:
@@ -175,8 +174,12 @@ def trodden_anywhere(track: FloatArray, way: str) -> float:
     Hips that rise from a crouch do not walk up.
     """
     feet = np.minimum(_lasting(track[:, 4]), _lasting(track[:, 5]))
-    climbed = feet / FULL[way] * (-1.0 if way == "down" else 1.0)
-    return float((climbed - np.minimum.accumulate(climbed)).max())
+    return _most_gained(feet / FULL[way] * (-1.0 if way == "down" else 1.0))
+
+
+def _most_gained(amount: FloatArray) -> float:
+    """By how much an amount (frames,) exceeds one of an earlier frame at most."""
+    return float((amount - np.minimum.accumulate(amount)).max())
 
 
 def _travelled(words: Sequence[str]) -> tuple[str, ...]:

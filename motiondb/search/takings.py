@@ -33,10 +33,10 @@ from motiondb.errors import UnknownWordsError
 from motiondb.language.lemmas import lemma
 from motiondb.language.nearby.table import NearbyTable
 from motiondb.language.question.heads import missing_heads, verbs_in
-from motiondb.language.question.parse import parse
+from motiondb.language.question.parse import parse_tokens
 from motiondb.language.question.readings import KnownQuestion, hold_to_known
-from motiondb.language.question.tokens import tokenize
-from motiondb.language.question.tree import Question
+from motiondb.language.question.tokens import Token, tokenize
+from motiondb.language.question.tree import NotUsed, Question
 from motiondb.language.requests import without_request
 from motiondb.language.vocabulary import (
     MODIFIERS,
@@ -246,16 +246,21 @@ class Sentence:
     phrases: tuple[tuple[str, ...], ...] = ()
 
     @cached_property
+    def tokens(self) -> tuple[list[Token], list[NotUsed]]:
+        """Its tokens, and its parts that are not used."""
+        return tokenize(self.text, self.learned.synonyms, self.learned.lemmas)
+
+    @cached_property
     def parsed(self) -> Question:
         """The question that it is."""
-        return parse(self.text, self.learned.synonyms, self.learned.lemmas)
+        return parse_tokens(self.text, *self.tokens)
 
     @cached_property
     def forms(self) -> dict[str, str]:
         """Its words: lemma -> word as written; not those of parts that are not used."""
         lemmas = self.learned.lemmas
         asked = split_actions(self.text, self.learned.synonyms, lemmas)
-        tokens, left_out = tokenize(self.text, self.learned.synonyms, lemmas)
+        tokens, left_out = self.tokens
         unused = {lemma(form, lemmas) for part in left_out for form in forms_of(part.text)}
         unused -= {word for token in tokens for word in token.words}
         forms = [f for f in reversed(forms_of(self.text)) if f not in STOP_WORDS]  # without a lemma

@@ -469,7 +469,11 @@ def parse(
     >>> say(parse("A person walks, then runs or jumps, but does not sit down.").tree)
     'walk, then (run or jump), not sit down'
     """
-    tokens, not_used = tokenize(text, synonyms, lemmas)
+    return parse_tokens(text, *tokenize(text, synonyms, lemmas))
+
+
+def parse_tokens(text: str, tokens: Sequence[Token], not_used: Sequence[NotUsed]) -> Question:
+    """Understand a question by its tokens and its parts that are not used (``tokenize``)."""
     parser = _Parser(tokens)
     tree = parser.order()
     if parser.kind == "close":
