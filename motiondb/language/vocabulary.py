@@ -54,7 +54,7 @@ _MODIFIERS = """
 left right forward backward up down over under around through out off into across behind above
 below straight back front side sideways both upper lower inside outside away near far high low arm
 hand leg foot knee head hip shoulder elbow chin ankle body chest wrist finger toe waist quick
-quickly slow slowly fast large small wide big sudden suddenly stationary circular
+quickly slow slowly fast large small wide big sudden suddenly stationary circular overhead single
 """
 MODIFIERS = frozenset(_MODIFIERS.split())
 """Lemmas of manner, direction and body parts: alone they belong to the action before."""
@@ -62,7 +62,8 @@ MODIFIERS = frozenset(_MODIFIERS.split())
 IN_PLACE = "stationary"
 """The word for "in place" and "on the spot": "walk in place" is (walk, stationary)."""
 IN_A_CIRCLE = "circular"  # Likewise for "in a circle" and "around in circles"
-_SAID = {IN_PLACE: "in place", IN_A_CIRCLE: "in a circle"}
+SINGLE = "single"  # Likewise for "on one leg"
+_SAID = {IN_PLACE: "in place", IN_A_CIRCLE: "in a circle", SINGLE: "one"}
 
 WILDCARD = "?"
 _BREAK = re.compile(r"[,;.!\n]+|\b(?:and\s+then|then|and|followed\s+by|before)\b", re.IGNORECASE)
@@ -104,6 +105,22 @@ _PHRASES = (
             re.IGNORECASE,
         ),
         IN_A_CIRCLE,
+    ),
+    (
+        re.compile(
+            r"\b(?:on\s+|(?<=stand\s)|(?<=hop\s)|(?<=balance\s))(?:just\s+|only\s+)?"
+            r"(?:one|a\s+single)\s+(?=leg\b|foot\b)",
+            re.IGNORECASE,
+        ),
+        f"{SINGLE} ",
+    ),
+    (
+        re.compile(
+            r"\b(?:high\s+)?(?:above|over)\s+(?:(?:the|his|her|their|its|one's)\s+)?heads?\b"
+            r"|\b(?<=arms\s)in\s+the\s+air\b|\b(?<=hands\s)in\s+the\s+air\b",
+            re.IGNORECASE,
+        ),
+        "overhead",
     ),
 )
 SAME = (

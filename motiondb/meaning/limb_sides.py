@@ -18,6 +18,7 @@ import numpy as np
 from motiondb.body import body, rotation
 from motiondb.body.features import VELOCITY_SECONDS, VELOCITY_WEIGHT
 from motiondb.language.question.tree import LIMBS, SIDES
+from motiondb.language.vocabulary import SINGLE
 from motiondb.records import Float32Array, FloatArray
 
 LEAST = 1.0 / 3.0  # Smallest share of a limb that moves
@@ -29,6 +30,8 @@ _HOLDING_TEXT = "stand hop balance land lean rest support hang hold kneel"
 HOLDING = frozenset(_HOLDING_TEXT.split())
 """Actions whose limb is the one that rests: who hops on the left leg may move the other."""
 _ON_ONE_LEG = frozenset(("hop", "stand", "balance"))
+_RAISES = frozenset(("raise", "lift", "up", "overhead"))
+_PLAIN = frozenset(("hold", "put", "keep", "stretch", "throw", "stick"))
 
 
 def limbs_to_measure(words: Sequence[str]) -> tuple[tuple[str, str], ...]:
@@ -50,11 +53,28 @@ def limb_held(words: Sequence[str]) -> tuple[str, ...]:
 
     >>> limb_held(("hop", "left", "foot")), limb_held(("kick", "left", "foot"))
     (('left', 'foot'), ())
+    >>> limb_held(("stand", "single", "leg"))
+    ('single', 'leg')
     """
     if _ON_ONE_LEG.isdisjoint(words):
         return ()
-    found = [p for p in pairwise(words) if p[0] in ("left", "right") and p[1] in LEGS]
+    found = [p for p in pairwise(words) if p[0] in ("left", "right", SINGLE) and p[1] in LEGS]
     return found[0] if found else ()
+
+
+def arm_raised(words: Sequence[str]) -> str | None:
+    """The side, "left", "right", "both" or "" for any, of an action that raises an arm or a hand.
+
+    >>> arm_raised(("raise", "left", "arm")), arm_raised(("hand", "overhead"))
+    ('left', '')
+    >>> arm_raised(("put", "both", "hand", "up")), arm_raised(("wave", "hand", "up"))
+    ('both', None)
+    """
+    arms = [word for word in words if word in LIMBS and word not in LEGS]
+    rest = {*words} - _RAISES - _PLAIN - SIDES - {*arms}
+    if _RAISES.isdisjoint(words) or not arms or (rest and "raise" not in words):
+        return None
+    return next((side for side, limb in pairwise(words) if side in SIDES and limb in arms), "")
 
 
 @lru_cache(256)

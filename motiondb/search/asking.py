@@ -39,12 +39,12 @@ from motiondb.language.question.tree import (
     core,
     map_actions,
 )
-from motiondb.language.vocabulary import IN_PLACE, MODIFIERS
+from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, SINGLE
 from motiondb.learn.learned import Learned
 from motiondb.meaning.degrees import Degree, degree_of
 from motiondb.meaning.direction import vertical_ways
-from motiondb.meaning.limb_sides import limb_held, limbs_to_measure
-from motiondb.meaning.occurrences import COUNTED, HELD, event_of
+from motiondb.meaning.limb_sides import arm_raised, limb_held, limbs_to_measure
+from motiondb.meaning.occurrences import COUNTED, HELD, POSED, event_of, say_posture
 from motiondb.meaning.travelled import GOES, LEAST, REST, TRAVELS, directions_to_measure
 from motiondb.search.asked_words import (
     AskedWords,
@@ -67,6 +67,8 @@ from motiondb.search.takings import (
     write_otherwise,
 )
 
+_OF_OTHERS = frozenset(("forward", "backward", "back", "side", "front", "around"))
+"""What is not measured of a posture: on which side somebody lies."""
 COUNTED_EVENTS = frozenset((*COUNTED, "spin"))
 """Events of which one is told from the next."""
 
@@ -94,6 +96,7 @@ class AskedQuestion:
     degree: Degree | None = None  # By which measure of the motion the answers are ordered
     is_order: bool = False  # Whether the order is looked for in the frames
     is_measured: bool = False  # Whether something is compared with the motion
+    is_seen_alone: bool = False  # Whether it asks for a posture that no caption says
 
     @property
     def words(self) -> list[str]:
@@ -143,7 +146,8 @@ def ask(
         takings = without_measured_words(sentence, takings)
         asked = with_replaced(asked, takings)
         question = understand(asked, sentence, takings, looks_at_motion=True)
-    missing = not_understood(sentence, {*question.asked.added, *question.taken})
+    shown = question.only if arm_raised(question.only) is not None else ()  # "put the hands up"
+    missing = not_understood(sentence, {*question.asked.added, *question.taken, *shown})
     return replace(question, text=text, same=same, missing=missing)
 
 
@@ -170,7 +174,7 @@ def understand(
     takings = takings or {}
     hints = hints_of(takings)
     known = with_hints(sentence.in_known_words(asked.added), hints)
-    only = tuple(map(asked.likeliest, only_action(sentence))) if looks_at_motion else ()
+    only = _as_measured(asked, only_action(sentence)) if looks_at_motion else ()
     degree = asked_degree(sentence) if looks_at_motion else None
     measured = measured_words(only) & known.unknown.keys()
     if degree is not None:
@@ -189,6 +193,9 @@ def understand(
         read = (counted(read[0], is_counted),)
         limits = set().union(*map(_measured_limits, read[0].parts))
         not_searched = tuple(n for n in not_searched if n.text not in limits)
+    posture = posture_of(only) if is_single and read[0].parts[0].actions else ""
+    is_unsaid = bool(posture) and {*read[0].parts[0].actions[0]} != {*only}
+    is_seen_alone = is_unsaid or bool(posture and takings)
     return AskedQuestion(
         sentence.text,
         sentence,
@@ -199,13 +206,16 @@ def understand(
         takings,
         readings=read,
         only=only,
-        measured=tuple(sorted(measured)),
+        measured=(say_posture(posture),)
+        if is_seen_alone
+        else tuple(sorted("on one leg" if word == SINGLE else word for word in measured)),
         unmeasured=unmeasured,
         apart=apart,
         left=left,
         degree=degree,
         is_order=is_single and is_order(read[0]),
         is_measured=is_single and (degree is not None or is_measured(asked, read[0], only)),
+        is_seen_alone=is_seen_alone,
     )
 
 
@@ -231,7 +241,10 @@ def measured_words(action: Sequence[str]) -> frozenset[str]:
 @lru_cache(256)
 def _measured_words(action: tuple[str, ...]) -> frozenset[str]:
     limbs = {*chain.from_iterable(limbs_to_measure(action)), *limb_held(action)}
-    ends = {"seat": {"down"}, "rise": {"up"}}.get(event_of(action), set())
+    event = event_of(action)
+    ends: Collection[str] = {"seat": {"down"}, "rise": {"up"}}.get(event, set())
+    if event.split(" ")[0] in POSED:
+        ends = MODIFIERS.intersection(action) - _OF_OTHERS
     return frozenset((*directions_to_measure(action), *limbs, *ends, *vertical_ways(action)))
 
 
@@ -285,7 +298,8 @@ def without_measured_words(sentence: Sentence, takings: Mapping[str, Taking]) ->
     degree = asked_degree(sentence)
     measured |= set() if degree is None else degree.words
     measured |= LEAVING if leaving_actions(sentence) else set()
-    return {word: taking for word, taking in takings.items() if word not in measured}
+    kept = {word: taking for word, taking in takings.items() if word not in measured}
+    return kept if kept or not sentence.known.isdisjoint(words) else dict(takings)
 
 
 def leaving_actions(sentence: Sentence) -> frozenset[tuple[str, ...]]:
@@ -313,12 +327,24 @@ def actions_of_part(
     "walk backward".
     """
     actions = (only,) if only and part.actions else part.said or part.actions
-    return tuple(tuple(asked.likeliest(word) for word in action) for action in actions)
+    return tuple(_as_measured(asked, action) for action in actions)
+
+
+def _as_measured(asked: AskedWords, action: Sequence[str]) -> tuple[str, ...]:
+    """An action as it is measured: what is not, in the likeliest words that replace its own."""
+    return tuple(w if w in LEAST or event_of((w,)) else asked.likeliest(w) for w in action)
+
+
+def posture_of(action: Sequence[str]) -> str:
+    """The posture that an action takes, as ``find_occurrences`` takes it; "" for others."""
+    event = event_of(action)
+    return event if event.split(" ")[0] in POSED else ""
 
 
 def is_measured(asked: AskedWords, reading: Reading, only: tuple[str, ...]) -> bool:
     """Whether a reading, or the only action of a question, names what is measured."""
-    if any(map(measured_words, _compared(asked, reading, only))):
+    compared = _compared(asked, reading, only)
+    if any(map(measured_words, compared)) or any(map(posture_of, compared)):
         return True
     return any(map(excluded_event, reading.exclusions)) or any(
         is_repeated(part)
@@ -358,10 +384,7 @@ def unmeasured_words(
     Those of alternatives, and of several actions if no caption holds them. `tree`: That of the
     question with its unknown words; `read`: Its readings, in known words.
     """
-    actions = [
-        tuple(word if word in LEAST else asked.likeliest(word) for word in action.words)
-        for action in actions_of(tree)
-    ]
+    actions = [_as_measured(asked, action.words) for action in actions_of(tree)]
     compared = [action for reading in read for action in _compared(asked, reading, only)]
     if len(read) > 1:
         actions, compared = actions + compared, []

@@ -58,6 +58,7 @@ if TYPE_CHECKING:
 LOOKED_AT = 10  # Answers by which it is told whether anything matches, however many are shown
 ORDERS_LOOKED_AT = 30  # The same for actions in order, which not all of them show in this order
 MEASURED = 100  # The same for what is measured, and is hardly told by words
+SEEN_ALONE = 1000  # The same for a posture that no caption says
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -249,13 +250,16 @@ def search_words(
     n_judged = (
         MEASURED if question.is_measured else ORDERS_LOOKED_AT if question.is_order else LOOKED_AT
     )
-    certain = partial(chances, asked, read, are_checked(asked, read))
+    n_judged = SEEN_ALONE if question.is_seen_alone else n_judged
+    is_told = are_checked(asked, read) and not question.is_seen_alone
+    certain = partial(chances, asked, read, is_told)
     best = _find(question, allowed, max(limit, n_judged), read)
     found = [Found(*each, certain) for each in best]
     judged = found[:n_judged]
     unchecked = why_unchecked(asked, sorted(set().union(*map(words_of_reading, read))))
     sure = learned.word_certainty
     known = sure is not None and not np.isnan(sure.threshold) and not unchecked
+    known = known and not question.is_seen_alone
     threshold = sure.threshold if sure is not None and known else None
     replaced = prod(taking.chance for taking in question.taken.values() if taking.is_other)
 

@@ -37,7 +37,7 @@ from numpy.typing import NDArray
 
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP, runs
 from motiondb.language.question.readings import Exclusion, Part, say_count, say_duration
-from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, as_said
+from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, SINGLE, as_said
 from motiondb.meaning.direction import trodden_anywhere, vertical_ways
 from motiondb.meaning.edge_map import HALF
 from motiondb.meaning.limb_sides import (
@@ -52,6 +52,7 @@ from motiondb.meaning.limb_sides import (
 from motiondb.meaning.occurrences import (
     event_of,
     frames_without,
+    say_posture,
     sitting,
     standing,
 )
@@ -71,6 +72,7 @@ from motiondb.search.asking import (
     is_repeated,
     lasts_going,
     measured_words,
+    posture_of,
 )
 from motiondb.search.placing import PartPlace, Placed, is_labelled
 from motiondb.search.said_together import POSTURES
@@ -154,6 +156,8 @@ def _lacks(asked: AskedWords, seen: SeenFrames, part: Part, action: Sequence[str
         least = part.seconds if lasts_going(part, action) else LEAVES
         if seen.longest_going(action)[0] < least:
             return True
+    if _lacks_posture(asked, seen, action):
+        return True
     if not measured_words(action):
         return False
     believed = _believed(asked, seen.capture, action)
@@ -170,10 +174,21 @@ def _lacks(asked: AskedWords, seen: SeenFrames, part: Part, action: Sequence[str
     )
 
 
+def _lacks_posture(asked: AskedWords, seen: SeenFrames, action: Sequence[str]) -> bool:
+    """Whether a take nowhere shows the posture of an action, and no caption of it says so."""
+    posture = posture_of(action)
+    if not posture or seen.is_away or seen.events(posture):
+        return False
+    if asked.evidence.written.get(seen.capture) is None:
+        return True
+    return all(posture_of(words) != posture for words in asked.learned.said_actions(seen.capture))
+
+
 def _counted_event(part: Part, actions: Sequence[Sequence[str]]) -> str:
     """The event of a part of one action, which is counted or gives it its place; "" for others."""
-    is_one = len(actions) == len(part.actions) == 1 and part.seconds <= 0.0
-    return event_of(actions[0]) if is_one else ""
+    if len(actions) != 1 or part.seconds > 0.0:
+        return ""
+    return event_of(actions[0]) if len(part.actions) == 1 else posture_of(actions[0])
 
 
 def _believed(asked: AskedWords, capture: int, action: Sequence[str]) -> set[str]:
@@ -220,7 +235,7 @@ def _goes(
     sides = [
         (side, limb, limb_speeds(seen.limbs, limb, action))
         for side, limb in limbs_to_measure(action)
-        if side not in believed
+        if side not in believed and not posture_of(action)
     ]
     against, now = _compare_action(seen, action, sides, believed, place, shown, part.seconds)
     alone = len(part.actions) == 1 and len(directions_to_measure(action)) == 1
@@ -274,13 +289,17 @@ def _at_events(
                 [f"{as_said(event)} {say_count(n, n)}, not {_say_times(part)}"],
                 True,
             )
+    posture = posture_of(actions[0])
     if not found:
-        return place, [], True
+        lacks = _lacks_posture(question.asked, seen, actions[0])
+        return place, [f"does not {say_posture(posture)}"] * lacks, True
     inside = [g for g in groups if g[-1][1] > place.start and g[0][0] < place.end]
     evidence = seen.evidence([question.asked.numbers[word] for word in part.actions[0]])
 
     def strength(group: Sequence[tuple[int, int]]) -> float:
         first, behind = (f // FEATURE_STEP for f in (group[0][0], group[-1][1]))
+        if posture:
+            return float(behind - first)  # held for longest
         return 0.0 if evidence is None else float(evidence[first : behind + 1].mean())
 
     best = max(groups if place.unknown or not inside else inside, key=strength)
@@ -406,7 +425,7 @@ def _compare_action(
 
 
 def _on_other_foot(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> list[str]:
-    """That somebody does not stand on the foot of a side alone, or hop from and onto it."""
+    """That somebody does not stand on one foot, or on that of a side, or hop from and onto it."""
     held = limb_held(action)
     if not held:
         return []
@@ -418,9 +437,10 @@ def _on_other_foot(seen: SeenFrames, action: Sequence[str], place: PartPlace) ->
             beside[max(start - BESIDE, 0) : start] = beside[end : end + BESIDE] = True
         inside &= beside
     feet = seen.track[inside, 4:6]
-    this = 0 if held[0] == "left" else 1
-    alone = feet[:, 1 - this] - feet[:, this] > LIFTED
-    return [] if len(feet) and alone.mean() >= ON_ONE else [f"is not on the {' '.join(held)} alone"]
+    over = feet[:, 1] - feet[:, 0]  # of the right foot over the left one
+    alone = {"left": over, "right": -over}.get(held[0], np.abs(over)) > LIFTED
+    leg = " ".join(map(as_said, held)) if held[0] == SINGLE else f"the {' '.join(held)}"
+    return [] if len(feet) and alone.mean() >= ON_ONE else [f"is not on {leg} alone"]
 
 
 def _not_vertical(

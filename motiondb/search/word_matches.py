@@ -49,7 +49,7 @@ def to_match(
     start, end = min(p.start for p in places), max(p.end for p in places)
     measured = (*placed.contradicted, *_degree(question, placed))
     reason = (
-        "; ".join(map(_say_part, parts))
+        with_notation("; ".join(map(_say_part, parts)), question.taken)
         + ("; not seen in this order" if placed.in_order is False else "")
         + "".join(f"; measured: {words}" for words in measured)
         + mark_generated(learned, capture, "; ")
@@ -61,7 +61,7 @@ def to_match(
         *to_seconds(learned, capture, start, end),
         float(probability(answer.hit.log_odds)),
         shown_words(asked, capture, start, end, question.words),
-        with_notation(reason, question.taken),
+        reason,
         whole if is_known else None,
         placing.interval_probability(whole, places, reading) if is_known else None,
         "unknown" if any(place.unknown for place in places) else "known",

@@ -12,7 +12,7 @@ from motiondb.meaning.occurrences import (
     measured_track,
     whole_occurrences,
 )
-from motiondb.records import Motion
+from motiondb.records import FloatArray, Motion
 
 HEIGHT, SIDEWAYS, AHEAD, YAW = range(4)
 Steps = tuple[tuple[float, int], ...]
@@ -223,10 +223,70 @@ def test_a_track_is_measured_in_a_motion() -> None:
     for local, kicks in ((rotations, []), (lifted, [(20, 30)])):
         motion = Motion(local.astype(np.float32), roots.astype(np.float32), body.LEG_LENGTH)
         track = measured_track(motion)
-        assert track.shape == (60, 22)
+        assert track.shape == (60, 28)
         np.testing.assert_allclose(track[:10, :6], [[0.93, 0, 0, 0, 0, 0]] * 10, atol=1e-3)
         assert find_occurrences(track, "kick") == kicks
         assert all(find_occurrences(track, word) == [] for word in COUNTED if word != "kick")
+
+
+def _posed(angles: dict[str, tuple[float, float, float]], height: float) -> FloatArray:
+    """The track of a body with hanging arms that takes a pose from frame 30 to 90.
+
+    `angles`: Joint -> its rotation vector, rad; `height`: that of the pelvis in the pose, m.
+    """
+    rotations = np.tile(np.array([1.0, 0.0, 0.0, 0.0]), (120, len(body.JOINTS), 1))
+    roots = np.tile([0.0, body.LEG_LENGTH + body.ANKLE_HEIGHT, 0.0], (120, 1))
+    roots[30:90, 1] = height
+    hanging = {"l_shoulder": (0.0, 0.0, -UP), "r_shoulder": (0.0, 0.0, UP)}
+    for part, pose in ((slice(None), hanging), (slice(30, 90), angles)):
+        for joint, vector in pose.items():
+            size = float(np.linalg.norm(vector))
+            turned = rotation.from_axis_angle(np.array(vector) / size, np.array(size))
+            rotations[part, body.INDEX[joint]] = turned
+    motion = Motion(rotations.astype(np.float32), roots.astype(np.float32), body.LEG_LENGTH)
+    return measured_track(motion)
+
+
+UP, LEVEL, FOLDED = 1.4, np.pi / 2, 1.9  # Angles of an arm, a trunk and a knee, rad
+
+
+@pytest.mark.parametrize(
+    ("angles", "height", "shown"),
+    [
+        ({"l_shoulder": (0.0, 0.0, UP)}, 0.93, {"raise", "raise left", "overhead left"}),
+        ({"r_shoulder": (0.0, 0.0, -UP)}, 0.93, {"raise right", "overhead", "overhead right"}),
+        (
+            {"l_shoulder": (0.0, 0.0, UP), "r_shoulder": (0.0, 0.0, -UP)},
+            0.93,
+            {"raise both", "overhead left", "overhead right", "overhead both"},
+        ),
+        ({"pelvis": (-LEVEL, 0.0, 0.0)}, 0.12, {"lie"}),
+        ({"l_knee": (FOLDED, 0.0, 0.0), "r_knee": (FOLDED, 0.0, 0.0)}, 0.5, {"kneel"}),
+        ({"l_knee": (FOLDED, 0.0, 0.0)}, 0.93, {"on right leg", "on one leg"}),
+    ],
+)
+def test_a_posture_is_seen_where_it_is_held(
+    angles: dict[str, tuple[float, float, float]], height: float, shown: set[str]
+) -> None:
+    track = _posed(angles, height)
+    sided = [
+        f"{what} {side}" for what in ("raise", "overhead") for side in ("left", "right", "both")
+    ]
+    every = [
+        *sided,
+        "raise",
+        "overhead",
+        "lie",
+        "kneel",
+        "on left leg",
+        "on right leg",
+        "on one leg",
+    ]
+    found = {posture for posture in every if find_occurrences(track, posture)}
+    plain = {posture.split()[0] for posture in shown if posture.startswith(("raise", "over"))}
+    arms = {f"raise {p.split()[1]}" for p in shown if p.startswith("overhead ")}
+    assert found == shown | plain | arms
+    assert all(find_occurrences(track, posture) == [(30, 90)] for posture in found)
 
 
 @pytest.mark.parametrize(

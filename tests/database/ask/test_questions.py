@@ -19,6 +19,7 @@ from motiondb.errors import QueryError
 from motiondb.language.question.heads import verbs_in
 from motiondb.language.question.readings import is_order, readings, say
 from motiondb.meaning import by_question
+from motiondb.meaning.occurrences import find_occurrences, measured_track
 from motiondb.search import reasons
 from motiondb.search.asked_words import learned_words, without_words_apart
 
@@ -115,6 +116,22 @@ def test_only_measured_kinds_of_questions_have_a_probability(asked: MotionDB) ->
         assert None not in {match.probability for match in asked.search(text).matches}
     for match in asked.search("walk, then sit").matches:
         assert (match.probability is None) == match.reason.endswith("; not seen in this order")
+
+
+def test_a_posture_that_no_caption_says_is_seen_in_the_motion(asked: MotionDB) -> None:
+    answer = asked.search("both arms above the head", limit=3)
+    assert answer.measured == ("hold both hands overhead",)
+    shown = [match for match in answer.matches if not match.contradicted]
+    assert shown
+    for match in shown:
+        track = measured_track(asked.motion(match.capture))
+        assert match.probability is None
+        assert (round(match.start * 30), round(match.end * 30)) in find_occurrences(
+            track, "overhead both"
+        )
+    lying = asked.search("lying on the floor", limit=3)
+    assert lying.nothing == "probably nothing in this database matches"
+    assert all(match.contradicted == ("does not lie",) for match in lying.matches)
 
 
 def test_counts_and_durations_do_not_decide_whether_anything_matches(asked: MotionDB) -> None:
