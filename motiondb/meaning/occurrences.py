@@ -39,8 +39,8 @@ kicks, and a kick is no jump. Feet that are up at the same time kick once. Hands
 together punch once; a hand that stays out does not hide the punch of the other. The limits were set
 on kicks and punches of six captures of CMU; those of speed, stretching and leaning of kicks on
 four: all 17 kicks of karate and of exercises are counted, and nothing else in these captures. Of
-Bandai-Namco's 280 captures, hands are raised on the named side in 164 of 168 that say so, on
-another side in none, and in none of 112 that walk and run.
+Bandai-Namco's 280 captures, hands are raised on the named side in 160 of 168 that say so, on
+another side in none, and in one of 112 that walk and run.
 """
 
 from __future__ import annotations
