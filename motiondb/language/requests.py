@@ -71,6 +71,9 @@ _MANNERS = (
     ),
 )
 """Phrases of manner, and the word for each."""
+_LENGTH = re.compile(
+    rf"(?<![\w-]){_ALL}(?:(short|brief)|long)(?:er|est)?\s+(?={_CAPTURES}\b)", re.IGNORECASE
+)
 _SEAT = re.compile(r"\b(?:tak(?:es?|ing|en)|took|ha(?:ve|s|d|ving))\s+a\s+seat\b", re.IGNORECASE)
 _NAMED_CAPTURES = re.compile(
     r"(?<=\w)\s+(?:(?:motion|mocap)\s+)?(?:(?:clip|video|recording|capture|animation|trial)s?"
@@ -120,6 +123,8 @@ def without_request(text: str) -> str:
     'he  slow walk and takes a box'
     >>> without_request("a man looks for a key"), without_request("gives a box to her")
     ('a man looks for a key', 'gives a box to her')
+    >>> without_request("long takes of a waltz")
+    'a waltz for a long time'
     >>> without_request("squatting trials"), without_request("three examples of a walk-to-run")
     ('squatting', 'a walk, then run')
     """
@@ -127,6 +132,9 @@ def without_request(text: str) -> str:
     framed = _REQUEST.match(text)
     if framed is not None and framed.end() < len(text):
         text = text[framed.end() :]
+    length = _LENGTH.search(text)
+    if length is not None:
+        text = f"{_LENGTH.sub('', text)} for a {'short' if length[1] else 'long'} time"
     text = _NAMED_CAPTURES.sub("", _OF_CAPTURES.sub("", text))
     text = _FROM_TO.sub(_then, text)
     for phrase, word in ((r"in\s+reverse", "backward"), *_MANNERS):

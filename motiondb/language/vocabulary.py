@@ -63,7 +63,8 @@ IN_PLACE = "stationary"
 """The word for "in place" and "on the spot": "walk in place" is (walk, stationary)."""
 IN_A_CIRCLE = "circular"  # Likewise for "in a circle" and "around in circles"
 SINGLE = "single"  # Likewise for "on one leg"
-_SAID = {IN_PLACE: "in place", IN_A_CIRCLE: "in a circle", SINGLE: "one"}
+BOX = "thebox"  # For a box that is a thing: to box is another word
+_SAID = {IN_PLACE: "in place", IN_A_CIRCLE: "in a circle", SINGLE: "one", BOX: "a box"}
 
 WILDCARD = "?"
 _BREAK = re.compile(r"[,;.!\n]+|\b(?:and\s+then|then|and|followed\s+by|before)\b", re.IGNORECASE)
@@ -105,6 +106,22 @@ _PHRASES = (
             re.IGNORECASE,
         ),
         IN_A_CIRCLE,
+    ),
+    (
+        re.compile(
+            r"\b((?:an?|the|this|that|his|her|their|two|three|some|big|large|small|heavy|light|empty)"
+            r"\s+|(?:lift|carr|push|pull|hold|stack|mov|pick)\w*\s+(?:up\s+)?(?=boxes))box(?:es)?\b",
+            re.IGNORECASE,
+        ),
+        rf"\1{BOX}",
+    ),
+    (
+        re.compile(
+            r"\b(?:com(?:e|es|ing)|came)\s+to\s+an?\s+"
+            r"((?:sudden|abrupt|complete|full|quick|slow)\s+)?(?:halt|stop|standstill)\b",
+            re.IGNORECASE,
+        ),
+        r"\1stop",
     ),
     (
         re.compile(
@@ -377,7 +394,8 @@ def nothing_known(text: str, unknown: Mapping[str, tuple[str, ...]]) -> str:
             f"query: expected words that describe a motion, found {text!r}. "
             "Ask for example for 'walk, turn left, sit down'."
         )
-    near = [as_said(word) for words in unknown.values() for word in words]
+    near = [as_said(near) for word, words in unknown.items() for near in words]
+    near = [word for word in near if word not in map(as_said, unknown)]
     hint = (
         f"Perhaps {' or '.join(dict.fromkeys(near))}."
         if near

@@ -22,6 +22,8 @@ sit                 a time of at least 1 s in which both thighs are level and th
 seat                the beginning of such a time: "sit down"
 rise                the end of a time in which somebody sits or is low: "stand up", "get up"
 turn, spin          a time in which the body turns quickly, and far enough
+stop                the end of a time of at least 0.5 s in which somebody travels, and rests within
+                    1 s after it
 raise               a time of at least 0.3 s in which a hand is as high as its shoulder, and the
                     trunk upright; "raise left": the left one, "raise both": both at once
 overhead            the same for a hand above the head
@@ -103,6 +105,7 @@ HELD = frozenset(("handstand", "sit", *POSED))
 """Events that last for as long as a posture is held, or their first words."""
 RAISED, ABOVE_HEAD = -0.05, 0.1
 """Height of a wrist above its shoulder, and above the joint of the head, m, of a raised hand."""
+STOPPED, STEP = 0.3, 15  # m/s; frames (0.5 s) over which speeds are averaged
 LYING, KNEE_DOWN, FOOT_UP, RESTS = 1.2, 0.15, 0.15, 0.6
 """Angle of the trunk from upright of somebody who lies, rad; height of a knee that is on the
 ground, and of a foot above the one that is, m; speed over the ground of these postures, m/s."""
@@ -191,6 +194,8 @@ def event_of(words: Sequence[str]) -> str:
     if not SPINS.isdisjoint(words):
         return "spin"
     found = [word for word in words if word in COUNTED]
+    if not found and "stop" in words:
+        return "stop"
     return found[-1] if found else "turn" if not TURNS.isdisjoint(words) else ""
 
 
@@ -249,8 +254,8 @@ def find_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:
         low = track[:, 0] < STANDING - LOW[word]
         low |= (word == "duck") & (track[:, 14] > LEANS["bend"])
         return [(a, b) for a, b in _runs(np.asarray(low)) if b - a >= SHORTEST_LEAN]
-    if word in ("seat", "rise"):
-        return _sits_or_rises(track, word)
+    if word in ("seat", "rise", "stop"):
+        return _ends(track, word)
     if word == "move":
         limbs = track[:, [7, 9, 10, 11]].max(axis=1) > MOVING
         going = np.hypot(track[:, 1], track[:, 2]) > GOING
@@ -265,15 +270,27 @@ def find_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:
     return [flight for flight in flights if word != "hop" or _is_hop(track[:, 4:6], flight)]
 
 
-def _sits_or_rises(track: FloatArray, word: str) -> list[tuple[int, int]]:
-    """The times around the beginnings of seats, or around the ends of whoever sits or is low."""
+def _ends(track: FloatArray, word: str) -> list[tuple[int, int]]:
+    """The times around the beginnings of seats, and around the ends of low postures and travels."""
     if word == "seat":
         starts = [start for start, _ in _postures(track, "sit") if start > PAUSE]
         return [(max(start - 20, 0), start + 20) for start in starts]
+    if word == "stop":
+        return _stops(track)
     low = sitting(track) | (track[:, 0] < STANDING - LOW["squat"])
     ends = [b for a, b in _runs(low, SHORTEST_SEAT) if b - a >= SHORTEST_LEAN]
     around = [(max(e - 10, 0), min(e + 20, len(track))) for e in ends]
     return [time for time, e in zip(around, ends) if e < len(track) - PAUSE]
+
+
+def _stops(track: FloatArray) -> list[tuple[int, int]]:
+    """The times around the ends of travelling that a rest follows."""
+    from scipy.ndimage import uniform_filter1d
+
+    speed = uniform_filter1d(np.hypot(track[:, 1], track[:, 2]), STEP, mode="nearest")
+    travels = [(a, b) for a, b in _runs(np.asarray(speed > RESTS)) if b - a >= STEP]
+    rests = [b for _, b in travels if speed[b : b + 2 * STEP].min(initial=np.inf) < STOPPED]
+    return [(max(b - 20, 0), min(b + STEP, len(track))) for b in rests]
 
 
 def _postures(track: FloatArray, posture: str) -> list[tuple[int, int]]:

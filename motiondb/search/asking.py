@@ -69,7 +69,7 @@ from motiondb.search.takings import (
 
 _OF_OTHERS = frozenset(("forward", "backward", "back", "side", "front", "around"))
 """What is not measured of a posture: on which side somebody lies."""
-COUNTED_EVENTS = frozenset((*COUNTED, "spin"))
+COUNTED_EVENTS = frozenset((*COUNTED, "spin", "stop"))
 """Events of which one is told from the next."""
 
 

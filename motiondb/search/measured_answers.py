@@ -186,8 +186,13 @@ def _lacks_posture(asked: AskedWords, seen: SeenFrames, action: Sequence[str]) -
 
 def _counted_event(part: Part, actions: Sequence[Sequence[str]]) -> str:
     """The event of a part of one action, which is counted or gives it its place; "" for others."""
-    if len(actions) != 1 or part.seconds > 0.0:
+    if part.seconds > 0.0 or not actions:
         return ""
+    if "stop" in map(event_of, actions):  # who stops while running does so at the end of it
+        return "stop"
+    if len(actions) != 1:
+        return ""
+    # of words that no caption says together, one may be another action
     return event_of(actions[0]) if len(part.actions) == 1 else posture_of(actions[0])
 
 

@@ -10,6 +10,7 @@ climb up a ladder      "climb ladder": who climbs goes up, though one caption of
 boxing punches         "box" and "punch" at once, since no caption says both of one action
 drink while standing   "drink"; standing is measured where somebody drinks
 stand up, walk away    "stand up"; after that, walking is measured
+walk up the steps      "climb step", where captions say this; *up* is measured
 =====================  =====================================================================
 
 So a conjunction is judged by what is known of each of its words, and of the motion. A direction, a
@@ -20,6 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 from motiondb.language.question.readings import Part, Reading
 from motiondb.language.question.tree import LIMBS, SIDES
@@ -34,6 +36,8 @@ POSTURES = frozenset(("stand", "sit"))
 LEAVING = frozenset(("away", "off", "along", "onward"))  # Said of travelling, and true of it
 GENERAL = frozenset(("go", "move", "travel", "come", "head", "do", "get"))
 """Verbs that say no more than the direction beside them."""
+_UP = frozenset(("up", "down"))
+_WALKS = frozenset(("walk", "go", "run", "jog", "come", "move", "step", "march"))
 _ARMS_TEXT = "wave punch box point reach grab clap throw catch wash drink dribble juggle salute"
 _LEGS_TEXT = "kick walk run jog sprint step hop jump march skip tiptoe"
 _GOES: dict[str, frozenset[str]] = {
@@ -80,6 +84,7 @@ def searched_together(
         found = found or list(part.actions)
         searched = list[tuple[str, ...]]()
         for action in found:
+            action = _as_climbed(action, said) if is_known else action
             groups, lost = _groups(action, said) if is_known else (_unimplied(action), [])
             searched += groups
             apart.extend(word for group in groups for word in group if len(groups) > 1)
@@ -100,6 +105,21 @@ def searched_together(
 
     changed = tuple(replace(reading, parts=parts(reading)) for reading in readings)
     return Searched(changed, tuple(dict.fromkeys(apart)), tuple(dict.fromkeys(left)))
+
+
+def _as_climbed(
+    action: tuple[str, ...], said: Callable[[Collection[str]], bool]
+) -> tuple[str, ...]:
+    """Who walks up or down something climbs it, where captions say so and not how one walks.
+
+    >>> _as_climbed(("walk", "up", "step"), lambda words: "climb" in words)
+    ('climb', 'up', 'step')
+    """
+    ways = [k for k, pair in enumerate(pairwise(action)) if pair[0] in _WALKS and pair[1] in _UP]
+    if not ways or len(action) < 3 or said(action):
+        return action
+    climbed = (*action[: ways[0]], "climb", *action[ways[0] + 1 :])
+    return climbed if said([word for word in climbed if word not in _UP]) else action
 
 
 def _groups(

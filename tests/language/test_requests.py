@@ -34,8 +34,8 @@ from motiondb.language.vocabulary import split_actions
         ("pull ups", "pull up"),
         ("gets up from the floor", "stand up floor"),
         ("plays a guitar", "play guitar"),
-        ("picks up a box and takes it", "pick up box | take"),
-        ("takes a box to her", "take box"),
+        ("picks up a box and takes it", "pick up thebox | take"),
+        ("takes a box to her", "take thebox"),
         ("walking scene", "walk scene"),
     ],
 )
