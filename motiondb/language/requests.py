@@ -51,6 +51,7 @@ _OF_CAPTURES = re.compile(
 )
 _LIGHT = re.compile(
     r"\b(?:(?:go|goes|going|went|gone)\s+(?:out\s+)?(?:for|on)\s+(?:a|an|another|some)"
+    r"|(?:break|breaks|breaking|broke|burst|bursts|bursting)\s+into\s+an?(?!\w)"
     r"|(?:take|takes|taking|took|taken|have|has|having|had|give|gives|giving|gave|given|execute|"
     r"executes|executing|executed|carry\s+out|carries\s+out|carrying\s+out)"
     r"(?:\s+(?:a|an|another|the|some|his|her|their)(?!\w)|(?=\s+(?:one|two|three|four|several|\d+)\s)))"
@@ -65,6 +66,11 @@ _MANNERS = (
     (rf"at\s+a\s+(?:fast|quick|high)\s+{_SPEED}", "fast"),
     (rf"in\s+slow\s+motion|at\s+(?:a\s+)?(?:slow|low)\s+{_SPEED}", "slowly"),
     (r"at\s+all", ""),
+    (
+        r"((?:walk|run|jog|step|stride|go|com|mov)(?:e?s|ing|ped|ged|e?d|e)?|goes|ran|went|came)"
+        r"\s+(?:right\s+|straight\s+)?up\s+to(?!\s+\d)",
+        r"\1 to",
+    ),
     (
         r"(?:all\s+)?in\s+(?:a\s+row|succession|series)|one\s+after\s+(?:the\s+|an)other",
         "",
@@ -123,6 +129,8 @@ def without_request(text: str) -> str:
     'he  slow walk and takes a box'
     >>> without_request("a man looks for a key"), without_request("gives a box to her")
     ('a man looks for a key', 'gives a box to her')
+    >>> without_request("breaks into a run"), without_request("walk up to a ladder")
+    ('run', 'walk to a ladder')
     >>> without_request("long takes of a waltz")
     'a waltz for a long time'
     >>> without_request("squatting trials"), without_request("three examples of a walk-to-run")
