@@ -66,6 +66,7 @@ _MANNERS = (
     (rf"at\s+a\s+(?:fast|quick|high)\s+{_SPEED}", "fast"),
     (rf"in\s+slow\s+motion|at\s+(?:a\s+)?(?:slow|low)\s+{_SPEED}", "slowly"),
     (r"at\s+all", ""),
+    (r"slow(?:s|ing|ed)?\s+down", "slow"),
     (
         r"((?:walk|run|jog|step|stride|go|com|mov)(?:e?s|ing|ped|ged|e?d|e)?|goes|ran|went|came)"
         r"\s+(?:right\s+|straight\s+)?up\s+to(?!\s+\d)",

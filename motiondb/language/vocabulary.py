@@ -74,6 +74,13 @@ _WORD = re.compile(r"[^\W\d_]+(?:'[^\W\d_]+)?")
 _WILD = re.compile(r"(?:(?<=[\s,;.])|^)\?(?=[\s,;.?]|$)")
 _PHRASES = (
     (re.compile(r"\blay[\s-]+ups?\b", re.IGNORECASE), "layup"),
+    (
+        re.compile(
+            r"\b(?:walk|stand|balanc)(?:e?s|ing|e?d|e)?\s+on\s+(?:(?:both|the|his|her|their)\s+)*hands\b",
+            re.IGNORECASE,
+        ),
+        "hand stand",
+    ),
     (re.compile(r"\b(?:break|brake)[\s-]*(?=danc)", re.IGNORECASE), "break "),
     (re.compile(r"\b(?:shak(?:e|es|ing)|shook)\s+hands\b", re.IGNORECASE), "handshake"),
     (

@@ -124,6 +124,8 @@ class Judged:
             whole = answer.sure.whole
             if whole is None or (is_known and whole < LIKELY):
                 return whole  # what speaks against it changes nothing
+            if self.is_checked and not self._is_against(answer):
+                return whole  # also where the motion leaves it open
             return self.looked_at(answer).sure.whole
 
         return is_unlikely(map(whole_of, chain(first, self.answers)), replaced)
