@@ -132,6 +132,7 @@ def coverage(
         return
     for table in ("going", "changes", "words"):
         _print_cells([cell for cell in answer.cells if cell.table == table])
+    printing.say("s: seconds; x: times; 6p: of 6 performers", "")
     symbols = [c for c in answer.cells if c.table == "symbols"]
     if symbols:
         alone = [c for c in symbols if c.column == "all"]

@@ -150,7 +150,8 @@ class _Coverage:
                 break
             if number not in out:
                 speed, _, _, turn = every[n]
-                said = f"{speed * 1.4:.1f} m/s, turns by {turn * 90:.0f} degrees in a second"
+                side = "left" if turn > 0.0 else "right"
+                said = f"{speed * 1.4:.1f} m/s, turns {side} by {abs(turn) * 90:.0f}\N{DEGREE SIGN}/s"
                 out[number] = self._moment(number, second, second + 1.0, said)
         return tuple(out.values())
 

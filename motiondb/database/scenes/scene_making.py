@@ -22,7 +22,7 @@ import numpy as np
 
 from motiondb import store
 from motiondb.database.loading import nearby_table
-from motiondb.database.scenes.scene_texts import SceneText
+from motiondb.database.scenes.scene_texts import GRAMMAR, SceneText, shipped
 from motiondb.database.session import Session
 from motiondb.database.values import seeded
 from motiondb.errors import SceneError, suggestion
@@ -178,7 +178,15 @@ def _check_terminals(grammar: MotionGrammar, shown: set[str]) -> None:
         f"{grammar.name}: expected captures for every terminal, found none for {count}: {asked}."
         " Add captures whose words say so, one action a caption (motiondb words set CAPTURE), or"
         " change the phrases in the grammar's file."
+        + (_SAMPLES if grammar.name in shipped(GRAMMAR) and grammar.name != "basketball" else "")
     )
+
+
+_SAMPLES = (
+    " Those of this grammar are in the sample data: motiondb add sample_data/activities/captures"
+    " --prefix activities/ --words sample_data/activities/captions.tsv"
+    " --events sample_data/activities/events.tsv"
+)
 
 
 SceneProgress = Callable[[str, float, float], None]
