@@ -151,7 +151,8 @@ class _Coverage:
             if number not in out:
                 speed, _, _, turn = every[n]
                 side = "left" if turn > 0.0 else "right"
-                said = f"{speed * 1.4:.1f} m/s, turns {side} by {abs(turn) * 90:.0f}\N{DEGREE SIGN}/s"
+                turns = f"turns {side} by {abs(turn) * 90:.0f} degrees a second"
+                said = f"{speed * 1.4:.1f} m/s, {turns}"
                 out[number] = self._moment(number, second, second + 1.0, said)
         return tuple(out.values())
 

@@ -318,11 +318,12 @@ def join_parts(
     with session.reading():
         numbers: dict[int, int] = {}
         motions: list[Motion] = []
-        pieces, parts = [], []
+        pieces, parts, rates = [], [], set[float]()
         for text in texts:
             name, start, end = _known(session, text)
             info = store.load_capture(session.store, name)
             place = numbers.setdefault(info.capture_id, len(numbers))
+            rates.add(info.fps)
             if place == len(motions):
                 motions.append(store.load_motion(session.store, info.capture_id))
             count = motions[place].n_frames
@@ -334,15 +335,27 @@ def join_parts(
             parts.append(answers.JoinedPart(info.name, first / MOTION_FPS, behind / MOTION_FPS))
         joined = join(motions, pieces)
         ids = np.array(list(numbers))
-        made, seams, said = joined.made, list(joined.seams), tuple[str, ...]()
+        made, seams, said = joined.made, list(joined.seams), _say_rates(rates)
         if changes is not None and changes.of_motion.are_any:
             done = exporting.change_sequence(made, changes)
             parts, seams = _within(parts, joined.seams, done.first, done.made)
-            made, said = done.made, done.said
+            made, said = done.made, (*said, *done.said)
         provenance = store.to_provenance(
             session.store, ids[made.captures], made.frames, edits=made.edits
         )
     return Joined(made.motion, provenance, tuple(parts), tuple(seams), said)
+
+
+def _say_rates(rates: set[float]) -> tuple[str, ...]:
+    """That captures of other rates were joined at that of motions.
+
+    >>> _say_rates({30.0}), _say_rates({120.0, 60.0})
+    ((), ('joined at 30 frames a second, of captures at 60 and 120',))
+    """
+    others = " and ".join(f"{rate:g}" for rate in sorted(rates))
+    if rates <= {MOTION_FPS}:
+        return ()
+    return (f"joined at {MOTION_FPS:g} frames a second, of captures at {others}",)
 
 
 def _within(
