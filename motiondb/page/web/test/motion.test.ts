@@ -107,7 +107,7 @@ test("a foot on the ground has a flat print from heel to toe", () => {
 
 test("the camera turns, zooms and moves around its target", () => {
   const orbit = orbitAround([-1, 0, -1], [1, 2, 1]);
-  assert.deepEqual(orbit.target, [0, 1, 0]);
+  assert.deepEqual(orbit.target, [0, 1.05, 0]); // there is more above the joints than below
   const near = (a: number, b: number) => assert.ok(Math.abs(a - b) < 1e-9);
   const front = { ...orbit, azimuth: 0, elevation: 0, distance: 5 };
   const eye = eyeOf(front);

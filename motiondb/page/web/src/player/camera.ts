@@ -14,6 +14,7 @@ const LOWEST = -0.05;
 const HIGHEST = Math.PI / 2 - 0.01;
 const NEAREST = 0.6;
 const FARTHEST = 80;
+const HAND = 0.2;
 
 function between(value: number, low: number, high: number): number {
   return Math.min(Math.max(value, low), high);
@@ -28,8 +29,9 @@ export function orbitAround(
   elevation = 0.22,
 ): Orbit {
   const target = [0, 1, 2].map((axis) => (min[axis]! + max[axis]!) / 2) as [number, number, number];
+  target[1] += HAND / 4; // A box is of joints: hands reach above a wrist, but not below the ground
   const wide = Math.hypot(max[0]! - min[0]!, max[2]! - min[2]!) + 0.5;
-  const high = max[1]! - min[1]! + 0.35;
+  const high = max[1]! - min[1]! + 0.3 + HAND / 2;
   const half = Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
   const distance = Math.max(high / (2 * half), wide / (2 * half * Math.max(aspect, 0.2)));
   // What stands nearer than the target looks larger; the depth of one figure does not matter.

@@ -31,6 +31,8 @@ export interface AnswerOptions {
   replaced: Replaced;
   /** false: the scores are for less than what was asked. */
   scored: boolean;
+  /** What is measured in the motion, in place of searched: its score says nothing of that. */
+  measured: readonly string[];
   /** Absent in a file without a server: nothing can be selected, opened or asked. */
   actions?: { select(match: ShownMatch, selected: boolean): void };
 }
@@ -95,7 +97,9 @@ function verdictOf(match: ShownMatch, certainty: Certainty, options: AnswerOptio
   // A score of the word that stands for another says nothing about the other.
   const ranked = said?.instead
     ? `no probability that it is “${said.instead}”`
-    : `score ${probability(match.score)}, no probability`;
+    : options.measured.length > 0
+      ? `measured: ${options.measured.join(", ")}`
+      : `score ${probability(match.score)}, no probability`;
   return h(
     "p",
     { class: "answer-verdict" },

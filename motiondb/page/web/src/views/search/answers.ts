@@ -140,6 +140,7 @@ export function makeAnswers(
           { ...match, rank: i + 1 },
           {
             replaced,
+            measured: "measured" in answer ? answer.measured : [],
             scored:
               !("missing" in answer) ||
               (answer.missing.length === 0 && Object.keys(answer.by_meaning).length === 0),
