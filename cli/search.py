@@ -185,6 +185,43 @@ def like(
     _print_answer(answer, reasons=any(m.reason for m in answer))
 
 
+@app.command()
+def along(
+    shared: options.Shared,
+    path: Annotated[
+        str,
+        options.argument(
+            'Points in metres, to the right and up as seen from above, such as "0,0 0,3 2,3".'
+        ),
+    ],
+    words: Annotated[str, 'What is done along it, such as "walk".'] = "",
+    where: options.Where = "",
+    limit: options.Limit = 10,
+    exact: options.Exact = False,
+    png: options.Png = None,
+    export: options.ExportFolder = None,
+    as_csv: AsCsv = None,
+) -> None:
+    """Search for intervals that travel along a path on the floor.
+
+    The path may lie anywhere and in any direction, and answers be up to .7 or 1.4 times as long. A
+    mirror image is another path. A line says if none goes along it.
+    """
+    with shared.database() as base:
+        answer = base.captures.along(path, words, where, limit, exact)
+        printing.note_filter(base, where, exact)
+        printing.note_unlearned(base)
+        if png and answer.matches:
+            base.captures.draw_matches(answer, png, f"along {path}")
+        if export:
+            _write_matches(base, answer, export, f"along {path}")
+    if as_csv:
+        _write_csv(answer.matches, as_csv)
+        return
+    if not printing.as_json(shared, motiondb.like_answer(answer)):
+        _print_answer(answer, reasons=True)
+
+
 def _print_answer(
     answer: motiondb.WordAnswer | motiondb.ExampleAnswer, reasons: bool, unscored: bool = False
 ) -> None:

@@ -33,6 +33,7 @@ TOOLS = {
     "show": False,
     "search": False,
     "like": False,
+    "along": False,
     "describe": False,
     "compare": False,
     "judge": False,

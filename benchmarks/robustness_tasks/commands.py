@@ -68,6 +68,7 @@ COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "knowledge export": ("knowledge", "export", "known.knowledge"),
         "learn": ("learn", "--symbols", "3"),
         "like": ("like", "boris/kick_1", "--png", "like.png"),
+        "along": ("along", "0,0 0,2 -1,2", "--words", "walk"),
         "merge": ("merge", "other.duckdb"),
         "quality": ("quality", "ana/walk_1", "--png", "lacks.png", "--boxes", "needs.json"),
         "remove": ("remove", "ana/bow_1", "boris/kick_1"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -459,6 +459,25 @@ class Captures(Topic):
                 exporting.write_match(self.session, *each, question)
                 for each in zip(answer.matches, paths)
             ]
+
+    def along(
+        self,
+        path: str | Sequence[Sequence[float]],
+        words: str = "",
+        where: Where = "",
+        limit: int = 10,
+        exact: bool = False,
+    ) -> ExampleAnswer:
+        """Find the intervals that travel along a path on the floor, best first.
+
+        `path`: Points ("0,0 0,2 -1.5,2"), m to the right and up as seen from above; place and
+        direction are free. `words`: What is done along it, such as "walk".
+        """
+        from motiondb.database import searching
+
+        with self.session.reading():
+            allowed = searching.allowed_captures(self.session, where, exact)
+            return searching.answer_path(self.session, path, words, allowed, limit, exact)
 
     def draw_matches(
         self,

@@ -11,21 +11,28 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motiondb import answers, store
+from motiondb.body.features import FEATURE_FPS
 from motiondb.database.catalogue.filter_words import take_filter_words
 from motiondb.database.loading import nearby_table
 from motiondb.database.session import Session
-from motiondb.database.values import Where
+from motiondb.database.values import Where, check_least
 from motiondb.errors import QueryError
 from motiondb.language.question.readings import say
 from motiondb.learn.learned import Learned
-from motiondb.records import MOTION_FPS
+from motiondb.records import MOTION_FPS, Float32Array, Match
 from motiondb.search.asked_words import WrittenWord, find_written
 from motiondb.search.asking import ask
 from motiondb.search.by_words import WordAnswer, as_near, search_words
+from motiondb.search.chances import LIKELY
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 if TYPE_CHECKING:
     from motiondb.database.values import Example
+    from motiondb.search.by_example import ExampleAnswer
+
+MOST_SHOWN, UNSURE = 1000, 30
+"""Answers to words that are looked at along a path; and those of which none has a probability."""
+AROUND = 3.0  # Seconds around the interval of an answer in which the path may lie
 
 
 def answer_words(
@@ -65,6 +72,43 @@ def answer_words(
                     said = (say(each.sentence.parsed.tree) for each in (question, near))
                     return as_near(instead, *said)
         return answer
+
+
+def answer_path(
+    session: Session,
+    path: str | Sequence[Sequence[float]],
+    words: str,
+    allowed: Sequence[int],
+    limit: int,
+    exact: bool,
+) -> ExampleAnswer:
+    """The intervals that travel along a path; with words, where captures show these."""
+    from motiondb.search.by_path import Ways, points_of, read_path, search_path
+
+    check_least("limit", limit, 1)
+    path = points_of(path) if isinstance(path, str) else path
+    read_path(path)  # before the words are looked for
+    learned, pool = session.searchable, session.pool
+    if not words.strip():
+        every = sorted(learned.rows)
+        ways = session.kept("ways", lambda: Ways.of({c: pool.of_capture(c) for c in every}))
+        return search_path(learned, ways, path, allowed, limit)
+    number = {info.name: capture for capture, info in learned.captures.items()}
+    said, firsts, rows = dict[int, str](), dict[int, int](), dict[int, Float32Array]()
+    for match in _shown(answer_words(session, words, allowed, MOST_SHOWN, exact).matches):
+        capture = number[match.capture]
+        first = max(round(FEATURE_FPS * (match.start - AROUND)), 0)
+        sure = "" if match.probability is None else f" {match.probability:.2f}"
+        said[capture], firsts[capture] = f"{words}{sure}", first
+        rows[capture] = pool.of_capture(capture)[first : round(FEATURE_FPS * (match.end + AROUND))]
+    return search_path(learned, Ways.of(rows, firsts), path, list(rows), limit, said)
+
+
+def _shown(matches: Sequence[Match]) -> Sequence[Match]:
+    """The likely answers to words; the first ones, where none has a probability."""
+    if all(match.probability is None for match in matches):
+        return [match for match in matches if not match.contradicted][:UNSURE]
+    return [match for match in matches if (match.probability or 0.0) >= LIKELY]
 
 
 def check_any(learned: Learned) -> None:

@@ -241,3 +241,28 @@ def test_figures_stand_still_while_an_answer_is_awaited(asked_server, new_page):
     page.locator(".answer", has_text="kick").first.wait_for()
     before = page.evaluate(place)
     wait_for(page, f"before => ({place})() !== before", before)  # and go on
+
+
+def test_a_drawn_path_is_searched(asked_server, new_page):
+    page = _open(new_page, asked_server, "#/search?q=walk")
+    page.locator(".answer").first.wait_for()
+    page.get_by_text("Options").click()
+    box = page.locator(".path-floor").bounding_box()
+
+    def to(right, up):
+        page.mouse.move(
+            box["x"] + (right + 4) / 8 * box["width"], box["y"] + (4 - up) / 8 * box["height"]
+        )
+
+    to(0, -2)
+    page.mouse.down()
+    for step in range(1, 21):
+        to(0, -2 + step / 5)
+    page.mouse.up()
+    page.wait_for_url("**path=*")
+    said = page.locator(".answer-verdict").first
+    said.get_by_text("cm off a path of").wait_for()
+    assert "walk" in said.inner_text()
+    page.get_by_label("Along a path").fill("0,0 x")
+    page.get_by_role("button", name="Search again").click()
+    page.get_by_text("expected points such as").wait_for()

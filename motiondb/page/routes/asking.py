@@ -160,6 +160,22 @@ def router(page: Page) -> APIRouter:
             took = round(time.perf_counter() - began, 4)
             return replies.like_reply(db, answer, ref, start, end, took)
 
+    @routes.get("/api/along")
+    def along(
+        path: Annotated[
+            str, Query(max_length=parameters.LONGEST_TEXT, description="Such as: 0,0 0,3 2,3.")
+        ],
+        words: Annotated[str, Query(max_length=parameters.LONGEST_TEXT)] = "",
+        where: parameters.Where = "",
+        limit: parameters.Limit = 10,
+    ) -> replies.LikeReply:
+        """Intervals that travel along a path on the floor, seen from above, in metres."""
+        began = time.perf_counter()
+        with page.reading() as db:
+            answer = db.captures.along(path, words, where, limit)
+            took = round(time.perf_counter() - began, 4)
+            return replies.like_reply(db, answer, "", None, None, took)
+
     @routes.get("/api/describe")
     def describe(
         ref: parameters.RefText, start: parameters.Start = None, end: parameters.End = None

@@ -61,7 +61,7 @@ export function makeQuestionBox(context: Context): QuestionBox {
     const q = box.value.trim();
     if (!q) return go(routeTo("catalogue"));
     const { view, parameters } = parseRoute(location.hash, "");
-    const kept = view === "search" ? ["where", "limit", "exact", "symbols"] : [];
+    const kept = view === "search" ? ["where", "limit", "exact", "symbols", "path"] : [];
     go(routeTo("search", { q, ...Object.fromEntries(kept.map((name) => [name, parameters.get(name)])) }));
   });
   let known = "";

@@ -15,6 +15,7 @@ import { makeAnswers } from "./answers.ts";
 import { searchByFile } from "./by_file.ts";
 import { makeExample, type Example } from "./example.ts";
 import { decodingElement, questionElement } from "./question.ts";
+import { makePathField } from "./path.ts";
 import { makeSelection } from "./selection.ts";
 
 interface Wanted {
@@ -26,11 +27,12 @@ interface Wanted {
   limit: string;
   exact: string;
   symbols: string;
+  path: string;
 }
 
 /** Milliseconds after which a question that is not answered yet says so. */
 const UNSAID = 150;
-const NAMES = ["q", "like", "start", "end", "where", "limit", "exact", "symbols"] as const;
+const NAMES = ["q", "like", "start", "end", "where", "limit", "exact", "symbols", "path"] as const;
 
 export function open(host: HTMLElement, context: Context): OpenView {
   let wanted = {} as Wanted;
@@ -53,6 +55,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
   );
   const exact = h("input", { type: "checkbox", id: "search-exact" });
   const symbols = h("input", { type: "checkbox", id: "search-symbols" });
+  const path = makePathField("search-path", () => form.requestSubmit());
   const understood = h("div", { "aria-live": "polite" });
   const waiting = h("p", { class: "muted", role: "status" });
   const exampleBox = h("div", { class: "example-box" });
@@ -62,29 +65,34 @@ export function open(host: HTMLElement, context: Context): OpenView {
     h("summary", {}, "Options"),
     h(
       "div",
-      { class: "form-grid" },
-      h("label", { for: "search-where" }, "Among captures where"),
-      where,
-      h("label", { for: "search-limit" }, "Answers"),
-      limit,
-      h("label", { for: "search-exact" }, "Only known words"),
+      { class: "search-options" },
       h(
-        "label",
-        { class: "check" },
-        exact,
-        h("span", { class: "muted small" }, "do not replace unknown words by known ones"),
-      ),
-      h("label", { for: "search-symbols" }, "By movements"),
-      h(
-        "label",
-        { class: "check" },
-        symbols,
+        "div",
+        { class: "form-grid" },
+        h("label", { for: "search-where" }, "Among captures where"),
+        where,
+        h("label", { for: "search-limit" }, "Answers"),
+        limit,
+        h("label", { for: "search-exact" }, "Only known words"),
         h(
-          "span",
-          { class: "muted small" },
-          "turn the words into the movements that they usually mean, and search for these",
+          "label",
+          { class: "check" },
+          exact,
+          h("span", { class: "muted small" }, "do not replace unknown words by known ones"),
+        ),
+        h("label", { for: "search-symbols" }, "By movements"),
+        h(
+          "label",
+          { class: "check" },
+          symbols,
+          h(
+            "span",
+            { class: "muted small" },
+            "turn the words into the movements that they usually mean, and search for these",
+          ),
         ),
       ),
+      h("div", {}, h("label", { for: "search-path" }, "Along a path"), path.element),
     ),
     h("button", { class: "button plain", type: "submit" }, "Search again"),
   );
@@ -108,7 +116,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       exact: exact.checked ? "1" : "",
       symbols: symbols.checked ? "1" : "",
     };
-    if (wanted.q) go(routeTo("search", { q: wanted.q, ...options }));
+    if (wanted.q || path.value) go(routeTo("search", { q: wanted.q, ...options, path: path.value }));
     else if (wanted.like)
       go(
         routeTo("search", {
@@ -139,12 +147,13 @@ export function open(host: HTMLElement, context: Context): OpenView {
     abort.abort();
     abort = new AbortController();
     const { signal } = abort;
-    if (!wanted.q && !wanted.like) return go(routeTo("catalogue"), true); // the unfiltered answer
+    if (!wanted.q && !wanted.like && !wanted.path) return go(routeTo("catalogue"), true); // the unfiltered answer
     busy(true);
     if (!wanted.q) understood.replaceChildren(); // the chips of another question
     const late = setTimeout(() => {
       answers.wait();
-      fill(waiting, wanted.q ? `Looking for “${wanted.q}”…` : "Looking for others that move like it…");
+      const others = wanted.path ? "Looking for who goes along it…" : "Looking for others that move like it…";
+      fill(waiting, wanted.q ? `Looking for “${wanted.q}”…` : others);
     }, UNSAID);
     const told = (): void => {
       clearTimeout(late);
@@ -153,7 +162,16 @@ export function open(host: HTMLElement, context: Context): OpenView {
     signal.addEventListener("abort", told);
     try {
       const rest = { where: filterOf(wanted.where), limit: wanted.limit || "10" };
-      if (wanted.q) {
+      if (wanted.path) {
+        const asked = { path: wanted.path, words: wanted.q, ...rest };
+        const answer = await get<LikeReply>("/api/along", asked, signal);
+        const said = wanted.q ? `“${wanted.q}”, along the path` : "Along the path";
+        fill(
+          understood,
+          h("p", { class: "small muted" }, `${said} under Options, anywhere and in any direction`),
+        );
+        answers.show(answer, wanted.where !== "");
+      } else if (wanted.q) {
         const answer = await get<SearchReply>(...wordsQuery(new URLSearchParams({ ...wanted })), signal);
         fill(
           understood,
@@ -217,7 +235,8 @@ export function open(host: HTMLElement, context: Context): OpenView {
       limit.value = wanted.limit || "10";
       exact.checked = wanted.exact !== "";
       symbols.checked = wanted.symbols !== "";
-      if (wanted.where || wanted.exact || wanted.symbols) more.open = true;
+      path.value = wanted.path;
+      if (wanted.where || wanted.exact || wanted.symbols || wanted.path) more.open = true;
       const key = JSON.stringify(wanted);
       if (key === asked) return;
       asked = key;

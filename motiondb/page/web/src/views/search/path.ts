@@ -1,0 +1,133 @@
+/** A path on the floor: drawn from above, or written as points in metres. */
+
+import { fill, h, svg } from "../../dom/element.ts";
+
+export interface PathField {
+  readonly element: HTMLElement;
+  /** Points as the server reads them, "0,0 0,2 -1.5,2"; "" where nothing is drawn. */
+  value: string;
+}
+
+type Point = readonly [number, number];
+
+/** Metres from the middle of the floor to its edge, and between drawn points. */
+const REACH = 4;
+const APART = 0.15;
+const MOST = 150;
+
+/** The points of a text; null if it holds anything else. */
+export function pointsOf(text: string): Point[] | null {
+  const points = text
+    .trim()
+    .split(/[\s;]+/)
+    .filter(Boolean)
+    .map((pair) => pair.split(",").map(Number));
+  const sound = points.every((pair) => pair.length === 2 && pair.every(Number.isFinite));
+  return sound ? (points as unknown as Point[]) : null;
+}
+
+/** The line of some points as a picture from above, its beginning marked. */
+function lineOf(points: readonly Point[]): SVGElement[] {
+  if (points.length === 0) return [];
+  const [first] = points;
+  return [
+    svg("polyline", {
+      points: points.map(([x, y]) => `${x},${-y}`).join(" "),
+      class: "path-line",
+      "marker-end": "url(#path-end)",
+    }),
+    svg("circle", { cx: first![0], cy: -first![1], r: 0.12, class: "path-start" }),
+  ];
+}
+
+/** A floor of 8 by 8 m to draw on, with the points as text below it; `drew` ends a drawn line. */
+export function makePathField(id: string, drew: () => void): PathField {
+  const text = h("input", {
+    class: "field",
+    id,
+    placeholder: "0,0 0,2 -1.5,2",
+    spellcheck: false,
+    on: { input: () => show(pointsOf(text.value) ?? []) },
+  });
+  const line = svg("g");
+  const grid = Array.from({ length: 2 * REACH - 1 }, (_, n) => n - REACH + 1).flatMap((at) => [
+    svg("line", { x1: at, x2: at, y1: -REACH, y2: REACH, class: "path-grid" }),
+    svg("line", { y1: at, y2: at, x1: -REACH, x2: REACH, class: "path-grid" }),
+  ]);
+  const floor = svg(
+    "svg",
+    { viewBox: `${-REACH} ${-REACH} ${2 * REACH} ${2 * REACH}`, class: "path-floor", "aria-hidden": "true" },
+    svg(
+      "marker",
+      {
+        id: "path-end",
+        orient: "auto",
+        viewBox: "0 0 4 4",
+        refX: 2,
+        refY: 2,
+        markerWidth: 4,
+        markerHeight: 4,
+      },
+      svg("path", { d: "M0 0 L4 2 L0 4 z", class: "path-start" }),
+    ),
+    grid,
+    line,
+  );
+  let drawn: Point[] | null = null;
+
+  function show(points: readonly Point[]): void {
+    fill(line, lineOf(points));
+  }
+
+  function at(event: PointerEvent): Point {
+    const box = floor.getBoundingClientRect();
+    const x = ((event.clientX - box.left) / box.width) * 2 * REACH - REACH;
+    const y = REACH - ((event.clientY - box.top) / box.height) * 2 * REACH;
+    return [Math.round(x * 100) / 100, Math.round(y * 100) / 100];
+  }
+
+  function extend(event: PointerEvent): void {
+    if (!drawn) return;
+    const [x, y] = at(event);
+    const [x0, y0] = drawn.at(-1) ?? [Infinity, Infinity];
+    if (Math.hypot(x - x0, y - y0) < APART || drawn.length === MOST) return;
+    drawn.push([x, y]);
+    text.value = drawn.map((point) => point.join(",")).join(" ");
+    show(drawn);
+  }
+
+  floor.addEventListener("pointerdown", (event) => {
+    event.preventDefault();
+    floor.setPointerCapture(event.pointerId);
+    drawn = [];
+    extend(event);
+  });
+  floor.addEventListener("pointermove", extend);
+  const end = (): void => {
+    if (drawn && drawn.length > 1) drew();
+    drawn = null;
+  };
+  floor.addEventListener("pointerup", end);
+  floor.addEventListener("pointercancel", end);
+  return {
+    element: h(
+      "div",
+      { class: "path-field" },
+      floor,
+      text,
+      h(
+        "p",
+        { class: "muted small" },
+        "Drawn from above; a square is a metre. Place and direction are free.",
+      ),
+    ),
+    get value() {
+      return text.value.trim();
+    },
+    set value(points) {
+      if (points === text.value.trim()) return;
+      text.value = points;
+      show(pointsOf(points) ?? []);
+    },
+  };
+}

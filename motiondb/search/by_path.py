@@ -1,0 +1,270 @@
+"""Search by a path on the floor: the intervals that travel along a drawn line.
+
+Both lines are compared at points that are as far apart along each of them, so that it does not
+matter how fast somebody goes, or whether there is a rest in between. A part of a capture may lie
+anywhere and in any direction, and be somewhat shorter or longer than the drawn line; a mirror image
+is another path::
+
+    for every size s:                          # of .7 to 1.4 times the drawn length L
+        for every part of length s L:          # of the way of the pelvis
+            turn and shift it onto the line    # in closed form, as complex numbers
+            deviation = root mean square distance / (s L) + PER_OCTAVE * |log2 s|
+    best part of each capture; captures in the order of their deviations
+
+The way is that of the velocities in the features, averaged over a second: the pelvis sways.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
+from motiondb.errors import QueryError
+from motiondb.learn.learned import Learned
+from motiondb.meaning.travelled import STEADY, speeds_of
+from motiondb.records import Float32Array, FloatArray, IntArray, Match
+from motiondb.search.asked_words import learned_words
+from motiondb.search.by_example import ExampleAnswer
+from motiondb.search.matches import mark_generated, shown_words, to_seconds
+
+N_POINTS = 33  # Points at which two lines are compared
+SIZES = tuple(float(size) for size in 2.0 ** np.linspace(-0.5, 0.5, 7))  # .7 to 1.4
+PER_OCTAVE = 0.02  # Deviation that half or twice the size counts as
+STANDS = 0.15  # Speed, m/s, up to which a body sways and does not travel
+MOST_ALONG = 0.06
+"""Largest deviation of a part that goes along a line: a turn of 45 degrees is .053 from a straight
+line, a quarter of a circle .08 from a corner."""
+BETWEEN = 1.0  # Length between the way of a capture and the next one, m
+AT_ONCE = 50_000  # Parts that are compared at once: some 50 MB
+SHORTEST, LONGEST, MOST_POINTS = 0.5, 100.0, 1000  # m, m, points of a drawn line
+
+
+@dataclass(frozen=True, eq=False)
+class Ways:
+    """The ways of captures over the ground, end to end; that of each begins anywhere.
+
+    The lengths grow from way to way, so that a length names a capture and a place in it.
+    """
+
+    captures: IntArray  # (captures,): numbers
+    firsts: IntArray  # (captures,): feature frames of the captures at which the ways begin
+    starts: IntArray  # (captures,): rows where they begin
+    points: NDArray[np.complex128]  # (rows,): places, as ``way_of`` gives them, m
+    gone: FloatArray  # (rows,): lengths of the ways up to there, m
+
+    @staticmethod
+    def of(rows: Mapping[int, Float32Array], firsts: Mapping[int, int] | None = None) -> Ways:
+        """The ways of captures, or of parts of them, of their rows (see ``frame_rows``).
+
+        `firsts`: Capture -> its frame at which the part begins; 0 for those that it lacks.
+        """
+        points, gone, end = list[NDArray[np.complex128]](), list[FloatArray](), 0.0
+        for each in rows.values():
+            way = way_of(speeds_of(each))
+            steps = np.abs(np.diff(way))
+            steps[steps * FEATURE_FPS < STANDS] = 0.0
+            lengths = end + np.concatenate([[0.0], np.cumsum(steps)])
+            end = float(lengths[-1]) + BETWEEN
+            points.append(way)
+            gone.append(lengths)
+        starts = np.cumsum([0, *map(len, points)], dtype=np.int64)[:-1]
+        if not points:
+            points, gone = [np.zeros(0, dtype=np.complex128)], [np.zeros(0)]
+        begins = [(firsts or {}).get(number, 0) for number in rows]
+        numbers = np.array(list(rows), dtype=np.int64), np.array(begins, dtype=np.int64)
+        return Ways(*numbers, starts, np.concatenate(points), np.concatenate(gone))
+
+
+@dataclass(frozen=True)
+class Along:
+    """The part of a capture that goes along a line best."""
+
+    capture: int
+    first: int  # Feature frame
+    behind: int  # Feature frame + 1
+    apart: float  # Root mean square distance from the line, m
+    size: float  # Length of the part as a share of that of the line
+    deviation: float  # What ranks, smaller is better
+
+
+def read_path(points: Sequence[Sequence[float]] | FloatArray) -> NDArray[np.complex128]:
+    """A drawn line as ``N_POINTS`` complex numbers, equally far apart along it, m.
+
+    `points` (points, 2): to the right and up, as seen from above, m.
+
+    Raises
+    ------
+    QueryError
+        If they are no finite points, or the line is shorter than 0.5 m or longer than 100 m.
+
+    >>> line = read_path([(0.0, 0.0), (0.0, 1.0), (1.0, 1.0)])
+    >>> len(line), complex(line[0]), complex(line[16]), complex(line[-1])
+    (33, 0j, 1j, (1+1j))
+    """
+    try:
+        xy = np.asarray(points, dtype=np.float64)
+    except (TypeError, ValueError):
+        xy = np.zeros(0)
+    if xy.ndim != 2 or xy.shape[1] != 2 or not 2 <= len(xy) <= MOST_POINTS:
+        raise QueryError(
+            f"path: expected 2 to {MOST_POINTS} points of 2 numbers, metres to the right and up as "
+            "seen from above, such as '0,0 0,3 2,3', found something else."
+        )
+    if not np.isfinite(xy).all():
+        raise QueryError("path: expected finite numbers, found NaN or infinity.")
+    line = xy[:, 0] + 1j * xy[:, 1]
+    along = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(line)))])
+    if not SHORTEST <= along[-1] <= LONGEST:
+        raise QueryError(
+            f"path: expected a line of {SHORTEST:g} to {LONGEST:g} m, found one of "
+            f"{along[-1]:.3g} m. Points are in metres."
+        )
+    return _at(line, along, np.linspace(0.0, along[-1], N_POINTS))
+
+
+def points_of(text: str) -> list[tuple[float, float]]:
+    """The points of a path as it is written: "0,0 0,3 2,3", m.
+
+    Raises
+    ------
+    QueryError
+        If it is not made of pairs of numbers.
+
+    >>> points_of("0,0 0,3 -2,3.5")
+    [(0.0, 0.0), (0.0, 3.0), (-2.0, 3.5)]
+    """
+    points = []
+    for pair in text.replace(";", " ").split():
+        try:
+            right, up = map(float, pair.split(","))
+        except ValueError:
+            raise QueryError(
+                f"path: expected points such as '0,0 0,3 2,3', metres to the right and up as seen "
+                f"from above, found {pair!r}."
+            ) from None
+        points.append((right, up))
+    return points
+
+
+def search_path(
+    learned: Learned,
+    ways: Ways,
+    points: Sequence[Sequence[float]] | FloatArray,
+    allowed: Collection[int],
+    limit: int = 10,
+    said: Mapping[int, str] | None = None,
+) -> ExampleAnswer:
+    """The intervals of captures that travel along a line, best first.
+
+    `said`: Capture -> what else is said of its answer.
+    """
+    line = read_path(points)
+    ranked = sorted(best_parts(ways, line, allowed), key=lambda one: (one.deviation, one.capture))
+    length = _length(line)
+    matches = tuple(
+        _match(learned, rank, one, length, (said or {}).get(one.capture, ""))
+        for rank, one in enumerate(ranked[:limit], start=1)
+    )
+    return ExampleAnswer(matches, 1.0 - ranked[0].deviation if ranked else None, 1.0 - MOST_ALONG)
+
+
+def best_parts(ways: Ways, line: NDArray[np.complex128], allowed: Collection[int]) -> list[Along]:
+    """The part of each capture that goes along a line best; of those that travel far enough."""
+    is_allowed = np.isin(ways.captures, np.fromiter(allowed, np.int64, len(allowed)))
+    best = dict[int, Along]()
+    for size in SIZES if len(ways.captures) else ():
+        apart = size * _length(line) / (N_POINTS - 1)
+        for low in range(0, int(ways.gone[-1] / apart) + 1, AT_ONCE):
+            at = apart * np.arange(low, low + AT_ONCE + N_POINTS - 1)
+            _keep_best(best, ways, is_allowed, size, line, at)
+    return list(best.values())
+
+
+def _keep_best(
+    best: dict[int, Along],
+    ways: Ways,
+    is_allowed: NDArray[np.bool_],
+    size: float,
+    line: NDArray[np.complex128],
+    at: NDArray[np.floating],
+) -> None:
+    """Keep the parts of a size that are better than those before; they begin at lengths `at`."""
+    begins = ways.gone[ways.starts]
+    ends = ways.gone[np.append(ways.starts[1:], len(ways.gone)) - 1]
+    of = np.searchsorted(begins, at, side="right") - 1
+    first, last = of[: 1 - N_POINTS], of[N_POINTS - 1 :]
+    whole = (first == last) & (at[N_POINTS - 1 :] <= ends[first] + 1e-9) & is_allowed[first]
+    if not whole.any():
+        return
+    places = _at(ways.points, ways.gone, at)
+    parts = np.lib.stride_tricks.sliding_window_view(places, N_POINTS)[whole]
+    parts = parts - parts.mean(axis=1, keepdims=True)
+    wanted = size * (line - line.mean())
+    # the turn that brings a part nearest to the line leaves the modulus of this product
+    product = np.abs(parts @ wanted.conj())
+    squares = (np.abs(parts) ** 2).sum(axis=1) + (np.abs(wanted) ** 2).sum() - 2.0 * product
+    distance = np.sqrt(np.maximum(squares, 0.0) / N_POINTS)
+    deviation = distance / (size * _length(line)) + PER_OCTAVE * abs(np.log2(size))
+    starts, owner = at[: 1 - N_POINTS][whole], first[whole]
+    for k in np.unique(owner).tolist():
+        mine = np.flatnonzero(owner == k)
+        n = int(mine[np.argmin(deviation[mine])])
+        number = int(ways.captures[k])
+        if number in best and best[number].deviation <= deviation[n]:
+            continue
+        low = int(np.searchsorted(ways.gone, starts[n] + 1e-9, side="right")) - 1
+        behind = starts[n] + size * _length(line)
+        high = int(np.searchsorted(ways.gone, behind - 1e-9)) + 1
+        begin = int(ways.starts[k] - ways.firsts[k])
+        best[number] = Along(
+            number, low - begin, high - begin, float(distance[n]), size, float(deviation[n])
+        )
+
+
+def _length(line: NDArray[np.complex128]) -> float:
+    return float(np.abs(np.diff(line)).sum())
+
+
+def way_of(speeds: FloatArray) -> NDArray[np.complex128]:
+    """The way over the ground from the first frame, as seen from above, m: array (frames,).
+
+    `speeds` (frames, 3): those of ``speeds_of``. The real part is to the right, the imaginary part
+    ahead, of the first frame.
+
+    >>> speeds = np.zeros((46, 3)); speeds[:, 1] = 1.0  # 3 s straight ahead
+    >>> way = way_of(speeds)
+    >>> bool(np.abs(way[-1] - 3j) < 1e-9)
+    True
+    """
+    from scipy.ndimage import uniform_filter1d
+
+    heading = np.concatenate([[0.0], np.cumsum(speeds[:-1, 2])]) / FEATURE_FPS
+    velocity = (-speeds[:, 0] + 1j * speeds[:, 1]) * np.exp(1j * heading)
+    velocity = uniform_filter1d(velocity, round(STEADY * FEATURE_FPS), mode="nearest")
+    way = np.concatenate([[0.0], np.cumsum(velocity[:-1])]) / FEATURE_FPS
+    return np.asarray(way, dtype=np.complex128)
+
+
+def _at(
+    line: NDArray[np.complex128], along: FloatArray, places: NDArray[np.floating]
+) -> NDArray[np.complex128]:
+    """The points of a line at some lengths along it."""
+    right, up = (np.interp(places, along, each) for each in (line.real, line.imag))
+    return np.asarray(right + 1j * up, dtype=np.complex128)
+
+
+def _match(learned: Learned, rank: int, one: Along, length: float, more: str) -> Match:
+    start, end = one.first * FEATURE_STEP, one.behind * FEATURE_STEP
+    said = f"{100.0 * one.apart:.0f} cm off a path of {one.size * length:.1f} m"
+    return Match(
+        rank,
+        learned.captures[one.capture].name,
+        *to_seconds(learned, one.capture, start, end),
+        1.0 - one.deviation,
+        shown_words(learned_words(learned), one.capture, start, end) if learned.has_words else (),
+        "; ".join(filter(None, (said, more, mark_generated(learned, one.capture)))),
+    )
