@@ -113,3 +113,19 @@ def test_what_was_not_captured_stands_as_a_box_while_it_is_needed(serve_copy, ne
     for _ in range(round(30 * seat.start) + 5):
         page.keyboard.press("ArrowRight")
     wait_for(page, "() => document.querySelector('.player-canvas').dataset.ghosts === '1'")
+
+
+def test_a_timeline_is_shown_nearer(asked_server, new_page):
+    page = new_page(f"{asked_server}{CAPTURE}")
+    ruler = page.locator(".timeline-ruler").first
+    ruler.locator("span").first.wait_for()
+    whole = ruler.bounding_box()
+    n_marks = ruler.locator("span").count()
+    nearer = page.get_by_label("Show less of the time line")
+    for _ in range(3):
+        nearer.click()
+    assert ruler.bounding_box()["width"] > 3 * whole["width"]
+    assert ruler.locator("span").count() > 2 * n_marks
+    for _ in range(3):
+        page.get_by_label("Show more of the time line").click()
+    assert abs(ruler.bounding_box()["width"] - whole["width"]) < 1

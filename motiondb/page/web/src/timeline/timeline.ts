@@ -35,6 +35,9 @@ const hasViews = (): boolean => document.getElementById("motiondb-data") === nul
 export const CLICK = 4;
 /** A press this near to an end of the selection moves that end, pixels. */
 const GRIP = 7;
+/** Seconds of a take that are seen at the nearest, and how much nearer a button brings it. */
+const NEAREST = 2;
+const NEARER = 1.6;
 
 export function makeTimeline(options: TimelineOptions): Timeline {
   const { duration } = options;
@@ -48,8 +51,61 @@ export function makeTimeline(options: TimelineOptions): Timeline {
   const element = h(
     "div",
     { class: options.small ? "timeline small" : "timeline", role: "group", "aria-label": options.label },
-    area,
+    h("div", { class: "timeline-scroll" }, area),
   );
+  const view = area.parentElement!;
+  let nearness = 1;
+
+  /** Shows a shorter part; the moment below a place of the window stays where it is. */
+  function bring(factor: number, x = view.getBoundingClientRect().left + view.clientWidth / 2): void {
+    const before = area.getBoundingClientRect();
+    const share = (x - before.left) / before.width;
+    nearness = Math.min(Math.max(nearness * factor, 1), Math.max(duration / NEAREST, 1));
+    area.style.width = `${nearness * 100}%`;
+    const after = area.getBoundingClientRect();
+    view.scrollLeft += after.left + share * after.width - x;
+    showRuler();
+  }
+
+  /** The cursor stays in sight where it was in sight. */
+  function keepInSight(before: number, now: number): void {
+    const [left, width] = [view.scrollLeft, view.clientWidth];
+    const at = (time: number): number => (time / duration) * area.clientWidth - left;
+    const inside = (x: number): boolean => x >= 0 && x <= width;
+    if (inside(at(before)) && !inside(at(now))) view.scrollLeft += at(now) - width / 4;
+  }
+
+  if (!options.small && duration > 2 * NEAREST) {
+    const zoom = (text: string, label: string, factor: number): HTMLElement =>
+      h(
+        "button",
+        {
+          class: "tool",
+          type: "button",
+          "aria-label": label,
+          title: label,
+          on: { click: () => bring(factor) },
+        },
+        text,
+      );
+    element.append(
+      h(
+        "div",
+        { class: "timeline-zoom" },
+        zoom("\u2212", "Show more of the time line", 1 / NEARER),
+        zoom("+", "Show less of the time line (Ctrl + wheel)", NEARER),
+      ),
+    );
+    view.addEventListener(
+      "wheel",
+      (event) => {
+        if (!event.ctrlKey) return;
+        event.preventDefault();
+        bring(Math.exp(-event.deltaY / 400), event.clientX);
+      },
+      { passive: false },
+    );
+  }
   // A click on a block says what it is, with a link to where more is known of it.
   const more = h("p", { class: "timeline-more", role: "status", hidden: true });
   element.append(more);
@@ -66,12 +122,16 @@ export function makeTimeline(options: TimelineOptions): Timeline {
   }
 
   let selection: Interval | null = null;
-  fill(
-    ruler,
-    niceTicks(duration, options.small ? 6 : 12).map((time) =>
-      h("span", { style: { left: percent(time) } }, `${Number(time.toFixed(2))}`),
-    ),
-  );
+  let shownTime = 0;
+  function showRuler(): void {
+    fill(
+      ruler,
+      niceTicks(duration, Math.round((options.small ? 6 : 12) * nearness)).map((time) =>
+        h("span", { style: { left: percent(time) } }, `${Number(time.toFixed(2))}`),
+      ),
+    );
+  }
+  showRuler();
 
   function showSelection(): void {
     chosen.hidden = selection === null;
@@ -133,6 +193,8 @@ export function makeTimeline(options: TimelineOptions): Timeline {
     },
     setTime(time) {
       cursor.style.left = percent(time);
+      if (nearness > 1) keepInSight(shownTime, time);
+      shownTime = time;
     },
     setLit(parts, likely) {
       fill(
