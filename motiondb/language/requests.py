@@ -79,7 +79,9 @@ _MANNERS = (
 )
 """Phrases of manner, and the word for each."""
 _LENGTH = re.compile(
-    rf"(?<![\w-]){_ALL}(?:(short|brief)|long)(?:er|est)?\s+(?={_CAPTURES}\b)", re.IGNORECASE
+    rf"(?<![\w-]){_ALL}(?:(short|brief)|long)(?:er|est)?\s+"
+    rf"(?={_CAPTURES}\s+(?:of|where|when|with|showing|containing|in\s+which|that|which)\b)",
+    re.IGNORECASE,
 )
 _SEAT = re.compile(r"\b(?:tak(?:es?|ing|en)|took|ha(?:ve|s|d|ving))\s+a\s+seat\b", re.IGNORECASE)
 _NAMED_CAPTURES = re.compile(
