@@ -161,7 +161,8 @@ class FileToRead:
         settings, entry = self.settings, self.entry
         fps = entry.fps if entry and entry.fps else settings.fps
         up = entry.up if entry and entry.up else settings.up
-        return extended(ReadOptions, settings, fps=fps, up=up)
+        options = extended(ReadOptions, settings, fps=fps, up=up)
+        return formats.with_rate_beside(self.path, options)
 
     def skeleton(self) -> Path | None:
         """The skeleton file that the capture needs; CaptureError if it is not found."""

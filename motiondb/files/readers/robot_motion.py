@@ -179,6 +179,8 @@ def to_clip(
     check_clip_size(n_frames, links, n_bytes, path, options.limits)
     said, notes = _good_frames(said, path, options.skip_bad_frames)
     fps, rate_notes = _rate(said, path, options)
+    if options.unit is not None and said.root is not None:
+        said = replace(said, root=said.root * options.unit)
     if robot is None:
         clip = _of_bodies(said, path, fps, options)
     else:
