@@ -14,7 +14,8 @@ left is right, the names of the sides are exchanged, or the file's axes are left
 
 **Units** in use differ by a factor of 2.2 or more, so the size of the body tells them apart: legs
 between 0.56 m and 1.23 m (1.15 m to 2.5 m of height) are read rightly. A small child in centimetres
-may be mistaken for a person in inches. Where root and bones have different units, the feet slide.
+may be mistaken for a person in inches, with a note from 0.95 m of height on. Where root and bones
+have different units, the feet slide.
 
 **Rates** are found from frame times of few digits: 0.033 s is what 30 frames a second round to.
 """
@@ -62,15 +63,21 @@ _STILL, _NEAR, _LEVEL = 0.3, 0.1, 0.15
 its frame, which is this near to the take's ground (metres)."""
 _SAMPLES = 3000  # Frames that are looked at: more change no score
 _UPRIGHT = 0.9  # Cosine with an axis above which a rest pose stands along it
-_AHEAD, _BEND = -0.3, -0.01
-"""Medians below which toes point backwards (cosine) and knees bend backwards (shares of the leg).
-Of 540 real captures toes are at -.11 (feet of converted files that point anywhere) to .99, knees
-above 0."""
+_AHEAD, _BEND, _STRAIGHT = -0.3, -0.01, 0.01
+"""Medians below which toes point backwards (cosine), and knees bend backwards or stay straight
+(shares of the leg). Of 565 real captures one of the toes is at .65 or more, the knees of three that
+stand at -.04 to -.01, of the others above 0."""
+_UNLIKE = 1.25
+"""Ratio of the lengths of a bone on both sides: 1.19 at most in 565 real captures."""
 _CROSSED = MappingProxyType(
     {"knee": -0.02, "ankle": -0.13, "shoulder": -0.02, "elbow": -0.02, "wrist": -0.05}
 )
 """Metres by which a left joint is right of the other in the median where names are exchanged: in
 540 real captures knees, shoulders, elbows and wrists are at least .06 m left, ankles reach -.12."""
+_BONES = (
+    *(("hip", "knee"), ("knee", "ankle"), ("ankle", "toe")),
+    *(("shoulder", "elbow"), ("elbow", "wrist")),
+)
 _TOE_HEIGHT = 0.02  # Metres of the toe joint over the ground in a flat stance
 _SECONDS = 0.5  # Of feet on the ground: less shows no steps
 _STEP, _ALIKE, _SLIDES = 0.5, 0.9, (0.9, 4.0)
@@ -102,13 +109,15 @@ TYPICAL_LEG = 0.83
 """Hip to ankle of an adult, metres: half of a height of 1.70 m, less the height of the ankle."""
 TYPICAL_CHAIN = 1.15
 """Longest chain of bones from the root (to a hand or a foot) of an adult, metres."""
-DOUBTFUL = 1.6
-"""A body larger or smaller than typical by this ratio is noted. Legs of 0.52 m to 1.33 m pass: this
-covers adults and children from about six years."""
+_USUAL_SIZES = (1 / 1.6, 1.4)
+"""Ratios to the typical size outside which a body is noted. Legs of 0.52 m to 1.16 m pass: this
+covers adults and children from about six years. A smaller child in centimetres would be a giant in
+inches; 540 real captures are at .91 to 1.18."""
 _DOUBTFUL_UNIT = 2.2
 """A body larger or smaller than typical by this ratio is not believed to be in the unit that its
 file names: the units in use differ by more."""
 _MEANT = (0.001, 0.01, INCH, 0.3048, 1.0)  # Metres of the units that a file may mean
+_ABSURD = 1e3  # Ratio to the typical size of what is no body, not even of an animal
 _SCALED = (1e-4, 1e-3, 1e-2, 0.1, 10.0, 100.0, 1e3, 1e4)
 """Factors by which lengths may be scaled once too often or too seldom."""
 
@@ -317,6 +326,19 @@ def side_notes(points: FloatArray, has_toes: bool) -> tuple[str, ...]:
             "look exchanged. Name them with --joint-map, or rename the markers.",
         )
     toes, knees = [], []
+    for above, below in _BONES:
+        lengths = [
+            np.nanmedian(
+                np.linalg.norm(points[:, _I[s + above]] - points[:, _I[s + below]], axis=1)
+            )
+            for s in ("l_", "r_")
+        ]
+        if max(lengths) > _UNLIKE * min(lengths) and (has_toes or below != "toe"):
+            return (
+                f"The way from {above} to {below} is {lengths[0] / lengths[1]:.2g} times as long "
+                "on the left as on the right: names of joints or markers look exchanged. Name "
+                "them with --joint-map, or rename the markers, if this is wrong.",
+            )
     for side in "lr":
         hip, knee, ankle, toe = (
             points[:, _I[f"{side}_{part}"]] for part in ("hip", "knee", "ankle", "toe")
@@ -325,7 +347,7 @@ def side_notes(points: FloatArray, has_toes: bool) -> tuple[str, ...]:
         size = np.linalg.norm(leg, axis=-1, keepdims=True)
         toes.append(_median(rotation.normalize(toe - ankle), _ahead(left, knee - ankle)))
         knees.append(_median((knee - (hip + ankle) / 2.0) / size, _ahead(left, leg)))
-    if max(knees) > _BEND or (has_toes and max(toes) > _AHEAD):
+    if max(knees) > (_STRAIGHT if has_toes else _BEND) or (has_toes and max(toes) > _AHEAD):
         return ()
     return (
         "Knees bend and toes point backwards for the sides that the joints name. Either "
@@ -431,7 +453,11 @@ def angle_notes(clip: Clip) -> tuple[str, ...]:
     turned = math.degrees(2.0 * math.acos(min(float(cosines), 1.0)))
     travel = np.ptp(clip.root_positions, axis=0).max(initial=0.0)
     moved = clip.joint_positions
-    if moved is not None and np.ptp(moved[:, 1:], axis=0).max(initial=0.0) > _MOVED:
+    turns = np.ptp(clip.local_rotations, axis=0).max(initial=0.0)
+    places = 0.0 if moved is None else np.ptp(moved[:, 1:], axis=0).max(initial=0.0)
+    if clip.n_frames > 1 and max(turns, travel, places) < _MOVED:
+        return ("Nothing moves in the whole take. Export it again if it is more than a pose.",)
+    if places > _MOVED:
         return ()  # a motion of positions alone
     if turned >= _RADIANS or (turned < _NO_ANGLE and travel < _TRAVELS):
         return ()
@@ -453,7 +479,7 @@ def find_unit(
         return 1.0, ("The skeleton has no size; its unit is taken to be the metre.",)
     unit = min(UNITS.values(), key=lambda metres: abs(math.log(size * metres / typical)))
     ratio = size * unit / typical
-    if not 1 / DOUBTFUL < ratio < DOUBTFUL:
+    if not _USUAL_SIZES[0] < ratio < _USUAL_SIZES[1]:
         return unit, (
             f"The length unit is a guess ({unit:.4g} m): the body would be {ratio:.2g} times "
             "the usual size. Give the unit if it matters.",
@@ -471,6 +497,11 @@ def checked_unit(unit: float, size: float, typical: float) -> tuple[float, tuple
         return unit, ()
     likely = (*_MEANT, *(unit * factor for factor in _SCALED))
     meant = min(likely, key=lambda metres: abs(math.log(size * metres / typical)))
+    if not fits(size * meant / typical) and not 1 / _ABSURD < ratio < _ABSURD:
+        return typical / size, (
+            f"In the file's unit ({unit:.4g} m) the body is {ratio:.2g} times the usual size, and "
+            "no other unit fits; the usual size is taken. Give the unit if it is wrong.",
+        )
     if not fits(size * meant / typical):
         return unit, (
             f"In the file's unit ({unit:.4g} m) the body is {ratio:.2g} times the usual size, and "

@@ -176,6 +176,27 @@ def test_exchanged_toes_are_told() -> None:
     assert world.side_notes(points, False) == ()
 
 
+def test_a_mirrored_world_is_told_where_legs_are_straight() -> None:
+    points = walk()
+    for side in "lr":
+        hip, knee, ankle = (body.INDEX[f"{side}_{part}"] for part in ("hip", "knee", "ankle"))
+        points[:, knee] = (points[:, hip] + points[:, ankle]) / 2.0
+    assert world.side_notes(points, True) == ()
+    mirrored = points * [-1.0, 1.0, 1.0]
+    (note,) = world.side_notes(mirrored, True)
+    assert "--mirror-world" in note
+    assert world.side_notes(mirrored, False) == ()
+
+
+@pytest.mark.parametrize(("one", "other"), [("shoulder", "elbow"), ("knee", "ankle")])
+def test_names_exchanged_along_one_limb_are_told(one: str, other: str) -> None:
+    points = walk()
+    upper, lower = body.INDEX[f"l_{one}"], body.INDEX[f"l_{other}"]
+    points[:, [upper, lower]] = points[:, [lower, upper]]
+    notes = world.side_notes(points, True)
+    assert any("times as long on the left as on the right" in note for note in notes)
+
+
 def test_feet_that_slide_are_told() -> None:
     points = walk()
     leg = retarget.legs_of(points)
@@ -242,7 +263,10 @@ def test_radians_read_as_degrees_are_told() -> None:
     assert world.angle_notes(replace(a_clip(), root_positions=root)) == ()
     assert world.angle_notes(replace(a_clip(), local_rotations=radians)) != ()  # it only stands
     still = replace(a_clip(), local_rotations=np.tile(rotation.IDENTITY, (len(turns), 21, 1)))
-    assert world.angle_notes(still) == ()  # a T-pose
+    still = replace(still, root_positions=0.0 * root)  # a T-pose
+    assert world.angle_notes(still)[0].startswith("Nothing moves in the whole take.")
+    one = replace(still, local_rotations=still.local_rotations[:1], root_positions=root[:1])
+    assert world.angle_notes(one) == ()
     travels = replace(still, root_positions=root)
     (note,) = world.angle_notes(travels)
     assert note.startswith("No joint turns by more than 0 degrees in the whole take, and the root ")
@@ -259,9 +283,13 @@ def test_a_unit_that_makes_no_person_is_corrected(said: float, meant: float) -> 
 
 
 def test_a_unit_that_no_other_fits_is_told() -> None:
+    unit, (note,) = world.checked_unit(1.0, 0.085, 0.85)  # a mouse is as it says
+    assert unit == 1.0 or "is taken" in note
     unit, (note,) = world.checked_unit(1.0, 1e-10, 0.85)
-    assert unit == 1.0
-    assert note.endswith("and no other unit fits. Give the unit if it is wrong.")
+    assert unit == pytest.approx(0.85e10)
+    assert note.endswith(
+        "no other unit fits; the usual size is taken. Give the unit if it is wrong."
+    )
 
 
 RATES = [

@@ -21,6 +21,7 @@ from motiondb.records import BoolArray, FloatArray
 LONGEST_GAP = 0.5
 """Longest gap of a marker that is filled along a line, seconds. Over half a second a limb can swing
 out and back, which a straight line would hide."""
+_TOLD = 0.25  # Seconds above which such a gap is told: a knee may be 10 cm beside the line
 _PARTS = (
     (("LASI", "RASI", "LPSI", "RPSI", "SACR"), (), False),
     (("C7", "CLAV", "STRN", "T10"), ("LSHO", "RSHO"), True),
@@ -66,10 +67,14 @@ def fill_gaps(
         if name in needed and name[1:] in _LIMBS and not seen(tracks[name]).all():
             tracks[name] = _beside_trunk(name, raw, filled)
             guessed += [name] if seen(tracks[name]).all() else []
+    lines = {n: longest_gap(t) / fps for n, t in filled.items() if n in needed and n not in long}
+    along = [name for name, seconds in lines.items() if seconds > _TOLD]
     spared = [name for name in long if name not in needed]
     notes = []
     if never := sorted(set(markers) - set(raw)):
         notes.append(f"Never seen, taken as absent: {', '.join(never)}.")
+    if along:
+        notes.append(f"Lost and filled along a straight line: {gaps_of(along, lines)}.")
     for names, how in (
         (by_others, "filled from the markers beside them"),
         (spared, "estimated there from the rest of the body"),

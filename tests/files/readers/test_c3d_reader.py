@@ -129,7 +129,8 @@ def test_short_gaps_are_filled_and_long_ones_refused() -> None:
     markers["LKNE"][20:40] = np.nan
     markers["RKNE"][:30] = 0.0
     clip = read_c3d(write(markers), "a.c3d")
-    assert clip.notes == ()
+    line = "Lost and filled along a straight line: RKNE (0.3 s)."
+    assert clip.notes == (line,)
     np.testing.assert_allclose(
         clip.local_rotations[40:, 2], plain.local_rotations[40:, 2], atol=1e-5
     )
@@ -137,10 +138,11 @@ def test_short_gaps_are_filled_and_long_ones_refused() -> None:
     data = write(markers)
     clip = read_c3d(data, "a.c3d", ReadOptions(skip_bad_frames=True))
     assert clip.n_frames == 140
-    assert clip.notes == ("Left out 60 frames with lost markers.",)
+    assert clip.notes == (line, "Left out 60 frames with lost markers.")
     clip = read_c3d(data, "a.c3d")
     assert clip.n_frames == 200
     assert clip.notes == (
+        line,
         "Lost for long and drawn there beside the trunk; do not believe the motion of these "
         "limbs: LKNE (0.6 s).",
     )
