@@ -226,7 +226,7 @@ def joint_map(skeleton: Skeleton, user_map: Mapping[str, str] | None = None) -> 
         other, found = _best_convention(plain, _SIDES_FIRST)
         if _worth(found) > _worth(chosen):
             best, chosen, numbers, conventions = other, found, plain, _SIDES_FIRST
-    roles = {role: _of_equals(role, joints) for role, joints in chosen.items()}
+    roles = {role: _of_equals(role, joints, skeleton) for role, joints in chosen.items()}
     if any(role not in chosen for role in REQUIRED):
         robot = robot_roles(skeleton)
         if _worth(robot) > _worth(chosen):
@@ -270,13 +270,17 @@ def _numbers(names: Sequence[str], skeleton: Skeleton) -> Numbers:
 def _best_convention(
     numbers: Numbers, conventions: Mapping[str, Roles]
 ) -> tuple[str, dict[str, list[int]]]:
-    """Return the convention that fits best, and the joints of each of its roles."""
+    """Return the convention that fits best, and the joints of its roles; any names the neck."""
     maps = {
         name: {role: numbers[joint] for role, joint in roles.items() if joint in numbers}
         for name, roles in conventions.items()
     }
     best = max(maps, key=lambda name: _worth(maps[name]))
-    return best, maps[best]
+    found = maps[best]
+    necks = (numbers.get(names["neck"]) for names in conventions.values())
+    if "neck" not in found and (neck := next(filter(None, necks), None)):
+        found["neck"] = neck
+    return best, found
 
 
 def _worth(found: Mapping[str, object]) -> tuple[int, int]:
@@ -332,12 +336,20 @@ def _shared(names: Sequence[str]) -> str:
         shared = text
 
 
-def _of_equals(role: str, joints: Sequence[int]) -> int:
-    """Of joints with one name the last for a role near the trunk, whose upper joint may share it.
+def _of_equals(role: str, joints: Sequence[int], skeleton: Skeleton) -> int:
+    """Of joints with one name the nearest to the root, or the one below it near the trunk.
 
-    A collar is called like the arm, a hip like the thigh; but a toe like the foot above it.
+    A collar is called like the arm, a hip like the thigh; but a toe like the foot above it. Others
+    are those of a second body.
     """
-    return joints[-1 if role.rpartition("_")[2] in ("shoulder", "hip", "neck", "chest") else 0]
+
+    def depth(joint: int) -> int:
+        return 0 if joint < 0 else 1 + depth(int(skeleton.parents[joint]))
+
+    first = min(joints, key=depth)
+    if role.rpartition("_")[2] not in ("shoulder", "hip", "neck", "chest"):
+        return first
+    return next((joint for joint in joints[1:] if skeleton.parents[joint] == first), first)
 
 
 def same_names(skeleton: Skeleton, roles: Mapping[str, int]) -> tuple[str, ...]:
@@ -472,5 +484,5 @@ def _read_user_map(user_map: Mapping[str, str], skeleton: Skeleton) -> dict[str,
                 f"joint map: expected a joint of the skeleton for {role}, found {name!r}."
                 + suggestion(name, ends if end else skeleton.names)
             )
-        chosen[role] = _of_equals(role, found)
+        chosen[role] = _of_equals(role, found, skeleton)
     return chosen

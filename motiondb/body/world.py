@@ -67,8 +67,9 @@ _AHEAD, _BEND, _STRAIGHT = -0.3, -0.01, 0.01
 """Medians below which toes point backwards (cosine), and knees bend backwards or stay straight
 (shares of the leg). Of 565 real captures one of the toes is at .65 or more, the knees of three that
 stand at -.04 to -.01, of the others above 0."""
-_UNLIKE = 1.25
-"""Ratio of the lengths of a bone on both sides: 1.19 at most in 565 real captures."""
+_UNLIKE, _LONGER = 1.25, 1.5
+"""Ratios of the lengths of a bone on both sides, and of a shin or forearm to the bone above: 1.19
+and 1.24 at most in 565 real captures."""
 _CROSSED = MappingProxyType(
     {"knee": -0.02, "ankle": -0.13, "shoulder": -0.02, "elbow": -0.02, "wrist": -0.05}
 )
@@ -326,6 +327,7 @@ def side_notes(points: FloatArray, has_toes: bool) -> tuple[str, ...]:
             "look exchanged. Name them with --joint-map, or rename the markers.",
         )
     toes, knees = [], []
+    above_lengths = math.inf
     for above, below in _BONES:
         lengths = [
             np.nanmedian(
@@ -333,6 +335,14 @@ def side_notes(points: FloatArray, has_toes: bool) -> tuple[str, ...]:
             )
             for s in ("l_", "r_")
         ]
+        longest = _LONGER * above_lengths if below in ("ankle", "wrist") else math.inf
+        above_lengths = max(lengths)
+        if min(lengths) > longest:
+            return (
+                f"The way from {above} to {below} is much longer than the bone above it on both "
+                "sides: names of joints or markers look exchanged. Name them with --joint-map, or "
+                "rename the markers, if this is wrong.",
+            )
         if max(lengths) > _UNLIKE * min(lengths) and (has_toes or below != "toe"):
             return (
                 f"The way from {above} to {below} is {lengths[0] / lengths[1]:.2g} times as long "

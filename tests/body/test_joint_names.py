@@ -354,6 +354,30 @@ def test_of_a_bone_in_two_pieces_the_upper_one_is_taken(leg: str, arm: str) -> N
         assert "1" in names[roles[role]], (role, names[roles[role]])
 
 
+def test_the_neck_may_be_called_as_in_another_program() -> None:
+    names = SPELLINGS["Unreal"].replace("neck_01", "Neck")
+    roles = joint_map(skeleton(names))
+    assert names.split()[roles["neck"]] == "Neck"
+
+
+def test_of_two_bodies_with_the_same_names_the_one_near_the_root_is_taken() -> None:
+    """A puppet hangs from a hand, and comes before the legs in the file."""
+    one = chain()
+    hand = body.INDEX["l_wrist"]
+    order = [*range(hand + 1)], [*range(hand + 1, 21)]
+    puppet = np.where(body.PARENTS > 0, body.PARENTS + hand, hand)[1:]
+    after = np.where(body.PARENTS[order[1]] > hand, body.PARENTS[order[1]] + 20, 0)
+    known = np.where(body.PARENTS[order[1]] <= hand, body.PARENTS[order[1]], after)
+    skeleton = Skeleton(
+        (*one.names[: hand + 1], *one.names[1:], *one.names[hand + 1 :]),
+        np.concatenate([body.PARENTS[: hand + 1], puppet, known]),
+        np.concatenate([one.offsets[: hand + 1], one.offsets[1:] * 0.2, one.offsets[hand + 1 :]]),
+    )
+    at = [*range(hand + 1), *range(hand + 21, 41)]
+    roles = joint_map(skeleton)
+    assert [roles[role] for role in REQUIRED] == [at[body.INDEX[role]] for role in REQUIRED]
+
+
 def test_ends_and_the_trunk_are_found_under_names_of_other_programs() -> None:
     skeleton = chain(l_toe="l_ball", spine="Waist", chest="Ribs", head="Skull", l_wrist="hand_l")
     roles = joint_map(skeleton)

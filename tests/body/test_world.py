@@ -197,6 +197,15 @@ def test_names_exchanged_along_one_limb_are_told(one: str, other: str) -> None:
     assert any("times as long on the left as on the right" in note for note in notes)
 
 
+def test_names_exchanged_along_both_arms_are_told() -> None:
+    points = walk()
+    for side in "lr":
+        upper, lower = body.INDEX[f"{side}_shoulder"], body.INDEX[f"{side}_elbow"]
+        points[:, [upper, lower]] = points[:, [lower, upper]]
+    (note, *_) = world.side_notes(points, True)
+    assert "from elbow to wrist is much longer than the bone above it on both sides" in note
+
+
 def test_feet_that_slide_are_told() -> None:
     points = walk()
     leg = retarget.legs_of(points)

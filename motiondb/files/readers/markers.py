@@ -405,6 +405,12 @@ _FRONT_AND_BACK = (
     *("LASI LPSI", "RASI RPSI", "LASI SACR", "RASI SACR", "LTOE LANK", "RTOE RANK", "CLAV C7"),
     *("STRN T10", "LFHD LBHD", "RFHD RBHD"),
 )
+_TOGETHER = (
+    *(f"{s}{a} {s}{b}" for s in "LR" for a, b in (("WRA", "WRB"), ("KNE", "KNM"), ("ANK", "HEE"))),
+    *(f"{s}{a} {s}{b}" for s in "LR" for a, b in (("ANK", "ANM"), ("ELB", "ELM"))),
+    *_FRONT_AND_BACK,
+)
+_APART = 0.35  # Median metres between markers of one part: .28 at most in 19 real captures
 _BACKWARDS = -0.3  # Median cosine with the other pairs; it is .72 or more in 14 real captures
 _UNIT_NAMES = MappingProxyType(
     {"mill": "mm", "cent": "cm", "mete": "m", "metr": "m", "inch": "inch", "in": "inch", "": "mm"}
@@ -481,12 +487,35 @@ def _front_notes(markers: Markers) -> tuple[str, ...]:
         known = ahead[np.isfinite(ahead)]
         if len(known) and np.median(known) < _BACKWARDS:
             wrong.append(names)
+    apart = [
+        names.replace(" ", " and ")
+        for names in _TOGETHER
+        if {*names.split()} <= markers.keys() and _between(markers, *names.split()) > _APART
+    ]
+    for high, low in (("CLAV", "STRN"), ("C7", "T10")):
+        if {high, low, "LSHO", "RSHO"} <= markers.keys():
+            far, near = (
+                _between(markers, one, "LSHO") + _between(markers, one, "RSHO")
+                for one in (low, high)
+            )
+            apart += [f"{high} and {low}"] * (far < near)
+    if apart:
+        return (
+            f"Markers are not where their names say: {', '.join(apart)}. Their names look "
+            "exchanged. Rename the markers.",
+        )
     if not wrong:
         return ()
     return (
         f"Front is behind back for most of the take, other than for the rest: {', '.join(wrong)}. "
         "Their names look exchanged. Rename the markers.",
     )
+
+
+def _between(markers: Markers, one: str, other: str) -> float:
+    """Return the median distance of two markers; 0 where they are never seen together."""
+    apart = np.linalg.norm(markers[one] - markers[other], axis=1)
+    return float(np.median(known)) if len(known := apart[np.isfinite(apart)]) else 0.0
 
 
 def _good_frames(

@@ -400,6 +400,16 @@ def test_a_marker_that_occurs_twice_is_told() -> None:
     np.testing.assert_array_equal(clip.root_positions, plain.root_positions)
 
 
+@pytest.mark.parametrize("names", ["LWRA RWRA", "CLAV STRN", "C7 T10"])
+def test_markers_that_are_not_where_their_names_say_are_told(names: str) -> None:
+    assert not any("where their" in note for note in read_c3d(write(moving()), "a.c3d").notes)
+    one, other = names.split()
+    markers = moving()
+    markers[one], markers[other] = markers[other], markers[one]
+    (note,) = [n for n in read_c3d(write(markers), "a.c3d").notes if "where their names say" in n]
+    assert one in note
+
+
 @pytest.mark.parametrize("names", ["LASI LPSI", "RASI RPSI", "CLAV C7", "LFHD LBHD"])
 def test_front_and_back_exchanged_are_told(names: str) -> None:
     assert not any("Front" in note for note in read_c3d(write(moving()), "a.c3d").notes)

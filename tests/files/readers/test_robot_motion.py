@@ -87,6 +87,13 @@ def test_times_in_milliseconds(folder: Path, unit: str) -> None:
     assert read_capture(_csv(folder, np.concatenate([times, TABLE], axis=1), head)).fps == 50.0
 
 
+def test_turns_that_are_no_quaternions_are_refused(folder: Path) -> None:
+    table = TABLE.copy()
+    table[:, 3:7] = np.deg2rad([0.0, 0.0, 30.0, 0.0])
+    with pytest.raises(CaptureError, match=r"found lengths from 0\.52 to 0\.52\. Are these other"):
+        read_capture(_csv(folder, table))
+
+
 def test_a_root_in_another_unit(folder: Path) -> None:
     table = TABLE * np.where(np.arange(TABLE.shape[1]) < 3, 1000.0, 1.0)
     _is_walk(read_capture(_csv(folder, table), unit=0.001))
