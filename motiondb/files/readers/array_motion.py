@@ -44,6 +44,10 @@ def read_array_motion(
 ) -> Clip:
     """Read the clip in the bytes of a file of arrays; its form is known by its first bytes."""
     start = data[:6]
+    if start[:4] == b"PK\x03\x04" and Path(path).suffix.lower() == ".csv":
+        raise CaptureError(
+            path, "expected a table as text, found a zip file (a workbook?). Export it as CSV."
+        )
     if start == b"\x93NUMPY":
         return _points({"positions": load_npy(data, path)}, path, skeleton, options, len(data))
     if start[:4] == b"PK\x03\x04" or Path(path).suffix.lower() == ".npz":

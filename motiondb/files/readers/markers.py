@@ -434,6 +434,8 @@ def _solve(file: MarkerFile, named: Named, path: object, options: ReadOptions) -
         notes += (f"Markers named hip are taken for the centres of the {joints}.",)
     if "LSHO" in tracks and not {"C7", "CLAV", "NECK"} & tracks.keys():
         notes += ("There is no marker of the neck (C7, CLAV); it is taken between the shoulders.",)
+    if "NECK" not in tracks and len(neck := {"C7", "CLAV"} & tracks.keys()) == 1:
+        notes += (f"The neck is taken at {min(neck)}, as the other of C7 and CLAV is missing.",)
     if options.swap_sides:
         other = {"L": "R", "R": "L"}
         tracks = {other.get(name[0], name[0]) + name[1:]: t for name, t in tracks.items()}

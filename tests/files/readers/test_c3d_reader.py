@@ -400,6 +400,13 @@ def test_a_marker_that_occurs_twice_is_told() -> None:
     np.testing.assert_array_equal(clip.root_positions, plain.root_positions)
 
 
+@pytest.mark.parametrize(("lost", "left"), [("C7", "CLAV"), ("CLAV", "C7")])
+def test_a_neck_of_one_marker_is_told(lost: str, left: str) -> None:
+    markers = {name: track for name, track in tracks().items() if name != lost}
+    note = f"The neck is taken at {left}, as the other of C7 and CLAV is missing."
+    assert note in read_c3d(write(markers), "a.c3d").notes
+
+
 @pytest.mark.parametrize("names", ["LWRA RWRA", "CLAV STRN", "C7 T10"])
 def test_markers_that_are_not_where_their_names_say_are_told(names: str) -> None:
     assert not any("where their" in note for note in read_c3d(write(moving()), "a.c3d").notes)

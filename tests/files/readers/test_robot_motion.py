@@ -87,6 +87,12 @@ def test_times_in_milliseconds(folder: Path, unit: str) -> None:
     assert read_capture(_csv(folder, np.concatenate([times, TABLE], axis=1), head)).fps == 50.0
 
 
+def test_a_workbook_called_a_table_is_named(folder: Path) -> None:
+    (folder / "w.csv").write_bytes(b"PK\x03\x04" + bytes(100))
+    with pytest.raises(CaptureError, match="expected a table as text, found a zip file"):
+        read_capture(folder / "w.csv")
+
+
 def test_turns_that_are_no_quaternions_are_refused(folder: Path) -> None:
     table = TABLE.copy()
     table[:, 3:7] = np.deg2rad([0.0, 0.0, 30.0, 0.0])
