@@ -32,8 +32,9 @@ import numpy as np
 
 from motiondb.body import body, rotation
 from motiondb.body.joint_names import joint_map
+from motiondb.body.kinematics import is_below
 from motiondb.errors import SkeletonError
-from motiondb.records import Clip, FloatArray, IntArray, Skeleton
+from motiondb.records import Clip, FloatArray, Skeleton
 
 _I = body.INDEX
 UPS = ("y", "z", "x", "-y", "-z", "-x")
@@ -135,6 +136,9 @@ _FEW_DIGITS = 5e-5
 written with five digits or more, and 29.97 lies ten times as far from 30."""
 
 
+_UNITS_DIFFER = (
+    "The root may have another unit than the bones. Export the capture again with one unit."
+)
 _ADVICE = "Give the axis (--up) if this is wrong."
 AS_OTHERS = "{up} is taken for up, as in other captures of this skeleton. " + _ADVICE
 """The note where captures of one skeleton decided together."""
@@ -280,30 +284,6 @@ def _held(points: FloatArray, fps: float) -> tuple[dict[str, float], dict[str, f
     return shares, lows
 
 
-def as_asked(
-    clip: Clip, up: str, mirror_world: bool, swap_names: Sequence[int] | IntArray | None
-) -> Clip:
-    """Return a clip with an axis up, from a left-handed world, or with other joints' names."""
-    skeleton = clip.skeleton
-    if swap_names is not None:
-        names = tuple(skeleton.names[other] for other in swap_names)
-        skeleton = replace(skeleton, names=names)
-    clip = replace(clip, skeleton=skeleton, up=up or clip.up)
-    if not mirror_world:
-        return clip
-    axis = 2 if clip.up[-1:] == "x" else 0  # any axis along the ground
-    flip = np.where(np.arange(3) == axis, -1.0, 1.0)
-    moved = clip.joint_positions
-    ends = tuple((j, tuple((flip * place).tolist())) for j, place in skeleton.end_sites)
-    return replace(
-        clip,
-        skeleton=replace(skeleton, offsets=skeleton.offsets * flip, end_sites=ends),
-        local_rotations=clip.local_rotations * np.array([1.0, *-flip]),
-        root_positions=clip.root_positions * flip,
-        joint_positions=None if moved is None else moved * flip,
-    )
-
-
 def side_notes(points: FloatArray, has_toes: bool) -> tuple[str, ...]:
     """Note sides whose names contradict the body; joints (frames, 21, 3), y up."""
     left = points[:, _I["l_hip"]] - points[:, _I["r_hip"]]
@@ -326,29 +306,12 @@ def side_notes(points: FloatArray, has_toes: bool) -> tuple[str, ...]:
             "Both toes are nearer to the other ankle for most of the take: the names of the toes "
             "look exchanged. Name them with --joint-map, or rename the markers.",
         )
+    if unlike := _unlike_bones(points, has_toes):
+        return (
+            f"The way {unlike}: names of joints or markers look exchanged. Name them with "
+            "--joint-map, or rename the markers, if this is wrong.",
+        )
     toes, knees = [], []
-    above_lengths = math.inf
-    for above, below in _BONES:
-        lengths = [
-            np.nanmedian(
-                np.linalg.norm(points[:, _I[s + above]] - points[:, _I[s + below]], axis=1)
-            )
-            for s in ("l_", "r_")
-        ]
-        longest = _LONGER * above_lengths if below in ("ankle", "wrist") else math.inf
-        above_lengths = max(lengths)
-        if min(lengths) > longest:
-            return (
-                f"The way from {above} to {below} is much longer than the bone above it on both "
-                "sides: names of joints or markers look exchanged. Name them with --joint-map, or "
-                "rename the markers, if this is wrong.",
-            )
-        if max(lengths) > _UNLIKE * min(lengths) and (has_toes or below != "toe"):
-            return (
-                f"The way from {above} to {below} is {lengths[0] / lengths[1]:.2g} times as long "
-                "on the left as on the right: names of joints or markers look exchanged. Name "
-                "them with --joint-map, or rename the markers, if this is wrong.",
-            )
     for side in "lr":
         hip, knee, ankle, toe = (
             points[:, _I[f"{side}_{part}"]] for part in ("hip", "knee", "ankle", "toe")
@@ -364,6 +327,23 @@ def side_notes(points: FloatArray, has_toes: bool) -> tuple[str, ...]:
         "the axes are left-handed (--mirror-world), or the names of left and right are exchanged "
         "(--swap-sides): as all sides agree, the motion alone cannot show which.",
     )
+
+
+def _unlike_bones(points: FloatArray, has_toes: bool) -> str:
+    """Say which bone differs from that on the other side, or is too long for the one above it."""
+    upper = math.inf
+    for above, below in _BONES if has_toes else [bone for bone in _BONES if bone[1] != "toe"]:
+        ways = (points[:, _I[f"{s}_{above}"]] - points[:, _I[f"{s}_{below}"]] for s in "lr")
+        left, right = (float(np.nanmedian(np.linalg.norm(way, axis=1))) for way in ways)
+        if max(left, right) > _UNLIKE * min(left, right):
+            return (
+                f"from {above} to {below} is {left / right:.2g} times as long on the left as on "
+                "the right"
+            )
+        if below in ("ankle", "wrist") and min(left, right) > _LONGER * upper:
+            return f"from {above} to {below} is much longer than the bone above it on both sides"
+        upper = max(left, right)
+    return ""
 
 
 def _ahead(left: FloatArray, up: FloatArray) -> FloatArray:
@@ -432,15 +412,11 @@ def travel_notes(points: FloatArray, fps: float, leg_length: float) -> tuple[str
             if not ratio and is_fixed and np.std(sinks) > _SINK:
                 ratio = f"{speed / swing:.1g}"
     if not ratio and _is_pinned(hips, feet - hips[:, None]):
-        return (
-            "The hips stay where they are while both feet swing below them: the root may have "
-            "another unit than the bones. Export the capture again with one unit.",
-        )
+        return ("The hips stay where they are while both feet swing below them. " + _UNITS_DIFFER,)
     if not ratio:
         return ()
     return (
-        f"The root travels {ratio} times as far as the feet carry it: they slide. The root may "
-        "have another unit than the bones. Export the capture again with one unit.",
+        f"The root travels {ratio} times as far as the feet carry it: they slide. {_UNITS_DIFFER}",
     )
 
 
@@ -481,10 +457,7 @@ def find_unit(
     skeleton: Skeleton, joint_positions: FloatArray | None = None
 ) -> tuple[float, tuple[str, ...]]:
     """Estimate the length unit of a skeleton from the size of its body, with notes."""
-    offsets = skeleton.offsets
-    if joint_positions is not None:
-        offsets = np.median(joint_positions[:: max(1, len(joint_positions) // 100)], axis=0)
-    size, typical = body_size(skeleton, np.linalg.norm(offsets, axis=-1))
+    size, typical = body_size(skeleton, _bone_lengths(skeleton, joint_positions))
     if not 1e-9 < size < 1e9:
         return 1.0, ("The skeleton has no size; its unit is taken to be the metre.",)
     unit = min(UNITS.values(), key=lambda metres: abs(math.log(size * metres / typical)))
@@ -507,15 +480,12 @@ def checked_unit(unit: float, size: float, typical: float) -> tuple[float, tuple
         return unit, ()
     likely = (*_MEANT, *(unit * factor for factor in _SCALED))
     meant = min(likely, key=lambda metres: abs(math.log(size * metres / typical)))
-    if not fits(size * meant / typical) and not 1 / _ABSURD < ratio < _ABSURD:
-        return typical / size, (
-            f"In the file's unit ({unit:.4g} m) the body is {ratio:.2g} times the usual size, and "
-            "no other unit fits; the usual size is taken. Give the unit if it is wrong.",
-        )
     if not fits(size * meant / typical):
-        return unit, (
+        is_absurd = not 1 / _ABSURD < ratio < _ABSURD
+        return typical / size if is_absurd else unit, (
             f"In the file's unit ({unit:.4g} m) the body is {ratio:.2g} times the usual size, and "
-            "no other unit fits. Give the unit if it is wrong.",
+            f"no other unit fits{'; the usual size is taken' * is_absurd}. Give the unit if it is "
+            "wrong.",
         )
     return meant, (
         f"The file says that its unit is {unit:.4g} m; the body would be {ratio:.2g} times the "
@@ -530,10 +500,8 @@ def fits(ratio: float) -> bool:
 
 def asked_unit_notes(clip: Clip) -> tuple[str, ...]:
     """Note a body, in a unit that was asked for, that is no person's."""
-    lengths = clip.skeleton.offsets
-    if clip.joint_positions is not None:
-        lengths = np.median(clip.joint_positions[:: max(1, clip.n_frames // 100)], axis=0)
-    size, typical = body_size(clip.skeleton, np.linalg.norm(lengths, axis=-1))
+    lengths = _bone_lengths(clip.skeleton, clip.joint_positions)
+    size, typical = body_size(clip.skeleton, lengths)
     if fits(size / typical):
         return ()
     return (
@@ -542,20 +510,25 @@ def asked_unit_notes(clip: Clip) -> tuple[str, ...]:
     )
 
 
+def _bone_lengths(skeleton: Skeleton, joint_positions: FloatArray | None) -> FloatArray:
+    """Return the length of the bone of each joint, file units, in the median of some frames."""
+    offsets = skeleton.offsets
+    if joint_positions is not None:
+        offsets = np.median(joint_positions[:: max(1, len(joint_positions) // 100)], axis=0)
+    return np.asarray(np.linalg.norm(offsets, axis=-1))
+
+
 def body_size(skeleton: Skeleton, lengths: FloatArray) -> tuple[float, float]:
     """Return the size of the body in file units, and the same size of an adult in metres."""
     try:
         roles = joint_map(skeleton)
     except SkeletonError:
         roles = {}
-    legs = []
-    for side in "lr" if roles else "":
-        leg = _path_length(skeleton, lengths, roles[f"{side}_ankle"], roles[f"{side}_hip"])
-        if leg > 0:
-            legs.append(leg)
-    if legs:
-        return float(np.mean(legs)), TYPICAL_LEG
     chains = _chain_lengths(skeleton, lengths)
+    ways = [(roles[f"{side}_ankle"], roles[f"{side}_hip"]) for side in ("lr" if roles else "")]
+    legs = [chains[a] - chains[h] for a, h in ways if h >= 0 and is_below(skeleton.parents, a, h)]
+    if any(leg > 0.0 for leg in legs):
+        return float(np.mean([leg for leg in legs if leg > 0.0])), TYPICAL_LEG
     ends = [chains[joint] + math.hypot(*offset) for joint, offset in skeleton.end_sites]
     return max([*chains, *ends]), TYPICAL_CHAIN
 
@@ -566,18 +539,6 @@ def _chain_lengths(skeleton: Skeleton, lengths: FloatArray) -> list[float]:
     for parent, length in zip(skeleton.parents.tolist(), lengths.tolist()):
         chains.append(chains[parent] + length if parent >= 0 else 0.0)
     return chains
-
-
-def _path_length(skeleton: Skeleton, lengths: FloatArray, joint: int, above: int) -> float:
-    """Return the length of the bones from joint ``above`` to a joint; 0 if it is not above."""
-    total = 0.0
-    while joint != above:
-        parent = int(skeleton.parents[joint]) if joint >= 0 else -1
-        if parent < 0:
-            return 0.0
-        total += float(lengths[joint])
-        joint = parent
-    return total
 
 
 def find_rate(seconds: float, written: str = "") -> tuple[float, tuple[str, ...]]:

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motiondb.body.joint_names import mirror_joints
-from motiondb.body.world import as_asked, asked_unit_notes
+from motiondb.body.kinematics import as_asked
+from motiondb.body.world import asked_unit_notes
 from motiondb.errors import CaptureError
 from motiondb.files.folder import (
     CAPTURE_ENDINGS,

@@ -134,23 +134,25 @@ def test_a_mirror_image_and_exchanged_names_are_told_and_mended() -> None:
     assert retarget.to_motion(clip).notes == ()
     partners = body.MIRROR
     for flipped in (
-        world.as_asked(clip, "", True, None),
-        world.as_asked(clip, "", False, partners),
+        kinematics.as_asked(clip, "", True, None),
+        kinematics.as_asked(clip, "", False, partners),
     ):
         (note,) = retarget.to_motion(flipped).notes
         assert "--mirror-world" in note
         assert "--swap-sides" in note
-    back = world.as_asked(world.as_asked(clip, "", True, None), "", True, None)
+    back = kinematics.as_asked(kinematics.as_asked(clip, "", True, None), "", True, None)
     np.testing.assert_allclose(back.world_positions(), clip.world_positions(), atol=1e-12)
-    mended = world.as_asked(world.as_asked(clip, "", False, partners), "", False, partners)
+    mended = kinematics.as_asked(
+        kinematics.as_asked(clip, "", False, partners), "", False, partners
+    )
     assert mended.joint_names == clip.joint_names
-    mirrored = world.as_asked(clip, "", True, None).world_positions()
+    mirrored = kinematics.as_asked(clip, "", True, None).world_positions()
     np.testing.assert_allclose(mirrored, clip.world_positions() * [-1.0, 1.0, 1.0], atol=1e-9)
 
 
 def test_a_world_is_mirrored_along_the_ground() -> None:
     clip = walking_clip()
-    mirrored = world.as_asked(clip, "x", True, None)
+    mirrored = kinematics.as_asked(clip, "x", True, None)
     np.testing.assert_allclose(
         mirrored.world_positions(), clip.world_positions() * [1.0, 1.0, -1.0], atol=1e-9
     )

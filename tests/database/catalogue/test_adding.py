@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import motiondb
-from motiondb.body import body, changes, retarget, rotation, world
+from motiondb.body import body, changes, kinematics, retarget, rotation, world
 from motiondb.database.catalogue import cataloguing, file_reading, known_files
 from motiondb.database.catalogue.file_reading import AddSettings, Readings, read_joint_map
 from motiondb.database.catalogue.sheets import ImportReport
@@ -475,7 +475,7 @@ def test_a_usual_axis_that_was_given_or_found_together_is_read_again_so(
 def test_mirrored_worlds_and_exchanged_sides_are_mended(tmp_path: Path, some: Path) -> None:
     clip = read_capture(some / "ana" / "jump_1.bvh")
     (tmp_path / "a").mkdir()
-    write_bvh(world.as_asked(clip, "", True, None), tmp_path / "a" / "left.bvh")
+    write_bvh(kinematics.as_asked(clip, "", True, None), tmp_path / "a" / "left.bvh")
     settings = AddSettings(mirror_world=True)
     with motiondb.open(tmp_path / "m.duckdb") as db:
         db.add(tmp_path / "a", settings=settings)
