@@ -43,6 +43,7 @@ from motiondb.files.readers.marker_gaps import (
     LONGEST_GAP,
     bridge,
     fill_gaps,
+    front_notes,
     gaps_of,
     longest_gap,
     seen,
@@ -401,17 +402,6 @@ def _orthogonal(vector: FloatArray, direction: FloatArray) -> FloatArray:
 _LABEL_WITHIN = f"(.*?)({'|'.join(_PLUG_IN_GAIT)})(.*?)"
 _COPY = 0.1  # Of the spread of a body's markers: a copy of them is nearer
 _PARTLY = 8  # Markers of a body from which a performer without a whole one is told: a prop has less
-_FRONT_AND_BACK = (
-    *("LASI LPSI", "RASI RPSI", "LASI SACR", "RASI SACR", "LTOE LANK", "RTOE RANK", "CLAV C7"),
-    *("STRN T10", "LFHD LBHD", "RFHD RBHD"),
-)
-_TOGETHER = (
-    *(f"{s}{a} {s}{b}" for s in "LR" for a, b in (("WRA", "WRB"), ("KNE", "KNM"), ("ANK", "HEE"))),
-    *(f"{s}{a} {s}{b}" for s in "LR" for a, b in (("ANK", "ANM"), ("ELB", "ELM"))),
-    *_FRONT_AND_BACK,
-)
-_APART = 0.35  # Median metres between markers of one part: .28 at most in 19 real captures
-_BACKWARDS = -0.3  # Median cosine with the other pairs; it is .72 or more in 14 real captures
 _UNIT_NAMES = MappingProxyType(
     {"mill": "mm", "cent": "cm", "mete": "m", "metr": "m", "inch": "inch", "in": "inch", "": "mm"}
 )  # First four letters of names, after which some programs cut
@@ -470,54 +460,9 @@ def _solve(file: MarkerFile, named: Named, path: object, options: ReadOptions) -
         root_positions=points[:, 0],
         format=file.format,
         unit=unit,
-        notes=notes + _front_notes(markers) + gap_notes + bad_notes + unit_notes + up_notes,
+        notes=notes + front_notes(markers) + gap_notes + bad_notes + unit_notes + up_notes,
         up="y",
     )
-
-
-def _front_notes(markers: Markers) -> tuple[str, ...]:
-    """Note markers of the front that are behind those of the back, if the others are not."""
-    ways = {
-        f"{front} and {back}": rotation.normalize(markers[front] - markers[back])
-        for front, back in (names.split() for names in _FRONT_AND_BACK)
-        if front in markers and back in markers
-    }
-    wrong = []
-    for names, way in ways.items():
-        others = np.nansum([other for name, other in ways.items() if name != names], axis=0)
-        ahead = np.sum(way * rotation.normalize(others), axis=-1) if len(ways) > 2 else np.ones(1)
-        known = ahead[np.isfinite(ahead)]
-        if len(known) and np.median(known) < _BACKWARDS:
-            wrong.append(names)
-    apart = [
-        names.replace(" ", " and ")
-        for names in _TOGETHER
-        if {*names.split()} <= markers.keys() and _between(markers, *names.split()) > _APART
-    ]
-    for high, low in (("CLAV", "STRN"), ("C7", "T10")):
-        if {high, low, "LSHO", "RSHO"} <= markers.keys():
-            far, near = (
-                _between(markers, one, "LSHO") + _between(markers, one, "RSHO")
-                for one in (low, high)
-            )
-            apart += [f"{high} and {low}"] * (far < near)
-    if apart:
-        return (
-            f"Markers are not where their names say: {', '.join(apart)}. Their names look "
-            "exchanged. Rename the markers.",
-        )
-    if not wrong:
-        return ()
-    return (
-        f"Front is behind back for most of the take, other than for the rest: {', '.join(wrong)}. "
-        "Their names look exchanged. Rename the markers.",
-    )
-
-
-def _between(markers: Markers, one: str, other: str) -> float:
-    """Return the median distance of two markers; 0 where they are never seen together."""
-    apart = np.linalg.norm(markers[one] - markers[other], axis=1)
-    return float(np.median(known)) if len(known := apart[np.isfinite(apart)]) else 0.0
 
 
 def _good_frames(
