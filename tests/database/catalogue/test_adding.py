@@ -412,7 +412,8 @@ def test_one_skeleton_is_read_in_one_world(tmp_path: Path, some: Path) -> None:
         assert heights(db, "walk0") > 0.3
         assert abs(heights(db, "stands")) < 0.1
         notes = {info.name: info.notes for info in db.captures()}
-        assert notes["lies"][:1] == notes["stands"][:1] == (world.AS_OTHERS.format(up="z"),)
+        for name in ("lies", "stands"):
+            assert world.AS_OTHERS.format(up="z") in notes[name]
         # an export needs no evidence: the run says what was up
         db.export("lies", tmp_path / "lies.glb")
         assert db.clip("lies").up == "z"
